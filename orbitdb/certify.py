@@ -1,0 +1,128 @@
+"""How well an orbit is known, and whether it is one.
+
+Doubles first. At directions alpha let g be the gradient of the length and D the curvatures of the
+legs' own terms (`orbitdb.legs`). If the maximum lies at alpha + delta between the direction limits,
+concavity gives, D being concave and positive there,
+
+    g . delta  >=  sum of delta_i^2 D_i / 2,   so   sum of D_i delta_i^2  <=  4 sum of g_i^2 / D_i :
+
+a bound on the error of every direction that holds from any distance, with no inverse Hessian and no
+assumption that alpha is near. Where a bounce's distance from a joint is not clearly larger than what
+follows from it, the same bound is evaluated in ball arithmetic.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.legs import (
+    Derivatives,
+    Legs,
+    coordinates,
+    derivatives,
+    direction_limits,
+    gradient_rounding,
+    length,
+    margin_distances,
+    slack_errors,
+    slacks,
+)
+from orbitdb.orbits import Orbits, Status
+from orbitdb.stability import exponent, exponent_error, forces
+from orbitdb.stadium import Stadium
+
+Floats = NDArray[np.float64]
+EPSILON = float(np.finfo(float).eps)
+
+
+def assess(
+    words: NDArray[np.uint8],
+    legs: Legs,
+    stadium: Stadium,
+    alpha: Floats,
+    iterations: NDArray[np.int64],
+) -> Orbits:
+    """Turn solved directions into orbits with error bounds and a status, as far as doubles can decide.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    legs : Legs
+        The same words, cut.
+    stadium : Stadium
+    alpha : ndarray, shape (m, N)
+        Directions of the legs at (or near) the maximum of the length.
+    iterations : ndarray of int, shape (N,)
+        Steps the solver took.
+
+    Returns
+    -------
+    Orbits
+    """
+    a = stadium.a
+    slopes = derivatives(legs, a, alpha)
+    pressed = _pressed(legs, a, alpha, slopes)
+    alpha_error = direction_errors(legs, a, alpha, slopes, pressed)
+    slack = slacks(legs, alpha)
+    slack_error = slack_errors(legs, alpha_error)
+    place = coordinates(legs, a, alpha)
+    return Orbits(
+        words=words,
+        status=_status(slack, slack_error, pressed),
+        coordinates=place,
+        length=length(legs, a, alpha),
+        lyapunov=exponent(slopes),
+        margin=margin_distances(legs, alpha, slack).min(axis=(0, 1)),
+        residual=np.abs(forces(stadium, words, place)).max(axis=1),
+        error=_coordinate_error(legs, a, alpha, slopes, slack_error),
+        length_error=_length_error(legs, a, alpha, slopes, alpha_error),
+        lyapunov_error=exponent_error(legs, slopes, alpha_error),
+        iterations=iterations,
+    )
+
+
+def _pressed(legs: Legs, a: float, alpha: Floats, slopes: Derivatives) -> NDArray[np.bool_]:
+    """Tell which directions stand at a limit that the gradient pushes against."""
+    low, high = direction_limits(legs, a)
+    return ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
+
+
+def direction_errors(
+    legs: Legs, a: float, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]
+) -> Floats:
+    """Bound the distance of every direction from the maximum, rounding included, shape (m, N).
+
+    Directions that are pressed against a limit do not enter: there g_i delta_i <= 0.
+    """
+    steep = np.where(pressed, 0.0, np.abs(slopes.gradient) + gradient_rounding(legs, a, alpha))
+    size = 2 * np.sqrt((steep**2 / slopes.beyond).sum(axis=0))
+    return size / np.sqrt(slopes.beyond)
+
+
+def _status(slack: Floats, slack_error: Floats, pressed: NDArray[np.bool_]) -> NDArray[np.str_]:
+    outside = (slack < -slack_error).any(axis=(0, 1))
+    inside = (slack > slack_error).all(axis=(0, 1)) & ~pressed.any(axis=0)
+    return np.where(
+        outside, Status.DYNAMICAL.value, np.where(inside, Status.ORBIT.value, Status.UNRESOLVED.value)
+    )
+
+
+def _coordinate_error(
+    legs: Legs, a: float, alpha: Floats, slopes: Derivatives, slack_error: Floats
+) -> Floats:
+    """Bound the error of the coordinates, shape (N,): on a wall, that of a run's end over sin|alpha|."""
+    first, last = slack_error[:2]
+    rise = np.abs(np.sin(alpha))
+    with np.errstate(divide="ignore"):
+        rounding = 8 * EPSILON * (a + 1) * (1 + 1 / np.minimum(1, slopes.beyond * rise))
+        wall = np.maximum(last, np.roll(first, -1, axis=0)) / rise + rounding
+    worst: Floats = np.maximum(np.maximum(first, last), np.where(legs.n > 0, wall, 0)).max(axis=0)
+    return worst
+
+
+def _length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alpha_error: Floats) -> Floats:
+    """Bound the error of the length, shape (N,): second order in the directions, and rounding."""
+    terms = 2 * a * np.cos(alpha) + 2 * legs.n * np.abs(np.sin(alpha)) + 2 * legs.k
+    second = ((np.abs(slopes.gradient) + gradient_rounding(legs, a, alpha)) * alpha_error).sum(axis=0)
+    rounding = EPSILON * (4 * terms + 2 * np.pi).sum(axis=0)
+    bound: Floats = second + rounding
+    return bound

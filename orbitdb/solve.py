@@ -1,0 +1,180 @@
+"""From words to orbits: Newton's method on the leg directions of whole batches.
+
+The length of an admissible word is strictly concave in the directions of its legs (`orbitdb.legs`),
+with a cyclic tridiagonal Hessian. So Newton's method, kept between the limits that an orbit's
+directions obey, finds the one maximum of every word, whether it is an orbit or lies outside the
+stadium; words that have converged leave the batch.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.certify import assess
+from orbitdb.legs import (
+    Derivatives,
+    Legs,
+    centre_directions,
+    cut,
+    derivatives,
+    direction_limits,
+)
+from orbitdb.orbits import Orbits, Status
+from orbitdb.stadium import Stadium
+
+Floats = NDArray[np.float64]
+
+TOLERANCE = 1e-16
+MAX_STEPS = 50
+_LONG = 64
+"""From this many unknowns on, SciPy's banded solver is faster than a loop over the unknowns."""
+
+
+@dataclass(frozen=True)
+class Directions:
+    """Where Newton's method has come to for N words.
+
+    Attributes
+    ----------
+    alpha : ndarray, shape (m, N)
+        Directions of the legs, radians.
+    iterations : ndarray of int, shape (N,)
+        Steps taken.
+    """
+
+    alpha: Floats
+    iterations: NDArray[np.int64]
+
+
+def solve(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE) -> Orbits:
+    """Find the orbits of admissible words.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+        Admissible primitive words of one order, in any rotation.
+    stadium : Stadium
+    tolerance : float, optional
+        Error of the leg directions at which Newton's method stops (radians).
+
+    Returns
+    -------
+    Orbits
+        Every word with its status; where doubles cannot decide it, ball arithmetic does.
+    """
+    orbits = Orbits.empty(words)
+    for rows, legs in cut(words):
+        found = newton(legs, stadium.a, tolerance)
+        orbits.place(rows, assess(words[rows], legs, stadium, found.alpha, found.iterations))
+    for row in np.flatnonzero(orbits.status == Status.UNRESOLVED):
+        from orbitdb.balls import as_orbits, enclose  # 30 ms to load, and seldom needed
+
+        orbits.place(np.array([row]), as_orbits(words[row], enclose(words[row], stadium)))
+    return orbits
+
+
+def newton(legs: Legs, a: float, tolerance: float = TOLERANCE) -> Directions:
+    """Find the maximum of the length of each word between its direction limits.
+
+    Parameters
+    ----------
+    legs : Legs
+        N words of m legs.
+    a : float
+        Half the length of a straight wall.
+    tolerance : float, optional
+        Error of a direction (radians) at which to stop, foreseen from the last two steps: the error
+        after a step of size e is about e^3 / e_before^2. Where rounding is larger, stop there.
+    """
+    alpha = centre_directions(legs, a)
+    iterations = np.zeros(len(legs), dtype=np.int64)
+    active = np.arange(len(legs))
+    part, here = legs, alpha
+    limits = direction_limits(part, a)
+    last = np.full(len(legs), np.nan)
+    for _ in range(MAX_STEPS):
+        step = _newton_step(part, a, here, limits)
+        here = here + step
+        size = np.abs(step).max(axis=0)
+        iterations[active] += 1
+        done = (size <= tolerance) | (size * (size / last) ** 2 <= tolerance) | _stalled(size, last)
+        if done.any():
+            alpha[:, active[done]] = here[:, done]
+            going = ~done
+            active, here, last = active[going], here[:, going], size[going]
+            limits = (limits[0][:, going], limits[1][:, going])
+            part = part.chosen(going)
+        else:
+            last = size
+        if not len(active):
+            break
+    alpha[:, active] = here
+    return Directions(alpha, iterations)
+
+
+def _stalled(size: Floats, last: Floats) -> NDArray[np.bool_]:
+    """Tell where small steps no longer shrink: what is left is rounding."""
+    stalled: NDArray[np.bool_] = (size < 1e-6) & (size >= last / 2)
+    return stalled
+
+
+def _newton_step(legs: Legs, a: float, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:
+    """Return the Newton step within the limits; directions that press against a limit stay."""
+    slopes = derivatives(legs, a, alpha)
+    low, high = limits
+    pressed = ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
+    step = _solve_cyclic(*_minus_hessian(legs, slopes, pressed), np.where(pressed, 0.0, slopes.gradient))
+    return np.clip(alpha + step, low, high) - alpha
+
+
+def _minus_hessian(legs: Legs, slopes: Derivatives, pressed: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+    """Return the diagonal of -H and its entries beside it; entry i couples directions i - 1 and i."""
+    w = slopes.stiffness
+    beside = w * np.roll(legs.parity, 1, axis=0)
+    diagonal = slopes.beyond + w + np.roll(w, -1, axis=0)
+    beside = np.where(pressed | np.roll(pressed, 1, axis=0), 0.0, beside)
+    return diagonal, beside
+
+
+def _solve_cyclic(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
+    """Solve N positive definite cyclic tridiagonal systems of m >= 2 unknowns.
+
+    The last unknown is split off: the others form a tridiagonal system with two right sides, the
+    given one and the last unknown's column.
+    """
+    column = np.zeros_like(rhs[:-1])
+    column[0] += beside[0]
+    column[-1] += beside[-1]
+    tridiagonal = _tridiagonal_long if len(rhs) > _LONG else _tridiagonal
+    plain, through = tridiagonal(diagonal[:-1], beside[1:-1], np.stack([rhs[:-1], column]))
+    top = rhs[-1] - (column * plain).sum(axis=0)
+    bottom = diagonal[-1] - (column * through).sum(axis=0)
+    last = top / bottom
+    return np.concatenate([plain - through * last, last[None]])
+
+
+def _tridiagonal(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
+    """Eliminate along the unknowns, for all words at once; rhs has shape (2, m, N)."""
+    pivots = np.empty_like(diagonal)
+    x = rhs.copy()
+    pivots[0] = diagonal[0]
+    for i in range(1, len(diagonal)):
+        factor = beside[i - 1] / pivots[i - 1]
+        pivots[i] = diagonal[i] - factor * beside[i - 1]
+        x[:, i] -= factor * x[:, i - 1]
+    x[:, -1] /= pivots[-1]
+    for i in range(len(diagonal) - 2, -1, -1):
+        x[:, i] = (x[:, i] - beside[i] * x[:, i + 1]) / pivots[i]
+    return x
+
+
+def _tridiagonal_long(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
+    """Solve the same systems word by word, in compiled code."""
+    from scipy.linalg import solveh_banded
+
+    x = np.empty_like(rhs)
+    for word in range(diagonal.shape[1]):
+        bands = np.stack([np.concatenate([[0.0], beside[:, word]]), diagonal[:, word]])
+        x[:, :, word] = solveh_banded(bands, rhs[:, :, word].T).T
+    return x

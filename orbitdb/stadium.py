@@ -1,0 +1,94 @@
+"""The stadium: two straight walls of length 2a and two semicircles of radius 1.
+
+Coordinates of a bounce: on a straight wall (symbols 0 bottom, 2 top) the Cartesian x in (-a, a); on a
+semicircle (1 and 4 left, 3 and 5 right) the angle t in (-pi/2, pi/2) from the outward horizontal, so
+that y = sin t on both sides.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+MIN_A, MAX_A = 1e-6, 1e6
+HALF_PI = math.pi / 2
+
+STRAIGHT = np.array([True, False, True, False, False, False])
+_WALL_Y = np.array([-1.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+_OUTWARD = np.array([0.0, -1.0, 0.0, 1.0, -1.0, 1.0])
+
+
+class StadiumError(ValueError):
+    """The parameter a does not describe a stadium that can be treated."""
+
+
+@dataclass(frozen=True)
+class Stadium:
+    """A stadium of radius 1.
+
+    Attributes
+    ----------
+    a : float
+        Half the length of a straight wall, in units of the radius.
+
+    Raises
+    ------
+    StadiumError
+        If a is not a number in `MIN_A`..`MAX_A`.
+    """
+
+    a: float = 1.6
+
+    def __post_init__(self) -> None:
+        if not MIN_A <= self.a <= MAX_A:
+            raise StadiumError(
+                f"a = {self.a} is not a half length: give a number from {MIN_A:g} to {MAX_A:g}"
+            )
+
+    @property
+    def area(self) -> float:
+        """Area, in units of the radius squared."""
+        return math.pi + 4 * self.a
+
+    @property
+    def perimeter(self) -> float:
+        """Perimeter, in units of the radius."""
+        return 2 * math.pi + 4 * self.a
+
+    @property
+    def mean_free_path(self) -> float:
+        """Mean path between two bounces, pi Area / Perimeter, of the invariant measure."""
+        return math.pi * self.area / self.perimeter
+
+    def points(self, symbols: NDArray[np.uint8], coordinates: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the Cartesian points of bounces.
+
+        Parameters
+        ----------
+        symbols : ndarray of uint8, any shape
+            The wall of each bounce.
+        coordinates : ndarray, same shape
+            The coordinate of each bounce; beyond the ends, the walls and circles are continued.
+
+        Returns
+        -------
+        ndarray, shape (..., 2)
+        """
+        straight = STRAIGHT[symbols]
+        x = np.where(straight, coordinates, _OUTWARD[symbols] * (self.a + np.cos(coordinates)))
+        y = np.where(straight, _WALL_Y[symbols], np.sin(coordinates))
+        return np.stack([x, y], axis=-1)
+
+    def tangents(self, symbols: NDArray[np.uint8], coordinates: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the unit tangents, shape (..., 2), in the direction of growing coordinate."""
+        straight = STRAIGHT[symbols]
+        x = np.where(straight, 1.0, -_OUTWARD[symbols] * np.sin(coordinates))
+        y = np.where(straight, 0.0, np.cos(coordinates))
+        return np.stack([x, y], axis=-1)
+
+    def outline(self, n: int = 64) -> NDArray[np.float64]:
+        """Return the boundary as a closed polygon, n points a semicircle, shape (2n + 1, 2)."""
+        angles = np.linspace(-HALF_PI, HALF_PI, n)
+        right = np.stack([self.a + np.cos(angles), np.sin(angles)], axis=1)
+        return np.concatenate([right, -right, right[:1]])

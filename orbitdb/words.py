@@ -1,0 +1,208 @@
+"""Words: the symbol sequences of the stadium billiard, as strings, arrays and packed integers.
+
+A word is a cyclic sequence of the symbols 0..5 (0 bottom wall, 2 top wall, 1 and 4 left semicircle,
+3 and 5 right semicircle). One word is a ``str`` of digits; many words of one order are an ``(N, p)``
+array of ``uint8`` or, for p <= `MAX_PACKED`, N integers that sort as the words do.
+"""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+SYMBOLS = "012345"
+MAX_ORDER = 1_000_000
+MAX_PACKED = 21
+BITS = 3
+
+_TOKEN = re.compile(r"\s*(?:([0-5])|(\()|(\))|\^\s*(\d+))")
+
+
+class WordError(ValueError):
+    """The text is not a word; the message names the place and says what is wrong."""
+
+
+def parse(text: str) -> str:
+    """Read a word written as digits or in run notation, such as ``1^20 (02)^5 3``.
+
+    Parameters
+    ----------
+    text : str
+        Symbols 0..5; ``^k`` repeats the symbol or the bracket before it k times; blanks are free.
+
+    Returns
+    -------
+    str
+        The word, one digit a bounce, as written (no rotation is applied).
+
+    Raises
+    ------
+    WordError
+        If the text is empty, has another character, an unmatched bracket or a misplaced power, or
+        would be longer than `MAX_ORDER`.
+    """
+    stack: list[list[str]] = [[]]
+    size = 0
+    place = 0
+    end = len(text.rstrip())
+    while place < end:
+        token = _TOKEN.match(text, place)
+        if token is None:
+            raise WordError(_complaint(text, place))
+        symbol, opening, closing, power = token.groups()
+        if symbol:
+            stack[-1].append(symbol)
+            size += 1
+        elif opening:
+            stack.append([])
+        elif closing:
+            group = "".join(stack.pop())
+            if not stack:
+                raise WordError(f"unmatched ')' at place {token.end()} of {_shown(text)}")
+            if not group:
+                raise WordError(f"empty brackets at place {token.end()} of {_shown(text)}")
+            stack[-1].append(group)
+        else:
+            size += _repeat_last(stack[-1], power, size, f"place {place + 1} of {_shown(text)}")
+        place = token.end()
+    if len(stack) > 1:
+        raise WordError(f"unmatched '(' in {_shown(text)}")
+    word = "".join(stack[0])
+    if not word:
+        raise WordError("the code is empty: write symbols 0 to 5, such as 1232131")
+    if len(word) > MAX_ORDER:
+        raise WordError(f"the code has {len(word)} symbols, more than {MAX_ORDER}")
+    return word
+
+
+def _repeat_last(terms: list[str], power: str, size: int, where: str) -> int:
+    """Repeat the last term in place and return by how many symbols the word has grown."""
+    if not terms:
+        raise WordError(f"'^' at {where} has nothing before it to repeat")
+    count = int(power) if len(power) <= len(str(MAX_ORDER)) else MAX_ORDER + 1
+    if count == 0:
+        raise WordError(f"'^0' at {where}: repeat at least once")
+    growth = (count - 1) * len(terms[-1])
+    if size + growth > MAX_ORDER:
+        raise WordError(f"the power at {where} makes a code of more than {MAX_ORDER} symbols")
+    terms[-1] *= count
+    return growth
+
+
+def _complaint(text: str, place: int) -> str:
+    while text[place].isspace():
+        place += 1
+    bad = text[place]
+    if bad == "^":
+        return f"'^' at place {place + 1} of {_shown(text)} needs a number after it, as in 1^20"
+    return f"symbol {bad!r} at place {place + 1} of {_shown(text)} is not one of 0 1 2 3 4 5"
+
+
+def _shown(text: str) -> str:
+    return repr(text if len(text) <= 40 else text[:37] + "...")
+
+
+def run_notation(word: str) -> str:
+    """Write a word with powers of single symbols and of pairs, such as ``1^20 (02)^5 3``.
+
+    Only what comes three times or more is written as a power; `parse` reads it back.
+    """
+    terms: list[str] = []
+    plain = ""
+    place = 0
+    while place < len(word):
+        unit, count = _repetition(word, place)
+        if count >= 3:
+            terms += [plain] if plain else []
+            terms.append(f"{unit}^{count}" if len(unit) == 1 else f"({unit})^{count}")
+            plain = ""
+            place += count * len(unit)
+        else:
+            plain += word[place]
+            place += 1
+    return " ".join(terms + ([plain] if plain else []))
+
+
+_RUN = re.compile(r"(.)\1{2,}|(..)\2{2,}")
+
+
+def _repetition(word: str, place: int) -> tuple[str, int]:
+    found = _RUN.match(word, place)
+    if found is None:
+        return word[place], 1
+    unit = found[1] or found[2]
+    return unit, len(found[0]) // len(unit)
+
+
+def least_rotation(word: str) -> str:
+    """Return the least of all rotations of a word, the name of the cyclic word (linear time).
+
+    Source: Duval, "Factorizing words over an ordered alphabet", J. Algorithms 4 (1983) 363.
+    """
+    doubled = word + word
+    n = len(word)
+    start = best = 0
+    while start < n:
+        best = start
+        scan, back = start + 1, start
+        while scan < 2 * n and doubled[back] <= doubled[scan]:
+            back = start if doubled[back] < doubled[scan] else back + 1
+            scan += 1
+        while start <= back:
+            start += scan - back
+    return doubled[best : best + n]
+
+
+def primitive_root(word: str) -> str:
+    """Return the shortest word of which the given word is a repetition."""
+    return word[: (word + word).find(word, 1)]
+
+
+def is_primitive(word: str) -> bool:
+    """Tell whether a word is not a repetition of a shorter one."""
+    return len(primitive_root(word)) == len(word)
+
+
+def from_strings(words: Sequence[str]) -> NDArray[np.uint8]:
+    """Return words of one order as an ``(N, p)`` array of symbols."""
+    flat = np.frombuffer("".join(words).encode("ascii"), dtype=np.uint8) - np.uint8(ord("0"))
+    return flat.reshape(len(words), -1)
+
+
+def to_strings(words: NDArray[np.uint8]) -> list[str]:
+    """Return the rows of an ``(N, p)`` array of symbols as strings of digits."""
+    text = np.ascontiguousarray(words + np.uint8(ord("0")))
+    if text.shape[0] == 0:
+        return []
+    rows = text.view(f"S{text.shape[1]}")[:, 0].astype(f"U{text.shape[1]}")
+    strings: list[str] = rows.tolist()
+    return strings
+
+
+def pack(words: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """Return words of order p <= `MAX_PACKED` as integers, three bits a symbol, first symbol highest."""
+    p = words.shape[1]
+    weights = np.int64(1) << (BITS * np.arange(p - 1, -1, -1, dtype=np.int64))
+    return words.astype(np.int64) @ weights
+
+
+def unpack(codes: NDArray[np.int64], p: int) -> NDArray[np.uint8]:
+    """Return packed words of order p as an ``(N, p)`` array of symbols."""
+    shifts = BITS * np.arange(p - 1, -1, -1, dtype=np.int64)
+    return ((codes[:, None] >> shifts) & 7).astype(np.uint8)
+
+
+def least_rotations(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
+    """Return the least rotation of each packed word of order p."""
+    least = codes.copy()
+    turned = codes.copy()
+    top = BITS * (p - 1)
+    mask = (np.int64(1) << np.int64(top)) - 1
+    for _ in range(p - 1):
+        first = turned >> top
+        turned &= mask
+        turned <<= BITS
+        turned |= first
+        np.minimum(least, turned, out=least)
+    return least
