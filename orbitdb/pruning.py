@@ -76,8 +76,7 @@ def _walls_between_visits(words: Words) -> tuple[NDArray[np.intp], NDArray[np.bo
     last = np.maximum.accumulate(places, axis=1)[:, p - 1 : -1]
     walls = np.arange(p, 2 * p) - last - 1
     again = np.take_along_axis(twice, last, axis=1) == sides
-    same: NDArray[np.bool_] = (sides != _NONE) & (last >= 0) & again
-    return walls, same
+    return walls, np.asarray((sides != _NONE) & (last >= 0) & again)
 
 
 def _returns_after_one_wall(words: Words) -> NDArray[np.bool_]:
