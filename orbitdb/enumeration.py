@@ -20,6 +20,7 @@ MAX_PERIOD = 20
 
 CHUNK = 1 << 14
 RULE_NUMBERS = frozenset(rule.number for rule in RULES)
+_INT64_LENGTH = 24  # 6^24 < 2^63
 _STRAIGHT, _LEFT = (0, 2), (1, 4)
 _NO_RIGHT, _NO_LEFT = (0, 1, 2, 4), (0, 2, 3, 5)
 
@@ -228,7 +229,8 @@ def _closed_walks(n: int, rules: frozenset[int], symbols: tuple[int, ...]) -> in
     for either semicircle remembered and for none, and must count once.
     """
     states, table = _automaton(rules)
-    matrix = np.zeros((len(states), len(states)), dtype=object)
+    exact = np.int64 if n <= _INT64_LENGTH else object
+    matrix = np.zeros((len(states), len(states)), dtype=exact)
     for row in range(len(states)):
         for symbol in symbols:
             if table[row, symbol] >= 0:

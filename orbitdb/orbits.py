@@ -93,3 +93,67 @@ class Orbits:
         """Write what a part of the batch has become into the given rows."""
         for name in ("status", "coordinates", "iterations", *NUMBERS):
             getattr(self, name)[rows] = getattr(part, name)
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """One word at one a, and what became of it.
+
+    Attributes
+    ----------
+    code : str
+        The word in the rotation that was asked for.
+    representative : str
+        The least word of its symmetry class.
+    a : float
+        The stadium.
+    status : Status
+        What became of the word; the numbers are None where it has none.
+    rules : tuple of int
+        The geometric rules it breaks.
+    time_reversal : str or None
+        ``self`` or ``pair``.
+    symmetry : str or None
+        The elements that map the cyclic word to itself, ``1`` if none does.
+    class_size : int or None
+        Number of cyclic words in the symmetry class.
+    length, lyapunov, margin, residual, error, length_error, lyapunov_error : float or None
+        As in `Orbits`.
+    coordinates : ndarray, shape (p,), or None
+        In the order of ``code``.
+    stored : bool
+        Whether it comes from a catalogue or was solved on the spot.
+    """
+
+    code: str
+    representative: str
+    a: float
+    status: Status
+    rules: tuple[int, ...] = ()
+    time_reversal: str | None = None
+    symmetry: str | None = None
+    class_size: int | None = None
+    length: float | None = None
+    lyapunov: float | None = None
+    margin: float | None = None
+    residual: float | None = None
+    error: float | None = None
+    length_error: float | None = None
+    lyapunov_error: float | None = None
+    coordinates: Floats | None = None
+    stored: bool = False
+
+    @property
+    def p(self) -> int:
+        """The period: the number of bounces."""
+        return len(self.code)
+
+    @property
+    def lambda_d(self) -> float | None:
+        """Lambda per bounce."""
+        return None if self.lyapunov is None else self.lyapunov / self.p
+
+    @property
+    def lambda_c(self) -> float | None:
+        """Lambda per unit of length."""
+        return None if self.lyapunov is None or self.length is None else self.lyapunov / self.length

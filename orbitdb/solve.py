@@ -6,11 +6,12 @@ directions obey, finds the one maximum of every word, whether it is an orbit or 
 stadium; words that have converged leave the batch.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb import symmetry
 from orbitdb.certify import assess
 from orbitdb.legs import (
     Derivatives,
@@ -20,8 +21,10 @@ from orbitdb.legs import (
     derivatives,
     direction_limits,
 )
-from orbitdb.orbits import Orbits, Status
+from orbitdb.orbits import NUMBERS, Orbit, Orbits, Status
+from orbitdb.pruning import FAMILY, rules_of
 from orbitdb.stadium import Stadium
+from orbitdb.words import from_strings
 
 Floats = NDArray[np.float64]
 
@@ -72,6 +75,48 @@ def solve(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERAN
 
         orbits.place(np.array([row]), as_orbits(words[row], enclose(words[row], stadium)))
     return orbits
+
+
+def solve_word(word: str, stadium: Stadium) -> Orbit:
+    """Find what becomes of one primitive word of any order, in any rotation.
+
+    Parameters
+    ----------
+    word : str
+        Symbols 0..5; words that are pruned geometrically are not solved.
+    stadium : Stadium
+
+    Returns
+    -------
+    Orbit
+        With the coordinates in the order of the word.
+    """
+    family = symmetry.class_of(word)
+    base = Orbit(
+        code=word,
+        representative=family.representative,
+        a=stadium.a,
+        status=Status.GEOMETRIC,
+        rules=tuple(rules_of(word)),
+        time_reversal=symmetry.time_reversal(family.stabiliser),
+        symmetry=symmetry.label(family.stabiliser),
+        class_size=symmetry.class_size(family.stabiliser),
+    )
+    if family.representative == FAMILY:
+        return replace(base, status=Status.FAMILY)
+    if base.rules:
+        return base
+    found = solve(from_strings([word]), stadium)
+    numbers = {name: finite(getattr(found, name)[0]) for name in NUMBERS}
+    status = Status(str(found.status[0]))
+    if status not in (Status.ORBIT, Status.BOUNDARY):
+        return replace(base, status=status, margin=numbers["margin"])
+    return replace(base, status=status, coordinates=found.coordinates[0], **numbers)
+
+
+def finite(number: np.float64) -> float | None:
+    """Return a number as a plain float, None where it is not finite."""
+    return float(number) if np.isfinite(number) else None
 
 
 def newton(legs: Legs, a: float, tolerance: float = TOLERANCE) -> Directions:

@@ -167,7 +167,7 @@ def is_primitive(word: str) -> bool:
 def from_strings(words: Sequence[str]) -> NDArray[np.uint8]:
     """Return words of one order as an ``(N, p)`` array of symbols."""
     flat = np.frombuffer("".join(words).encode("ascii"), dtype=np.uint8) - np.uint8(ord("0"))
-    return flat.reshape(len(words), -1)
+    return flat.reshape(len(words), len(words[0]) if words else 0)
 
 
 def to_strings(words: NDArray[np.uint8]) -> list[str]:

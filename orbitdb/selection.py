@@ -1,0 +1,146 @@
+"""Selection: a chosen subset of a catalogue, which describes itself in words."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from orbitdb.orbits import Status
+
+MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
+"""The columns that a selection can bound from below and above."""
+
+_PERIODS = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
+_RANGE = re.compile(r"([^:]*):([^:]*)")
+
+
+class SelectionError(ValueError):
+    """A part of the selection cannot be read; the message says how to write it."""
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The chosen subset of the symbol sequences of a catalogue.
+
+    Attributes
+    ----------
+    a : float
+        The stadium.
+    periods : tuple of (int, int)
+        Ranges of periods, both ends in them; empty for all.
+    statuses : tuple of Status
+        Empty for all.
+    time_reversal : str or None
+        ``self`` or ``pair``.
+    symmetry : str or None
+        The exact symmetry label, such as ``x,T,xT``.
+    contains : str or None
+        A factor that the word has in some rotation.
+    ranges : mapping of str to (float or None, float or None)
+        Least and greatest value of some of `MEASURES`, both in the subset.
+    where : str or None
+        An SQL expression over the columns of the view ``catalogue``.
+    parameters : mapping of str to value
+        What the names (``:name``) in ``where`` stand for.
+    """
+
+    a: float = 1.6
+    periods: tuple[tuple[int, int], ...] = ()
+    statuses: tuple[Status, ...] = ()
+    time_reversal: str | None = None
+    symmetry: str | None = None
+    contains: str | None = None
+    ranges: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
+    where: str | None = None
+    parameters: Mapping[str, str | int | float] = field(default_factory=dict)
+
+    def describe(self) -> str:
+        """Return the selection as one line of English."""
+        subject = " and ".join(_SUBJECTS[status] for status in self.statuses) or "symbol sequences"
+        parts = [subject]
+        if self.periods:
+            spans = [str(low) if low == high else f"{low} to {high}" for low, high in self.periods]
+            parts.append(f"of period {', '.join(spans)}")
+        parts.append(f"at a = {self.a:g}")
+        if self.time_reversal:
+            parts.append(_REVERSALS[self.time_reversal])
+        if self.symmetry:
+            parts.append("without symmetry" if self.symmetry == "1" else f"with symmetry {self.symmetry}")
+        if self.contains:
+            parts.append(f"containing {self.contains}")
+        parts += [f"with {_span(name, *bounds)}" for name, bounds in self.ranges.items()]
+        if self.where:
+            values = ", ".join(f"{name} = {value!r}" for name, value in self.parameters.items())
+            parts.append(f"where {self.where}" + (f" ({values})" if values else ""))
+        return " ".join(parts)
+
+
+_SUBJECTS = {
+    Status.ORBIT: "orbits",
+    Status.GEOMETRIC: "geometrically pruned sequences",
+    Status.DYNAMICAL: "dynamically pruned sequences",
+    Status.BOUNDARY: "orbits through a joint",
+    Status.FAMILY: "bouncing-ball families",
+    Status.UNRESOLVED: "unresolved sequences",
+}
+_REVERSALS = {"self": "that retrace their path", "pair": "whose time reverse is another orbit"}
+
+
+def _span(name: str, low: float | None, high: float | None) -> str:
+    if low is None:
+        return f"{name} <= {high:g}"
+    return f"{name} >= {low:g}" if high is None else f"{low:g} <= {name} <= {high:g}"
+
+
+def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
+    """Read ranges of periods such as ``11``, ``2-8`` or ``2,3,5-7``.
+
+    Raises
+    ------
+    SelectionError
+        If the text is not of this form, or a range runs backwards.
+    """
+    ranges = []
+    for part in text.split(","):
+        found = _PERIODS.fullmatch(part.strip())
+        if found is None:
+            raise SelectionError(f"periods {text!r}: write them as 11, 2-8 or 2,3,5-7")
+        low, high = int(found[1]), int(found[2] or found[1])
+        if low > high:
+            raise SelectionError(f"periods {part.strip()!r} run backwards: write {high}-{low}")
+        ranges.append((low, high))
+    return tuple(ranges)
+
+
+def parse_range(text: str) -> tuple[float | None, float | None]:
+    """Read a range of numbers such as ``3:10``, ``3:`` or ``:10``.
+
+    Raises
+    ------
+    SelectionError
+        If the text is not of this form.
+    """
+    found = _RANGE.fullmatch(text.strip())
+    try:
+        if found is None or not (found[1].strip() or found[2].strip()):
+            raise ValueError(text)
+        low, high = (float(part) if part.strip() else None for part in found.groups())
+    except ValueError:
+        raise SelectionError(f"range {text!r}: write it as 3:10, 3: or :10") from None
+    return low, high
+
+
+def parse_statuses(text: str) -> tuple[Status, ...]:
+    """Read statuses separated by commas; ``all`` stands for every one.
+
+    Raises
+    ------
+    SelectionError
+        If one of them is not a status.
+    """
+    if text.strip() == "all":
+        return ()
+    try:
+        return tuple(Status(part.strip()) for part in text.split(","))
+    except ValueError:
+        known = ", ".join(Status)
+        raise SelectionError(f"status {text!r}: use {known}, some of them with commas, or all") from None

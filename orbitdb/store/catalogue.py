@@ -1,0 +1,262 @@
+"""Catalogue: a database of periodic orbits, opened for reading."""
+
+import re
+import sqlite3
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import sqlalchemy as sa
+
+from orbitdb import symmetry
+from orbitdb.orbits import NUMBERS, Orbit, Status
+from orbitdb.selection import Selection, SelectionError
+from orbitdb.store import where as free
+from orbitdb.store.database import StoreError, check_file, default_path, plain_errors, reading_engine
+from orbitdb.store.migrate import migrate
+from orbitdb.store.schema import SCHEMA_VERSION, catalogue, cycle, fill, orbit, stadium
+from orbitdb.words import from_strings, to_strings
+
+COLUMNS = tuple(catalogue.c.keys())
+"""The columns of the view ``catalogue``."""
+
+_BLOCK = 2000
+_ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Fill:
+    """How far a period is filled at one a, and the counts of the paper's Table 1.
+
+    Attributes
+    ----------
+    p : int
+        Period.
+    state : str
+        ``filling`` or ``done``; there are no counts before it is done.
+    seconds : float
+        Time spent.
+    primitive : int or None
+        All primitive cyclic words of the period.
+    pruned : tuple of int or None
+        How many of them break rule 1, 2 .. 6.
+    n_t, n_c : int or None
+        Words left after geometric pruning, and orbits.
+    classes : int or None
+        Symmetry classes of the orbits.
+    boundary, unresolved : int or None
+        Words of these statuses.
+    """
+
+    p: int
+    state: str
+    seconds: float
+    primitive: int | None
+    pruned: tuple[int | None, ...]
+    n_t: int | None
+    n_c: int | None
+    classes: int | None
+    boundary: int | None
+    unresolved: int | None
+
+
+class Catalogue:
+    """A database of the periodic orbits of stadium billiards.
+
+    Parameters
+    ----------
+    path : path-like, optional
+        The file; by default ``ORBITDB_DB`` or a file in the user's data folder.
+
+    Raises
+    ------
+    StoreError
+        If there is no catalogue there, or it cannot be read by this version.
+    """
+
+    def __init__(self, path: Path | str | None = None) -> None:
+        self.path = Path(path) if path is not None else default_path()
+        version = check_file(self.path)
+        if version is None:
+            raise StoreError(f"no catalogue at {self.path}: make one with 'orbitdb fill --p 11'")
+        if version < SCHEMA_VERSION:
+            raise StoreError(f"{self.path} has the older schema {version}: run 'orbitdb migrate' first")
+        self._engine = reading_engine(self.path)
+
+    @classmethod
+    def create(cls, path: Path | str | None = None) -> "Catalogue":
+        """Open a catalogue, making it or bringing it to the newest schema first."""
+        path = Path(path) if path is not None else default_path()
+        migrate(path)
+        return cls(path)
+
+    @contextmanager
+    def reading(self) -> Iterator[sa.Connection]:
+        """Give a connection inside one read transaction: all it sees is of one moment."""
+        with plain_errors(self.path), self._engine.begin() as connection:
+            yield connection
+
+    def a_values(self) -> list[float]:
+        """Return the values of a that the catalogue knows, in order."""
+        with self.reading() as connection:
+            return list(connection.scalars(sa.select(stadium.c.a).order_by(stadium.c.a)))
+
+    def fills(self, a: float) -> list[Fill]:
+        """Return what is filled at one a, by period."""
+        query = sa.select(fill).join(stadium).where(stadium.c.a == a).order_by(fill.c.p)
+        with self.reading() as connection:
+            return [_as_fill(row) for row in connection.execute(query)]
+
+    def find(self, word: str, a: float) -> Orbit | None:
+        """Return a primitive word's stored orbit, in the rotation asked for, or None.
+
+        Parameters
+        ----------
+        word : str
+            Symbols 0..5, in any rotation.
+        a : float
+            The stadium.
+        """
+        family = symmetry.class_of(word)
+        query = (
+            sa.select(cycle, orbit)
+            .join(orbit, orbit.c.cycle == cycle.c.id)
+            .join(stadium, stadium.c.id == orbit.c.stadium)
+            .where(cycle.c.p == len(word), cycle.c.word == family.representative, stadium.c.a == a)
+        )
+        with self.reading() as connection:
+            row = connection.execute(query).mappings().first()
+        if row is None:
+            return None
+        return Orbit(
+            code=word,
+            representative=family.representative,
+            a=a,
+            status=Status(row["status"]),
+            time_reversal=row["time_reversal"],
+            symmetry=row["symmetry"],
+            class_size=row["class_size"],
+            coordinates=_coordinates_of(word, family, row["coordinates"]),
+            stored=True,
+            **{name: row[name] for name in NUMBERS},
+        )
+
+    def count(self, selection: Selection) -> int:
+        """Return the number of rows in a chosen subset."""
+        query = sa.select(sa.func.count()).select_from(catalogue)
+        with self._selecting(selection) as (connection, conditions):
+            return connection.scalar(query.where(*conditions)) or 0
+
+    def rows(
+        self,
+        selection: Selection,
+        columns: Sequence[str] = COLUMNS,
+        order: str = "p,code",
+        limit: int | None = None,
+        offset: int = 0,
+    ) -> Iterator[tuple[Any, ...]]:
+        """Yield rows of a chosen subset, one a symbol sequence.
+
+        Parameters
+        ----------
+        selection : Selection
+        columns : sequence of str, optional
+            Some of `COLUMNS`.
+        order : str, optional
+            Columns with commas between, each with ``desc`` behind it or ``-`` before it to fall.
+        limit, offset : int, optional
+            How many rows at most, and how many to pass over first.
+
+        Raises
+        ------
+        SelectionError
+            If a column is not known or ``where`` is refused.
+        """
+        query = sa.select(*(_column(name) for name in columns)).order_by(*_ordering(order))
+        if limit is not None or offset:
+            query = query.limit(-1 if limit is None else limit).offset(offset)
+        with self._selecting(selection) as (connection, conditions):
+            result = connection.execute(query.where(*conditions))
+            while block := result.fetchmany(_BLOCK):
+                yield from map(tuple, block)
+
+    @contextmanager
+    def _selecting(
+        self, selection: Selection
+    ) -> Iterator[tuple[sa.Connection, list[sa.ColumnElement[bool] | sa.TextClause]]]:
+        """Give a connection for one query over a subset, confined if it has a free expression."""
+        with self.reading() as connection:
+            conditions = conditions_of(selection)
+            if selection.where is None:
+                yield connection, conditions
+                return
+            free.check(connection, selection.where, dict(selection.parameters))
+            try:
+                with free.confined(connection):
+                    yield connection, conditions
+            except (sa.exc.DBAPIError, sqlite3.Error) as error:
+                raise free.refusal(selection.where, str(getattr(error, "orig", error))) from error
+
+
+def conditions_of(selection: Selection) -> list[sa.ColumnElement[bool] | sa.TextClause]:
+    """Return a selection as conditions on the view ``catalogue``."""
+    view = catalogue.c
+    found: list[sa.ColumnElement[bool] | sa.TextClause] = [view.a == selection.a]
+    if selection.periods:
+        found.append(sa.or_(*(view.p.between(low, high) for low, high in selection.periods)))
+    if selection.statuses:
+        found.append(view.status.in_([status.value for status in selection.statuses]))
+    if selection.time_reversal:
+        found.append(view.time_reversal == selection.time_reversal)
+    if selection.symmetry:
+        found.append(view.symmetry == selection.symmetry)
+    if selection.contains:
+        found.append(sa.func.instr(view.word.op("||")(view.word), selection.contains) > 0)
+    for name, (low, high) in selection.ranges.items():
+        found += [] if low is None else [_column(name) >= low]
+        found += [] if high is None else [_column(name) <= high]
+    if selection.where:
+        clause = free.expression(selection.where, set(selection.parameters))
+        found.append(clause.bindparams(**selection.parameters))
+    return found
+
+
+def _column(name: str) -> sa.ColumnElement[Any]:
+    if name not in COLUMNS:
+        raise SelectionError(f"column {name!r}: the columns are {', '.join(COLUMNS)}")
+    return catalogue.c[name]
+
+
+def _ordering(order: str) -> list[sa.ColumnElement[Any]]:
+    """Return the sort keys, with period and word last so that the order is always the same."""
+    keys = []
+    for part in order.split(","):
+        found = _ORDER.fullmatch(part.strip())
+        if found is None:
+            raise SelectionError(f"order {order!r}: write columns such as 'length' or 'p,lambda_c desc'")
+        falling = bool(found[1]) != ((found[3] or "").lower() == "desc")
+        keys.append(_column(found[2]).desc() if falling else _column(found[2]))
+    return [*keys, catalogue.c.p, catalogue.c.word]
+
+
+def _as_fill(row: sa.Row[Any]) -> Fill:
+    values = row._mapping
+    names = ("p", "state", "seconds", "primitive", "n_t", "n_c", "classes", "boundary", "unresolved")
+    pruned = tuple(values[f"rule_{number}"] for number in range(1, 7))
+    return Fill(pruned=pruned, **{name: values[name] for name in names})
+
+
+def _coordinates_of(
+    word: str, family: symmetry.SymmetryClass, stored: bytes | None
+) -> np.ndarray[tuple[int], np.dtype[np.float64]] | None:
+    """Return the stored coordinates of a representative as those of one of its images."""
+    if stored is None:
+        return None
+    symbols = from_strings([family.representative])
+    image = to_strings(symmetry.act_on_words(family.element, symbols))[0]
+    places = np.frombuffer(stored, dtype="<f8")[None, :]
+    turned = symmetry.act_on_coordinates(family.element, symbols, places)[0]
+    return np.roll(turned, -(image + image).index(word)).astype(np.float64)

@@ -1,0 +1,127 @@
+"""The database file: opening it safely, for reading or for writing, and telling what is wrong with it."""
+
+import os
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from urllib.parse import quote
+
+import sqlalchemy as sa
+from sqlalchemy import event
+
+from orbitdb.store.schema import APPLICATION_ID, SCHEMA_VERSION
+
+BUSY_TIMEOUT = 5.0
+_MAGIC = b"SQLite format 3\x00"
+
+
+class StoreError(Exception):
+    """The database cannot be used; the message says why and what to do."""
+
+
+def default_path() -> Path:
+    """Return where a catalogue is kept if nothing else is said: ORBITDB_DB, or the user's data folder."""
+    if named := os.environ.get("ORBITDB_DB"):
+        return Path(named)
+    from platformdirs import user_data_path
+
+    return user_data_path("orbitdb", appauthor=False) / "orbits.db"
+
+
+def check_file(path: Path) -> int | None:
+    """Look at a file before it is opened as a catalogue.
+
+    Returns
+    -------
+    int or None
+        The version of its schema; None if there is no file, or an empty one.
+
+    Raises
+    ------
+    StoreError
+        If it is not a catalogue, or one that a newer orbitdb has written.
+    """
+    try:
+        if path.is_dir():
+            raise StoreError(f"{path} is a folder: name a file with --db")
+        if not path.exists() or path.stat().st_size == 0:
+            return None
+        with path.open("rb") as file:
+            header = file.read(100)
+    except OSError as error:
+        raise StoreError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
+    if len(header) < 100 or not header.startswith(_MAGIC):
+        raise StoreError(f"{path} is not an orbitdb catalogue: name another file with --db")
+    pages, version, application = (int.from_bytes(header[i : i + 4], "big") for i in (28, 60, 68))
+    if not application and not version and pages <= 1:
+        return None  # a database without a table, as a creation that was killed leaves it
+    if application != APPLICATION_ID:
+        raise StoreError(f"{path} is another program's SQLite database: name another file with --db")
+    if version > SCHEMA_VERSION:
+        raise StoreError(
+            f"{path} has schema {version}, newer than this orbitdb's {SCHEMA_VERSION}: upgrade orbitdb"
+        )
+    return version
+
+
+def reading_engine(path: Path) -> sa.Engine:
+    """Return an engine that cannot write; it works in a read-only folder and beside a writer."""
+    uri = f"file:{quote(str(path.resolve()))}?mode=ro"
+    frozen = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
+    return _engine(uri + ("&immutable=1" if frozen else ""), "BEGIN")
+
+
+def writing_engine(path: Path) -> sa.Engine:
+    """Return an engine whose every transaction takes the write lock at once."""
+    engine = _engine(f"file:{quote(str(path.resolve()))}?mode=rwc", "BEGIN IMMEDIATE")
+
+    @event.listens_for(engine, "connect")
+    def configure(connection: sqlite3.Connection, _record: object) -> None:
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.execute("PRAGMA synchronous = NORMAL")
+
+    return engine
+
+
+def _engine(uri: str, begin: str) -> sa.Engine:
+    def connect() -> sqlite3.Connection:
+        connection = sqlite3.connect(
+            uri, uri=True, timeout=BUSY_TIMEOUT, isolation_level=None, check_same_thread=False
+        )
+        connection.execute("PRAGMA foreign_keys = ON")
+        return connection
+
+    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.pool.QueuePool)
+
+    @event.listens_for(engine, "begin")
+    def take_lock(connection: sa.Connection) -> None:
+        connection.exec_driver_sql(begin)
+
+    return engine
+
+
+@contextmanager
+def plain_errors(path: Path) -> Iterator[None]:
+    """Turn what SQLite raises into a `StoreError` with a remedy."""
+    try:
+        yield
+    except (sa.exc.DBAPIError, sqlite3.Error) as error:
+        cause = error.orig if isinstance(error, sa.exc.DBAPIError) else error
+        raise StoreError(_remedy(path, str(cause))) from error
+
+
+def _remedy(path: Path, message: str) -> str:
+    remedies = {
+        "locked": f"{path} is in use by another process that writes: try again when it has finished",
+        "readonly": f"{path} cannot be written: check its permissions, or name another file with --db",
+        "unable to open": f"{path} cannot be opened: check that its folder exists and may be written",
+        "disk is full": f"no space left for {path}: free some, then run the same command again to go on",
+        "malformed": f"{path} is damaged: restore a copy, or move it away and fill anew",
+        "not a database": f"{path} is not an orbitdb catalogue: name another file with --db",
+        "disk I/O": f"{path} cannot be read or written (disk I/O error): check the disk",
+    }
+    for part, remedy in remedies.items():
+        if part in message:
+            return remedy
+    return f"{path}: {message}"
