@@ -76,7 +76,7 @@ def _walls_between_visits(words: Words) -> tuple[NDArray[np.intp], NDArray[np.bo
     last = np.maximum.accumulate(places, axis=1)[:, p - 1 : -1]
     walls = np.arange(p, 2 * p) - last - 1
     again = np.take_along_axis(twice, last, axis=1) == sides
-    return walls, np.asarray((sides != _NONE) & (last >= 0) & again)
+    return walls, np.logical_and(again, (sides != _NONE) & (last >= 0))
 
 
 def _returns_after_one_wall(words: Words) -> NDArray[np.bool_]:

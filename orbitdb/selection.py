@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from orbitdb.errors import InputError
 from orbitdb.orbits import Status
 
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
@@ -13,7 +14,7 @@ _PERIODS = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
 _RANGE = re.compile(r"([^:]*):([^:]*)")
 
 
-class SelectionError(ValueError):
+class SelectionError(InputError):
     """A part of the selection cannot be read; the message says how to write it."""
 
 
@@ -111,22 +112,57 @@ def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
     return tuple(ranges)
 
 
-def parse_range(text: str) -> tuple[float | None, float | None]:
-    """Read a range of numbers such as ``3:10``, ``3:`` or ``:10``.
+def parse_bound(text: str) -> tuple[str, tuple[float | None, float | None]]:
+    """Read bounds on a measure such as ``length=3:10``, ``margin=:1e-4`` or ``lambda_c=0.4:``.
 
     Raises
     ------
     SelectionError
-        If the text is not of this form.
+        If the text is not of this form, or does not name one of `MEASURES`.
     """
-    found = _RANGE.fullmatch(text.strip())
+    name, _, span = text.partition("=")
+    if name.strip() not in MEASURES:
+        raise SelectionError(f"range {text!r}: name one of {', '.join(MEASURES)}, as in length=3:10")
+    found = _RANGE.fullmatch(span.strip())
     try:
         if found is None or not (found[1].strip() or found[2].strip()):
             raise ValueError(text)
         low, high = (float(part) if part.strip() else None for part in found.groups())
     except ValueError:
-        raise SelectionError(f"range {text!r}: write it as 3:10, 3: or :10") from None
-    return low, high
+        raise SelectionError(f"range {text!r}: write it as {name}=3:10, {name}=3: or {name}=:10") from None
+    return name.strip(), (low, high)
+
+
+def parse_parameter(text: str) -> tuple[str, str | int | float]:
+    """Read a value for a name in ``where``, such as ``cut=0.5`` or ``kind=self``.
+
+    Raises
+    ------
+    SelectionError
+        If the text is not of the form name=value.
+    """
+    name, sign, value = text.partition("=")
+    if not sign or not name.isidentifier():
+        raise SelectionError(f"-P {text!r}: write it as name=value")
+    for kind in (int, float):
+        try:
+            return name, kind(value)
+        except ValueError:
+            continue
+    return name, value
+
+
+def parse_reversal(text: str) -> str:
+    """Read ``self`` or ``pair``.
+
+    Raises
+    ------
+    SelectionError
+        If it is neither.
+    """
+    if text not in _REVERSALS:
+        raise SelectionError(f"reversal {text!r}: use self or pair")
+    return text
 
 
 def parse_statuses(text: str) -> tuple[Status, ...]:

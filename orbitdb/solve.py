@@ -7,6 +7,7 @@ stadium; words that have converged leave the batch.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,7 +108,7 @@ def solve_word(word: str, stadium: Stadium) -> Orbit:
     if base.rules:
         return base
     found = solve(from_strings([word]), stadium)
-    numbers = {name: finite(getattr(found, name)[0]) for name in NUMBERS}
+    numbers: dict[str, Any] = {name: finite(getattr(found, name)[0]) for name in NUMBERS}
     status = Status(str(found.status[0]))
     if status not in (Status.ORBIT, Status.BOUNDARY):
         return replace(base, status=status, margin=numbers["margin"])

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.errors import InputError
+
 MIN_A, MAX_A = 1e-6, 1e6
 HALF_PI = math.pi / 2
 
@@ -19,7 +21,7 @@ _WALL_Y = np.array([-1.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 _OUTWARD = np.array([0.0, -1.0, 0.0, 1.0, -1.0, 1.0])
 
 
-class StadiumError(ValueError):
+class StadiumError(InputError):
     """The parameter a does not describe a stadium that can be treated."""
 
 

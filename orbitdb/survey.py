@@ -6,7 +6,7 @@ period has come, so that a fill can be stopped at any moment, by Ctrl-C or a kil
 
 import time
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -16,24 +16,23 @@ from numpy.typing import NDArray
 
 from orbitdb import __version__, symmetry
 from orbitdb.enumeration import (
-    MAX_PERIOD,
     RULE_NUMBERS,
     admissible_words,
     count_admissible,
     count_primitive,
     primitive_words,
 )
+from orbitdb.errors import StoreError
 from orbitdb.orbits import Orbit, Orbits, Status
-from orbitdb.pruning import rule_numbers, rules_broken
+from orbitdb.pruning import FAMILY, rule_numbers, rules_broken, rules_of
 from orbitdb.solve import solve, solve_word
 from orbitdb.stadium import Stadium
 from orbitdb.store import filling
 from orbitdb.store.catalogue import Catalogue
-from orbitdb.store.database import StoreError
 from orbitdb.store.filling import DONE, Cursor, Writer
 from orbitdb.store.schema import cycle, orbit
-from orbitdb.symmetry import Classes, classify
-from orbitdb.words import from_strings, pack, to_strings, unpack
+from orbitdb.symmetry import classify
+from orbitdb.words import from_strings, least_rotation, pack, to_strings, unpack
 
 _BATCH = 8192
 _LAST_FULL_MASK = 64
@@ -122,7 +121,7 @@ class _PeriodFill:
             batches = self._from_store(cursor, known)
         else:
             batches = self._from_scratch(cursor, known)
-        for cursor in batches:
+        for _ in batches:
             yield Progress(self.p, self.stored, self.total)
         with self.writer.writing() as connection:
             filling.close_fill(connection, cursor, self._counts(connection, cursor))
@@ -277,12 +276,41 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Iterator[Progress]:
 def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
     """Store one primitive word of any order, its symmetry class, and what becomes of it at one a.
 
+    Parameters
+    ----------
+    path : Path
+        A catalogue of the newest schema.
+    word : str
+        Symbols 0..5, in any rotation.
+    a : float
+        The stadium.
+    method : str, optional
+        One of `METHODS`.
+
     Returns
     -------
     Orbit
-        As it is stored, in the rotation asked for.
+        The word in the rotation asked for; the family 02 is not stored.
     """
-    raise NotImplementedError
+    writer = Writer(path, {"command": "fill", "a": a, "code": word, "method": method}, __version__)
+    rules = rules_of(word)
+    family = symmetry.class_of(word)
+    try:
+        if family.representative == FAMILY:
+            return solve_word(word, Stadium(a))
+        if rules:
+            rows = [(len(word), least_rotation(word), ",".join(map(str, rules)))]
+            with writer.writing() as connection:
+                filling.add_pruned(connection, rows)
+            return replace(solve_word(word, Stadium(a)), stored=True)
+        orbits = METHODS[method](from_strings([family.representative]), Stadium(a))
+        with writer.writing() as connection:
+            stadium = writer.stadium_id(connection, a)
+            number = filling.add_class(connection, family)
+            filling.add_orbits(writer, connection, stadium, [number], orbits, method)
+    finally:
+        writer.close()
+    return find(path, word, a)
 
 
 def find(path: Path | None, word: str, a: float) -> Orbit:

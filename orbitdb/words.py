@@ -11,6 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.errors import InputError
+
 SYMBOLS = "012345"
 MAX_ORDER = 1_000_000
 MAX_PACKED = 21
@@ -19,7 +21,7 @@ BITS = 3
 _TOKEN = re.compile(r"\s*(?:([0-5])|(\()|(\))|\^\s*(\d+))")
 
 
-class WordError(ValueError):
+class WordError(InputError):
     """The text is not a word; the message names the place and says what is wrong."""
 
 

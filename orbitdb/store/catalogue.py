@@ -12,10 +12,11 @@ import numpy as np
 import sqlalchemy as sa
 
 from orbitdb import symmetry
+from orbitdb.errors import StoreError
 from orbitdb.orbits import NUMBERS, Orbit, Status
 from orbitdb.selection import Selection, SelectionError
 from orbitdb.store import where as free
-from orbitdb.store.database import StoreError, check_file, default_path, plain_errors, reading_engine
+from orbitdb.store.database import check_file, default_path, plain_errors, reading_engine
 from orbitdb.store.migrate import migrate
 from orbitdb.store.schema import SCHEMA_VERSION, catalogue, cycle, fill, orbit, stadium
 from orbitdb.words import from_strings, to_strings

@@ -10,14 +10,11 @@ from urllib.parse import quote
 import sqlalchemy as sa
 from sqlalchemy import event
 
+from orbitdb.errors import StoreError
 from orbitdb.store.schema import APPLICATION_ID, SCHEMA_VERSION
 
 BUSY_TIMEOUT = 5.0
 _MAGIC = b"SQLite format 3\x00"
-
-
-class StoreError(Exception):
-    """The database cannot be used; the message says why and what to do."""
 
 
 def default_path() -> Path:

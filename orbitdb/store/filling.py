@@ -13,10 +13,11 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb import symmetry
+from orbitdb.errors import StoreError
 from orbitdb.orbits import NUMBERS, Orbits, Status
-from orbitdb.store.database import StoreError, plain_errors, writing_engine
+from orbitdb.store.database import plain_errors, writing_engine
 from orbitdb.store.schema import cycle, fill, orbit, run, stadium
-from orbitdb.words import to_strings
+from orbitdb.words import from_strings, to_strings
 
 DONE, FILLING = "done", "filling"
 
@@ -54,8 +55,8 @@ class Writer:
         """Return the number of this run, noting it on its first write."""
         if self._run_id is None:
             started = datetime.now(UTC).isoformat(timespec="seconds")
-            found = connection.execute(sa.insert(run).values(started=started, **self._run))
-            self._run_id = int(found.inserted_primary_key[0])
+            fresh = sa.insert(run).values(started=started, **self._run).returning(run.c.id)
+            self._run_id = int(connection.execute(fresh).scalar_one())
         return self._run_id
 
     def stadium_id(self, connection: sa.Connection, a: float) -> int:
@@ -155,6 +156,19 @@ def add_cycles(
     ]
     _insert(connection, "INSERT INTO cycle VALUES (?, ?, ?, ?, ?, ?, ?)", rows)
     return ids
+
+
+def add_class(connection: sa.Connection, family: symmetry.SymmetryClass) -> int:
+    """Store one symmetry class of any order and all its words, unless they are there; return its number."""
+    word = family.representative
+    known = connection.scalar(sa.select(cycle.c.id).where(cycle.c.p == len(word), cycle.c.word == word))
+    if known is not None:
+        return int(known)
+    stabilisers = np.array([family.stabiliser], dtype=np.uint8)
+    (number,) = add_cycles(connection, from_strings([word]), stabilisers)
+    members = symmetry.members(word).items()
+    add_sequences(connection, [(len(word), image, number, element) for image, element in members])
+    return number
 
 
 def add_sequences(connection: sa.Connection, rows: Sequence[tuple[int, str, int, int]]) -> None:

@@ -22,8 +22,8 @@ metadata = sa.MetaData(
     }
 )
 
-STRICT = {"sqlite_strict": True}
-STRICT_ORDERED = {"sqlite_strict": True, "sqlite_with_rowid": False}
+STRICT: dict[str, Any] = {"sqlite_strict": True}
+STRICT_ORDERED: dict[str, Any] = {"sqlite_strict": True, "sqlite_with_rowid": False}
 
 
 def _required(name: str, kind: type[sa.types.TypeEngine[Any]], *more: sa.schema.SchemaItem) -> sa.Column[Any]:

@@ -1,0 +1,167 @@
+"""``orbitdb fill``: enumerate, solve and store."""
+
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from orbitdb.cli.options import Database, HalfLength
+from orbitdb.cli.render import note
+from orbitdb.errors import InputError
+
+if TYPE_CHECKING:
+    from orbitdb.survey import Progress
+
+EXAMPLES = """
+Examples:
+
+  orbitdb fill --p 11
+
+  orbitdb fill --from 12 --p 13 --a 1
+
+  orbitdb fill --code 1^20(02)^5 3
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(epilog=EXAMPLES)(fill)
+
+
+def fill(
+    p: Annotated[int | None, typer.Option("--p", help="The highest period to fill.")] = None,
+    first: Annotated[int, typer.Option("--from", help="The lowest period to fill.")] = 2,
+    a: HalfLength = 1.6,
+    code: Annotated[
+        list[str] | None,
+        typer.Option("--code", help="Store this word only; repeatable; - reads lines of stdin."),
+    ] = None,
+    geometric: Annotated[
+        bool,
+        typer.Option(
+            "--geometric", help="Keep the geometrically pruned words, too, with the rules they break."
+        ),
+    ] = False,
+    method: Annotated[
+        str, typer.Option("--method", help="newton or relaxation (the paper's, slow).")
+    ] = "newton",
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would be done.")] = False,
+    db: Database = None,
+) -> None:
+    """Fill a catalogue: all symbol sequences of every period, and the orbits among them.
+
+    Goes on where it was stopped; periods that are done are passed over.
+    """
+    from orbitdb import survey
+    from orbitdb.enumeration import MAX_PERIOD
+    from orbitdb.stadium import Stadium
+
+    Stadium(a)
+    if method not in survey.METHODS:
+        raise InputError(f"method {method!r}: use {' or '.join(survey.METHODS)}")
+    if code:
+        _fill_words(_words(code), a, method, db, dry_run)
+        return
+    if p is None:
+        raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
+    if not 2 <= first <= p <= MAX_PERIOD:
+        raise InputError(
+            f"periods {first} to {p}: fill from 2 or more to {MAX_PERIOD} or less, in rising order"
+        )
+    _fill_periods(range(first, p + 1), a, geometric, method, db, dry_run)
+
+
+def _fill_periods(
+    periods: range, a: float, geometric: bool, method: str, db: Path | None, dry_run: bool
+) -> None:
+    from orbitdb import survey
+    from orbitdb.enumeration import count_admissible
+    from orbitdb.store.catalogue import Catalogue
+    from orbitdb.store.database import check_file, default_path
+    from orbitdb.store.filling import DONE
+
+    path = db or default_path()
+    span = f"p = {periods[0]}..{periods[-1]} at a = {a:g}"
+    if dry_run:
+        fills = Catalogue(path).fills(a) if check_file(path) is not None else []
+        done = {fill.p for fill in fills if fill.state == DONE}
+        todo = [p for p in periods if p not in done]
+        note(f"{span}: {len(todo)} periods to fill, {sum(map(count_admissible, todo))} sequences, in {path}")
+        return
+    start = time.monotonic()
+    Catalogue.create(path)
+    with _progress() as show:
+        show(survey.fill(path, a, periods, method))
+        if geometric:
+            show(survey.fill_geometric(path, periods))
+    fills = [fill for fill in Catalogue(path).fills(a) if fill.p in periods]
+    sequences, orbits = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))
+    note(f"{span}: {sequences} sequences, {orbits} orbits, {time.monotonic() - start:.1f} s, in {path}")
+
+
+@contextmanager
+def _progress() -> "Iterator[Callable[[Iterable[Progress]], None]]":
+    """Show how far the work is, with rate and time left, if somebody watches."""
+    if not sys.stderr.isatty():
+        yield _consume
+        return
+    from rich import progress as rich
+    from rich.console import Console
+
+    columns = (
+        rich.TextColumn("p = {task.fields[p]:>2}"),
+        rich.BarColumn(),
+        rich.MofNCompleteColumn(),
+        rich.TextColumn("{task.fields[rate]}/s"),
+        rich.TimeRemainingColumn(),
+    )
+    with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+
+        def show(steps: "Iterable[Progress]") -> None:
+            task = None
+            for step in steps:
+                if task is None or bar.tasks[task].fields["p"] != step.p:
+                    if task is not None:
+                        bar.remove_task(task)
+                    task = bar.add_task("", total=step.total, p=step.p, rate="")
+                speed = bar.tasks[task].speed
+                bar.update(task, completed=step.words, rate=f"{speed:,.0f}" if speed else "")
+
+        yield show
+
+
+def _consume(steps: "Iterable[Progress]") -> None:
+    for _ in steps:
+        pass
+
+
+def _words(codes: list[str]) -> Iterator[str]:
+    """Return the codes given, those on stdin among them, without checking them."""
+    for code in codes:
+        if code == "-":
+            yield from (line.strip() for line in sys.stdin if line.strip())
+        else:
+            yield code
+
+
+def _fill_words(codes: Iterable[str], a: float, method: str, db: Path | None, dry_run: bool) -> None:
+    from orbitdb import survey
+    from orbitdb.cli.query import primitive
+    from orbitdb.store.catalogue import Catalogue
+    from orbitdb.store.database import default_path
+
+    words = [primitive(code) for code in codes]
+    path = db or default_path()
+    if dry_run:
+        note(f"{len(words)} words to solve at a = {a:g}, in {path}")
+        return
+    Catalogue.create(path)
+    for word in words:
+        found = survey.fill_word(path, word, a, method)
+        shown = word if len(word) <= 40 else f"{word[:37]}..."
+        kept = "" if found.stored else "; not stored"
+        note(f"{shown}: {found.status.sentence}{kept}")

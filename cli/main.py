@@ -1,0 +1,70 @@
+"""The command ``orbitdb``: one module a group of commands, and what happens when one fails."""
+
+import signal
+import sys
+from typing import Annotated
+
+import typer
+
+from orbitdb import __version__
+from orbitdb.cli import fill, info, query, table
+from orbitdb.errors import InputError, StoreError
+
+DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
+
+app = typer.Typer(
+    name="orbitdb",
+    help="A certified catalogue of the unstable periodic orbits of the stadium billiard.",
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+for module in (fill, query, table, info):
+    module.register(app)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"orbitdb {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+def run() -> None:
+    """Run the command line; every failure becomes one line on stderr and an exit code."""
+    if hasattr(signal, "SIGPIPE"):
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # so that "| head" ends quietly
+    sys.exit(_run(sys.argv[1:] or ["--help"]))
+
+
+def _run(arguments: list[str]) -> int:
+    try:
+        result = app(arguments, prog_name="orbitdb", standalone_mode=False)
+        if result == INTERRUPTED:
+            raise KeyboardInterrupt
+        return result if isinstance(result, int) else DONE
+    except InputError as error:
+        return _say(str(error), USAGE)
+    except StoreError as error:
+        return _say(str(error), NO_DATABASE)
+    except (KeyboardInterrupt, typer.Abort):
+        return _say(
+            "interrupted; what was done is kept, and the same command goes on from there", INTERRUPTED
+        )
+    except typer.TyperException as error:
+        return _say(" ".join(error.format_message().split()) + " (--help shows the options)", USAGE)
+    except ModuleNotFoundError as error:
+        return _say(f"{error}; it comes with an extra, see 'Install' in the README", FAILED)
+
+
+def _say(message: str, code: int) -> int:
+    print(f"orbitdb: {message}", file=sys.stderr)
+    return code

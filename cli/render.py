@@ -1,0 +1,124 @@
+"""Writing data to stdout, in the format asked for, and notes to stderr."""
+
+import csv
+import json
+import math
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+from orbitdb.cli.options import Format
+
+_DECIMALS = {
+    "a": 6,
+    "length": 7,
+    "lyapunov": 7,
+    "lambda_d": 6,
+    "lambda_c": 6,
+    "margin": 6,
+    "coordinate": 12,
+    "x": 12,
+    "y": 12,
+    "seconds": 2,
+}
+"""Digits behind the point in tables; the other formats give every number in full."""
+
+_TINY = {"residual", "error", "length_error", "lyapunov_error"}
+
+
+def note(message: str) -> None:
+    """Tell the user something that is not data."""
+    print(message, file=sys.stderr)
+
+
+def number(name: str, value: Any) -> str:
+    """Return a value as text for people; the same everywhere it is shown."""
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        if name in _TINY or (value and abs(value) < 1e-4):
+            return f"{value:.1e}"
+        if name == "K_0":
+            return f"{math.floor(value * 1000) / 1000:.3f}"  # cut, not rounded, as in the paper
+        decimals = _DECIMALS.get(name, 6)
+        return f"{value:g}" if name == "a" else f"{value:.{decimals}f}"
+    if isinstance(value, list | tuple):
+        return " ".join(number(name, item) for item in value)
+    return str(value)
+
+
+def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
+    """Write rows to stdout; return how many there were."""
+    if form is Format.TABLE:
+        return _write_table(columns, rows)
+    if form in (Format.JSON, Format.JSONL):
+        return _write_json(columns, rows, form)
+    writer = csv.writer(sys.stdout, delimiter="\t" if form is Format.TSV else ",", lineterminator="\n")
+    writer.writerow(columns)
+    counted = _Counted(rows)
+    writer.writerows([_plain(value) for value in row] for row in counted)
+    return counted.count
+
+
+class _Counted:
+    """Rows that are counted as they pass."""
+
+    def __init__(self, rows: Iterable[Sequence[Any]]) -> None:
+        self.rows = rows
+        self.count = 0
+
+    def __iter__(self) -> Iterator[Sequence[Any]]:
+        for row in self.rows:
+            self.count += 1
+            yield row
+
+
+def _plain(value: Any) -> Any:
+    return " ".join(map(str, value)) if isinstance(value, list | tuple) else value
+
+
+def _write_json(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
+    array = form is Format.JSON
+    opening, between, closing = ("[\n", ",\n", "\n]\n") if array else ("", "\n", "\n")
+    count = 0
+    for row in rows:
+        sys.stdout.write(between if count else opening)
+        sys.stdout.write(json.dumps(dict(zip(columns, row, strict=True)), ensure_ascii=False))
+        count += 1
+    if count or array:
+        sys.stdout.write(closing if count else "[]\n")
+    return count
+
+
+def _write_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> int:
+    """Write aligned columns, numbers to the right, as wide as their content."""
+    texts = [[number(name, value) for name, value in zip(columns, row, strict=True)] for row in rows]
+    lines = [list(columns), *texts]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    for line in lines:
+        cells = (
+            text.ljust(width) if name in _LEFT_ALIGNED else text.rjust(width)
+            for name, text, width in zip(columns, line, widths, strict=True)
+        )
+        sys.stdout.write("  ".join(cells).rstrip() + "\n")
+    return len(texts)
+
+
+_LEFT_ALIGNED = {
+    "code",
+    "word",
+    "representative",
+    "status",
+    "rules",
+    "time_reversal",
+    "symmetry",
+    "solver",
+    "wall",
+}
+
+
+def write_facts(facts: Sequence[tuple[str, str]]) -> None:
+    """Write names and what is said of them, aligned."""
+    width = max(len(name) for name, _ in facts)
+    for name, text in facts:
+        sys.stdout.write(f"{name.ljust(width)}  {text}\n")

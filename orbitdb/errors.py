@@ -1,0 +1,9 @@
+"""What can be wrong with what a user gives: errors whose message is one line with the remedy."""
+
+
+class InputError(ValueError):
+    """A value cannot be used; the message says why and how to write it."""
+
+
+class StoreError(Exception):
+    """The database cannot be used; the message says why and what to do."""
