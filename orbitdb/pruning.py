@@ -76,7 +76,8 @@ def _walls_between_visits(words: Words) -> tuple[NDArray[np.intp], NDArray[np.bo
     last = np.maximum.accumulate(places, axis=1)[:, p - 1 : -1]
     walls = np.arange(p, 2 * p) - last - 1
     again = np.take_along_axis(twice, last, axis=1) == sides
-    return walls, np.logical_and(again, (sides != _NONE) & (last >= 0))
+    curved: NDArray[np.bool_] = sides != _NONE
+    return walls, curved & (last >= 0) & again
 
 
 def _returns_after_one_wall(words: Words) -> NDArray[np.bool_]:

@@ -106,17 +106,17 @@ class _PeriodFill:
 
     def __init__(self, writer: Writer, stadium: Stadium, p: int, method: str) -> None:
         self.writer, self.stadium, self.p, self.method = writer, stadium, p, method
-        self.total = count_admissible(p)
-        self.stored = 0
+        self.total = self.stored = 0
         self.clock = time.monotonic()
 
     def run(self) -> Iterator[Progress]:
         """Store what is missing, batch by batch."""
         with self.writer.writing() as connection:
             cursor = filling.open_fill(self.writer, connection, self.stadium.a, self.p)
+            if cursor.state == DONE:
+                return
             known = _Known(connection, cursor)
-        if cursor.state == DONE:
-            return
+        self.total = count_admissible(self.p)
         if cursor.sequences_done:
             batches = self._from_store(cursor, known)
         else:
