@@ -49,12 +49,18 @@ def _after(words: Words) -> Words:
     return np.roll(words, -1, axis=1)
 
 
+def _somewhere(marks: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Tell which words have a mark at some bounce."""
+    found: NDArray[np.bool_] = np.logical_or.reduce(marks, axis=1)
+    return found
+
+
 def _same_wall_twice(words: Words) -> NDArray[np.bool_]:
-    return ((_SIDE[words] == _NONE) & (words == _after(words))).any(axis=1)
+    return _somewhere((_SIDE[words] == _NONE) & (words == _after(words)))
 
 
 def _isolated_downward(words: Words) -> NDArray[np.bool_]:
-    return ((words >= 4) & (words != _before(words)) & (words != _after(words))).any(axis=1)
+    return _somewhere((words >= 4) & (words != _before(words)) & (words != _after(words)))
 
 
 def _misses_a_semicircle(words: Words) -> NDArray[np.bool_]:
@@ -64,7 +70,7 @@ def _misses_a_semicircle(words: Words) -> NDArray[np.bool_]:
 
 def _turns_on_a_semicircle(words: Words) -> NDArray[np.bool_]:
     sides = _SIDE[words]
-    return ((sides != _NONE) & (sides == _after(sides)) & (words != _after(words))).any(axis=1)
+    return _somewhere((sides != _NONE) & (sides == _after(sides)) & (words != _after(words)))
 
 
 def _walls_between_visits(words: Words) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
@@ -76,18 +82,17 @@ def _walls_between_visits(words: Words) -> tuple[NDArray[np.intp], NDArray[np.bo
     last = np.maximum.accumulate(places, axis=1)[:, p - 1 : -1]
     walls = np.arange(p, 2 * p) - last - 1
     again = np.take_along_axis(twice, last, axis=1) == sides
-    curved: NDArray[np.bool_] = sides != _NONE
-    return walls, curved & (last >= 0) & again
+    return walls, again & (sides != _NONE) & (last >= 0)
 
 
 def _returns_after_one_wall(words: Words) -> NDArray[np.bool_]:
     walls, same = _walls_between_visits(words)
-    return (same & (walls == 1)).any(axis=1)
+    return _somewhere(same & (walls == 1))
 
 
 def _returns_after_walls(words: Words) -> NDArray[np.bool_]:
     walls, same = _walls_between_visits(words)
-    return (same & (walls >= 2)).any(axis=1)
+    return _somewhere(same & (walls >= 2))
 
 
 RULES = (
