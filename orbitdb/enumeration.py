@@ -222,6 +222,7 @@ def _count_rooted(n: int, rules: frozenset[int]) -> int:
     return every - one_sided + _closed_walks(n, rules, _STRAIGHT)
 
 
+@cache
 def _closed_walks(n: int, rules: frozenset[int], symbols: tuple[int, ...]) -> int:
     """Return the trace of the n-th power of the transfer matrix over some of the symbols.
 

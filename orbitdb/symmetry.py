@@ -11,16 +11,41 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.stadium import STRAIGHT
 from orbitdb.words import from_strings, least_rotation, least_rotations, pack, to_strings
 
 MIRROR_X, MIRROR_Y, REVERSE = 1, 2, 4
 ELEMENTS = range(8)
 NAMES = ("e", "x", "y", "xy", "T", "xT", "yT", "xyT")
 
-_SWAP_SIDES = np.array([0, 3, 2, 1, 5, 4], dtype=np.uint8)
-_SWAP_WALLS = np.array([2, 1, 0, 3, 4, 5], dtype=np.uint8)
-_SWAP_SENSE = np.array([0, 4, 2, 5, 1, 3], dtype=np.uint8)
-_STRAIGHT = np.array([True, False, True, False, False, False])
+_LONE = np.array([0, 6, 2, 7, 4, 5], dtype=np.uint8)
+"""Symbols, with single bounces on the left and right semicircle told apart as 6 and 7."""
+
+_MIRRORED = np.array([0, 3, 2, 1, 5, 4, 7, 6], dtype=np.uint8)
+_SWAPPED_WALLS = np.array([2, 1, 0, 3, 4, 5, 6, 7], dtype=np.uint8)
+_SWAPPED_SENSE = np.array([0, 4, 2, 5, 1, 3, 6, 7], dtype=np.uint8)
+_WRITTEN = np.array([0, 1, 2, 3, 4, 5, 1, 3], dtype=np.uint8)
+
+
+def _table(element: int) -> NDArray[np.uint8]:
+    """Return what becomes of each symbol, single bounces told apart, under one element."""
+    image = np.arange(8, dtype=np.uint8)
+    if bool(element & MIRROR_Y) != bool(element & REVERSE):
+        image = _SWAPPED_SENSE[image]
+    if element & MIRROR_Y:
+        image = _SWAPPED_WALLS[image]
+    if element & MIRROR_X:
+        image = _MIRRORED[image]
+    return _WRITTEN[image]
+
+
+_TABLES = [_table(element) for element in ELEMENTS]
+
+
+def _lone_apart(words: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return words with single bounces on a semicircle told apart; neighbours are cyclic."""
+    same = words == np.roll(words, 1, axis=1)
+    return np.where(same | np.roll(same, -1, axis=1), words, _LONE[words])
 
 
 def act_on_words(element: int, words: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -43,14 +68,7 @@ def act_on_words(element: int, words: NDArray[np.uint8]) -> NDArray[np.uint8]:
     Mirror ``y`` and time reversal turn the sense of a run, 1 <-> 4 and 3 <-> 5, but a single bounce
     on a semicircle is always written 1 or 3.
     """
-    image = words
-    if bool(element & MIRROR_Y) != bool(element & REVERSE):
-        single = (words != np.roll(words, 1, axis=1)) & (words != np.roll(words, -1, axis=1))
-        image = np.where(single, image, _SWAP_SENSE[image])
-    if element & MIRROR_Y:
-        image = _SWAP_WALLS[image]
-    if element & MIRROR_X:
-        image = _SWAP_SIDES[image]
+    image = _TABLES[element][_lone_apart(words)]
     return image[:, ::-1] if element & REVERSE else image
 
 
@@ -73,7 +91,7 @@ def act_on_coordinates(
     ndarray, shape (N, p)
         In the order of the symbols of ``act_on_words(element, words)``.
     """
-    straight = _STRAIGHT[words]
+    straight = STRAIGHT[words]
     flips = (straight & bool(element & MIRROR_X)) | (~straight & bool(element & MIRROR_Y))
     image = np.where(flips, -coordinates, coordinates)
     return image[:, ::-1] if element & REVERSE else image
@@ -111,8 +129,10 @@ def classify(words: NDArray[np.uint8]) -> Classes:
     least = own.copy()
     element = np.zeros(own.shape, dtype=np.uint8)
     stabiliser = np.ones(own.shape, dtype=np.uint8)
+    apart = _lone_apart(words)
     for g in ELEMENTS[1:]:
-        image = least_rotations(pack(act_on_words(g, words)), p)
+        image = _TABLES[g][apart]
+        image = least_rotations(pack(image[:, ::-1] if g & REVERSE else image), p)
         stabiliser |= (image == own).astype(np.uint8) << np.uint8(g)
         element[image < least] = g
         np.minimum(least, image, out=least)

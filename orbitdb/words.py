@@ -184,9 +184,11 @@ def to_strings(words: NDArray[np.uint8]) -> list[str]:
 
 def pack(words: NDArray[np.uint8]) -> NDArray[np.int64]:
     """Return words of order p <= `MAX_PACKED` as integers, three bits a symbol, first symbol highest."""
-    p = words.shape[1]
-    weights = np.int64(1) << (BITS * np.arange(p - 1, -1, -1, dtype=np.int64))
-    return words.astype(np.int64) @ weights
+    codes = np.zeros(len(words), dtype=np.int64)
+    for symbols in words.T:
+        codes <<= BITS
+        codes |= symbols
+    return codes
 
 
 def unpack(codes: NDArray[np.int64], p: int) -> NDArray[np.uint8]:

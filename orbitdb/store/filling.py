@@ -144,14 +144,14 @@ def add_cycles(
     """Store symmetry classes by their least words, shape (N, p); return their numbers in order."""
     first = (connection.scalar(sa.select(sa.func.max(cycle.c.id))) or 0) + 1
     ids = list(range(first, first + len(words)))
-    kinds = [
-        (symmetry.class_size(mask), symmetry.time_reversal(mask), symmetry.label(mask)) for mask in range(256)
-        if mask & 1
-    ]  # fmt: skip
+    kinds = {
+        mask: (symmetry.class_size(mask), symmetry.time_reversal(mask), symmetry.label(mask))
+        for mask in np.unique(stabilisers).tolist()
+    }
     walls = ((words == 0) | (words == 2)).sum(axis=1).tolist()
     p = words.shape[1]
     rows = [
-        (number, p, word, kinds[mask >> 1][0], count, kinds[mask >> 1][1], kinds[mask >> 1][2])
+        (number, p, word, kinds[mask][0], count, *kinds[mask][1:])
         for number, word, count, mask in zip(ids, to_strings(words), walls, stabilisers.tolist(), strict=True)
     ]
     _insert(connection, "INSERT INTO cycle VALUES (?, ?, ?, ?, ?, ?, ?)", rows)
