@@ -146,7 +146,7 @@ class _Path:
         A step that does not lengthen the path is halved until it does: with the concavity of L this
         brings every word to its maximum, those outside the stadium included.
         """
-        low, high = (limit[:, 0].tolist() for limit in direction_limits(self.legs, a))
+        low, high = self.limits = [limit[:, 0].tolist() for limit in direction_limits(self.legs, a)]
         target = arb(2) ** (16 - ctx.prec)
         self.evaluate()
         steps = 0
@@ -287,7 +287,7 @@ class _Path:
         width = max(x.rad() for x in slack)
         if any(x < 0 for x in slack):
             status = Status.DYNAMICAL
-        elif any(self.pressed):
+        elif not all(lo < x < hi for x, lo, hi in zip(self.alpha, *self.limits, strict=True)):
             status = Status.UNRESOLVED
         elif all(x > 0 for x in slack):
             status = Status.ORBIT
