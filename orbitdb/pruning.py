@@ -81,12 +81,12 @@ def _walls_between_visits(words: Words) -> tuple[NDArray[np.intp], NDArray[np.bo
 
 def _returns_after_one_wall(words: Words) -> NDArray[np.bool_]:
     walls, same = _walls_between_visits(words)
-    return (same & (walls == 1)).any(axis=1)
+    return np.any(same & (walls == 1), axis=1)
 
 
 def _returns_after_walls(words: Words) -> NDArray[np.bool_]:
     walls, same = _walls_between_visits(words)
-    return (same & (walls >= 2)).any(axis=1)
+    return np.any(same & (walls >= 2), axis=1)
 
 
 RULES = (
