@@ -146,7 +146,7 @@ class _Path:
         A step that does not lengthen the path is halved until it does: with the concavity of L this
         brings every word to its maximum, those outside the stadium included.
         """
-        low, high = (limit[:, 0].tolist() for limit in direction_limits(self.legs, a))
+        low, high = self.limits = [limit[:, 0].tolist() for limit in direction_limits(self.legs, a)]
         target = arb(2) ** (16 - ctx.prec)
         self.evaluate()
         steps = 0
@@ -275,8 +275,8 @@ class _Path:
         """Return lambda from the product of drifts and kicks."""
         p = [arb(1), arb(0), arb(0), arb(1)]
         for drift, stiffness in zip(self.beyond, self.stiffness, strict=True):
-            p[1], p[3] = p[0] * drift + p[1], p[2] * drift + p[3]
             p[0], p[2] = p[0] + p[1] / stiffness, p[2] + p[3] / stiffness
+            p[1], p[3] = p[0] * drift + p[1], p[2] * drift + p[3]
         half_trace = (p[0] + p[3]) / 2
         return (half_trace + ((half_trace - 1) * (half_trace + 1)).sqrt()).log()
 
@@ -287,7 +287,7 @@ class _Path:
         width = max(x.rad() for x in slack)
         if any(x < 0 for x in slack):
             status = Status.DYNAMICAL
-        elif any(self.pressed):
+        elif not all(lo < x < hi for x, lo, hi in zip(self.alpha, *self.limits, strict=True)):
             status = Status.UNRESOLVED
         elif all(x > 0 for x in slack):
             status = Status.ORBIT

@@ -25,6 +25,7 @@ from orbitdb.legs import (
     margin_distances,
     slack_errors,
     slacks,
+    summation_rounding,
 )
 from orbitdb.orbits import Orbits, Status
 from orbitdb.stability import exponent, exponent_error, forces
@@ -67,7 +68,7 @@ def assess(
     place = coordinates(legs, a, alpha)
     return Orbits(
         words=words,
-        status=_status(slack, slack_error, pressed),
+        status=_status(slack, slack_error, _between_limits(legs, a, alpha, alpha_error)),
         coordinates=place,
         length=length(legs, a, alpha),
         lyapunov=exponent(slopes),
@@ -86,21 +87,27 @@ def _pressed(legs: Legs, a: float, alpha: Floats, slopes: Derivatives) -> NDArra
     return ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
 
 
+def _between_limits(legs: Legs, a: float, alpha: Floats, alpha_error: Floats) -> NDArray[np.bool_]:
+    """Tell for which words the maximum is surely away from the limits, and so a stationary point."""
+    low, high = direction_limits(legs, a)
+    return np.all((alpha - alpha_error > low) & (alpha + alpha_error < high), axis=0)
+
+
 def direction_errors(
     legs: Legs, a: float, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]
 ) -> Floats:
     """Bound the distance of every direction from the maximum, rounding included, shape (m, N).
 
-    Directions that are pressed against a limit do not enter: there g_i delta_i <= 0.
+    Directions that are pressed against a limit do not enter but for rounding: there g_i delta_i <= 0.
     """
-    steep = np.where(pressed, 0.0, np.abs(slopes.gradient) + gradient_rounding(legs, a, alpha))
+    steep = np.where(pressed, 0.0, np.abs(slopes.gradient)) + gradient_rounding(legs, a, alpha)
     size = 2 * np.sqrt((steep**2 / slopes.beyond).sum(axis=0))
     return size / np.sqrt(slopes.beyond)
 
 
-def _status(slack: Floats, slack_error: Floats, pressed: NDArray[np.bool_]) -> NDArray[np.str_]:
+def _status(slack: Floats, slack_error: Floats, between: NDArray[np.bool_]) -> NDArray[np.str_]:
     outside = (slack < -slack_error).any(axis=(0, 1))
-    inside = (slack > slack_error).all(axis=(0, 1)) & ~pressed.any(axis=0)
+    inside = (slack > slack_error).all(axis=(0, 1)) & between
     return np.where(
         outside, Status.DYNAMICAL.value, np.where(inside, Status.ORBIT.value, Status.UNRESOLVED.value)
     )
@@ -123,6 +130,7 @@ def _length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alph
     """Bound the error of the length, shape (N,): second order in the directions, and rounding."""
     terms = 2 * a * np.cos(alpha) + 2 * legs.n * np.abs(np.sin(alpha)) + 2 * legs.k
     second = ((np.abs(slopes.gradient) + gradient_rounding(legs, a, alpha)) * alpha_error).sum(axis=0)
-    rounding = EPSILON * (4 * terms + 2 * np.pi).sum(axis=0)
+    each = 3 * EPSILON + summation_rounding(len(terms))
+    rounding = (each * terms + 2 * np.pi * EPSILON).sum(axis=0)
     bound: Floats = second + rounding
     return bound

@@ -120,7 +120,7 @@ def finite(number: np.float64) -> float | None:
     return float(number) if np.isfinite(number) else None
 
 
-def newton(legs: Legs, a: float, tolerance: float = TOLERANCE) -> Directions:
+def newton(legs: Legs, a: float, tolerance: float = TOLERANCE, start: Floats | None = None) -> Directions:
     """Find the maximum of the length of each word between its direction limits.
 
     Parameters
@@ -132,8 +132,11 @@ def newton(legs: Legs, a: float, tolerance: float = TOLERANCE) -> Directions:
     tolerance : float, optional
         Error of a direction (radians) at which to stop, foreseen from the last two steps: the error
         after a step of size e is about e^3 / e_before^2. Where rounding is larger, stop there.
+    start : ndarray, shape (m, N), optional
+        Directions to start from, between the limits; by default those of the lines between the
+        unfolded circle centres.
     """
-    alpha = centre_directions(legs, a)
+    alpha = centre_directions(legs, a) if start is None else start.copy()
     iterations = np.zeros(len(legs), dtype=np.int64)
     active = np.arange(len(legs))
     part, here = legs, alpha

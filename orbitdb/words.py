@@ -18,7 +18,7 @@ MAX_ORDER = 1_000_000
 MAX_PACKED = 21
 BITS = 3
 
-_TOKEN = re.compile(r"\s*(?:([0-5])|(\()|(\))|\^\s*(\d+))")
+_TOKEN = re.compile(r"\s*(?:([0-5])|(\()|(\))|\^\s*([0-9]+))")
 
 
 class WordError(InputError):
@@ -66,7 +66,8 @@ def parse(text: str) -> str:
                 raise WordError(f"empty brackets at place {token.end()} of {_shown(text)}")
             stack[-1].append(group)
         else:
-            size += _repeat_last(stack[-1], power, size, f"place {place + 1} of {_shown(text)}")
+            where = f"place {text.index('^', place) + 1} of {_shown(text)}"
+            size += _repeat_last(stack[-1], power, size, where)
         place = token.end()
     if len(stack) > 1:
         raise WordError(f"unmatched '(' in {_shown(text)}")
