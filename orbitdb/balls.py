@@ -275,8 +275,8 @@ class _Path:
         """Return lambda from the product of drifts and kicks."""
         p = [arb(1), arb(0), arb(0), arb(1)]
         for drift, stiffness in zip(self.beyond, self.stiffness, strict=True):
-            p[1], p[3] = p[0] * drift + p[1], p[2] * drift + p[3]
             p[0], p[2] = p[0] + p[1] / stiffness, p[2] + p[3] / stiffness
+            p[1], p[3] = p[0] * drift + p[1], p[2] * drift + p[3]
         half_trace = (p[0] + p[3]) / 2
         return (half_trace + ((half_trace - 1) * (half_trace + 1)).sqrt()).log()
 

@@ -9,7 +9,7 @@ hyperbolic would get lambda = 0.
 Between the midpoints of chords a bounce on a semicircle at angle theta is a pure kick 2 / sin(theta)
 and a chord of the circle no drift at all. So a run of k bounces is one kick 2 k / sin(theta), a leg one
 drift over its length D beyond the feet of the centres, and M a product of m factors
-[[1, D], [0, 1]] [[1, 0], [K, 1]] of positive numbers (times -1 per straight bounce): nothing cancels,
+[[1, 0], [K, 1]] [[1, D], [0, 1]] of positive numbers (times -1 per straight bounce): nothing cancels,
 and tr M - 2 is had to full relative precision however small or large it is.
 """
 
@@ -36,30 +36,31 @@ def exponent(slopes: Derivatives) -> Floats:
 
     Notes
     -----
-    With X = [[D K, D], [K, 0]] the factor of a run less the unit matrix, and P the product so far
-    less the unit matrix, P <- P X + P + X has positive terms only; a power of two is kept apart so
-    that words of any length stay in range. From t = |tr M| - 2, lambda = 2 arsinh(sqrt(t) / 2).
+    With X = [[0, D], [K, K D]] the factor of a run and the leg behind it less the unit matrix, and P
+    the product so far less the unit matrix, P <- P X + P + X has positive terms only; a power of two
+    is kept apart so that words of any length stay in range. The factors stand in the order of time,
+    which gives M of the reversed orbit; its trace is the same. From t = |tr M| - 2,
+    lambda = 2 arsinh(sqrt(t) / 2).
     """
     unit = np.ones(slopes.beyond.shape[1])
-    log_scale = np.zeros_like(unit)
+    doublings = np.zeros(len(unit), dtype=np.int64)
     p = np.zeros((4, len(unit)))
     for drift, stiffness in zip(slopes.beyond, slopes.stiffness, strict=True):
         kick = 1 / stiffness
         p = np.stack([
-            p[0] * drift * kick + p[1] * kick + p[0] + unit * drift * kick,
-            p[0] * drift + p[1] + unit * drift,
-            p[2] * drift * kick + p[3] * kick + p[2] + unit * kick,
-            p[2] * drift + p[3],
+            p[0] + p[1] * kick,
+            p[1] + p[0] * drift + p[1] * kick * drift + unit * drift,
+            p[2] + p[3] * kick + unit * kick,
+            p[3] + p[2] * drift + p[3] * kick * drift + unit * kick * drift,
         ])  # fmt: skip
         size = p.max(axis=0)
         if size.max() > _LARGE:
-            size = np.where(size > _LARGE, size, 1.0)
-            p /= size
-            unit /= size
-            log_scale += np.log(size)
+            power = np.where(size > _LARGE, np.frexp(size)[1], 0)
+            p, unit = np.ldexp(p, -power), np.ldexp(unit, -power)
+            doublings += power
     excess = p[0] + p[3]
     exponents: Floats = np.where(
-        log_scale > 0, np.log(excess) + log_scale, 2 * np.arcsinh(np.sqrt(excess) / 2)
+        doublings > 0, np.log(excess) + doublings * np.log(2.0), 2 * np.arcsinh(np.sqrt(excess) / 2)
     )
     return exponents
 
