@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 
 from orbitdb.certify import assess
 from orbitdb.legs import (
+    Chain,
     Derivatives,
-    Legs,
     centre_directions,
     cut,
     derivatives,
     direction_limits,
+    following,
+    preceding,
 )
 from orbitdb.orbits import Orbits, Status
 from orbitdb.stadium import Stadium
@@ -74,23 +76,27 @@ def solve(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERAN
     return orbits
 
 
-def newton(legs: Legs, a: float, tolerance: float = TOLERANCE) -> Directions:
+def newton(legs: Chain, a: float, tolerance: float = TOLERANCE, start: Floats | None = None) -> Directions:
     """Find the maximum of the length of each word between its direction limits.
 
     Parameters
     ----------
-    legs : Legs
+    legs : Chain
         N words of m legs.
     a : float
         Half the length of a straight wall.
     tolerance : float, optional
         Error of a direction (radians) at which to stop, foreseen from the last two steps: the error
         after a step of size e is about e^3 / e_before^2. Where rounding is larger, stop there.
+    start : ndarray, shape (m, N), optional
+        Directions to start from, between the limits; by default those of the lines between the
+        unfolded circle centres.
     """
-    alpha = centre_directions(legs, a)
+    alpha = centre_directions(legs, a) if start is None else start.copy()
     iterations = np.zeros(len(legs), dtype=np.int64)
     active = np.arange(len(legs))
-    part, here = legs, alpha
+    part: Chain = legs
+    here = alpha
     limits = direction_limits(part, a)
     last = np.full(len(legs), np.nan)
     for _ in range(MAX_STEPS):
@@ -101,10 +107,10 @@ def newton(legs: Legs, a: float, tolerance: float = TOLERANCE) -> Directions:
         done = (size <= tolerance) | (size * (size / last) ** 2 <= tolerance) | _stalled(size, last)
         if done.any():
             alpha[:, active[done]] = here[:, done]
-            going = ~done
-            active, here, last = active[going], here[:, going], size[going]
-            limits = (limits[0][:, going], limits[1][:, going])
-            part = part.chosen(going)
+            going = np.flatnonzero(~done)
+            active, here, last = active[going], here.take(going, axis=1), size[going]
+            limits = (limits[0].take(going, axis=1), limits[1].take(going, axis=1))
+            part = part.chain(going)
         else:
             last = size
         if not len(active):
@@ -119,7 +125,7 @@ def _stalled(size: Floats, last: Floats) -> NDArray[np.bool_]:
     return stalled
 
 
-def _newton_step(legs: Legs, a: float, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:
+def _newton_step(legs: Chain, a: float, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:
     """Return the Newton step within the limits; directions that press against a limit stay."""
     slopes = derivatives(legs, a, alpha)
     low, high = limits
@@ -128,12 +134,13 @@ def _newton_step(legs: Legs, a: float, alpha: Floats, limits: tuple[Floats, Floa
     return np.clip(alpha + step, low, high) - alpha
 
 
-def _minus_hessian(legs: Legs, slopes: Derivatives, pressed: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+def _minus_hessian(legs: Chain, slopes: Derivatives, pressed: NDArray[np.bool_]) -> tuple[Floats, Floats]:
     """Return the diagonal of -H and its entries beside it; entry i couples directions i - 1 and i."""
     w = slopes.stiffness
-    beside = w * np.roll(legs.parity, 1, axis=0)
-    diagonal = slopes.beyond + w + np.roll(w, -1, axis=0)
-    beside = np.where(pressed | np.roll(pressed, 1, axis=0), 0.0, beside)
+    beside = w * preceding(legs.parity)
+    diagonal = slopes.beyond + w + following(w)
+    if pressed.any():
+        beside = np.where(pressed | preceding(pressed), 0.0, beside)
     return diagonal, beside
 
 
