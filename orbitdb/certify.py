@@ -1,14 +1,20 @@
 """How well an orbit is known, and whether it is one.
 
 Doubles first. At directions alpha let g be the gradient of the length and D the curvatures of the
-legs' own terms (`orbitdb.legs`). If the maximum lies at alpha + delta between the direction limits,
-concavity gives, D being concave and positive there,
+legs' own terms (`orbitdb.legs`). Let the maximum lie at alpha + delta between the direction limits,
+and let F_i be a bound from below on the mean of D_i along the way; D being concave and positive,
+F = D / 2 is one from any distance. The runs' terms are concave too, and each depends on a sum of two
+directions only. So they can but help in
 
-    g . delta  >=  sum of delta_i^2 D_i / 2,   so   sum of D_i delta_i^2  <=  4 sum of g_i^2 / D_i :
+    g . delta >= sum of F_i delta_i^2,   hence   sum of F_i delta_i^2 <= sum of g_i^2 / F_i,
 
-a bound on the error of every direction that holds from any distance, with no inverse Hessian and no
-assumption that alpha is near. Where a bounce's distance from a joint is not clearly larger than what
-follows from it, the same bound is evaluated in ball arithmetic.
+and in the row of the largest |delta_i|, where they all pull the way F_i delta_i does:
+
+    max |delta_i| <= max |g_i| / F_i.
+
+Neither needs an inverse Hessian or that alpha is near. Once they have shown it to be near, F is almost
+D, and they are applied again. Where a bounce's distance from a joint is not clearly larger than what
+follows, the first of them is evaluated in ball arithmetic.
 """
 
 import numpy as np
@@ -20,12 +26,14 @@ from orbitdb.legs import (
     coordinates,
     derivatives,
     direction_limits,
+    following,
     gradient_rounding,
     length,
     margin_distances,
     slack_errors,
     slacks,
     summation_rounding,
+    turns,
 )
 from orbitdb.orbits import Orbits, Status
 from orbitdb.stability import exponent, exponent_error, forces
@@ -61,8 +69,7 @@ def assess(
     """
     a = stadium.a
     slopes = derivatives(legs, a, alpha)
-    pressed = _pressed(legs, a, alpha, slopes)
-    alpha_error = direction_errors(legs, a, alpha, slopes, pressed)
+    alpha_error = direction_errors(legs, a, alpha, slopes, _pressed(legs, a, alpha, slopes))
     slack = slacks(legs, alpha)
     slack_error = slack_errors(legs, alpha_error)
     place = coordinates(legs, a, alpha)
@@ -74,7 +81,7 @@ def assess(
         lyapunov=exponent(slopes),
         margin=margin_distances(legs, alpha, slack).min(axis=(0, 1)),
         residual=np.abs(forces(stadium, words, place)).max(axis=1),
-        error=_coordinate_error(legs, a, alpha, slopes, slack_error),
+        error=_coordinate_error(legs, a, alpha, alpha_error, slack_error),
         length_error=_length_error(legs, a, alpha, slopes, alpha_error),
         lyapunov_error=exponent_error(legs, slopes, alpha_error),
         iterations=iterations,
@@ -100,9 +107,18 @@ def direction_errors(
 
     Directions that are pressed against a limit do not enter but for rounding: there g_i delta_i <= 0.
     """
-    steep = np.where(pressed, 0.0, np.abs(slopes.gradient)) + gradient_rounding(legs, a, alpha)
-    size = 2 * np.sqrt((steep**2 / slopes.beyond).sum(axis=0))
-    return size / np.sqrt(slopes.beyond)
+    size, rounding = np.abs(slopes.gradient), gradient_rounding(legs, a, alpha)
+    steep = np.where(pressed, np.maximum(rounding - size, 0.0), size + rounding)
+    first = _concave_bound(steep, slopes.beyond / 2)
+    loss = np.abs(slopes.lean) * first / (2 * slopes.beyond) + first**2 / 2
+    return _concave_bound(steep, slopes.beyond * (1 - np.minimum(loss, 0.5)))
+
+
+def _concave_bound(steep: Floats, firm: Floats) -> Floats:
+    """Return the smaller of the two bounds of the module's docstring, g = steep and F = firm."""
+    share = steep / firm
+    energy = np.sqrt((steep * share).sum(axis=0))
+    return np.minimum(share.max(axis=0), energy / np.sqrt(firm))
 
 
 def _status(slack: Floats, slack_error: Floats, between: NDArray[np.bool_]) -> NDArray[np.str_]:
@@ -114,14 +130,19 @@ def _status(slack: Floats, slack_error: Floats, between: NDArray[np.bool_]) -> N
 
 
 def _coordinate_error(
-    legs: Legs, a: float, alpha: Floats, slopes: Derivatives, slack_error: Floats
+    legs: Legs, a: float, alpha: Floats, alpha_error: Floats, slack_error: Floats
 ) -> Floats:
-    """Bound the error of the coordinates, shape (N,): on a wall, that of a run's end over sin|alpha|."""
+    """Bound the error of the coordinates, shape (N,).
+
+    A run's end that moves along the circle by e moves the leg across itself by e sin(psi/2k), to
+    first order, and the bounces on walls by this over sin|alpha|.
+    """
     first, last = slack_error[:2]
-    rise = np.abs(np.sin(alpha))
+    across = np.sin(turns(legs, alpha).half)
+    shift = np.maximum(last * (across + last), following(first * (across + first)))
     with np.errstate(divide="ignore"):
-        rounding = 8 * EPSILON * (a + 1) * (1 + 1 / np.minimum(1, slopes.beyond * rise))
-        wall = np.maximum(last, np.roll(first, -1, axis=0)) / rise + rounding
+        wall = shift / np.maximum(np.abs(np.sin(alpha)) - alpha_error, 0.0)
+    wall += 8 * EPSILON * (a + 1) * np.where(legs.n > 1, 2.0, 1.0)
     worst: Floats = np.maximum(np.maximum(first, last), np.where(legs.n > 0, wall, 0)).max(axis=0)
     return worst
 

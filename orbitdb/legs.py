@@ -24,7 +24,7 @@ Run i precedes leg i; run 0 is on the left.
 """
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -34,7 +34,6 @@ from numpy.typing import NDArray
 from orbitdb.stadium import HALF_PI, STRAIGHT
 
 Floats = NDArray[np.float64]
-Rows = NDArray[np.intp]
 
 _WIDER = 1.0625
 _DOWNWARD = np.array([False, False, False, False, True, True])
@@ -42,8 +41,8 @@ _LEFT = np.array([False, True, False, False, True, False])
 
 
 @dataclass(frozen=True)
-class Legs:
-    """N admissible words of order p with m runs and m legs each.
+class Chain:
+    """N words as cyclic chains of m runs and m legs each: all that the length depends on.
 
     Attributes
     ----------
@@ -51,33 +50,58 @@ class Legs:
         Number of bounces and sense (+1 up, -1 down) of each run.
     n, s : ndarray, shape (m, N)
         Number of straight bounces of each leg, and the first wall (-1 bottom, +1 top, 0 none).
-    run : ndarray of intp, shape (p, N)
-        The run, or the leg, that each bounce of the word belongs to.
-    place : ndarray, shape (p, N)
-        The bounce's place in it, from 0.
-    straight : ndarray of bool, shape (p, N)
-        Whether the bounce is on a straight wall.
     """
 
     k: Floats
     d: Floats
     n: Floats
     s: Floats
-    run: NDArray[np.intp]
-    place: Floats
-    straight: NDArray[np.bool_]
 
     @cached_property
     def parity(self) -> Floats:
         """(-1)^n of each leg, shape (m, N)."""
         return 1.0 - 2.0 * (self.n % 2)
 
+    @cached_property
+    def lift(self) -> Floats:
+        """2 n s, how far each leg rises when unfolded at its walls, shape (m, N)."""
+        return 2 * self.n * self.s
+
     def __len__(self) -> int:
         return self.k.shape[1]
 
-    def chosen(self, words: NDArray[np.intp] | NDArray[np.bool_]) -> "Legs":
-        """Return the same structure for some of the words."""
-        return Legs(**{field.name: getattr(self, field.name)[:, words] for field in fields(self)})
+    def chain(self, words: NDArray[np.intp]) -> "Chain":
+        """Return the chains of some of the words."""
+        return Chain(*(part.take(words, axis=1) for part in (self.k, self.d, self.n, self.s)))
+
+
+@dataclass(frozen=True)
+class Legs(Chain):
+    """N admissible words of order p as chains of m runs and m legs, and where each bounce stands.
+
+    Attributes
+    ----------
+    run : ndarray of intp, shape (p, N)
+        The run, or the leg, that each bounce of the word belongs to.
+    place : ndarray of intp, shape (p, N)
+        The bounce's place in it, from 0.
+    straight : ndarray of bool, shape (p, N)
+        Whether the bounce is on a straight wall.
+    """
+
+    run: NDArray[np.intp]
+    place: NDArray[np.intp]
+    straight: NDArray[np.bool_]
+
+
+def preceding(rows: NDArray[Any]) -> NDArray[Any]:
+    """Return for each row the cyclic neighbour before it: a copy, turned along the first axis."""
+    return np.concatenate([rows[-1:], rows[:-1]])
+
+
+def following(rows: NDArray[Any]) -> NDArray[Any]:
+    """Return for each row the cyclic neighbour behind it: a copy, turned along the first axis."""
+    return np.concatenate([rows[1:], rows[:1]])
 
 
 def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
@@ -93,44 +117,44 @@ def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
     list of (ndarray of intp, Legs)
         One entry for each number of runs: the rows of ``words`` it holds, and their structure.
     """
-    symbols = words.T
-    left = _LEFT[symbols]
-    origin = (left & ~np.roll(left, 1, axis=0)).argmax(axis=0)
-    steps = np.arange(len(symbols))[:, None]
-    symbols = np.take_along_axis(symbols, (steps + origin) % len(symbols), axis=0)
+    n_words, p = words.shape
+    left = _LEFT[words]
+    steps = np.arange(p)
+    origin = (left & ~np.roll(left, 1, axis=1)).argmax(axis=1)[:, None]
+    symbols = np.take_along_axis(words, (steps + origin) % p, axis=1)
     straight, left = STRAIGHT[symbols], _LEFT[symbols]
-    run_starts = ~straight & (np.roll(straight, 1, axis=0) | (left != np.roll(left, 1, axis=0)))
-    leg_starts = straight & ~np.roll(straight, 1, axis=0)
-    run = run_starts.cumsum(axis=0) - 1
-    place = steps - np.maximum.accumulate(np.where(run_starts | leg_starts, steps, 0), axis=0)
-    downward = run_starts & _DOWNWARD[symbols]
-    first_wall = leg_starts * (symbols - 1.0)
-    back = (steps - origin) % len(symbols)
+    fresh = np.ones((n_words, p), dtype=bool)
+    fresh[:, 1:] = straight[:, 1:] != straight[:, :-1]
+    crossing = ~straight[:, 1:] & (left[:, 1:] != left[:, :-1])
+    fresh[:, 1:] |= crossing
+    run_starts = fresh & ~straight
+    run = run_starts.cumsum(axis=1) - 1
+    place = steps - np.maximum.accumulate(np.where(fresh, steps, 0), axis=1)
+    back = (steps - origin) % p
+    run, place = np.take_along_axis(run, back, axis=1), np.take_along_axis(place, back, axis=1)
 
+    starts = np.flatnonzero(run_starts)  # words begin with a run, so that none reaches into the next
+    symbols = symbols.ravel()
+    n = np.add.reduceat(straight.ravel(), starts, dtype=float)
+    k = np.diff(starts, append=symbols.size) - n
+    d = np.where(_DOWNWARD[symbols[starts]], -1.0, 1.0)
+    first_wall = np.minimum(starts + k.astype(np.intp), symbols.size - 1)
+    s = np.where(n > 0, symbols[first_wall] - 1.0, 0.0)
+
+    parts = [np.ascontiguousarray(part.T) for part in (run, place, STRAIGHT[words])]
+    runs = run_starts.sum(axis=1)
+    first_run = runs.cumsum() - runs
     groups = []
-    for m in np.unique(run[-1]) + 1:
-        rows = np.flatnonzero(run[-1] + 1 == m)
-        cell = run[:, rows] * len(rows) + np.arange(len(rows))
-
-        def total(values: NDArray[Any], m: int = m, rows: Rows = rows, cell: Rows = cell) -> Floats:
-            sums = np.bincount(cell.ravel(), values[:, rows].ravel(), minlength=m * len(rows))
-            return sums.reshape(m, -1).astype(float)
-
-        turned = (back[:, rows], rows)
-        legs = Legs(
-            k=total(~straight),
-            d=1.0 - 2.0 * total(downward),
-            n=total(straight),
-            s=total(first_wall),
-            run=run[turned],
-            place=place[turned].astype(float),
-            straight=straight[turned],
-        )
+    for m in np.unique(runs):
+        rows = np.flatnonzero(runs == m)
+        chain = first_run[rows] + np.arange(m)[:, None]
+        bounces = [part.take(rows, axis=1) for part in parts]
+        legs = Legs(*(part[chain] for part in (k, d, n, s)), *bounces)
         groups.append((rows, legs))
     return groups
 
 
-def direction_limits(legs: Legs, a: float) -> tuple[Floats, Floats]:
+def direction_limits(legs: Chain, a: float) -> tuple[Floats, Floats]:
     """Return directions, shape (m, N) each, below and above all that a leg of an orbit can have.
 
     A leg spans 2 a <= dx <= 2 a + 2 and 2 n - 2 <= s dy <= 2 n + 2; without a wall, -2 <= dy <= 2.
@@ -144,7 +168,7 @@ def direction_limits(legs: Legs, a: float) -> tuple[Floats, Floats]:
     return low, np.where(no_wall | (legs.s > 0), steep, -flat)
 
 
-def centre_directions(legs: Legs, a: float) -> Floats:
+def centre_directions(legs: Chain, a: float) -> Floats:
     """Return the directions of the lines between the unfolded circle centres, shape (m, N)."""
     return np.arctan(legs.n * legs.s / a)
 
@@ -166,20 +190,20 @@ class Turns:
     half: Floats
 
 
-def turns(legs: Legs, alpha: Floats) -> Turns:
+def turns(legs: Chain, alpha: Floats) -> Turns:
     """Return the turns of the runs between legs of directions alpha, shape (m, N)."""
-    incoming = np.roll(legs.parity * alpha, 1, axis=0)
+    incoming = preceding(legs.parity * alpha)
     half = (np.pi - legs.d * (incoming + alpha)) / (2 * legs.k)
     return Turns(incoming, alpha, half)
 
 
-def length(legs: Legs, a: float, alpha: Floats) -> Floats:
+def length(legs: Chain, a: float, alpha: Floats) -> Floats:
     """Return L(alpha) of each word, shape (N,).
 
     NumPy adds in pairs only along contiguous rows, and a long word needs that (`summation_rounding`).
     """
     half = turns(legs, alpha).half
-    terms = 2 * a * np.cos(alpha) + 2 * legs.n * legs.s * np.sin(alpha) + 2 * legs.k * np.sin(half)
+    terms = 2 * a * np.cos(alpha) + legs.lift * np.sin(alpha) + 2 * legs.k * np.sin(half)
     total: Floats = np.ascontiguousarray(terms.T).sum(axis=1)
     return total
 
@@ -214,18 +238,18 @@ class Derivatives:
     stiffness: Floats
 
 
-def derivatives(legs: Legs, a: float, alpha: Floats) -> Derivatives:
+def derivatives(legs: Chain, a: float, alpha: Floats) -> Derivatives:
     """Return the derivatives of L at directions alpha, shape (m, N)."""
     half = turns(legs, alpha).half
     across, along = np.sin(alpha), np.cos(alpha)
-    lift = 2 * legs.n * legs.s
     pull = -legs.d * np.cos(half)
-    lean = lift * along - 2 * a * across
-    gradient = lean + pull + legs.parity * np.roll(pull, -1, axis=0)
-    return Derivatives(gradient, lean, 2 * a * along + lift * across, np.sin(half) / (2 * legs.k))
+    lean = legs.lift * along - 2 * a * across
+    gradient = lean + pull + legs.parity * following(pull)
+    beyond = 2 * a * along + legs.lift * across
+    return Derivatives(gradient, lean, beyond, np.sin(half) / (2 * legs.k))
 
 
-def gradient_rounding(legs: Legs, a: float, alpha: Floats) -> Floats:
+def gradient_rounding(legs: Chain, a: float, alpha: Floats) -> Floats:
     """Bound the rounding error of the gradient in doubles, shape (m, N).
 
     Products and sines are good to two units in the last place and every sum adds one; psi carries
@@ -233,10 +257,10 @@ def gradient_rounding(legs: Legs, a: float, alpha: Floats) -> Floats:
     """
     terms = 2 * a * np.abs(np.sin(alpha)) + 2 * legs.n * np.cos(alpha)
     run = 2 + 2 * np.pi / legs.k
-    return np.finfo(float).eps * (3 * terms + run + np.roll(run, -1, axis=0))
+    return np.finfo(float).eps * (3 * terms + run + following(run))
 
 
-def end_angles(legs: Legs, alpha: Floats) -> tuple[Floats, Floats]:
+def end_angles(legs: Chain, alpha: Floats) -> tuple[Floats, Floats]:
     """Return the angles of the first and the last bounce of each run, shape (m, N) each."""
     turn = turns(legs, alpha)
     middle = (turn.incoming - turn.outgoing) / 2
@@ -244,12 +268,12 @@ def end_angles(legs: Legs, alpha: Floats) -> tuple[Floats, Floats]:
     return middle - spread, middle + spread
 
 
-def slacks(legs: Legs, alpha: Floats) -> Floats:
+def slacks(legs: Chain, alpha: Floats) -> Floats:
     """Return by how much, in radians, each end of run and leg keeps to its wall or semicircle.
 
     Parameters
     ----------
-    legs : Legs
+    legs : Chain
     alpha : ndarray, shape (m, N)
 
     Returns
@@ -262,7 +286,7 @@ def slacks(legs: Legs, alpha: Floats) -> Floats:
     """
     first, last = end_angles(legs, alpha)
     steep = HALF_PI - 2 * legs.s * alpha
-    ahead = -legs.s * legs.parity * np.roll(first, -1, axis=0)
+    ahead = -legs.s * legs.parity * following(first)
     walled = legs.n > 0
     return np.stack([
         HALF_PI - np.abs(first),
@@ -272,49 +296,53 @@ def slacks(legs: Legs, alpha: Floats) -> Floats:
     ])  # fmt: skip
 
 
-def slack_errors(legs: Legs, alpha_error: Floats) -> Floats:
+def slack_errors(legs: Chain, alpha_error: Floats) -> Floats:
     """Bound the errors of `slacks`, given those of the directions, shape (m, N).
 
-    An end of a run moves by 1/2k of one neighbour's change and 1 - 1/2k of the other's.
+    An end of a run moves by 1/2k of one neighbour's change and 1 - 1/2k of the other's. psi is good
+    to 11 half units of rounding and (k - 1)/k of it enters twice, in the ends and between them; that
+    of a single bounce drops out. The other sums have numbers up to 2 pi.
     """
-    incoming = np.roll(alpha_error, 1, axis=0)
+    incoming = preceding(alpha_error)
     near, far = 1 / (2 * legs.k), 1 - 1 / (2 * legs.k)
-    rounding = 8 * np.finfo(float).eps * np.pi
+    rounding = np.finfo(float).eps * (26 - 18 / legs.k)
     first = far * incoming + near * alpha_error + rounding
     last = near * incoming + far * alpha_error + rounding
     tilt = 2 * alpha_error
-    return np.stack([first, last, last + tilt, np.roll(first, -1, axis=0) + tilt])
+    return np.stack([first, last, last + tilt, following(first) + tilt])
 
 
-def margin_distances(legs: Legs, alpha: Floats, slack: Floats) -> Floats:
+def margin_distances(legs: Chain, alpha: Floats, slack: Floats) -> Floats:
     """Return the slacks in coordinate units, shape (4, m, N): radians on a semicircle, x on a wall.
 
     The first bounce of a leg lies 2 cos(pi/4 + s t/2) sin(slack/2) / sin|alpha| from the joint.
     """
     first, last = end_angles(legs, alpha)
-    ahead = -legs.s * legs.parity * np.roll(first, -1, axis=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        widths = [np.cos(HALF_PI / 2 + t / 2) / np.sin(np.abs(alpha)) for t in (legs.s * last, ahead)]
-        walls = [
-            np.where(legs.n > 0, 2 * w * np.sin(v / 2), np.inf)
-            for w, v in zip(widths, slack[2:], strict=True)
-        ]
-    return np.stack([slack[0], slack[1], *walls])
+    ahead = -legs.s * legs.parity * following(first)
+    walled = legs.n > 0
+    rise = np.where(walled, np.abs(np.sin(alpha)), 1.0)
+    margin = slack.copy()
+    for end, t in zip(margin[2:], (legs.s * last, ahead), strict=True):
+        width = 2 * np.cos(HALF_PI / 2 + t / 2) / rise
+        end[...] = np.where(walled, width * np.sin(np.where(walled, end, 0.0) / 2), np.inf)
+    return margin
 
 
 def coordinates(legs: Legs, a: float, alpha: Floats) -> Floats:
-    """Return the coordinates of all bounces in the order of the words, shape (N, p)."""
-    columns = np.arange(len(legs))
+    """Return the coordinates of all bounces in the order of the words, shape (N, p).
+
+    A leg with walls starts and ends at the distances rise and fall from the first and the last of
+    them, 2 sin^2(pi/4 - t/2) with t towards that wall: no difference of nearly equal heights.
+    """
+    m, n_words = legs.k.shape
     first, last = end_angles(legs, alpha)
-    step = 2 * legs.d * turns(legs, alpha).half
-    ahead = np.roll(first, -1, axis=0)
-    start_y, end_y = np.sin(last), legs.parity * np.sin(ahead) + 2 * legs.n * legs.s
-    across = 2 * a + np.cos(last) + np.cos(ahead)
-    slope = across / np.where(legs.n > 0, end_y - start_y, 1.0)
-    side = 1.0 - 2.0 * (np.arange(len(legs.k)) % 2)
-    here = (legs.run, columns)
-    height = legs.s[here] * (2 * legs.place + 1) - start_y[here]
-    wall = side[legs.run] * (height * slope[here] - np.cos(last)[here] - a)
-    angle = first[here] + legs.place * step[here]
-    found: Floats = np.where(legs.straight, wall, angle).T
+    ahead = following(first)
+    rise = 2 * np.sin(HALF_PI / 2 - legs.s * last / 2) ** 2
+    fall = 2 * np.sin(HALF_PI / 2 + legs.s * legs.parity * ahead / 2) ** 2 + 2 * (legs.n - 1)
+    near, far = a + np.cos(last), a + np.cos(ahead)
+    side = (1.0 - 2.0 * (np.arange(m)[:, None] % 2)) / np.where(legs.n > 0, rise + fall, 1.0)
+    table = np.concatenate([first, side * (rise * far - fall * near)])
+    steps = np.concatenate([2 * legs.d * turns(legs, alpha).half, side * 2 * (near + far)])
+    entry = (legs.run + m * legs.straight) * n_words + np.arange(n_words)
+    found: Floats = (table.ravel()[entry] + legs.place * steps.ravel()[entry]).T
     return np.ascontiguousarray(found)

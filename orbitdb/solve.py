@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 from orbitdb import symmetry
 from orbitdb.certify import assess
 from orbitdb.legs import (
+    Chain,
     Derivatives,
-    Legs,
     centre_directions,
     cut,
     derivatives,
     direction_limits,
+    following,
+    preceding,
 )
 from orbitdb.orbits import NUMBERS, Orbit, Orbits, Status
 from orbitdb.pruning import FAMILY, rules_of
@@ -120,12 +122,12 @@ def finite(number: np.float64) -> float | None:
     return float(number) if np.isfinite(number) else None
 
 
-def newton(legs: Legs, a: float, tolerance: float = TOLERANCE, start: Floats | None = None) -> Directions:
+def newton(legs: Chain, a: float, tolerance: float = TOLERANCE, start: Floats | None = None) -> Directions:
     """Find the maximum of the length of each word between its direction limits.
 
     Parameters
     ----------
-    legs : Legs
+    legs : Chain
         N words of m legs.
     a : float
         Half the length of a straight wall.
@@ -139,7 +141,8 @@ def newton(legs: Legs, a: float, tolerance: float = TOLERANCE, start: Floats | N
     alpha = centre_directions(legs, a) if start is None else start.copy()
     iterations = np.zeros(len(legs), dtype=np.int64)
     active = np.arange(len(legs))
-    part, here = legs, alpha
+    part: Chain = legs
+    here = alpha
     limits = direction_limits(part, a)
     last = np.full(len(legs), np.nan)
     for _ in range(MAX_STEPS):
@@ -150,10 +153,10 @@ def newton(legs: Legs, a: float, tolerance: float = TOLERANCE, start: Floats | N
         done = (size <= tolerance) | (size * (size / last) ** 2 <= tolerance) | _stalled(size, last)
         if done.any():
             alpha[:, active[done]] = here[:, done]
-            going = ~done
-            active, here, last = active[going], here[:, going], size[going]
-            limits = (limits[0][:, going], limits[1][:, going])
-            part = part.chosen(going)
+            going = np.flatnonzero(~done)
+            active, here, last = active[going], here.take(going, axis=1), size[going]
+            limits = (limits[0].take(going, axis=1), limits[1].take(going, axis=1))
+            part = part.chain(going)
         else:
             last = size
         if not len(active):
@@ -168,7 +171,7 @@ def _stalled(size: Floats, last: Floats) -> NDArray[np.bool_]:
     return stalled
 
 
-def _newton_step(legs: Legs, a: float, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:
+def _newton_step(legs: Chain, a: float, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:
     """Return the Newton step within the limits; directions that press against a limit stay."""
     slopes = derivatives(legs, a, alpha)
     low, high = limits
@@ -177,12 +180,13 @@ def _newton_step(legs: Legs, a: float, alpha: Floats, limits: tuple[Floats, Floa
     return np.clip(alpha + step, low, high) - alpha
 
 
-def _minus_hessian(legs: Legs, slopes: Derivatives, pressed: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+def _minus_hessian(legs: Chain, slopes: Derivatives, pressed: NDArray[np.bool_]) -> tuple[Floats, Floats]:
     """Return the diagonal of -H and its entries beside it; entry i couples directions i - 1 and i."""
     w = slopes.stiffness
-    beside = w * np.roll(legs.parity, 1, axis=0)
-    diagonal = slopes.beyond + w + np.roll(w, -1, axis=0)
-    beside = np.where(pressed | np.roll(pressed, 1, axis=0), 0.0, beside)
+    beside = w * preceding(legs.parity)
+    diagonal = slopes.beyond + w + following(w)
+    if pressed.any():
+        beside = np.where(pressed | preceding(pressed), 0.0, beside)
     return diagonal, beside
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.legs import Derivatives, Legs
+from orbitdb.legs import Chain, Derivatives, following, preceding
 from orbitdb.stadium import STRAIGHT, Stadium
 
 Floats = NDArray[np.float64]
@@ -65,7 +65,7 @@ def exponent(slopes: Derivatives) -> Floats:
     return exponents
 
 
-def exponent_error(legs: Legs, slopes: Derivatives, alpha_error: Floats) -> Floats:
+def exponent_error(legs: Chain, slopes: Derivatives, alpha_error: Floats) -> Floats:
     """Bound the error of `exponent`, given those of the directions, shape (m, N).
 
     tr M - 2 is a sum of products that hold every drift and kick at most once, so its relative error
@@ -73,7 +73,7 @@ def exponent_error(legs: Legs, slopes: Derivatives, alpha_error: Floats) -> Floa
     """
     epsilon = np.finfo(float).eps
     drift = np.abs(slopes.lean) * alpha_error / slopes.beyond
-    bend = alpha_error + np.roll(alpha_error, 1, axis=0) + 4 * np.pi * epsilon
+    bend = alpha_error + preceding(alpha_error) + 4 * np.pi * epsilon
     kick = bend / (4 * legs.k**2 * slopes.stiffness)
     relative = (drift + kick).sum(axis=0) + 12 * len(legs.k) * epsilon
     value = exponent(slopes)
@@ -154,14 +154,14 @@ class Links:
     @classmethod
     def of(cls, stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> "Links":
         """Measure the links of closed paths, which need not be orbits."""
-        points = stadium.points(words, coordinates)
-        tangents = stadium.tangents(words, coordinates)
-        steps = np.roll(points, -1, axis=1) - points
-        after = np.hypot(steps[..., 0], steps[..., 1])
-        ahead = steps / after[..., None]
-        behind = np.roll(ahead, 1, axis=1)
-        cos_in, cos_out = (tangents * behind).sum(axis=-1), (tangents * ahead).sum(axis=-1)
-        return cls(np.roll(after, 1, axis=1), after, cos_in, cos_out)
+        symbols, places = np.ascontiguousarray(words.T), np.ascontiguousarray(coordinates.T)
+        (x, y), (along_x, along_y) = stadium.frames(symbols, places)  # bounces first: whole rows move
+        step_x, step_y = following(x) - x, following(y) - y
+        path = np.sqrt(step_x**2 + step_y**2)
+        ahead_x, ahead_y = step_x / path, step_y / path
+        cos_out = along_x * ahead_x + along_y * ahead_y
+        cos_in = along_x * preceding(ahead_x) + along_y * preceding(ahead_y)
+        return cls(preceding(path).T, path.T, cos_in.T, cos_out.T)
 
 
 def forces(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> Floats:

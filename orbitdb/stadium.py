@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from orbitdb.errors import InputError
 
+Pair = tuple[NDArray[np.float64], NDArray[np.float64]]
+
 MIN_A, MAX_A = 1e-6, 1e6
 HALF_PI = math.pi / 2
 
@@ -77,17 +79,22 @@ class Stadium:
         -------
         ndarray, shape (..., 2)
         """
-        straight = STRAIGHT[symbols]
-        x = np.where(straight, coordinates, _OUTWARD[symbols] * (self.a + np.cos(coordinates)))
-        y = np.where(straight, _WALL_Y[symbols], np.sin(coordinates))
-        return np.stack([x, y], axis=-1)
+        return np.stack(self.frames(symbols, coordinates)[0], axis=-1)
 
     def tangents(self, symbols: NDArray[np.uint8], coordinates: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the unit tangents, shape (..., 2), in the direction of growing coordinate."""
-        straight = STRAIGHT[symbols]
-        x = np.where(straight, 1.0, -_OUTWARD[symbols] * np.sin(coordinates))
-        y = np.where(straight, 0.0, np.cos(coordinates))
-        return np.stack([x, y], axis=-1)
+        return np.stack(self.frames(symbols, coordinates)[1], axis=-1)
+
+    def frames(self, symbols: NDArray[np.uint8], coordinates: NDArray[np.float64]) -> tuple[Pair, Pair]:
+        """Return the components x, y of `points` and those of `tangents`, each of the symbols' shape."""
+        straight, outward = STRAIGHT[symbols], _OUTWARD[symbols]
+        cos, sin = np.cos(coordinates), np.sin(coordinates)
+        point = (
+            np.where(straight, coordinates, outward * (self.a + cos)),
+            np.where(straight, _WALL_Y[symbols], sin),
+        )
+        tangent = (np.where(straight, 1.0, -outward * sin), np.where(straight, 0.0, cos))
+        return point, tangent
 
     def outline(self, n: int = 64) -> NDArray[np.float64]:
         """Return the boundary as a closed polygon, n points a semicircle, shape (2n + 1, 2)."""
