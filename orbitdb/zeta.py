@@ -116,9 +116,7 @@ def cycle_averages(expansion: Expansion) -> CycleAverages:
     z0 = leading_zero(expansion.coefficients)
     orders = np.arange(len(expansion.coefficients))
     powers = z0**orders
-    return CycleAverages(
-        z0, -float((orders * expansion.coefficients) @ powers), -(expansion.slopes @ powers)
-    )
+    return CycleAverages(z0, -float((orders * expansion.coefficients) @ powers), -(expansion.slopes @ powers))
 
 
 @dataclass(frozen=True)
