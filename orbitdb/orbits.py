@@ -104,7 +104,7 @@ class Orbit:
     code : str
         The word in the rotation that was asked for.
     representative : str
-        The least word of its symmetry class.
+        The least word of its symmetry class; for a pruned word, its own least rotation.
     a : float
         The stadium.
     status : Status

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.words import from_strings
+from orbitdb.orbits import Orbit, Status
+from orbitdb.words import from_strings, least_rotation
 
 Words = NDArray[np.uint8]
 
@@ -121,3 +122,12 @@ def rule_numbers(mask: int) -> list[int]:
 def rules_of(word: str) -> list[int]:
     """Return the numbers of the rules that one word breaks; empty if it is admissible."""
     return rule_numbers(int(rules_broken(from_strings([word]))[0]))
+
+
+def pruned_word(word: str, a: float) -> Orbit | None:
+    """Return what a primitive word is that no orbit can have: pruned, or the family 02; else None."""
+    least = least_rotation(word)
+    if least == FAMILY:
+        return Orbit(word, least, a, Status.FAMILY)
+    rules = tuple(rules_of(word))
+    return Orbit(word, least, a, Status.GEOMETRIC, rules) if rules else None

@@ -6,7 +6,7 @@ directions obey, finds the one maximum of every word, whether it is an orbit or 
 stadium; words that have converged leave the batch.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,7 @@ from orbitdb.legs import (
     preceding,
 )
 from orbitdb.orbits import NUMBERS, Orbit, Orbits, Status
-from orbitdb.pruning import FAMILY, rules_of
+from orbitdb.pruning import pruned_word
 from orbitdb.stadium import Stadium
 from orbitdb.words import from_strings
 
@@ -94,27 +94,24 @@ def solve_word(word: str, stadium: Stadium) -> Orbit:
     Orbit
         With the coordinates in the order of the word.
     """
+    if (pruned := pruned_word(word, stadium.a)) is not None:
+        return pruned
     family = symmetry.class_of(word)
-    base = Orbit(
-        code=word,
-        representative=family.representative,
-        a=stadium.a,
-        status=Status.GEOMETRIC,
-        rules=tuple(rules_of(word)),
-        time_reversal=symmetry.time_reversal(family.stabiliser),
-        symmetry=symmetry.label(family.stabiliser),
-        class_size=symmetry.class_size(family.stabiliser),
-    )
-    if family.representative == FAMILY:
-        return replace(base, status=Status.FAMILY)
-    if base.rules:
-        return base
     found = solve(from_strings([word]), stadium)
     numbers: dict[str, Any] = {name: finite(getattr(found, name)[0]) for name in NUMBERS}
     status = Status(str(found.status[0]))
-    if status not in (Status.ORBIT, Status.BOUNDARY):
-        return replace(base, status=status, margin=numbers["margin"])
-    return replace(base, status=status, coordinates=found.coordinates[0], **numbers)
+    exists = status in (Status.ORBIT, Status.BOUNDARY)
+    return Orbit(
+        code=word,
+        representative=family.representative,
+        a=stadium.a,
+        status=status,
+        time_reversal=symmetry.time_reversal(family.stabiliser),
+        symmetry=symmetry.label(family.stabiliser),
+        class_size=symmetry.class_size(family.stabiliser),
+        coordinates=found.coordinates[0] if exists else None,
+        **(numbers if exists else {"margin": numbers["margin"]}),
+    )
 
 
 def finite(number: np.float64) -> float | None:

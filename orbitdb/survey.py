@@ -24,7 +24,7 @@ from orbitdb.enumeration import (
 )
 from orbitdb.errors import StoreError
 from orbitdb.orbits import Orbit, Orbits, Status
-from orbitdb.pruning import FAMILY, rule_numbers, rules_broken, rules_of
+from orbitdb.pruning import FAMILY, pruned_word, rule_numbers, rules_broken
 from orbitdb.solve import solve, solve_word
 from orbitdb.stadium import Stadium
 from orbitdb.store import filling
@@ -32,7 +32,7 @@ from orbitdb.store.catalogue import Catalogue
 from orbitdb.store.filling import DONE, Cursor, Writer
 from orbitdb.store.schema import cycle, orbit
 from orbitdb.symmetry import classify
-from orbitdb.words import from_strings, least_rotation, pack, to_strings, unpack
+from orbitdb.words import from_strings, pack, to_strings, unpack
 
 _BATCH = 8192
 _LAST_FULL_MASK = 64
@@ -264,7 +264,8 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Iterator[Progress]:
                 masks = rules_broken(words)
                 pruned = masks > 0
                 rules = [names[mask] for mask in masks[pruned].tolist()]
-                rows = list(zip([p] * len(rules), to_strings(words[pruned]), rules, strict=True))
+                text = to_strings(words[pruned])
+                rows = [(p, *row) for row in zip(text, rules, strict=True) if row[0] != FAMILY]
                 with writer.writing() as connection:
                     filling.add_pruned(connection, rows)
                 done += len(words)
@@ -293,16 +294,10 @@ def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
         The word in the rotation asked for; the family 02 is not stored.
     """
     writer = Writer(path, {"command": "fill", "a": a, "code": word, "method": method}, __version__)
-    rules = rules_of(word)
-    family = symmetry.class_of(word)
     try:
-        if family.representative == FAMILY:
-            return solve_word(word, Stadium(a))
-        if rules:
-            rows = [(len(word), least_rotation(word), ",".join(map(str, rules)))]
-            with writer.writing() as connection:
-                filling.add_pruned(connection, rows)
-            return replace(solve_word(word, Stadium(a)), stored=True)
+        if (pruned := pruned_word(word, a)) is not None:
+            return _keep_pruned(writer, pruned)
+        family = symmetry.class_of(word)
         orbits = METHODS[method](from_strings([family.representative]), Stadium(a))
         with writer.writing() as connection:
             stadium = writer.stadium_id(connection, a)
@@ -311,6 +306,16 @@ def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
     finally:
         writer.close()
     return find(path, word, a)
+
+
+def _keep_pruned(writer: Writer, word: Orbit) -> Orbit:
+    """Store a geometrically pruned word with the rules it breaks; the family is not stored."""
+    if word.status is Status.FAMILY:
+        return word
+    rules = ",".join(map(str, word.rules))
+    with writer.writing() as connection:
+        filling.add_pruned(connection, [(word.p, word.representative, rules)])
+    return replace(word, stored=True)
 
 
 def find(path: Path | None, word: str, a: float) -> Orbit:

@@ -131,8 +131,8 @@ def classify(words: NDArray[np.uint8]) -> Classes:
     stabiliser = np.ones(own.shape, dtype=np.uint8)
     apart = _lone_apart(words)
     for g in ELEMENTS[1:]:
-        image = _TABLES[g][apart]
-        image = least_rotations(pack(image[:, ::-1] if g & REVERSE else image), p)
+        turned = _TABLES[g][apart]
+        image = least_rotations(pack(turned[:, ::-1] if g & REVERSE else turned), p)
         stabiliser |= (image == own).astype(np.uint8) << np.uint8(g)
         element[image < least] = g
         np.minimum(least, image, out=least)

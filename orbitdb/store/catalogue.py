@@ -4,7 +4,7 @@ import re
 import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +14,12 @@ import sqlalchemy as sa
 from orbitdb import symmetry
 from orbitdb.errors import StoreError
 from orbitdb.orbits import NUMBERS, Orbit, Status
+from orbitdb.pruning import pruned_word
 from orbitdb.selection import Selection, SelectionError
 from orbitdb.store import where as free
 from orbitdb.store.database import check_file, default_path, plain_errors, reading_engine
 from orbitdb.store.migrate import migrate
-from orbitdb.store.schema import SCHEMA_VERSION, catalogue, cycle, fill, orbit, stadium
+from orbitdb.store.schema import SCHEMA_VERSION, catalogue, cycle, fill, orbit, sequence, stadium
 from orbitdb.words import from_strings, to_strings
 
 COLUMNS = tuple(catalogue.c.keys())
@@ -121,6 +122,8 @@ class Catalogue:
         a : float
             The stadium.
         """
+        if (pruned := pruned_word(word, a)) is not None:
+            return self._find_pruned(pruned)
         family = symmetry.class_of(word)
         query = (
             sa.select(cycle, orbit)
@@ -144,6 +147,12 @@ class Catalogue:
             stored=True,
             **{name: row[name] for name in NUMBERS},
         )
+
+    def _find_pruned(self, pruned: Orbit) -> Orbit | None:
+        key = (sequence.c.p == pruned.p, sequence.c.word == pruned.representative)
+        with self.reading() as connection:
+            known = connection.scalar(sa.select(sequence.c.p).where(*key))
+        return None if known is None else replace(pruned, stored=True)
 
     def count(self, selection: Selection) -> int:
         """Return the number of rows in a chosen subset."""

@@ -159,6 +159,8 @@ _VIEW_COLUMNS: dict[type[sa.types.TypeEngine[Any]], tuple[str, ...]] = {
               "error", "length_error", "lyapunov_error"),
 }  # fmt: skip
 
+CATALOGUE_COLUMNS = [name for names in _VIEW_COLUMNS.values() for name in names]
+
 catalogue = sa.table(
     "catalogue",
     *(sa.column(name, kind) for kind, names in _VIEW_COLUMNS.items() for name in names),

@@ -1,0 +1,50 @@
+"""What several test modules share: filled catalogues and the command line."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from orbitdb import survey
+from orbitdb.store.catalogue import Catalogue
+
+
+class Outcome(NamedTuple):
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture(scope="session")
+def filled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("filled") / "orbits.db"
+    Catalogue.create(path)
+    for _ in survey.fill(path, 1.6, range(2, 9)):
+        pass
+    return path
+
+
+@pytest.fixture
+def filled(filled_once: Path, tmp_path: Path) -> Path:
+    """A catalogue with p = 2..8 at a = 1.6, the test's own."""
+    return Path(shutil.copy(filled_once, tmp_path / "orbits.db"))
+
+
+@pytest.fixture
+def cli(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> Callable[..., Outcome]:
+    """Run the command line in this process; the default catalogue is in the test's own folder."""
+    from orbitdb.cli.main import _run
+
+    monkeypatch.setenv("ORBITDB_DB", str(tmp_path / "orbits.db"))
+
+    def run(*arguments: str) -> Outcome:
+        capsys.readouterr()
+        code = _run(list(arguments))
+        captured = capsys.readouterr()
+        return Outcome(code, captured.out, captured.err)
+
+    return run
