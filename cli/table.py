@@ -37,6 +37,7 @@ def table(
     N_t: sequences left by the geometric rules; N_c: orbits; N: points of period p and its divisors;
     K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
     """
+    from orbitdb.fixed_points import divisors, missing_divisors
     from orbitdb.selection import parse_periods
     from orbitdb.stadium import Stadium
     from orbitdb.store.catalogue import Catalogue
@@ -48,15 +49,14 @@ def table(
     rows: list[tuple[Any, ...]] = []
     for period in wanted:
         fill = fills[period]
-        divisors = [d for d in range(2, period + 1) if period % d == 0]
-        complete = all(d in fills for d in divisors)
-        points = sum(d * (fills[d].n_c or 0) for d in divisors) if complete else None
+        missing = missing_divisors(period, fills)
+        if missing:
+            note(f"p = {period}: N needs the periods {', '.join(map(str, missing))}, which are not filled")
+        points = None if missing else sum(d * (fills[d].n_c or 0) for d in divisors(period) if d > 1)
         entropy = math.log(points) / period if points else None
         rows.append(
             (period, fill.n_t, fill.n_c, points, entropy, fill.classes, fill.boundary, fill.unresolved)
         )
-        if not complete:
-            note(f"p = {period}: N needs the divisors of p, which are not all filled")
     if not write(COLUMNS, rows, options.chosen(format_, json)):
         note(f"nothing is filled at a = {a:g}: run 'orbitdb fill --p 11 --a {a:g}'")
         raise typer.Exit(1)
