@@ -30,7 +30,7 @@ from orbitdb.stadium import Stadium
 from orbitdb.store import filling
 from orbitdb.store.catalogue import Catalogue
 from orbitdb.store.filling import DONE, Cursor, Writer
-from orbitdb.store.schema import cycle, orbit
+from orbitdb.store.known import KnownClasses
 from orbitdb.symmetry import classify
 from orbitdb.words import from_strings, pack, to_strings, unpack
 
@@ -115,7 +115,7 @@ class _PeriodFill:
             cursor = filling.open_fill(self.writer, connection, self.stadium.a, self.p)
             if cursor.state == DONE:
                 return
-            known = _Known(connection, cursor)
+            known = KnownClasses(connection, cursor)
         self.total = count_admissible(self.p)
         if cursor.sequences_done:
             batches = self._from_store(cursor, known)
@@ -126,7 +126,7 @@ class _PeriodFill:
         with self.writer.writing() as connection:
             filling.close_fill(connection, cursor, self._counts(connection, cursor))
 
-    def _from_scratch(self, cursor: Cursor, known: "_Known") -> Iterator[Cursor]:
+    def _from_scratch(self, cursor: Cursor, known: KnownClasses) -> Iterator[Cursor]:
         """Enumerate words; store them, their classes and the orbits of the classes."""
         after = -1 if cursor.word is None else int(pack(from_strings([cursor.word]))[0])
         for words in admissible_words(self.p, after):
@@ -147,7 +147,7 @@ class _PeriodFill:
             self.stored += len(text)
             yield cursor
 
-    def _from_store(self, cursor: Cursor, known: "_Known") -> Iterator[Cursor]:
+    def _from_store(self, cursor: Cursor, known: KnownClasses) -> Iterator[Cursor]:
         """Solve the classes that a fill at another a has stored."""
         after = 0 if cursor.word is None else int(pack(from_strings([cursor.word]))[0])
         todo = known.codes[(known.codes > after) & ~np.isin(known.codes, known.solved)]
@@ -196,55 +196,6 @@ class _PeriodFill:
             "boundary": boundary,
             "unresolved": unresolved,
         }
-
-
-class _Known:
-    """The classes of one period that are stored, and which of them are solved at the stadium."""
-
-    def __init__(self, connection: sa.Connection, cursor: Cursor) -> None:
-        self.cursor = cursor
-        self._load(connection)
-
-    def _load(self, connection: sa.Connection) -> None:
-        p = self.cursor.p
-        rows = connection.execute(
-            sa.select(cycle.c.id, cycle.c.word).where(cycle.c.p == p).order_by(cycle.c.word)
-        )
-        pairs = rows.all()
-        self.ids = np.array([number for number, _ in pairs], dtype=np.int64)
-        self.codes = pack(from_strings([word for _, word in pairs]))
-        mine = sa.select(orbit.c.cycle).where(orbit.c.stadium == self.cursor.stadium)
-        solved = connection.scalars(mine.join(cycle, cycle.c.id == orbit.c.cycle).where(cycle.c.p == p)).all()
-        self.solved = self.codes[np.isin(self.ids, np.array(solved, dtype=np.int64))]
-        self.newest = self._newest(connection)
-
-    def _newest(self, connection: sa.Connection) -> int:
-        return connection.scalar(sa.select(sa.func.max(cycle.c.id))) or 0
-
-    def refresh(self, connection: sa.Connection) -> None:
-        """Read again if another process has added classes."""
-        if self._newest(connection) != self.newest:
-            self._load(connection)
-
-    def add(
-        self, connection: sa.Connection, words: NDArray[np.uint8], stabilisers: NDArray[np.uint8]
-    ) -> None:
-        """Store those of some classes, given by least words and stabilisers, that are new."""
-        codes = pack(words)
-        new = ~np.isin(codes, self.codes)
-        if not new.any():
-            return
-        ids = filling.add_cycles(connection, words[new], stabilisers[new])
-        self.codes = np.concatenate([self.codes, codes[new]])
-        self.ids = np.concatenate([self.ids, ids])
-        order = np.argsort(self.codes)
-        self.codes, self.ids = self.codes[order], self.ids[order]
-        self.newest = ids[-1]
-
-    def numbers(self, codes: NDArray[np.int64]) -> list[int]:
-        """Return the numbers of classes, given by their packed least words."""
-        numbers: list[int] = self.ids[np.searchsorted(self.codes, codes)].tolist()
-        return numbers
 
 
 def fill_geometric(path: Path, periods: Iterable[int]) -> Iterator[Progress]:
