@@ -48,7 +48,7 @@ def entropy(rows: ClassRows, highest: int) -> Entropy:
     Notes
     -----
     N(p) = sum over d | p of d N_c(d) are the traces of the zeta function prod (1 - z^p)^N_c(p).
-    Its zero converges much faster than K_0, which is off by about ln(p)/p.. 1/p.
+    Its zero, which weighs all periods up to p together, settles sooner than K_0.
 
     Source: Biham and Kvale, Table 1.
     """

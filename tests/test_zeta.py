@@ -51,6 +51,7 @@ def test_no_positive_zero_is_nan():
 
 
 @given(st.lists(st.floats(0.2, 3), min_size=1, max_size=6))
+@settings(deadline=None)
 def test_leading_zero_is_the_least_of_known_zeros(zeros):
     zeros = sorted(set(np.round(zeros, 1)))
     polynomial = np.polynomial.Polynomial([1.0])
