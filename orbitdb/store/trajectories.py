@@ -30,4 +30,4 @@ def best_reference(catalogue: Catalogue, a: float) -> Reference | None:
     )
     with catalogue.reading() as connection:
         row = connection.execute(query).mappings().first()
-    return None if row is None else Reference(**row | {"seed": int(row["seed"])})
+    return None if row is None else Reference(**{**row, "seed": int(row["seed"])})
