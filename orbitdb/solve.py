@@ -70,7 +70,7 @@ def solve(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERAN
     for row in np.flatnonzero(orbits.status == Status.UNRESOLVED):
         from orbitdb.balls import as_orbits, enclose  # 30 ms to load, and seldom needed
 
-        orbits.place(np.array([row]), as_orbits(words[row], enclose(words[row], stadium)))
+        orbits.place(np.array([row]), as_orbits(words[row], stadium, enclose(words[row], stadium)))
     return orbits
 
 
