@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orbitdb.stadium import MAX_A, MIN_A, Stadium, StadiumError
+from orbitdb.stadium import MAX_A, MIN_A, STRAIGHT, Stadium, StadiumError
 
 half_lengths = st.floats(MIN_A, MAX_A)
 SYMBOLS = np.arange(6, dtype=np.uint8)
@@ -15,7 +15,7 @@ SYMBOLS = np.arange(6, dtype=np.uint8)
 
 @given(half_lengths, st.floats(-1, 1))
 def test_points_lie_on_the_boundary(a, u):
-    points = Stadium(a).points(SYMBOLS, np.where(SYMBOLS % 2 == 0, a * u, math.pi / 2 * u))
+    points = Stadium(a).points(SYMBOLS, np.where(STRAIGHT, a * u, math.pi / 2 * u))
     for symbol, (x, y) in enumerate(points):
         if symbol in (0, 2):
             assert y == symbol - 1
