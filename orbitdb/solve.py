@@ -19,6 +19,7 @@ from orbitdb.legs import (
     cut,
     derivatives,
     direction_limits,
+    length,
 )
 from orbitdb.orbits import Orbits, Status
 from orbitdb.stadium import Stadium
@@ -27,6 +28,9 @@ Floats = NDArray[np.float64]
 
 TOLERANCE = 1e-16
 MAX_STEPS = 50
+_PLAIN_STEPS = 8
+"""A few words at small a, or from far starts, go round in circles; from here on no step may lead down."""
+_SMALL = 1e-7
 _LONG = 64
 """From this many unknowns on, SciPy's banded solver is faster than a loop over the unknowns."""
 
@@ -96,8 +100,10 @@ def newton(legs: Legs, a: float, tolerance: float = TOLERANCE, start: Floats | N
     part, here = legs, alpha
     limits = direction_limits(part, a)
     last = np.full(len(legs), np.nan)
-    for _ in range(MAX_STEPS):
+    for count in range(MAX_STEPS):
         step = _newton_step(part, a, here, limits)
+        if count >= _PLAIN_STEPS:
+            step = _uphill(part, a, here, step)
         here = here + step
         size = np.abs(step).max(axis=0)
         iterations[active] += 1
@@ -114,6 +120,16 @@ def newton(legs: Legs, a: float, tolerance: float = TOLERANCE, start: Floats | N
             break
     alpha[:, active] = here
     return Directions(alpha, iterations)
+
+
+def _uphill(legs: Legs, a: float, alpha: Floats, step: Floats) -> Floats:
+    """Halve steps until they lengthen the path; small ones stay, rounding would hide what they gain."""
+    before = length(legs, a, alpha)
+    while True:
+        down = (np.abs(step).max(axis=0) > _SMALL) & (length(legs, a, alpha + step) <= before)
+        if not down.any():
+            return step
+        step = np.where(down, step / 2, step)
 
 
 def _stalled(size: Floats, last: Floats) -> NDArray[np.bool_]:
