@@ -107,7 +107,8 @@ def newton(legs: Legs, a: float, tolerance: float = TOLERANCE, start: Floats | N
         here = here + step
         size = np.abs(step).max(axis=0)
         iterations[active] += 1
-        done = (size <= tolerance) | (size * (size / last) ** 2 <= tolerance) | _stalled(size, last)
+        done = (size <= tolerance) | (size**3 <= tolerance * last**2) | _stalled(size, last)
+        done &= (last < _SMALL) | ~_held(here, limits)
         if done.any():
             alpha[:, active[done]] = here[:, done]
             going = ~done
@@ -130,6 +131,12 @@ def _uphill(legs: Legs, a: float, alpha: Floats, step: Floats) -> Floats:
         if not down.any():
             return step
         step = np.where(down, step / 2, step)
+
+
+def _held(alpha: Floats, limits: tuple[Floats, Floats]) -> NDArray[np.bool_]:
+    """Tell which words have a direction at a limit: it may leave once the others have come to rest."""
+    low, high = limits
+    return np.any((alpha <= low) | (alpha >= high), axis=0)
 
 
 def _stalled(size: Floats, last: Floats) -> NDArray[np.bool_]:
