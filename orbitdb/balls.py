@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from orbitdb.legs import Legs, centre_directions, cut, direction_limits
 from orbitdb.orbits import Orbits, Status
+from orbitdb.stability import forces
 from orbitdb.stadium import Stadium
 
 DIGITS = 60
@@ -78,20 +79,20 @@ def enclose(word: NDArray[np.uint8], stadium: Stadium) -> Enclosure:
     return found
 
 
-def as_orbits(word: NDArray[np.uint8], found: Enclosure) -> Orbits:
+def as_orbits(word: NDArray[np.uint8], stadium: Stadium, found: Enclosure) -> Orbits:
     """Return an enclosure rounded to doubles, the rounding counted in its error bounds."""
     places = [_rounded(x) for x in found.coordinates]
+    coordinates = np.array([[value for value, _ in places]])
     length, length_error = _rounded(found.length)
     exponent, exponent_error = _rounded(found.lyapunov)
-    decided = found.status is not Status.UNRESOLVED
     return Orbits(
         words=word[None, :],
         status=np.array([found.status.value]),
-        coordinates=np.array([[value for value, _ in places]]),
+        coordinates=coordinates,
         length=np.array([length]),
         lyapunov=np.array([exponent]),
         margin=np.array([_rounded(found.margin)[0]]),
-        residual=np.array([0.0 if decided else np.nan]),
+        residual=np.abs(forces(stadium, word[None, :], coordinates)).max(axis=1),
         error=np.array([max(error for _, error in places)]),
         length_error=np.array([length_error]),
         lyapunov_error=np.array([exponent_error]),

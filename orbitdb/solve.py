@@ -22,6 +22,7 @@ from orbitdb.legs import (
     derivatives,
     direction_limits,
     following,
+    length,
     preceding,
 )
 from orbitdb.orbits import NUMBERS, Orbit, Orbits, Status
@@ -33,6 +34,9 @@ Floats = NDArray[np.float64]
 
 TOLERANCE = 1e-16
 MAX_STEPS = 50
+_PLAIN_STEPS = 8
+"""A few words at small a, or from far starts, go round in circles; from here on no step may lead down."""
+_SMALL = 1e-7
 _LONG = 64
 """From this many unknowns on, SciPy's banded solver is faster than a loop over the unknowns."""
 
@@ -76,7 +80,7 @@ def solve(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERAN
     for row in np.flatnonzero(orbits.status == Status.UNRESOLVED):
         from orbitdb.balls import as_orbits, enclose  # 30 ms to load, and seldom needed
 
-        orbits.place(np.array([row]), as_orbits(words[row], enclose(words[row], stadium)))
+        orbits.place(np.array([row]), as_orbits(words[row], stadium, enclose(words[row], stadium)))
     return orbits
 
 
@@ -142,12 +146,15 @@ def newton(legs: Chain, a: float, tolerance: float = TOLERANCE, start: Floats | 
     here = alpha
     limits = direction_limits(part, a)
     last = np.full(len(legs), np.nan)
-    for _ in range(MAX_STEPS):
+    for count in range(MAX_STEPS):
         step = _newton_step(part, a, here, limits)
+        if count >= _PLAIN_STEPS:
+            step = _uphill(part, a, here, step)
         here = here + step
         size = np.abs(step).max(axis=0)
         iterations[active] += 1
-        done = (size <= tolerance) | (size * (size / last) ** 2 <= tolerance) | _stalled(size, last)
+        done = (size <= tolerance) | (size**3 <= tolerance * last**2) | _stalled(size, last)
+        done &= (last < _SMALL) | ~_held(here, limits)
         if done.any():
             alpha[:, active[done]] = here[:, done]
             going = np.flatnonzero(~done)
@@ -160,6 +167,22 @@ def newton(legs: Chain, a: float, tolerance: float = TOLERANCE, start: Floats | 
             break
     alpha[:, active] = here
     return Directions(alpha, iterations)
+
+
+def _uphill(legs: Chain, a: float, alpha: Floats, step: Floats) -> Floats:
+    """Halve steps until they lengthen the path; small ones stay, rounding would hide what they gain."""
+    before = length(legs, a, alpha)
+    while True:
+        down = (np.abs(step).max(axis=0) > _SMALL) & (length(legs, a, alpha + step) <= before)
+        if not down.any():
+            return step
+        step = np.where(down, step / 2, step)
+
+
+def _held(alpha: Floats, limits: tuple[Floats, Floats]) -> NDArray[np.bool_]:
+    """Tell which words have a direction at a limit: it may leave once the others have come to rest."""
+    low, high = limits
+    return np.any((alpha <= low) | (alpha >= high), axis=0)
 
 
 def _stalled(size: Floats, last: Floats) -> NDArray[np.bool_]:
