@@ -7,6 +7,7 @@ stadium; words that have converged leave the batch.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,9 @@ from orbitdb.legs import (
 )
 from orbitdb.orbits import Orbits, Status
 from orbitdb.stadium import Stadium
+
+if TYPE_CHECKING:
+    from orbitdb.balls import Enclosure
 
 Floats = NDArray[np.float64]
 
@@ -74,6 +78,34 @@ def solve(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERAN
 
         orbits.place(np.array([row]), as_orbits(words[row], enclose(words[row], stadium)))
     return orbits
+
+
+def certificates(
+    words: NDArray[np.uint8], stadium: Stadium, precision: int | None = None
+) -> list["Enclosure"]:
+    """Prove what becomes of admissible words in ball arithmetic, from the words alone.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    stadium : Stadium
+    precision : int, optional
+        Bits to begin with; `orbitdb.balls.PRECISION` by default.
+
+    Returns
+    -------
+    list of Enclosure
+        In the order of the words. Newton's method in doubles says where to look; the proof does not
+        rest on it.
+    """
+    from orbitdb.balls import PRECISION, enclose_all
+
+    found: dict[int, Enclosure] = {}
+    for rows, legs in cut(words):
+        start = newton(legs, stadium.a).alpha
+        enclosed = enclose_all(legs, stadium, start, precision or PRECISION)
+        found.update(zip(rows.tolist(), enclosed, strict=True))
+    return [found[row] for row in range(len(words))]
 
 
 def newton(legs: Chain, a: float, tolerance: float = TOLERANCE, start: Floats | None = None) -> Directions:
