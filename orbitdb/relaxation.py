@@ -27,7 +27,11 @@ MAX_STEPS = 200_000
 
 
 def relax(
-    words: NDArray[np.uint8], stadium: Stadium, epsilon: float = EPSILON, max_steps: int = MAX_STEPS
+    words: NDArray[np.uint8],
+    stadium: Stadium,
+    epsilon: float = EPSILON,
+    max_steps: int = MAX_STEPS,
+    start: Floats | None = None,
 ) -> Orbits:
     """Find the orbits of admissible words by the paper's artificial dynamics.
 
@@ -40,6 +44,8 @@ def relax(
         The dynamics of a word stops where all its forces, differences of two cosines, are smaller.
     max_steps : int, optional
         Runge-Kutta steps after which a word is given up and stays unresolved.
+    start : ndarray, shape (N, p), optional
+        Coordinates to start from; `starting_points` by default.
 
     Returns
     -------
@@ -49,7 +55,7 @@ def relax(
     """
     orbits = Orbits.empty(words)
     symbols = np.ascontiguousarray(words.T)
-    x = np.ascontiguousarray(starting_points(words, stadium).T)
+    x = np.ascontiguousarray((starting_points(words, stadium) if start is None else start).T)
     active = np.arange(len(words))
     for step in range(max_steps + 1):
         velocity = _velocity(stadium, symbols, x)

@@ -69,14 +69,20 @@ def solve(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERAN
     Orbits
         Every word with its status; where doubles cannot decide it, ball arithmetic does.
     """
-    orbits = Orbits.empty(words)
-    for rows, legs in cut(words):
-        found = newton(legs, stadium.a, tolerance)
-        orbits.place(rows, assess(words[rows], legs, stadium, found.alpha, found.iterations))
+    orbits = solve_in_doubles(words, stadium, tolerance)
     for row in np.flatnonzero(orbits.status == Status.UNRESOLVED):
         from orbitdb.balls import as_orbits, enclose  # 30 ms to load, and seldom needed
 
         orbits.place(np.array([row]), as_orbits(words[row], enclose(words[row], stadium)))
+    return orbits
+
+
+def solve_in_doubles(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE) -> Orbits:
+    """Find the orbits of admissible words as `solve` does, but leave unresolved what doubles do not show."""
+    orbits = Orbits.empty(words)
+    for rows, legs in cut(words):
+        found = newton(legs, stadium.a, tolerance)
+        orbits.place(rows, assess(words[rows], legs, stadium, found.alpha, found.iterations))
     return orbits
 
 
