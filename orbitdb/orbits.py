@@ -1,6 +1,6 @@
 """Orbits: what is known of a batch of words, as a structure of arrays."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
 
 import numpy as np
@@ -88,6 +88,10 @@ class Orbits:
             iterations=np.zeros(n, np.int64),
             **{name: np.full(n, np.nan) for name in NUMBERS},
         )
+
+    def rows(self, chosen: NDArray[np.intp] | NDArray[np.bool_]) -> "Orbits":
+        """Return some of the words."""
+        return Orbits(**{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
 
     def place(self, rows: NDArray[np.intp], part: "Orbits") -> None:
         """Write what a part of the batch has become into the given rows."""

@@ -7,7 +7,7 @@ stadium; words that have converged leave the batch.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,9 @@ from orbitdb.orbits import NUMBERS, Orbit, Orbits, Status
 from orbitdb.pruning import pruned_word
 from orbitdb.stadium import Stadium
 from orbitdb.words import from_strings
+
+if TYPE_CHECKING:
+    from orbitdb.balls import Enclosure
 
 Floats = NDArray[np.float64]
 
@@ -73,10 +76,7 @@ def solve(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERAN
     Orbits
         Every word with its status; where doubles cannot decide it, ball arithmetic does.
     """
-    orbits = Orbits.empty(words)
-    for rows, legs in cut(words):
-        found = newton(legs, stadium.a, tolerance)
-        orbits.place(rows, assess(words[rows], legs, stadium, found.alpha, found.iterations))
+    orbits = solve_in_doubles(words, stadium, tolerance)
     for row in np.flatnonzero(orbits.status == Status.UNRESOLVED):
         from orbitdb.balls import as_orbits, enclose  # 30 ms to load, and seldom needed
 
@@ -121,6 +121,43 @@ def solve_word(word: str, stadium: Stadium) -> Orbit:
 def finite(number: np.float64) -> float | None:
     """Return a number as a plain float, None where it is not finite."""
     return float(number) if np.isfinite(number) else None
+
+
+def solve_in_doubles(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE) -> Orbits:
+    """Find the orbits of admissible words as `solve` does, but leave unresolved what doubles do not show."""
+    orbits = Orbits.empty(words)
+    for rows, legs in cut(words):
+        found = newton(legs, stadium.a, tolerance)
+        orbits.place(rows, assess(words[rows], legs, stadium, found.alpha, found.iterations))
+    return orbits
+
+
+def certificates(
+    words: NDArray[np.uint8], stadium: Stadium, precision: int | None = None
+) -> list["Enclosure"]:
+    """Prove what becomes of admissible words in ball arithmetic, from the words alone.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    stadium : Stadium
+    precision : int, optional
+        Bits to begin with; `orbitdb.balls.PRECISION` by default.
+
+    Returns
+    -------
+    list of Enclosure
+        In the order of the words. Newton's method in doubles says where to look; the proof does not
+        rest on it.
+    """
+    from orbitdb.balls import PRECISION, enclose_all
+
+    found: dict[int, Enclosure] = {}
+    for rows, legs in cut(words):
+        start = newton(legs, stadium.a).alpha
+        enclosed = enclose_all(legs, stadium, start, precision or PRECISION)
+        found.update(zip(rows.tolist(), enclosed, strict=True))
+    return [found[row] for row in range(len(words))]
 
 
 def newton(legs: Chain, a: float, tolerance: float = TOLERANCE, start: Floats | None = None) -> Directions:

@@ -1,0 +1,73 @@
+"""Run time of every stage on the way from a period to its orbits."""
+
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.certify import assess
+from orbitdb.enumeration import admissible_words
+from orbitdb.legs import cut
+from orbitdb.orbits import Orbits, Status
+from orbitdb.solve import certificates, newton
+from orbitdb.stadium import Stadium
+from orbitdb.symmetry import ELEMENTS, classify
+from orbitdb.words import pack
+
+Words = NDArray[np.uint8]
+
+
+def representatives(p: int) -> tuple[Words, NDArray[np.int64]]:
+    """Return the admissible classes of order p: least words, shape (N, p), and class sizes, shape (N,)."""
+    words = np.concatenate(list(admissible_words(p)))
+    classes = classify(words)
+    least = classes.representative == pack(words)
+    return words[least], len(ELEMENTS) // np.bitwise_count(classes.stabiliser[least]).astype(np.int64)
+
+
+@dataclass(frozen=True)
+class StageTimes:
+    """Run time of every stage of the way from a period to its orbits, in seconds.
+
+    Attributes
+    ----------
+    p : int
+    sequences, classes : int
+        Admissible cyclic words, and symmetry classes of them.
+    enumeration, classification, cutting, newton, assessment, balls : float
+        Generate the words; find their classes; cut the representatives into legs; solve; bound the
+        errors and decide; decide in ball arithmetic what was left.
+    """
+
+    p: int
+    sequences: int
+    classes: int
+    enumeration: float
+    classification: float
+    cutting: float
+    newton: float
+    assessment: float
+    balls: float
+
+
+def stage_times(p: int, stadium: Stadium) -> StageTimes:
+    """Measure every stage for one period, once."""
+    clock = [perf_counter()]
+    words = np.concatenate(list(admissible_words(p)))
+    clock.append(perf_counter())
+    least = words[classify(words).representative == pack(words)]
+    clock.append(perf_counter())
+    groups = cut(least)
+    clock.append(perf_counter())
+    found = [newton(legs, stadium.a) for _, legs in groups]
+    clock.append(perf_counter())
+    orbits = Orbits.empty(least)
+    for (rows, legs), way in zip(groups, found, strict=True):
+        orbits.place(rows, assess(least[rows], legs, stadium, way.alpha, way.iterations))
+    clock.append(perf_counter())
+    open_words = least[orbits.status == Status.UNRESOLVED]
+    if len(open_words):
+        certificates(open_words, stadium)
+    clock.append(perf_counter())
+    return StageTimes(p, len(words), len(least), *np.diff(clock).tolist())
