@@ -6,6 +6,9 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.stadium import Stadium
+from orbitdb.words import from_strings
+
 Floats = NDArray[np.float64]
 
 NUMBERS = ("length", "lyapunov", "margin", "residual", "error", "length_error", "lyapunov_error")
@@ -161,3 +164,18 @@ class Orbit:
     def lambda_c(self) -> float | None:
         """Lambda per unit of length."""
         return None if self.lyapunov is None or self.length is None else self.lyapunov / self.length
+
+    @property
+    def points(self) -> Floats | None:
+        """The bounces in Cartesian coordinates, shape (p, 2), None where it has no coordinates."""
+        if self.coordinates is None:
+            return None
+        return Stadium(self.a).points(from_strings([self.code])[0], self.coordinates)
+
+    def _repr_svg_(self) -> str | None:
+        """Draw the orbit in its stadium, for notebooks; None where there is nothing that could be seen."""
+        from orbitdb import svg
+
+        if self.points is None or self.p > svg.MOST_BOUNCES:
+            return None
+        return svg.orbit_svg(Stadium(self.a), self.points, f"The orbit {self.code} at a = {self.a:g}")

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from orbitdb.errors import InputError
 from orbitdb.orbits import Status
+from orbitdb.words import parse
 
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
 """The columns that a selection can bound from below and above."""
@@ -180,3 +181,53 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
     except ValueError:
         known = ", ".join(Status)
         raise SelectionError(f"status {text!r}: use {known}, some of them with commas, or all") from None
+
+
+def choose(
+    a: float = 1.6,
+    p: int | tuple[int, int] | str | None = None,
+    status: Status | str | None = None,
+    time_reversal: str | None = None,
+    symmetry: str | None = None,
+    contains: str | None = None,
+    where: str | None = None,
+    parameters: Mapping[str, str | int | float] | None = None,
+    **ranges: tuple[float | None, float | None],
+) -> Selection:
+    """Return a selection from plain values.
+
+    Parameters
+    ----------
+    a : float, optional
+        The stadium.
+    p : int, (int, int) or str, optional
+        A period, the first and the last of a range, or text such as ``2,3,5-7``.
+    status : Status or str, optional
+        One, or some in a text with commas, such as ``orbit,boundary``.
+    time_reversal, symmetry, contains, where, parameters : optional
+        As in `Selection`.
+    **ranges : (float or None, float or None)
+        Least and greatest value of one of `MEASURES`, such as ``length=(3, None)``.
+
+    Raises
+    ------
+    SelectionError
+        If one of them cannot be used.
+    """
+    if unknown := set(ranges) - set(MEASURES):
+        raise SelectionError(
+            f"{', '.join(sorted(unknown))}: not a criterion; ranges are of {', '.join(MEASURES)}"
+        )
+    if isinstance(p, tuple):
+        p = "-".join(map(str, p))
+    return Selection(
+        a=a,
+        periods=() if p is None else parse_periods(str(p)),
+        statuses=() if status is None else parse_statuses(str(status)),
+        time_reversal=None if time_reversal is None else parse_reversal(time_reversal),
+        symmetry=symmetry,
+        contains=None if contains is None else parse(contains),
+        ranges=ranges,
+        where=where,
+        parameters=parameters or {},
+    )

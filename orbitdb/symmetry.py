@@ -6,6 +6,7 @@ right), the mirror ``y`` -> -y (up and down), and time reversal ``T``. An elemen
 inverse.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,6 +96,35 @@ def act_on_coordinates(
     flips = (straight & bool(element & MIRROR_X)) | (~straight & bool(element & MIRROR_Y))
     image = np.where(flips, -coordinates, coordinates)
     return image[:, ::-1] if element & REVERSE else image
+
+
+def image_coordinates(
+    words: Sequence[str], least: Sequence[str], element: int, coordinates: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the coordinates of the images of orbits under one element, in chosen rotations.
+
+    Parameters
+    ----------
+    words : sequence of str, length N
+        A rotation of each image's word.
+    least : sequence of str, length N
+        The words of the orbits.
+    element : int
+        The element that leads to the images.
+    coordinates : ndarray, shape (N, p)
+        Those of the orbits, in the order of ``least``.
+
+    Returns
+    -------
+    ndarray, shape (N, p)
+        In the order of ``words``.
+    """
+    symbols = from_strings(least)
+    images = to_strings(act_on_words(element, symbols))
+    turned = act_on_coordinates(element, symbols, coordinates)
+    shift = np.array([(2 * image).index(word) for image, word in zip(images, words, strict=True)])
+    p = coordinates.shape[1]
+    return np.take_along_axis(turned, (shift[:, None] + np.arange(p)) % p, axis=1)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import sqlalchemy as sa
@@ -15,15 +15,21 @@ from orbitdb import symmetry
 from orbitdb.errors import StoreError
 from orbitdb.orbits import NUMBERS, Orbit, Status
 from orbitdb.pruning import pruned_word
-from orbitdb.selection import Selection, SelectionError
+from orbitdb.selection import Selection, SelectionError, choose
+from orbitdb.stadium import Stadium
 from orbitdb.store import where as free
 from orbitdb.store.database import check_file, default_path, plain_errors, reading_engine
 from orbitdb.store.migrate import migrate
 from orbitdb.store.schema import SCHEMA_VERSION, catalogue, cycle, fill, orbit, sequence, stadium
-from orbitdb.words import from_strings, to_strings
+from orbitdb.words import SYMBOLS, is_primitive, parse
+
+if TYPE_CHECKING:
+    from orbitdb.store.arrays import ChosenClasses, Subset
 
 COLUMNS = tuple(catalogue.c.keys())
 """The columns of the view ``catalogue``."""
+
+Columns: TypeAlias = sa.ColumnCollection[str, Any]
 
 _BLOCK = 2000
 _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
@@ -72,14 +78,23 @@ class Catalogue:
     ----------
     path : path-like, optional
         The file; by default ``ORBITDB_DB`` or a file in the user's data folder.
+    a : float, optional
+        The stadium that words and `select` are about, unless they name another.
 
     Raises
     ------
     StoreError
         If there is no catalogue there, or it cannot be read by this version.
+
+    Examples
+    --------
+    >>> catalogue = Catalogue("orbits.db", a=1.6)  # doctest: +SKIP
+    >>> catalogue["1232131"].length, "1232131" in catalogue, len(catalogue)  # doctest: +SKIP
+    >>> orbits = catalogue.select(p=(2, 11), status="orbit", lambda_c=(None, 0.4))  # doctest: +SKIP
     """
 
-    def __init__(self, path: Path | str | None = None) -> None:
+    def __init__(self, path: Path | str | None = None, a: float = 1.6) -> None:
+        self.a = Stadium(a).a
         self.path = Path(path) if path is not None else default_path()
         version = check_file(self.path)
         if version is None:
@@ -89,11 +104,11 @@ class Catalogue:
         self._engine = reading_engine(self.path)
 
     @classmethod
-    def create(cls, path: Path | str | None = None) -> "Catalogue":
+    def create(cls, path: Path | str | None = None, a: float = 1.6) -> "Catalogue":
         """Open a catalogue, making it or bringing it to the newest schema first."""
         path = Path(path) if path is not None else default_path()
         migrate(path)
-        return cls(path)
+        return cls(path, a)
 
     @contextmanager
     def reading(self) -> Iterator[sa.Connection]:
@@ -135,6 +150,12 @@ class Catalogue:
             row = connection.execute(query).mappings().first()
         if row is None:
             return None
+        blob = row["coordinates"]
+        coordinates = None
+        if blob is not None:
+            places = np.frombuffer(blob, dtype="<f8")[None, :]
+            least = [family.representative]
+            coordinates = symmetry.image_coordinates([word], least, family.element, places)[0]
         return Orbit(
             code=word,
             representative=family.representative,
@@ -143,7 +164,7 @@ class Catalogue:
             time_reversal=row["time_reversal"],
             symmetry=row["symmetry"],
             class_size=row["class_size"],
-            coordinates=_coordinates_of(word, family, row["coordinates"]),
+            coordinates=coordinates,
             stored=True,
             **{name: row[name] for name in NUMBERS},
         )
@@ -154,10 +175,95 @@ class Catalogue:
             known = connection.scalar(sa.select(sequence.c.p).where(*key))
         return None if known is None else replace(pruned, stored=True)
 
+    def __contains__(self, word: object) -> bool:
+        """Tell whether what becomes of a word is stored, in any rotation and with any status."""
+        return isinstance(word, str) and set(word) <= set(SYMBOLS) and self._get(word) is not None
+
+    def __getitem__(self, word: str) -> Orbit:
+        """Return the stored orbit of a word (run notation, too) in the rotation asked for.
+
+        Raises
+        ------
+        KeyError
+            If it is not stored; `orbitdb.solve_word` solves any word.
+        """
+        found = self._get(parse(word))
+        if found is None:
+            raise KeyError(f"{word} is not stored at a = {self.a:g}")
+        return found
+
+    def _get(self, word: str) -> Orbit | None:
+        return self.find(word, self.a) if word and is_primitive(word) else None
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the stored words by period, as least rotations."""
+        stored = tuple(status for status in Status if status is not Status.GEOMETRIC)
+        return (word for (word,) in self.rows(Selection(self.a, statuses=stored), ("code",)))
+
+    def __len__(self) -> int:
+        """Return how many words it holds; those that are geometrically pruned are not among them."""
+        query = (
+            sa.select(sa.func.sum(cycle.c.class_size))
+            .join(orbit, orbit.c.cycle == cycle.c.id)
+            .join(stadium, stadium.c.id == orbit.c.stadium)
+            .where(stadium.c.a == self.a)
+        )
+        with self.reading() as connection:
+            return connection.scalar(query) or 0
+
+    def __bool__(self) -> bool:
+        return True
+
+    def select(
+        self,
+        selection: Selection | None = None,
+        *,
+        order: str = "p,code",
+        coordinates: bool = False,
+        **criteria: Any,
+    ) -> "Subset":
+        """Return a chosen subset as arrays, one entry a symbol sequence.
+
+        Parameters
+        ----------
+        selection : Selection, optional
+            The subset; or name it by the criteria.
+        order : str, optional
+            Columns to sort by, as in `rows`.
+        coordinates : bool, optional
+            Whether to read the coordinates, too.
+        **criteria
+            As in `orbitdb.selection.choose`, at the catalogue's a unless ``a`` is given.
+
+        Examples
+        --------
+        >>> catalogue.select(p=(2, 11), status="orbit", length=(None, 9)).words  # doctest: +SKIP
+        """
+        from orbitdb.store.arrays import read_subset
+
+        return read_subset(self, self._chosen(selection, criteria), order, coordinates)
+
+    def classes(self, selection: Selection | None = None, **criteria: Any) -> "ChosenClasses":
+        """Return the symmetry classes of a chosen subset, with how many of their words are in it.
+
+        Only classes with a length and lambda, which are orbits and, if their status is named, orbits
+        through a joint. No coordinates are read; unless the subset depends on the single words
+        (``contains``, ``where``) they are not read either. The parameters are those of `select`.
+        """
+        from orbitdb.store.arrays import read_classes
+
+        chosen = self._chosen(selection, criteria)
+        return read_classes(self, chosen if chosen.statuses else replace(chosen, statuses=(Status.ORBIT,)))
+
+    def _chosen(self, selection: Selection | None, criteria: dict[str, Any]) -> Selection:
+        if selection is not None and criteria:
+            raise SelectionError("give a Selection or criteria, not both")
+        return choose(**{"a": self.a} | criteria) if selection is None else selection
+
     def count(self, selection: Selection) -> int:
         """Return the number of rows in a chosen subset."""
         query = sa.select(sa.func.count()).select_from(catalogue)
-        with self._selecting(selection) as (connection, conditions):
+        with self.selecting(selection) as (connection, conditions):
             return connection.scalar(query.where(*conditions)) or 0
 
     def rows(
@@ -188,18 +294,18 @@ class Catalogue:
         query = sa.select(*(_column(name) for name in columns)).order_by(*_ordering(order))
         if limit is not None or offset:
             query = query.limit(-1 if limit is None else limit).offset(offset)
-        with self._selecting(selection) as (connection, conditions):
+        with self.selecting(selection) as (connection, conditions):
             result = connection.execute(query.where(*conditions))
             while block := result.fetchmany(_BLOCK):
                 yield from map(tuple, block)
 
     @contextmanager
-    def _selecting(
-        self, selection: Selection
+    def selecting(
+        self, selection: Selection, columns: Columns = catalogue.c
     ) -> Iterator[tuple[sa.Connection, list[sa.ColumnElement[bool] | sa.TextClause]]]:
         """Give a connection for one query over a subset, confined if it has a free expression."""
         with self.reading() as connection:
-            conditions = conditions_of(selection)
+            conditions = conditions_of(selection, columns)
             if selection.where is None:
                 yield connection, conditions
                 return
@@ -211,9 +317,10 @@ class Catalogue:
                 raise free.refusal(selection.where, str(getattr(error, "orig", error))) from error
 
 
-def conditions_of(selection: Selection) -> list[sa.ColumnElement[bool] | sa.TextClause]:
-    """Return a selection as conditions on the view ``catalogue``."""
-    view = catalogue.c
+def conditions_of(
+    selection: Selection, view: Columns = catalogue.c
+) -> list[sa.ColumnElement[bool] | sa.TextClause]:
+    """Return a selection as conditions on the view ``catalogue``, or on columns of the same names."""
     found: list[sa.ColumnElement[bool] | sa.TextClause] = [view.a == selection.a]
     if selection.periods:
         found.append(sa.or_(*(view.p.between(low, high) for low, high in selection.periods)))
@@ -226,8 +333,8 @@ def conditions_of(selection: Selection) -> list[sa.ColumnElement[bool] | sa.Text
     if selection.contains:
         found.append(sa.func.instr(view.word.op("||")(view.word), selection.contains) > 0)
     for name, (low, high) in selection.ranges.items():
-        found += [] if low is None else [_column(name) >= low]
-        found += [] if high is None else [_column(name) <= high]
+        found += [] if low is None else [view[name] >= low]
+        found += [] if high is None else [view[name] <= high]
     if selection.where:
         clause = free.expression(selection.where, set(selection.parameters))
         found.append(clause.bindparams(**selection.parameters))
@@ -257,16 +364,3 @@ def _as_fill(row: sa.Row[Any]) -> Fill:
     names = ("p", "state", "seconds", "primitive", "n_t", "n_c", "classes", "boundary", "unresolved")
     pruned = tuple(values[f"rule_{number}"] for number in range(1, 7))
     return Fill(pruned=pruned, **{name: values[name] for name in names})
-
-
-def _coordinates_of(
-    word: str, family: symmetry.SymmetryClass, stored: bytes | None
-) -> np.ndarray[tuple[int], np.dtype[np.float64]] | None:
-    """Return the stored coordinates of a representative as those of one of its images."""
-    if stored is None:
-        return None
-    symbols = from_strings([family.representative])
-    image = to_strings(symmetry.act_on_words(family.element, symbols))[0]
-    places = np.frombuffer(stored, dtype="<f8")[None, :]
-    turned = symmetry.act_on_coordinates(family.element, symbols, places)[0]
-    return np.roll(turned, -(image + image).index(word)).astype(np.float64)

@@ -3,7 +3,7 @@
 import re
 import sqlite3
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Set
 from contextlib import contextmanager
 
 import sqlalchemy as sa
@@ -16,7 +16,8 @@ SECONDS = 60.0
 
 _LONGEST_VALUE = 1_000_000
 _STEPS_BETWEEN_LOOKS = 100_000
-_TABLES = {"sequence", "cycle", "stadium", "orbit"}
+_TABLES_OF_VIEW = {"sequence", "cycle", "stadium", "orbit"}
+_Authorizer = Callable[[int, str | None, str | None, str | None, str | None], int]
 _NAME = re.compile(r"(?<!:):(\w+)")
 
 
@@ -34,11 +35,42 @@ def check(connection: sa.Connection, where: str, parameters: dict[str, str | int
     SelectionError
         With the reason, in one line.
     """
-    with confined(connection) as driver:
+    with _limited(connection, _authorize) as driver:
         try:
-            driver.execute(f"EXPLAIN SELECT 1 FROM catalogue WHERE {where}\n", parameters)
+            # every column, so that no table of the view is read without one: see _authorize_checked
+            driver.execute(f"EXPLAIN SELECT * FROM catalogue WHERE {where}\n", parameters)
         except (sqlite3.Error, sqlite3.Warning, ValueError) as error:
             raise refusal(where, str(error)) from error
+
+
+def same_for_class(
+    connection: sa.Connection, where: str, parameters: dict[str, str | int | float], shared: Set[str]
+) -> bool:
+    """Tell whether a checked expression has one value for all words of a symmetry class.
+
+    Parameters
+    ----------
+    connection : Connection
+    where, parameters
+        The expression.
+    shared : set of str
+        The columns of the view that all words of a class share.
+    """
+    columns, functions, selects = set(), set(), 0
+
+    def note(action: int, first: str | None, second: str | None, _base: str | None, view: str | None) -> int:
+        nonlocal selects
+        if action == sqlite3.SQLITE_READ and first == "catalogue":
+            columns.add(second)
+        elif action == sqlite3.SQLITE_FUNCTION:
+            functions.add(second)
+        elif action == sqlite3.SQLITE_SELECT and view is None:
+            selects += 1
+        return sqlite3.SQLITE_OK
+
+    with _limited(connection, note) as driver:
+        driver.execute(f"EXPLAIN SELECT 1 FROM catalogue WHERE {where}\n", parameters)
+    return columns <= shared and selects == 1 and not functions & {"random", "randomblob"}
 
 
 def refusal(where: str, message: str) -> SelectionError:
@@ -55,13 +87,19 @@ def refusal(where: str, message: str) -> SelectionError:
 
 
 @contextmanager
-def confined(connection: sa.Connection) -> Iterator[sqlite3.Connection]:
-    """Let a connection read the view and nothing else, for a limited time."""
+def confined(connection: sa.Connection) -> Iterator[None]:
+    """Let a connection run a checked expression: read the view and nothing else, for a limited time."""
+    with _limited(connection, _authorize_checked):
+        yield
+
+
+@contextmanager
+def _limited(connection: sa.Connection, authorize: _Authorizer) -> Iterator[sqlite3.Connection]:
     driver = connection.connection.driver_connection
     assert isinstance(driver, sqlite3.Connection)
     deadline = time.monotonic() + SECONDS
     longest = driver.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LONGEST_VALUE)
-    driver.set_authorizer(_authorize)
+    driver.set_authorizer(authorize)
     driver.set_progress_handler(lambda: time.monotonic() > deadline, _STEPS_BETWEEN_LOOKS)
     try:
         yield driver
@@ -77,10 +115,19 @@ def _authorize(
     if action == sqlite3.SQLITE_SELECT:
         return sqlite3.SQLITE_OK
     if action == sqlite3.SQLITE_READ:
-        no_column = (
-            first in _TABLES and not second
-        )  # how SQLite names a joined table when it inlines the view
-        return sqlite3.SQLITE_OK if "catalogue" in (first, view) or no_column else sqlite3.SQLITE_DENY
+        return sqlite3.SQLITE_OK if "catalogue" in (first, view) else sqlite3.SQLITE_DENY
     if action == sqlite3.SQLITE_FUNCTION and second != "load_extension":
         return sqlite3.SQLITE_OK
     return sqlite3.SQLITE_DENY
+
+
+def _authorize_checked(
+    action: int, first: str | None, second: str | None, base: str | None, view: str | None
+) -> int:
+    """Allow, too, what a query over a checked expression needs: the tables of the view themselves.
+
+    SQLite reports a table of which no column is used without the view's name.
+    """
+    if action == sqlite3.SQLITE_READ and first in _TABLES_OF_VIEW:
+        return sqlite3.SQLITE_OK
+    return _authorize(action, first, second, base, view)

@@ -1,0 +1,293 @@
+"""A chosen subset as arrays: `Subset`, one entry a symbol sequence, or `ChosenClasses`, one a class.
+
+What all words of a symmetry class share is read once a class and spread over its words; coordinates
+are read only where they are asked for.
+"""
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
+
+from orbitdb import symmetry
+from orbitdb.orbits import NUMBERS, Status
+from orbitdb.selection import Selection
+from orbitdb.store import where as free
+from orbitdb.store.schema import catalogue as view
+from orbitdb.store.schema import cycle, orbit, sequence, stadium
+from orbitdb.words import from_strings
+
+if TYPE_CHECKING:
+    from orbitdb.store.catalogue import Catalogue
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Texts = NDArray[Any]
+"""Arrays of strings of any length (`numpy.dtypes.StringDType`)."""
+
+_TEXT = np.dtypes.StringDType()
+_SHARED_TEXTS = ("representative", "time_reversal", "symmetry")
+_SHARED_INTEGERS = ("class_size", "walls")
+
+
+@dataclass(frozen=True, repr=False)
+class Subset:
+    """The chosen symbol sequences, one entry each; numbers that a sequence does not have are NaN.
+
+    Attributes
+    ----------
+    selection : Selection
+        What was chosen; ``selection.describe()`` says it in words.
+    words : ndarray of str, shape (N,)
+        Least rotations.
+    p : ndarray of int, shape (N,)
+        Periods.
+    status : ndarray of str, shape (N,)
+        Values of `Status`.
+    representative, time_reversal, symmetry : ndarray of str, shape (N,)
+        The class's least word, ``self`` or ``pair``, and the symmetry label; empty for words that
+        are geometrically pruned, which have no class.
+    class_size, walls : ndarray of int, shape (N,)
+        Words in the symmetry class, and straight bounces; 0 for words that have no class.
+    length, lyapunov, margin, residual, error, length_error, lyapunov_error : ndarray, shape (N,)
+        As in `orbitdb.orbits.Orbits`; length and margin in units of the radius.
+    coordinates : ndarray, shape (sum of p,), or None
+        Those of all words one behind the other (`coordinates_of`, `of_period`), NaN where a word has
+        none; None if they were not asked for.
+    """
+
+    selection: Selection
+    words: Texts
+    p: Integers
+    status: Texts
+    representative: Texts
+    time_reversal: Texts
+    symmetry: Texts
+    class_size: Integers
+    walls: Integers
+    length: Floats
+    lyapunov: Floats
+    margin: Floats
+    residual: Floats
+    error: Floats
+    length_error: Floats
+    lyapunov_error: Floats
+    coordinates: Floats | None = None
+
+    def __len__(self) -> int:
+        return len(self.words)
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} {self.selection.describe()}>"
+
+    @property
+    def lambda_d(self) -> Floats:
+        """Lambda per bounce."""
+        return self.lyapunov / self.p
+
+    @property
+    def lambda_c(self) -> Floats:
+        """Lambda per unit of length."""
+        return self.lyapunov / self.length
+
+    @cached_property
+    def start(self) -> Integers:
+        """Where each word begins in ``coordinates``, and where the last one ends, shape (N + 1,)."""
+        return np.concatenate([np.zeros(1, np.int64), np.cumsum(self.p)])
+
+    def coordinates_of(self, n: int) -> Floats:
+        """Return the coordinates of word n, shape (p,), in the order of its symbols."""
+        return self._read()[self.start[n] : self.start[n + 1]]
+
+    def of_period(self, p: int) -> tuple[NDArray[np.uint8], Floats]:
+        """Return the words of one period as symbols and their coordinates, both of shape (N_p, p)."""
+        rows = np.flatnonzero(self.p == p)
+        places = self.start[rows][:, None] + np.arange(p)
+        return from_strings(self.words[rows].tolist()).reshape(-1, p), self._read()[places]
+
+    def _read(self) -> Floats:
+        if self.coordinates is None:
+            raise ValueError("the coordinates were not read: use select(..., coordinates=True)")
+        return self.coordinates
+
+
+@dataclass(frozen=True)
+class ChosenClasses:
+    """The symmetry classes that have chosen words, one entry each, for averages over orbits.
+
+    Attributes
+    ----------
+    p, class_size : ndarray of int, shape (N,)
+        Period, and number of words in the class.
+    chosen : ndarray of int, shape (N,)
+        How many of these words are in the subset.
+    length, lyapunov : ndarray, shape (N,)
+        Of one traversal, the length in units of the radius.
+    walls : ndarray of int, shape (N,)
+        Number of straight bounces; the eigenvalues of M are negative where it is odd.
+    """
+
+    p: Integers
+    class_size: Integers
+    chosen: Integers
+    length: Floats
+    lyapunov: Floats
+    walls: Integers
+
+    def __len__(self) -> int:
+        return len(self.p)
+
+    @property
+    def inverse(self) -> NDArray[np.bool_]:
+        """Whether the eigenvalues of M are negative."""
+        odd: NDArray[np.bool_] = self.walls % 2 == 1
+        return odd
+
+
+def read_subset(catalogue: "Catalogue", selection: Selection, order: str, coordinates: bool) -> Subset:
+    """Return the chosen sequences as arrays (`Catalogue.select`)."""
+    rows = list(catalogue.rows(selection, ("code", "p", "cycle", "element"), order))
+    words, p, cycles, elements = zip(*rows, strict=True) if rows else ((), (), (), ())
+    keys = np.array([key or 0 for key in cycles], dtype=np.int64)
+    known, place = np.unique(keys, return_inverse=True)
+    shared = _shared(catalogue, selection.a, known)
+    places = read_coordinates(catalogue, selection.a, words, cycles, elements) if coordinates else None
+    return Subset(
+        selection=selection,
+        words=np.array(words, dtype=_TEXT),
+        p=np.array(p, dtype=np.int64),
+        coordinates=places,
+        **{name: values[place] for name, values in shared.items()},
+    )
+
+
+def _class_view() -> sa.Subquery:
+    """Return the columns of the view that all words of a class share, one row a stadium and class."""
+    return (
+        sa.select(
+            stadium.c.a,
+            cycle.c.id.label("cycle"),
+            cycle.c.p,
+            cycle.c.word.label("representative"),
+            *(cycle.c[name] for name in ("class_size", "walls", "time_reversal", "symmetry")),
+            orbit.c.status,
+            *(orbit.c[name] for name in NUMBERS),
+            (orbit.c.lyapunov / cycle.c.p).label("lambda_d"),
+            (orbit.c.lyapunov / orbit.c.length).label("lambda_c"),
+            orbit.c.coordinates,
+        )
+        .join_from(orbit, cycle, cycle.c.id == orbit.c.cycle)
+        .join(stadium, stadium.c.id == orbit.c.stadium)
+        .subquery("catalogue")
+    )
+
+
+def _shared(catalogue: "Catalogue", a: float, known: Integers) -> dict[str, Any]:
+    """Return what the words of some classes share, by the rising numbers of the classes.
+
+    Class 0 stands for the words that have none, which are those pruned geometrically.
+    """
+    names = ("cycle", "status", *_SHARED_TEXTS, *_SHARED_INTEGERS, *NUMBERS)
+    nothing = (0, Status.GEOMETRIC.value, *[""] * len(_SHARED_TEXTS), *[0] * len(_SHARED_INTEGERS))
+    rows = [(*nothing, *[None] * len(NUMBERS))] if 0 in known else []
+    rows += sorted(_rows_of_classes(catalogue, a, known[known > 0].tolist(), names))
+    columns = dict(zip(names, zip(*rows, strict=True) if rows else [()] * len(names), strict=True))
+    arrays: dict[str, Any] = {name: np.array(columns[name], _TEXT) for name in ("status", *_SHARED_TEXTS)}
+    arrays |= {name: np.array(columns[name], np.int64) for name in _SHARED_INTEGERS}
+    return arrays | {name: np.array(columns[name], np.float64) for name in NUMBERS}
+
+
+def _rows_of_classes(
+    catalogue: "Catalogue", a: float, numbers: Iterable[int], names: Sequence[str]
+) -> list[tuple[Any, ...]]:
+    """Return columns of the class view for some classes, in any order."""
+    classes = _class_view()
+    wanted = sa.select(sa.func.json_each(json.dumps(list(numbers))).table_valued("value").c.value)
+    query = sa.select(*(classes.c[name] for name in names)).where(
+        classes.c.a == a, classes.c.cycle.in_(wanted)
+    )
+    with catalogue.reading() as connection:
+        return [tuple(row) for row in connection.execute(query)]
+
+
+def read_coordinates(
+    catalogue: "Catalogue",
+    a: float,
+    words: Sequence[str],
+    cycles: Sequence[int | None],
+    elements: Sequence[int | None],
+) -> Floats:
+    """Return the coordinates of words one behind the other, shape (sum of p,), NaN where there are none.
+
+    Parameters
+    ----------
+    catalogue : Catalogue
+    a : float
+        The stadium.
+    words : sequence of str
+        Least rotations.
+    cycles, elements : sequence of int or None
+        The class of each word, and the symmetry element that carries the class's least word to it.
+    """
+    numbers = {number for number in cycles if number is not None}
+    rows = _rows_of_classes(catalogue, a, numbers, ("cycle", "representative", "coordinates"))
+    stored = {number: (least, blob) for number, least, blob in rows if blob is not None}
+    groups: dict[tuple[int, int], list[int]] = {}
+    for row, (word, number, element) in enumerate(zip(words, cycles, elements, strict=True)):
+        if number in stored:
+            groups.setdefault((len(word), element or 0), []).append(row)
+    start = np.concatenate([[0], np.cumsum([len(word) for word in words], dtype=np.int64)])
+    flat = np.full(start[-1], np.nan)
+    for (p, element), members in groups.items():
+        least, blobs = zip(*(stored[cycles[row] or 0] for row in members), strict=True)
+        places = np.frombuffer(b"".join(blobs), dtype="<f8").reshape(-1, p)
+        images = symmetry.image_coordinates([words[row] for row in members], least, element, places)
+        flat[start[members][:, None] + np.arange(p)] = images
+    return flat
+
+
+def read_classes(catalogue: "Catalogue", selection: Selection) -> ChosenClasses:
+    """Return the chosen classes that have a length and lambda (`Catalogue.classes`)."""
+    if _same_for_classes(catalogue, selection):
+        classes = _class_view()
+        source, chosen, query = classes.c, classes.c.class_size, sa.select().select_from(classes)
+        if selection.contains is not None:
+            counts = _words_containing(selection)
+            chosen, query = counts.c.chosen, query.join(counts, counts.c.cycle == classes.c.cycle)
+            selection = replace(selection, contains=None)
+    else:
+        source, chosen = view.c, sa.func.count().label("chosen")
+        query = sa.select().select_from(view).group_by(view.c.cycle)
+    names = ("p", "class_size", "walls", "length", "lyapunov")
+    query = query.add_columns(chosen, *(source[name] for name in names))
+    with catalogue.selecting(selection, source) as (connection, conditions):
+        rows = connection.execute(query.where(*conditions, source.length.is_not(None))).cursor.fetchall()
+    columns = np.array(rows, dtype=np.float64).reshape(-1, 1 + len(names)).T
+    chosen_words, p, size, walls = columns[:4].astype(np.int64)
+    return ChosenClasses(p, size, chosen_words, columns[4].copy(), columns[5].copy(), walls)
+
+
+def _same_for_classes(catalogue: "Catalogue", selection: Selection) -> bool:
+    """Tell whether a subset takes all words of a class or none, but for those that contain a factor."""
+    if selection.where is None:
+        return True
+    shared = set(_class_view().c.keys()) & set(view.c.keys()) - {"cycle"}
+    with catalogue.reading() as connection:
+        parameters = dict(selection.parameters)
+        free.check(connection, selection.where, parameters)
+        return free.same_for_class(connection, selection.where, parameters, shared)
+
+
+def _words_containing(selection: Selection) -> sa.Subquery:
+    """Return how many words of each class contain the selection's factor, where any does."""
+    twice = sequence.c.word.op("||")(sequence.c.word)
+    query = sa.select(sequence.c.cycle, sa.func.count().label("chosen"))
+    query = query.where(sa.func.instr(twice, selection.contains) > 0).group_by(sequence.c.cycle)
+    if selection.periods:
+        query = query.where(sa.or_(*(sequence.c.p.between(*ends) for ends in selection.periods)))
+    return query.subquery("counts")
