@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from orbitdb.enumeration import admissible_words
@@ -65,6 +65,7 @@ def test_known_images():
     assert images_of("0113") == ["0113", "0331", "2443", "2551", "3440", "1550", "3112", "1332"]
 
 
+@settings(deadline=None)
 @given(admissible)
 def test_images_do_not_depend_on_the_rotation(word):
     for turn in range(len(word)):
@@ -100,6 +101,7 @@ def test_classes_partition_the_words(p):
     assert by_element == to_strings(words)
 
 
+@settings(deadline=None)
 @given(admissible)
 def test_members_share_one_class(word):
     family = class_of(word)
