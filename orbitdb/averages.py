@@ -57,7 +57,7 @@ def entropy(rows: ClassRows, highest: int) -> Entropy:
     points = np.array([sum(d * cycles[d] for d in divisors(p)) for p in orders], dtype=np.int64)
     series = expand(points.astype(float), np.zeros((0, highest)))
     zeros = np.array([leading_zero(series.cut(p).coefficients) for p in orders])
-    h = -np.log(zeros)
+    h = 0.0 - np.log(zeros)
     change = np.abs(np.diff(h, prepend=np.nan))
     p = np.array(orders)
     k0 = np.log(np.where(points > 0, points, np.nan)) / p

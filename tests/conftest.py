@@ -6,9 +6,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from hypothesis import settings
 
 from orbitdb import survey
 from orbitdb.store.catalogue import Catalogue
+
+
+settings.register_profile("no deadline", deadline=None)
+settings.load_profile("no deadline")
 
 
 class Outcome(NamedTuple):
