@@ -11,7 +11,6 @@ from hypothesis import settings
 from orbitdb import survey
 from orbitdb.store.catalogue import Catalogue
 
-
 settings.register_profile("no deadline", deadline=None)
 settings.load_profile("no deadline")
 
