@@ -172,11 +172,12 @@ def small_margins(orders: tuple[int, ...] = (11, 13), below: float = 1e-4) -> It
         yield compare("margin", asked, orbits.rows(near), Stadium(), seconds * near.mean())
 
 
-def joint_words(p: int = 8) -> Iterator[Outcome]:
+def joint_words(orders: tuple[int, ...] = (6, 8)) -> Iterator[Outcome]:
     """Stadia in which words run exactly through a joint."""
-    words, _ = representatives(p)
-    for a in (0.5, 1.0, 2.5):
-        yield judge("joint", f"a = {a:g}, all classes of p = {p}", words, Stadium(a))
+    for p in orders:
+        words, _ = representatives(p)
+        for a in (0.5, 1.0, 2.5):
+            yield judge("joint", f"a = {a:g}, all classes of p = {p}", words, Stadium(a))
 
 
 def weighted_sums(terms: int = 30_000_000) -> Iterator[Outcome]:

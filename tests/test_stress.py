@@ -34,7 +34,7 @@ def test_stadia_from_a_circle_to_a_channel():
 
 
 def test_words_through_a_joint_are_decided():
-    assert all(outcome.passed for outcome in joint_words(p=6))
+    assert all(outcome.passed for outcome in joint_words((6,)))
 
 
 @pytest.mark.parametrize("case", [long_runs, long_legs])
