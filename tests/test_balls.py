@@ -84,6 +84,9 @@ def test_enclosures_hold_the_mpmath_solution(p, a):
         exact = reference.refine(word, a, orbits.coordinates[row].tolist())
         found = enclosed(word, a)
         with mp.workdps(reference.DIGITS + 30):
+            ends = [mp.mpf(a) if symbol in "02" else mp.pi / 2 for symbol in word]
+            margin = min(end - abs(x) for end, x in zip(ends, exact.coordinates, strict=True))
+            assert holds(found.margin, margin)
             assert all(holds(x, y) for x, y in zip(found.coordinates, exact.coordinates, strict=True))
             assert holds(found.length, exact.length)
             assert holds(found.lyapunov, exact.lyapunov)
