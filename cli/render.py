@@ -19,11 +19,13 @@ _DECIMALS = {
     "coordinate": 12,
     "x": 12,
     "y": 12,
-    "seconds": 2,
 }
 """Digits behind the point in tables; the other formats give every number in full."""
 
-_TINY = {"residual", "error", "length_error", "lyapunov_error"}
+_TINY = ("residual", "error", "_max", "_median", "setting")
+"""Endings of the names of numbers of which only the size matters."""
+
+_TIMES = ("seconds", "enumeration", "classification", "cutting", "newton", "assessment", "balls")
 
 
 def note(message: str) -> None:
@@ -36,7 +38,9 @@ def number(name: str, value: Any) -> str:
     if value is None:
         return ""
     if isinstance(value, float):
-        if name in _TINY or (value and abs(value) < 1e-4):
+        if name.startswith(_TIMES):
+            return f"{value:.3g}"
+        if name.endswith(_TINY) or (value and abs(value) < 1e-4):
             return f"{value:.1e}"
         if name == "K_0":
             return f"{math.floor(value * 1000) / 1000:.3f}"  # cut, not rounded, as in the paper

@@ -25,6 +25,7 @@ from orbitdb.enumeration import (
 from orbitdb.errors import StoreError
 from orbitdb.orbits import Orbit, Orbits, Status
 from orbitdb.pruning import FAMILY, pruned_word, rule_numbers, rules_broken
+from orbitdb.relaxation import relax
 from orbitdb.solve import solve, solve_word
 from orbitdb.stadium import Stadium
 from orbitdb.store import filling
@@ -45,7 +46,7 @@ class Solver(Protocol):
         """Return what becomes of words, shape (N, p)."""
 
 
-METHODS: dict[str, Solver] = {"newton": solve}
+METHODS: dict[str, Solver] = {"newton": solve, "relaxation": relax}
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,97 @@
+"""``orbitdb bench``: run time against error, run time by stage, and stress."""
+
+import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, fields
+from enum import StrEnum
+from typing import Annotated, Any
+
+import typer
+
+from orbitdb.cli import options
+from orbitdb.cli.options import Format
+from orbitdb.cli.render import note, write
+from orbitdb.errors import InputError
+
+EXAMPLES = """
+Examples:
+
+  orbitdb bench
+
+  orbitdb bench --kind stages --p 2-12
+
+  orbitdb bench --kind stress --json
+"""
+_MOST = 13
+
+
+class Kind(StrEnum):
+    """What is measured."""
+
+    METHODS = "methods"
+    STAGES = "stages"
+    STRESS = "stress"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(epilog=EXAMPLES)(bench)
+
+
+def bench(
+    kind: Annotated[
+        Kind, typer.Option("--kind", help="Methods against each other; stages of a fill; hard cases.")
+    ] = Kind.METHODS,
+    a: options.HalfLength = 1.6,
+    p: options.Periods = None,
+    format_: options.OutputFormat = Format.TABLE,
+    json: options.Json = False,
+) -> None:
+    """Measure run time against error, or how the run time grows, or what becomes of hard cases.
+
+    methods: Newton's method, the paper's relaxation, scipy.optimize.root and ball arithmetic on all
+    classes of one period (default 9), with their true errors; stages: the way from a period to its
+    orbits, by period (default 2-11); stress: what is asked, the error found, the time. No catalogue is
+    read or written.
+    """
+    from orbitdb.stadium import Stadium
+
+    stadium = Stadium(a)
+    form = options.chosen(format_, json)
+    if kind is Kind.STRESS:
+        from orbitdb.stress import Outcome, stress
+
+        _write(Outcome, stress(), form)
+    elif kind is Kind.STAGES:
+        from orbitdb.stages import StageTimes, stage_times
+
+        _write(StageTimes, (stage_times(period, stadium) for period in _periods(p or "2-11")), form)
+    else:
+        from orbitdb.bench import WorkPrecision, sample, work_precision
+
+        periods = _periods(p or "9")
+        if len(periods) > 1:
+            raise InputError(f"--p {p}: methods are compared on one period, such as --p 9")
+        note(f"p = {periods[0]} at a = {a:g}: times in seconds, errors of length and lambda relative")
+        _write(WorkPrecision, work_precision(sample(periods[0], stadium)), form)
+
+
+def _periods(text: str) -> list[int]:
+    from orbitdb.selection import parse_periods
+
+    periods = [period for low, high in parse_periods(text) for period in range(low, min(high, _MOST) + 1)]
+    if not periods or min(periods) < 2:
+        raise InputError(f"periods {text!r}: measure from 2 to {_MOST}")
+    return periods
+
+
+def _write(kind: Any, rows: Iterable[Any], form: Format) -> None:
+    columns = [field.name for field in fields(kind)]
+
+    def values() -> Iterator[list[Any]]:
+        for row in rows:
+            if sys.stderr.isatty():
+                note(" ".join(str(value) for value in list(asdict(row).values())[:2]))
+            yield [None if value != value else value for value in asdict(row).values()]
+
+    write(columns, values(), form)
