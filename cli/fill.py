@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli.options import Database, HalfLength
-from orbitdb.cli.render import note
+from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -162,6 +162,5 @@ def _fill_words(codes: Iterable[str], a: float, method: str, db: Path | None, dr
     Catalogue.create(path)
     for word in words:
         found = survey.fill_word(path, word, a, method)
-        shown = word if len(word) <= 40 else f"{word[:37]}..."
         kept = "" if found.stored else "; not stored"
-        note(f"{shown}: {found.status.sentence}{kept}")
+        note(f"{code_text(word)}: {found.status.sentence}{kept}")

@@ -8,7 +8,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import note, number, write, write_facts
+from orbitdb.cli.render import LONG_CODE, code_text, note, number, write, write_facts
 
 if TYPE_CHECKING:
     from orbitdb.orbits import Orbit
@@ -126,7 +126,8 @@ def primitive(code: str) -> str:
     word = parse(code)
     root = primitive_root(word)
     if root != word:
-        note(f"{code} is {root} {len(word) // len(root)} times over: this is {root}")
+        shown = code_text(root)
+        note(f"the code is {shown} {len(word) // len(root)} times over: this is {shown}")
     return root
 
 
@@ -180,10 +181,12 @@ def _facts(orbit: "Orbit") -> list[tuple[str, str]]:
             (name, (_exact(getattr(orbit, name)) if bound else number(name, getattr(orbit, name))) + bound)
         )
     reversal = "retraces its path" if orbit.time_reversal == "self" else "its reverse is another orbit"
-    representative = orbit.representative if orbit.p <= _ON_SCREEN else run_notation(orbit.representative)
     facts += [
         ("time reversal", reversal),
-        ("class", f"{orbit.class_size} sequences, least {representative}, symmetry {orbit.symmetry}"),
+        (
+            "class",
+            f"{orbit.class_size} sequences, least {code_text(orbit.representative)}, symmetry {orbit.symmetry}",
+        ),
         ("stored", "yes" if orbit.stored else "no: solved on the spot"),
     ]
     return facts
@@ -195,7 +198,7 @@ def _exact(value: float) -> str:
 
 def _write_bounces(orbit: "Orbit") -> None:
     """Write the bounces one by one, if a screen can hold them."""
-    if orbit.coordinates is None or orbit.p > _ON_SCREEN:
+    if orbit.coordinates is None or orbit.p > LONG_CODE:
         return
     import numpy as np
 

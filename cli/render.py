@@ -22,6 +22,9 @@ _DECIMALS = {
 }
 """Digits behind the point in tables; the other formats give every number in full."""
 
+LONG_CODE = 40
+"""Codes of more symbols are shown in run notation."""
+
 _TINY = ("residual", "error", "_max", "_median", "setting")
 """Endings of the names of numbers of which only the size matters."""
 
@@ -49,6 +52,16 @@ def number(name: str, value: Any) -> str:
     if isinstance(value, list | tuple):
         return " ".join(number(name, item) for item in value)
     return str(value)
+
+
+def code_text(code: str) -> str:
+    """Return a code for people: as it is, or in run notation, cut if it is still long."""
+    if len(code) <= LONG_CODE:
+        return code
+    from orbitdb.words import run_notation
+
+    text = run_notation(code)
+    return text if len(text) <= 2 * LONG_CODE else f"{text[: 2 * LONG_CODE]}... ({len(code)} symbols)"
 
 
 def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:

@@ -173,7 +173,7 @@ def as_orbits(word: NDArray[np.uint8], stadium: Stadium, found: Enclosure) -> Or
         coordinates=coordinates,
         length=np.array([length]),
         lyapunov=np.array([exponent]),
-        margin=np.array([_rounded(found.margin)[0]]),
+        margin=np.array([0.0 if found.status is Status.BOUNDARY else _rounded(found.margin)[0]]),
         residual=np.abs(forces(stadium, word[None, :], coordinates)).max(axis=1),
         error=np.array([max(error for _, error in places)]),
         length_error=np.array([length_error]),

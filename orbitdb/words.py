@@ -107,7 +107,7 @@ def _shown(text: str) -> str:
 
 
 def run_notation(word: str) -> str:
-    """Write a word with powers of single symbols and of pairs, such as ``1^20 (02)^5 3``.
+    """Write a word with powers of symbols and of groups up to eight, such as ``1^20 (02)^5 3``.
 
     Only what comes three times or more is written as a power; `parse` reads it back.
     """
@@ -127,15 +127,14 @@ def run_notation(word: str) -> str:
     return " ".join(terms + ([plain] if plain else []))
 
 
-_RUN = re.compile(r"(.)\1{2,}|(..)\2{2,}")
+_RUN = re.compile(r"(.{1,8}?)\1{2,}")
 
 
 def _repetition(word: str, place: int) -> tuple[str, int]:
     found = _RUN.match(word, place)
     if found is None:
         return word[place], 1
-    unit = found[1] or found[2]
-    return unit, len(found[0]) // len(unit)
+    return found[1], len(found[0]) // len(found[1])
 
 
 def least_rotation(word: str) -> str:
