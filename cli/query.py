@@ -180,12 +180,13 @@ def _facts(orbit: "Orbit") -> list[tuple[str, str]]:
         facts.append(
             (name, (_exact(getattr(orbit, name)) if bound else number(name, getattr(orbit, name))) + bound)
         )
+    least = code_text(orbit.representative)
     reversal = "retraces its path" if orbit.time_reversal == "self" else "its reverse is another orbit"
     facts += [
         ("time reversal", reversal),
         (
             "class",
-            f"{orbit.class_size} sequences, least {code_text(orbit.representative)}, symmetry {orbit.symmetry}",
+            f"{orbit.class_size} sequences, least {least}, symmetry {orbit.symmetry}",
         ),
         ("stored", "yes" if orbit.stored else "no: solved on the spot"),
     ]
