@@ -86,7 +86,8 @@ def _numbers(stadium: Stadium, points: NDArray[np.float64], scale: float) -> lis
         for x, y, text in number_labels(stadium, points, away)
     ]
     return [
-        f'<g fill="{_WALL}" font-family="sans-serif" font-size="13" text-anchor="middle">',
+        f'<g fill="{_WALL}" font-family="sans-serif" font-size="13" text-anchor="middle"'
+        f' stroke="{_PAPER}" stroke-width="4" paint-order="stroke">',
         *labels,
         "</g>",
     ]
