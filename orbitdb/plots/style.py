@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib import rc_context
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from orbitdb.errors import InputError
@@ -17,7 +16,7 @@ BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
 """Colours that the colour-blind tell apart (Okabe and Ito); shape or line style always differ, too."""
 INK, GREY, FAINT = "#333333", "#777777", "#bbbbbb"
 
-_LOOK: dict[str, Any] = {
+_LOOK: Any = {
     "font.size": 10,
     "axes.labelsize": 11,
     "axes.titlesize": 10,
@@ -37,11 +36,10 @@ _LOOK: dict[str, Any] = {
 
 
 @contextmanager
-def figure(width: float = 6.4, height: float = 4.2) -> Iterator[tuple[Figure, Axes]]:
-    """Give a figure of this size in inches, and its one Axes, to draw in the house's look."""
+def figure(width: float, height: float) -> Iterator[Figure]:
+    """Give a figure of this size in inches, to draw in the house's look."""
     with rc_context(_LOOK):
-        made = Figure(figsize=(width, height), layout="constrained")
-        yield made, made.add_subplot()
+        yield Figure(figsize=(width, height), layout="constrained")
 
 
 def check_ending(path: Path) -> str:
