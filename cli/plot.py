@@ -204,7 +204,7 @@ def _draw_lyapunov(catalogue: "Catalogue", chosen: "Selection", _limit: int) -> 
     with figure(6.4, 6.4) as made:
         above, below = made.subplots(2, 1, sharex=True)
         draw_lyapunov(above, found.p, discrete, r"\lambda_d", "per bounce")
-        draw_lyapunov(below, found.p, continuous, r"\lambda_c", "per unit of length $R$")
+        draw_lyapunov(below, found.p, continuous, r"\lambda_c", "per length $R$")
         above.set(xlabel="", title=chosen.describe())
         above.legend(loc="upper right")
     return made
@@ -224,7 +224,7 @@ def _class_rows(catalogue: "Catalogue", chosen: "Selection") -> "tuple[ClassRows
         raise InputError(f"no {chosen.describe()} is filled: run 'orbitdb fill --p 11 --a {chosen.a:g}'")
     highest = max(filled)
     if missing := missing_periods(highest, filled):
-        note(f"periods {', '.join(map(str, missing))} are left out or not filled: averages lack their orbits")
+        note(f"left out or not filled: p = {', '.join(map(str, missing))}; averages lack their orbits")
     rows = catalogue.classes(replace(chosen, periods=tuple((p, p) for p in filled))).rows()
     if not len(rows):
         raise InputError(f"no {chosen.describe()}: nothing to draw")
@@ -279,7 +279,7 @@ def _draw_birkhoff(catalogue: "Catalogue", chosen: "Selection", _limit: int) -> 
     with figure(7.2, 4.4) as made:
         ax = made.add_subplot()
         dots = draw_birkhoff(ax, stadium, *map(np.concatenate, (place, sine, colour)))
-        made.colorbar(dots, ax=ax, label=r"$\lambda_d$ (per bounce)", pad=0.01)
+        made.colorbar(dots, ax=ax, label=r"$\lambda_d$ (per bounce)", pad=0.01, extend="both")
         made.suptitle(chosen.describe(), fontsize=10)
     return made
 

@@ -109,7 +109,7 @@ def write_file(
             beside.write_text(json.dumps(described, indent=2) + "\n", encoding="utf-8")
         return
     with complete(path) as data, open(data, "wb") as binary:
-        (_write_parquet if form == "parquet" else _write_npz)(binary, columns, rows, metadata)
+        (write_parquet if form == "parquet" else write_npz)(binary, columns, rows, metadata)
 
 
 def metadata_path(path: Path) -> Path:
@@ -139,7 +139,7 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
             draft.unlink()
 
 
-def _write_parquet(file: IO[bytes], columns: Sequence[str], rows: Iterable[Row], metadata: Metadata) -> None:
+def write_parquet(file: IO[bytes], columns: Sequence[str], rows: Iterable[Row], metadata: Metadata) -> None:
     """Write typed columns, with each part of the metadata as JSON in the schema's metadata."""
     import pyarrow as pa
     from pyarrow import parquet
@@ -163,7 +163,7 @@ def _write_parquet(file: IO[bytes], columns: Sequence[str], rows: Iterable[Row],
             writer.write_batch(pa.record_batch(arrays, schema=schema))
 
 
-def _write_npz(file: IO[bytes], columns: Sequence[str], rows: Iterable[Row], metadata: Metadata) -> None:
+def write_npz(file: IO[bytes], columns: Sequence[str], rows: Iterable[Row], metadata: Metadata) -> None:
     """Write one array a column and ``metadata``, a text with JSON.
 
     Numbers that a row does not have are NaN, integers -1, texts empty. A column of lists is one flat

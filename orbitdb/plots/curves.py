@@ -4,15 +4,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE
+from orbitdb.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, PURPLE
 from orbitdb.stadium import Stadium
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+
+_MOST_NAMED = 16
 
 
 def draw_entropy(ax: Axes, p: Integers, k_0: Floats, h_zeta: Floats, h_change: Floats) -> None:
@@ -28,16 +31,19 @@ def draw_entropy(ax: Axes, p: Integers, k_0: Floats, h_zeta: Floats, h_change: F
         The value from the zeta function cut off at order p, and its change from the order before,
         drawn as its error.
     """
-    good = np.isfinite(h_change)
+    low, high = _span(np.concatenate([k_0[p > 2], h_zeta[len(h_zeta) // 2 :]]), k_0)
+    shown = (h_zeta > low) & (h_zeta < high)
     ax.errorbar(
-        p[good], h_zeta[good], h_change[good], fmt="s", color=ORANGE, markersize=5, capsize=3, linewidth=1,
-        label=r"$h$, zero of $\prod_c (1 - z^{p_c})$ to order $p$ (bar: last change)",
+        p[shown], h_zeta[shown], h_change[shown], fmt="s", color=ORANGE, markersize=5, capsize=3, linewidth=1,
+        label="$h(p)$, zero of the zeta function to order $p$ (bar: last change)",
     )  # fmt: skip
     ax.plot(p, k_0, "o-", color=BLUE, markersize=5, label=r"$K_0(p) = \ln N(p)\,/\,p$")
-    low, high = _span(np.concatenate([k_0[1:], h_zeta[len(h_zeta) // 2 :]]), k_0)
+    for period, value in zip(p[k_0 < low], k_0[k_0 < low], strict=True):
+        ax.annotate(f"↓ {value:.4f}", (period, low), xytext=(0, 4), textcoords="offset points", ha="center")
     ax.set_ylim(low, high)
     _by_period(ax, "topological entropy (per bounce)")
-    ax.legend(loc="lower right")
+    ax.set_xlim(p[0] - 0.7, p[-1] + 0.5)
+    ax.legend(loc="lower right", frameon=True, framealpha=1, edgecolor="white")
 
 
 @dataclass(frozen=True)
@@ -125,10 +131,11 @@ def draw_birkhoff(ax: Axes, stadium: Stadium, place: Floats, sine: Floats, colou
     PathCollection
         For a colour bar.
     """
-    size = float(np.clip(2e4 / max(len(place), 1), 0.15, 12))
+    size = float(np.clip(6e4 / max(len(place), 1), 0.3, 12))
+    low, high = np.percentile(colour, [2, 98])
     dots = ax.scatter(
-        place, sine, c=colour, s=size, cmap="cividis", linewidths=0, rasterized=True
-    )  # fmt: skip
+        place, sine, c=colour, s=size, cmap="viridis", vmin=low, vmax=high, linewidths=0, rasterized=True
+    )
     joints = np.cumsum([0, 2 * stadium.a, np.pi, 2 * stadium.a, np.pi])
     for joint in joints[1:-1]:
         ax.axvline(joint, color=GREY, linewidth=0.8)
@@ -172,15 +179,14 @@ def draw_density(ax: Axes, p: Integers, length: Floats, count: Integers, bins: i
     """
     edges = np.linspace(length.min() - 0.5, length.max() + 0.5, bins + 1)
     step = edges[1] - edges[0]
-    for period in np.unique(p):
+    total, _ = np.histogram(length, edges, weights=count / step)
+    ax.stairs(total, edges, color=FAINT, fill=True, label="all")
+    periods = np.unique(p)
+    for period, shade in zip(periods, np.linspace(0, 0.85, len(periods)), strict=True):
         here = p == period
         density, _ = np.histogram(length[here], edges, weights=count[here] / step)
-        ax.stairs(density, edges, color=GREY, linewidth=0.8)
-        top = int(density.argmax())
-        ax.annotate(
-            str(period), ((edges[top] + edges[top + 1]) / 2, density[top]), xytext=(0, 2),
-            textcoords="offset points", ha="center", fontsize=8, color=INK,
-        )  # fmt: skip
-    total, _ = np.histogram(length, edges, weights=count / step)
-    ax.stairs(total, edges, color=BLUE, linewidth=1.4)
+        ax.stairs(density, edges, color=colormaps["viridis"](shade), linewidth=1, label=f"{period}")
     ax.set(yscale="log", xlabel="length $L/R$", ylabel="orbits per unit of $L/R$")
+    ax.set_ylim(bottom=0.5 * total[total > 0].min())
+    if len(periods) <= _MOST_NAMED:
+        ax.legend(title="$p$", loc="upper left", bbox_to_anchor=(1, 1), handlelength=1.2)

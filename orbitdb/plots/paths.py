@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from orbitdb.plots.style import BLUE, FAINT, INK
@@ -18,6 +19,7 @@ MOST_NUMBERED = 24
 _MOST_MARKED = 60
 _MOST_ARROWS = 12
 _MARGIN = 0.35
+_NARROW = 0.4
 
 
 def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -> None:
@@ -40,8 +42,11 @@ def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -
         ax.plot(*points.T, "o", color=colour, markersize=4, zorder=4)
     _draw_arrows(ax, points, colour)
     if len(points) <= MOST_NUMBERED:
-        for x, y, text in number_labels(stadium, points, 0.15):
-            ax.annotate(text, (x, y), ha="center", va="center", fontsize=9, color=INK)
+        for x, y, text in number_labels(stadium, points, 0.17):
+            halo = [withStroke(linewidth=3, foreground="white")]
+            ax.annotate(
+                text, (x, y), ha="center", va="center", fontsize=9, color=INK, path_effects=halo, zorder=5
+            )
 
 
 def _draw_arrows(ax: Axes, points: Floats, colour: str) -> None:
@@ -68,7 +73,8 @@ def _draw_stadium(ax: Axes, stadium: Stadium) -> None:
     ax.spines[["left", "bottom"]].set_visible(False)
     ax.set(xlim=(-half, half), ylim=(-1 - _MARGIN, 1 + _MARGIN), xlabel="$x/R$", ylabel="$y/R$")
     ax.set_yticks([-1, 0, 1])
-    ax.set_xticks([-a - 1, -a, 0, a, a + 1], [f"{x:g}" for x in (-a - 1, -a, 0, a, a + 1)])
+    ticks = [-a - 1, -a, 0, a, a + 1] if a > _NARROW else [-a - 1, 0, a + 1]
+    ax.set_xticks(ticks, [f"{x:g}".replace("-", "\N{MINUS SIGN}") for x in ticks])
     ax.set_aspect("equal" if a < 20 else "auto")
 
 
