@@ -19,6 +19,8 @@ MIN_A, MAX_A = 1e-6, 1e6
 HALF_PI = math.pi / 2
 
 STRAIGHT = np.array([True, False, True, False, False, False])
+ANTICLOCKWISE = np.array([1.0, -1.0, -1.0, 1.0, -1.0, 1.0])
+"""+1 where a coordinate grows anticlockwise along the boundary, -1 where clockwise, by symbol."""
 _WALL_Y = np.array([-1.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 _OUTWARD = np.array([0.0, -1.0, 0.0, 1.0, -1.0, 1.0])
 
@@ -95,6 +97,16 @@ class Stadium:
         )
         tangent = (np.where(straight, 1.0, -outward * sin), np.where(straight, 0.0, cos))
         return point, tangent
+
+    def arclength(self, symbols: NDArray[np.uint8], coordinates: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the place of bounces along the boundary, in units of the radius, from 0 to the perimeter.
+
+        Anticlockwise from the left end of the bottom wall: bottom, right, top, left. Symbols and
+        coordinates have any one shape; the result has the same.
+        """
+        a = self.a
+        start = np.array([a, 4 * a + 1.5 * math.pi, 3 * a + math.pi, 2 * a + HALF_PI])
+        return start[[0, 1, 2, 3, 1, 3]][symbols] + ANTICLOCKWISE[symbols] * coordinates
 
     def outline(self, n: int = 64) -> NDArray[np.float64]:
         """Return the boundary as a closed polygon, n points a semicircle, shape (2n + 1, 2)."""

@@ -10,7 +10,7 @@ _NUMBERED = 24
 _PATH, _WALL, _FAINT, _PAPER = "#0072b2", "#333333", "#b8b8b8", "#ffffff"
 _MARGIN = 0.3
 _AWAY = 14
-_SAME_PLACE = 0.02
+_NEAR = 0.12
 
 
 def orbit_svg(stadium: Stadium, points: NDArray[np.float64], title: str, width: int = 480) -> str:
@@ -86,7 +86,8 @@ def _numbers(stadium: Stadium, points: NDArray[np.float64], scale: float) -> lis
         for x, y, text in number_labels(stadium, points, away)
     ]
     return [
-        f'<g fill="{_WALL}" font-family="sans-serif" font-size="13" text-anchor="middle">',
+        f'<g fill="{_WALL}" font-family="sans-serif" font-size="13" text-anchor="middle"'
+        f' stroke="{_PAPER}" stroke-width="4" paint-order="stroke">',
         *labels,
         "</g>",
     ]
@@ -112,11 +113,11 @@ def number_labels(
     Returns
     -------
     list of (float, float, str)
-        x, y and text; bounces at one place share a label, such as ``2, 6``.
+        x, y and text; bounces near one place share a label, such as ``2, 6``.
     """
     places: list[tuple[NDArray[np.float64], list[str]]] = []
     for n, point in enumerate(points):
-        shared = [texts for place, texts in places if np.hypot(*(place - point)) < _SAME_PLACE]
+        shared = [texts for place, texts in places if np.hypot(*(place - point)) < _NEAR]
         if shared:
             shared[0].append(str(n + 1))
         else:

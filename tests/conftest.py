@@ -52,3 +52,17 @@ def cli(
         return Outcome(code, captured.out, captured.err)
 
     return run
+
+
+@pytest.fixture(scope="session")
+def varied(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A catalogue of p = 2..6 at a = 1.6 and 1, one word of p = 12, and the words pruned at p = 3."""
+    path = tmp_path_factory.mktemp("varied") / "orbits.db"
+    Catalogue.create(path)
+    for a in (1.6, 1.0):
+        for _ in survey.fill(path, a, range(2, 7)):
+            pass
+    for _ in survey.fill_geometric(path, [3]):
+        pass
+    survey.fill_word(path, "013311133313", 1.6)
+    return path

@@ -1,4 +1,4 @@
-"""A chosen subset as arrays: `Subset`, one entry a symbol sequence, or `ChosenClasses`, one a class.
+"""A chosen subset as arrays, one entry a symbol sequence.
 
 What all words of a symmetry class share is read once a class and spread over its words; coordinates
 are read only where they are asked for.
@@ -6,7 +6,7 @@ are read only where they are asked for.
 
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -17,9 +17,7 @@ from numpy.typing import NDArray
 from orbitdb import symmetry
 from orbitdb.orbits import NUMBERS, Status
 from orbitdb.selection import Selection
-from orbitdb.store import where as free
-from orbitdb.store.schema import catalogue as view
-from orbitdb.store.schema import cycle, orbit, sequence, stadium
+from orbitdb.store.classes import class_view
 from orbitdb.words import from_strings
 
 if TYPE_CHECKING:
@@ -116,39 +114,6 @@ class Subset:
         return self.coordinates
 
 
-@dataclass(frozen=True)
-class ChosenClasses:
-    """The symmetry classes that have chosen words, one entry each, for averages over orbits.
-
-    Attributes
-    ----------
-    p, class_size : ndarray of int, shape (N,)
-        Period, and number of words in the class.
-    chosen : ndarray of int, shape (N,)
-        How many of these words are in the subset.
-    length, lyapunov : ndarray, shape (N,)
-        Of one traversal, the length in units of the radius.
-    walls : ndarray of int, shape (N,)
-        Number of straight bounces; the eigenvalues of M are negative where it is odd.
-    """
-
-    p: Integers
-    class_size: Integers
-    chosen: Integers
-    length: Floats
-    lyapunov: Floats
-    walls: Integers
-
-    def __len__(self) -> int:
-        return len(self.p)
-
-    @property
-    def inverse(self) -> NDArray[np.bool_]:
-        """Whether the eigenvalues of M are negative."""
-        odd: NDArray[np.bool_] = self.walls % 2 == 1
-        return odd
-
-
 def read_subset(catalogue: "Catalogue", selection: Selection, order: str, coordinates: bool) -> Subset:
     """Return the chosen sequences as arrays (`Catalogue.select`)."""
     rows = list(catalogue.rows(selection, ("code", "p", "cycle", "element"), order))
@@ -163,27 +128,6 @@ def read_subset(catalogue: "Catalogue", selection: Selection, order: str, coordi
         p=np.array(p, dtype=np.int64),
         coordinates=places,
         **{name: values[place] for name, values in shared.items()},
-    )
-
-
-def _class_view() -> sa.Subquery:
-    """Return the columns of the view that all words of a class share, one row a stadium and class."""
-    return (
-        sa.select(
-            stadium.c.a,
-            cycle.c.id.label("cycle"),
-            cycle.c.p,
-            cycle.c.word.label("representative"),
-            *(cycle.c[name] for name in ("class_size", "walls", "time_reversal", "symmetry")),
-            orbit.c.status,
-            *(orbit.c[name] for name in NUMBERS),
-            (orbit.c.lyapunov / cycle.c.p).label("lambda_d"),
-            (orbit.c.lyapunov / orbit.c.length).label("lambda_c"),
-            orbit.c.coordinates,
-        )
-        .join_from(orbit, cycle, cycle.c.id == orbit.c.cycle)
-        .join(stadium, stadium.c.id == orbit.c.stadium)
-        .subquery("catalogue")
     )
 
 
@@ -206,7 +150,7 @@ def _rows_of_classes(
     catalogue: "Catalogue", a: float, numbers: Iterable[int], names: Sequence[str]
 ) -> list[tuple[Any, ...]]:
     """Return columns of the class view for some classes, in any order."""
-    classes = _class_view()
+    classes = class_view()
     wanted = sa.select(sa.func.json_each(json.dumps(list(numbers))).table_valued("value").c.value)
     query = sa.select(*(classes.c[name] for name in names)).where(
         classes.c.a == a, classes.c.cycle.in_(wanted)
@@ -249,45 +193,3 @@ def read_coordinates(
         images = symmetry.image_coordinates([words[row] for row in members], least, element, places)
         flat[start[members][:, None] + np.arange(p)] = images
     return flat
-
-
-def read_classes(catalogue: "Catalogue", selection: Selection) -> ChosenClasses:
-    """Return the chosen classes that have a length and lambda (`Catalogue.classes`)."""
-    if _same_for_classes(catalogue, selection):
-        classes = _class_view()
-        source, chosen, query = classes.c, classes.c.class_size, sa.select().select_from(classes)
-        if selection.contains is not None:
-            counts = _words_containing(selection)
-            chosen, query = counts.c.chosen, query.join(counts, counts.c.cycle == classes.c.cycle)
-            selection = replace(selection, contains=None)
-    else:
-        source, chosen = view.c, sa.func.count().label("chosen")
-        query = sa.select().select_from(view).group_by(view.c.cycle)
-    names = ("p", "class_size", "walls", "length", "lyapunov")
-    query = query.add_columns(chosen, *(source[name] for name in names))
-    with catalogue.selecting(selection, source) as (connection, conditions):
-        rows = connection.execute(query.where(*conditions, source.length.is_not(None))).cursor.fetchall()
-    columns = np.array(rows, dtype=np.float64).reshape(-1, 1 + len(names)).T
-    chosen_words, p, size, walls = columns[:4].astype(np.int64)
-    return ChosenClasses(p, size, chosen_words, columns[4].copy(), columns[5].copy(), walls)
-
-
-def _same_for_classes(catalogue: "Catalogue", selection: Selection) -> bool:
-    """Tell whether a subset takes all words of a class or none, but for those that contain a factor."""
-    if selection.where is None:
-        return True
-    shared = set(_class_view().c.keys()) & set(view.c.keys()) - {"cycle"}
-    with catalogue.reading() as connection:
-        parameters = dict(selection.parameters)
-        free.check(connection, selection.where, parameters)
-        return free.same_for_class(connection, selection.where, parameters, shared)
-
-
-def _words_containing(selection: Selection) -> sa.Subquery:
-    """Return how many words of each class contain the selection's factor, where any does."""
-    twice = sequence.c.word.op("||")(sequence.c.word)
-    query = sa.select(sequence.c.cycle, sa.func.count().label("chosen"))
-    query = query.where(sa.func.instr(twice, selection.contains) > 0).group_by(sequence.c.cycle)
-    if selection.periods:
-        query = query.where(sa.or_(*(sequence.c.p.between(*ends) for ends in selection.periods)))
-    return query.subquery("counts")

@@ -24,7 +24,8 @@ from orbitdb.store.schema import SCHEMA_VERSION, catalogue, cycle, fill, orbit, 
 from orbitdb.words import SYMBOLS, is_primitive, parse
 
 if TYPE_CHECKING:
-    from orbitdb.store.arrays import ChosenClasses, Subset
+    from orbitdb.store.arrays import Subset
+    from orbitdb.store.classes import ChosenClasses
 
 COLUMNS = tuple(catalogue.c.keys())
 """The columns of the view ``catalogue``."""
@@ -250,7 +251,7 @@ class Catalogue:
         through a joint. No coordinates are read; unless the subset depends on the single words
         (``contains``, ``where``) they are not read either. The parameters are those of `select`.
         """
-        from orbitdb.store.arrays import read_classes
+        from orbitdb.store.classes import read_classes
 
         chosen = self._chosen(selection, criteria)
         return read_classes(self, chosen if chosen.statuses else replace(chosen, statuses=(Status.ORBIT,)))

@@ -1,0 +1,202 @@
+"""Files for other tools: rows of numbers and text as csv, jsonl, parquet or npz, bit by bit.
+
+A file appears under its name when it is complete, and not before. Parquet and npz carry their
+provenance inside; csv and jsonl are pure data, so that every tool reads them as they are, and have
+theirs in a second file, named as the W3C's "CSV on the Web" names it: ``orbits.csv-metadata.json``.
+"""
+
+import contextlib
+import csv
+import json
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from itertools import chain, islice
+from pathlib import Path
+from typing import IO, Any, TextIO
+
+from orbitdb.errors import InputError
+
+Row = Sequence[Any]
+Metadata = Mapping[str, Any]
+
+_BLOCK = 20_000
+_LARGEST_TEXT = 2**31
+
+
+class ExportError(InputError):
+    """The file cannot be written; the message says why and what to do."""
+
+
+TYPES = {"rules": "integers", "coordinates": "numbers"}
+TYPES |= dict.fromkeys(("p", "class_size", "walls", "iterations", "element", "cycle"), "integer")
+TYPES |= dict.fromkeys(
+    ("code", "word", "representative", "status", "time_reversal", "symmetry", "solver"), "text"
+)
+"""What kind of values a column holds; those not named hold one number a row."""
+
+
+def kind_of(column: str) -> str:
+    """Return ``number``, ``integer``, ``text``, or ``numbers`` or ``integers`` for lists of them."""
+    return TYPES.get(column, "number")
+
+
+def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Row]) -> None:
+    """Write one line a row under a line of names; lists with blanks between, nothing for None."""
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(
+        [" ".join(map(str, value)) if isinstance(value, list) else value for value in row] for row in rows
+    )
+
+
+def write_jsonl(file: TextIO, columns: Sequence[str], rows: Iterable[Row]) -> None:
+    """Write one JSON object a row."""
+    for row in rows:
+        file.write(json.dumps(dict(zip(columns, row, strict=True)), allow_nan=False) + "\n")
+
+
+TEXT_WRITERS: dict[str, Callable[[TextIO, Sequence[str], Iterable[Row]], None]] = {
+    "csv": write_csv,
+    "jsonl": write_jsonl,
+}
+FORMATS = (*TEXT_WRITERS, "parquet", "npz")
+
+
+def form_of(path: Path, form: str | None) -> str:
+    """Return the format of a file by its ending, unless it is named.
+
+    Raises
+    ------
+    ExportError
+        If there is no such format.
+    """
+    found = form or path.suffix.lstrip(".").lower()
+    if found not in FORMATS:
+        raise ExportError(
+            f"format {found!r} of {path}: end the name in .{', .'.join(FORMATS)}, or use --format"
+        )
+    return found
+
+
+def write_file(
+    path: Path, form: str, columns: Sequence[str], rows: Iterable[Row], metadata: Metadata
+) -> None:
+    """Write rows to a file that appears when it is complete.
+
+    Parameters
+    ----------
+    path : Path
+    form : str
+        One of `FORMATS`.
+    columns : sequence of str
+        Their kinds are those of `kind_of`.
+    rows : iterable of sequences
+        Plain Python values; None where there is none.
+    metadata : mapping
+        Provenance: what JSON can hold.
+
+    Raises
+    ------
+    ExportError
+        If the file cannot be written.
+    """
+    if form in TEXT_WRITERS:
+        described = dict(metadata) | {"columns": {name: kind_of(name) for name in columns}}
+        with complete(path) as data, complete(metadata_path(path), path) as beside:
+            with open(data, "w", encoding="utf-8", newline="") as file:
+                TEXT_WRITERS[form](file, columns, rows)
+            beside.write_text(json.dumps(described, indent=2) + "\n", encoding="utf-8")
+        return
+    with complete(path) as data, open(data, "wb") as binary:
+        (write_parquet if form == "parquet" else write_npz)(binary, columns, rows, metadata)
+
+
+def metadata_path(path: Path) -> Path:
+    """Return where the provenance of a csv or jsonl file is."""
+    return path.with_name(path.name + "-metadata.json")
+
+
+@contextmanager
+def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
+    """Give a name in the same folder for a file that takes its own name once it is written.
+
+    Errors name the file that was wanted, if it is another.
+    """
+    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        try:
+            yield draft
+            with open(draft, "rb") as file:
+                os.fsync(file.fileno())
+            os.replace(draft, path)
+        except OSError as error:
+            raise ExportError(
+                f"{wanted or path} cannot be written ({error.strerror or error}); nothing was kept"
+            ) from error
+    finally:
+        with contextlib.suppress(OSError):
+            draft.unlink()
+
+
+def write_parquet(file: IO[bytes], columns: Sequence[str], rows: Iterable[Row], metadata: Metadata) -> None:
+    """Write typed columns, with each part of the metadata as JSON in the schema's metadata."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    types = {
+        "number": pa.float64(),
+        "integer": pa.int64(),
+        "text": pa.string(),
+        "numbers": pa.list_(pa.float64()),
+        "integers": pa.list_(pa.int64()),
+    }
+    notes = {name: json.dumps(value) for name, value in metadata.items()}
+    schema = pa.schema([(name, types[kind_of(name)]) for name in columns], metadata=notes)
+    rows = iter(rows)
+    with parquet.ParquetWriter(file, schema) as writer:
+        while block := list(islice(rows, _BLOCK)):
+            arrays = [
+                pa.array(values, type=field.type)
+                for values, field in zip(zip(*block, strict=True), schema, strict=True)
+            ]
+            writer.write_batch(pa.record_batch(arrays, schema=schema))
+
+
+def write_npz(file: IO[bytes], columns: Sequence[str], rows: Iterable[Row], metadata: Metadata) -> None:
+    """Write one array a column and ``metadata``, a text with JSON.
+
+    Numbers that a row does not have are NaN, integers -1, texts empty. A column of lists is one flat
+    array, and ``<name>_start`` says where each row begins in it and where the last one ends.
+    """
+    import numpy as np
+
+    table = list(rows)
+    arrays: dict[str, Any] = {"metadata": np.array(json.dumps(dict(metadata)))}
+    values = zip(*table, strict=True) if table else [()] * len(columns)
+    for name, column in zip(columns, values, strict=True):
+        kind = kind_of(name)
+        if kind.endswith("s"):
+            lists = [item or [] for item in column]
+            flat_type = np.float64 if kind == "numbers" else np.int64
+            arrays[name] = np.array(list(chain.from_iterable(lists)), dtype=flat_type)
+            arrays[f"{name}_start"] = np.cumsum([0, *map(len, lists)], dtype=np.int64)
+        elif kind == "text":
+            arrays[name] = _text_array([item or "" for item in column], name)
+        elif kind == "integer":
+            arrays[name] = np.array([-1 if item is None else item for item in column], dtype=np.int64)
+        else:
+            arrays[name] = np.array(column, dtype=np.float64)
+    np.savez_compressed(file, **arrays)
+
+
+def _text_array(texts: Sequence[str], name: str) -> Any:
+    """Return texts as an array of fixed width, the only kind that npz has."""
+    import numpy as np
+
+    width = max(map(len, texts), default=1)
+    if 4 * width * len(texts) > _LARGEST_TEXT:
+        raise ExportError(
+            f"npz holds all texts as wide as the longest {name}, of {width}: use parquet, or fewer periods"
+        )
+    return np.array(texts, dtype=f"U{width}")

@@ -1,0 +1,121 @@
+"""Figures of orbits in their stadium."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+
+from orbitdb.plots.style import BLUE, FAINT, INK
+from orbitdb.stadium import Stadium
+from orbitdb.svg import number_labels
+
+Floats = NDArray[np.float64]
+
+MOST_NUMBERED = 24
+_MOST_MARKED = 60
+_MOST_ARROWS = 12
+_MARGIN = 0.35
+_NARROW = 0.4
+
+
+def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -> None:
+    """Draw an orbit in its stadium, as in the paper's Fig. 1.
+
+    Parameters
+    ----------
+    ax : Axes
+    stadium : Stadium
+    points : ndarray, shape (p, 2)
+        The bounces in their order; they are numbered from 1 if there are `MOST_NUMBERED` or fewer.
+    colour : str, optional
+        Of the path.
+    """
+    _draw_stadium(ax, stadium)
+    closed = np.concatenate([points, points[:1]])
+    many = len(points) > _MOST_MARKED
+    ax.plot(*closed.T, color=colour, linewidth=0.6 if many else 1.3, zorder=3)
+    if not many:
+        ax.plot(*points.T, "o", color=colour, markersize=4, zorder=4)
+    _draw_arrows(ax, points, colour)
+    if len(points) <= MOST_NUMBERED:
+        for x, y, text in number_labels(stadium, points, 0.17):
+            halo = [withStroke(linewidth=3, foreground="white")]
+            ax.annotate(
+                text, (x, y), ha="center", va="center", fontsize=9, color=INK, path_effects=halo, zorder=5
+            )
+
+
+def _draw_arrows(ax: Axes, points: Floats, colour: str) -> None:
+    """Draw the direction on the links: on each, or on the first where there are many."""
+    ahead = np.roll(points, -1, axis=0) - points
+    links = range(len(points) if len(points) <= _MOST_ARROWS else 1)
+    for start, step in zip(points[links], ahead[links], strict=True):
+        tip = start + 0.5 * step
+        tail = tip - 1e-3 * step / math.hypot(*step)
+        ax.annotate(
+            "", tip, tail, arrowprops={"arrowstyle": "-|>", "color": colour, "mutation_scale": 13}, zorder=4
+        )
+
+
+def _draw_stadium(ax: Axes, stadium: Stadium) -> None:
+    """Draw the stadium, faintly its continued walls and circles, and the symbols of its walls."""
+    a, half = stadium.a, stadium.a + 1 + _MARGIN
+    turn = np.linspace(0, 2 * math.pi, 200)
+    for centre in (-a, a):
+        ax.plot(centre + np.cos(turn), np.sin(turn), color=FAINT, linewidth=0.7, zorder=1)
+    ax.hlines([-1, 1], -half, half, color=FAINT, linewidth=0.7, zorder=1)
+    ax.plot(*stadium.outline().T, color=INK, linewidth=1.8, zorder=2)
+    ax.grid(False)
+    ax.spines[["left", "bottom"]].set_visible(False)
+    ax.set(xlim=(-half, half), ylim=(-1 - _MARGIN, 1 + _MARGIN), xlabel="$x/R$", ylabel="$y/R$")
+    ax.set_yticks([-1, 0, 1])
+    ticks = [-a - 1, -a, 0, a, a + 1] if a > _NARROW else [-a - 1, 0, a + 1]
+    ax.set_xticks(ticks, [f"{x:g}".replace("-", "\N{MINUS SIGN}") for x in ticks])
+    ax.set_aspect("equal" if a < 20 else "auto")
+
+
+def draw_sheet(
+    ax: Axes,
+    stadium: Stadium,
+    paths: Sequence[Floats],
+    labels: Sequence[str],
+    columns: int,
+) -> None:
+    """Draw many orbits on one sheet, each in its stadium, in rows from the top left.
+
+    Parameters
+    ----------
+    ax : Axes
+    stadium : Stadium
+    paths : sequence of ndarray, shape (p, 2) each
+        The bounces of each orbit.
+    labels : sequence of str
+        What stands under each.
+    columns : int
+        How many stand in a row.
+    """
+    wide, high = cell_size(stadium)
+    places = [(k % columns * wide, -(k // columns) * high) for k in range(len(paths))]
+    outline = stadium.outline(24)
+    walls = LineCollection([outline + place for place in places], colors=INK, linewidths=0.7)
+    closed = [np.concatenate([path, path[:1]]) + place for path, place in zip(paths, places, strict=True)]
+    ax.add_collection(walls)
+    ax.add_collection(LineCollection(closed, colors=BLUE, linewidths=0.8, joinstyle="round"))
+    dots = np.concatenate([path + place for path, place in zip(paths, places, strict=True)])
+    ax.plot(*dots.T, "o", color=BLUE, markersize=1.6)
+    for label, (x, y) in zip(labels, places, strict=True):
+        ax.annotate(label, (x, y - 1.12), ha="center", va="top", fontsize=7, color=INK)
+    rows = math.ceil(len(paths) / columns)
+    ax.set_xlim(-wide / 2, (columns - 0.5) * wide)
+    ax.set_ylim(-(rows - 1) * high - 1.75, 1.25)
+    ax.set_aspect("equal")
+    ax.axis("off")
+
+
+def cell_size(stadium: Stadium) -> tuple[float, float]:
+    """Return the width and height of one orbit on a sheet, in units of the radius."""
+    return 2 * (stadium.a + 1) + 0.6, 3.1

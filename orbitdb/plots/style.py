@@ -1,0 +1,67 @@
+"""How figures look and are written: colours for every eye, sizes for print, no display needed."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+from orbitdb.errors import InputError
+
+ENDINGS = ("png", "svg", "pdf")
+
+BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
+"""Colours that the colour-blind tell apart (Okabe and Ito); shape or line style always differ, too."""
+INK, GREY, FAINT = "#333333", "#777777", "#bbbbbb"
+
+_LOOK: Any = {
+    "font.size": 10,
+    "axes.labelsize": 11,
+    "axes.titlesize": 10,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e4e4e4",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "lines.linewidth": 1.4,
+    "mathtext.fontset": "dejavusans",
+    "pdf.fonttype": 42,
+    "svg.hashsalt": "orbitdb",
+}
+
+
+@contextmanager
+def figure(width: float, height: float) -> Iterator[Figure]:
+    """Give a figure of this size in inches, to draw in the house's look."""
+    with rc_context(_LOOK):
+        yield Figure(figsize=(width, height), layout="constrained")
+
+
+def check_ending(path: Path) -> str:
+    """Return the format of a figure by its file's ending.
+
+    Raises
+    ------
+    InputError
+        If it is not one of `ENDINGS`.
+    """
+    ending = path.suffix.lstrip(".").lower()
+    if ending not in ENDINGS:
+        raise InputError(f"figure {path}: end the name in .{', .'.join(ENDINGS)}")
+    return ending
+
+
+def save(made: Figure, path: Path, ending: str, description: str) -> None:
+    """Write a figure with a description of what it shows; the same figure gives the same bytes."""
+    notes = {
+        "png": {"Description": description},
+        "svg": {"Title": description, "Date": None},
+        "pdf": {"Title": description, "CreationDate": None},
+    }
+    with rc_context(_LOOK):
+        made.savefig(path, format=ending, dpi=200, metadata=notes[ending])

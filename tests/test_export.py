@@ -1,0 +1,236 @@
+"""Exported files give back every number bit by bit, with where they come from, or are not there."""
+
+import csv
+import errno
+import io
+import json
+import os
+import resource
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+from pyarrow import parquet
+
+from orbitdb import Catalogue, __version__
+from orbitdb import export as files
+from orbitdb.errors import InputError
+
+CHOICE = ("--p", "2-5", "--status", "orbit,dynamical")
+NUMBERS = ("a", "length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual", "error")
+TEXTS = ("code", "representative", "status", "time_reversal")
+INTEGERS = ("p", "class_size")
+EXACT = {} if int(pd.__version__.partition(".")[0]) >= 3 else {"float_precision": "round_trip"}
+"""How pandas reads every bit of a number from text: by itself since its version 3."""
+
+
+@pytest.fixture
+def subset(varied):
+    return Catalogue(varied).select(p=(2, 5), status="orbit,dynamical", coordinates=True)
+
+
+@pytest.fixture
+def exported(varied, tmp_path, cli):
+    def exported(ending, *more):
+        target = tmp_path / f"orbits.{ending}"
+        done = cli("export", str(target), *CHOICE, "--coordinates", "--db", str(varied), *more)
+        assert done.code == 0, done.err
+        assert "dynamically pruned sequences of period 2 to 5 at a = 1.6" in done.err
+        return target
+
+    return exported
+
+
+def assert_is_the_subset(columns, coordinates, subset):
+    """Compare columns bit by bit; where there is no number, both have NaN."""
+    expected = {"code": subset.words, "a": np.full(len(subset), 1.6)}
+    for name in (*TEXTS, *INTEGERS, *NUMBERS):
+        wanted = expected[name] if name in expected else getattr(subset, name)
+        np.testing.assert_array_equal(np.asarray(columns[name]), np.asarray(wanted), err_msg=name)
+    for row, found in enumerate(coordinates):
+        stored = subset.coordinates_of(row)
+        np.testing.assert_array_equal(found if len(found) else np.full_like(stored, np.nan), stored)
+    assert sum(len(found) > 0 for found in coordinates) == (subset.status == "orbit").sum()
+
+
+def assert_is_provenance(metadata, varied):
+    assert metadata["orbitdb"] == __version__
+    assert metadata["selection"].endswith("of period 2 to 5 at a = 1.6")
+    assert metadata["a"] == 1.6
+    assert metadata["database"] == str(varied)
+    assert metadata["date"].endswith("+00:00")
+
+
+def test_csv_comes_back_through_pandas(exported, subset, varied):
+    target = exported("csv")
+    table = pd.read_csv(target, dtype=dict.fromkeys(TEXTS, str), **EXACT)
+    table[list(TEXTS)] = table[list(TEXTS)].fillna("")
+    coordinates = [np.array(str(text).split(), float) for text in table["coordinates"].fillna("")]
+    assert_is_the_subset(table, coordinates, subset)
+    assert_is_provenance(json.loads(files.metadata_path(target).read_text()), varied)
+
+
+def test_csv_comes_back_through_the_standard_library(exported, subset):
+    with exported("csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["code"] for row in rows] == subset.words.tolist()
+    assert [float(row["length"] or "nan") for row in rows] == pytest.approx(subset.length, nan_ok=True, rel=0)
+
+
+def test_jsonl_comes_back_line_by_line(exported, subset, varied):
+    target = exported("jsonl")
+    rows = [json.loads(line) for line in target.read_text().splitlines()]
+    columns = {name: [row[name] for row in rows] for name in rows[0]}
+    columns |= {name: np.array(columns[name], dtype=float) for name in NUMBERS}
+    assert_is_the_subset(columns, [row["coordinates"] or [] for row in rows], subset)
+    assert_is_provenance(json.loads(files.metadata_path(target).read_text()), varied)
+
+
+def test_parquet_comes_back_through_pyarrow_and_pandas(exported, subset, varied):
+    target = exported("parquet")
+    table = parquet.read_table(target)
+    columns = {name: table[name].to_numpy() for name in table.column_names}
+    coordinates = [found or [] for found in table["coordinates"].to_pylist()]
+    assert_is_the_subset(columns, coordinates, subset)
+    assert_is_provenance({k.decode(): json.loads(v) for k, v in table.schema.metadata.items()}, varied)
+    frame = pd.read_parquet(target)
+    np.testing.assert_array_equal(frame["length"], subset.length)
+
+
+def test_npz_comes_back_through_numpy(exported, subset, varied):
+    with np.load(exported("npz")) as archive:
+        columns = dict(archive)
+    ends = columns["coordinates_start"]
+    coordinates = np.split(columns["coordinates"], ends[1:-1])
+    assert_is_the_subset(columns, coordinates, subset)
+    assert_is_provenance(json.loads(str(columns["metadata"])), varied)
+
+
+@pytest.mark.parametrize("form", ["csv", "jsonl"])
+def test_stdout_is_what_the_file_holds(exported, varied, cli, form):
+    done = cli("export", "--format", form, *CHOICE, "--coordinates", "--db", str(varied))
+    assert done.code == 0
+    assert done.out == exported(form).read_text()
+
+
+def test_export_is_query_in_a_file(exported, varied, cli):
+    done = cli("query", *CHOICE, "--format", "csv", "--db", str(varied))
+    with_coordinates = pd.read_csv(exported("csv"), dtype=str)
+    pd.testing.assert_frame_equal(
+        pd.read_csv(io.StringIO(done.out), dtype=str), with_coordinates.drop(columns="coordinates")
+    )
+
+
+def test_rules_are_lists_and_columns_are_chosen(varied, tmp_path, cli):
+    target = tmp_path / "pruned.parquet"
+    arguments = (
+        "--p",
+        "3",
+        "--status",
+        "geometric",
+        "-c",
+        "rules,code",
+        "--order",
+        "code desc",
+        "--limit",
+        "2",
+    )
+    assert cli("export", str(target), *arguments, "--db", str(varied)).code == 0
+    table = parquet.read_table(target)
+    assert table.column_names == ["rules", "code"]
+    assert table["rules"].to_pylist() == [[2], [2]]  # an isolated 4, an isolated 5
+    assert table["code"].to_pylist() == ["455", "445"]
+
+
+def test_more_rows_than_a_block(tmp_path):
+    rows = [[str(n), n / 7, [n / 3]] for n in range(45_000)]
+    for form in files.FORMATS:
+        files.write_file(tmp_path / f"x.{form}", form, ("code", "length", "coordinates"), rows, {})
+    table = parquet.read_table(tmp_path / "x.parquet")
+    with np.load(tmp_path / "x.npz") as archive:
+        np.testing.assert_array_equal(table["length"].to_numpy(), archive["length"])
+        np.testing.assert_array_equal(archive["coordinates"], np.arange(45_000) / 3)
+
+
+def test_a_file_that_is_there_is_kept_without_force(varied, tmp_path, cli):
+    target = tmp_path / "orbits.csv"
+    target.write_text("mine")
+    done = cli("export", str(target), "--p", "3", "--db", str(varied))
+    assert (done.code, target.read_text()) == (2, "mine")
+    assert "--force" in done.err
+    assert cli("export", str(target), "--p", "3", "--force", "--db", str(varied)).code == 0
+    assert target.read_text().startswith("code,")
+
+
+def test_an_empty_subset_writes_nothing(varied, tmp_path, cli):
+    done = cli("export", str(tmp_path / "none.csv"), "--p", "99", "--db", str(varied))
+    assert done.code == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["orbits.xlsx"], "xlsx"),
+        (["orbits"], "--format"),
+        ([], "--format"),
+        (["--format", "npz"], "name a file"),
+        (["nowhere/orbits.npz"], "No such file or directory"),
+        (["orbits.csv", "-c", "colour"], "colour"),
+    ],
+)
+def test_what_cannot_be_written_is_said(varied, tmp_path, monkeypatch, cli, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    done = cli("export", *arguments, "--db", str(varied))
+    assert done.code == 2
+    assert said in done.err
+    assert len(done.err.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("form", files.FORMATS)
+@pytest.mark.parametrize("trouble", [KeyboardInterrupt, ZeroDivisionError])
+def test_an_interrupted_export_leaves_what_was_there(tmp_path, form, trouble):
+    def rows():
+        yield from (["13", float(n)] for n in range(30_000))
+        raise trouble
+
+    target = tmp_path / f"orbits.{form}"
+    target.write_text("old")
+    with pytest.raises(trouble):
+        files.write_file(target, form, ("code", "length"), rows(), {})
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [(target.name, "old")]
+
+
+WRITE = """
+import random, sys
+from pathlib import Path
+from orbitdb import export
+random.seed(1)
+rows = [["13", random.random()] for _ in range(50_000)]
+try:
+    export.write_file(Path(sys.argv[1]), sys.argv[2], ("code", "length"), rows, {})
+except export.ExportError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize("form", files.FORMATS)
+def test_a_full_disk_leaves_nothing_and_says_so(tmp_path, form):
+    target = tmp_path / f"orbits.{form}"
+    done = subprocess.run(
+        [sys.executable, "-c", WRITE, str(target), form],
+        capture_output=True,
+        text=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000)),
+    )
+    assert done.stdout == f"{target} cannot be written ({os.strerror(errno.EFBIG)}); nothing was kept\n"
+    assert done.stderr == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_npz_refuses_texts_that_would_not_fit():
+    with pytest.raises(InputError, match="parquet"):
+        files.write_npz(io.BytesIO(), ("code",), [["1" * 10**6]] * 1000, {})
