@@ -145,9 +145,9 @@ class _Subset:
     """The chosen classes, and what of their periods is filled."""
 
     def __init__(self, selection: "Selection", db: Any) -> None:
-        from orbitdb.fixed_points import ClassRows
+        import numpy as np
+
         from orbitdb.orbits import Status
-        from orbitdb.store.arrays import read_classes
         from orbitdb.store.catalogue import Catalogue
         from orbitdb.store.filling import DONE
 
@@ -161,11 +161,8 @@ class _Subset:
             for fill in self.catalogue.fills(selection.a)
             if fill.state == DONE and any(low <= fill.p <= high for low, high in spans)
         ]
-        chosen = read_classes(self.catalogue, selection)
-        inside = [p in self.have for p in chosen.p.tolist()]
-        self.rows: ClassRows = ClassRows(
-            chosen.p, chosen.chosen, chosen.length, chosen.lyapunov, chosen.inverse
-        ).rows(_mask(inside))
+        rows = self.catalogue.classes(selection).rows()
+        self.rows: ClassRows = rows.rows(np.isin(rows.period, self.have))
         self.highest = max(self.have, default=0)
         if not self.highest or not len(self.rows):
             note(f"no {selection.describe()} in filled periods: 'orbitdb info' shows what is filled")
@@ -191,12 +188,6 @@ class _Subset:
         if missing := missing_periods(self.highest, self.have):
             note(f"the zeta function lacks the periods {_listed(missing)}")
         write(names, rows, form)
-
-
-def _mask(values: list[bool]) -> Any:
-    import numpy as np
-
-    return np.array(values, dtype=bool)
 
 
 def _listed(periods: list[int]) -> str:

@@ -187,11 +187,11 @@ def _draw_lyapunov(catalogue: "Catalogue", chosen: "Selection", _limit: int) -> 
     from orbitdb.averages import lyapunov
     from orbitdb.plots.curves import Line, LyapunovRows, draw_lyapunov
     from orbitdb.plots.style import figure
-    from orbitdb.store.references import read_reference
+    from orbitdb.store.trajectories import best_reference
 
     rows, highest = _class_rows(catalogue, chosen)
     found = lyapunov(rows, highest)
-    known = read_reference(catalogue, chosen.a)
+    known = best_reference(catalogue, chosen.a)
     if known is None:
         note(f"no trajectories at a = {chosen.a:g} to compare with: run 'orbitdb simulate --a {chosen.a:g}'")
     lines = (

@@ -229,7 +229,8 @@ def test_a_slow_expression_is_stopped(filled, monkeypatch):
     from orbitdb.store import where
 
     monkeypatch.setattr(where, "SECONDS", 0.2)
-    slow = "(SELECT count(*) FROM catalogue AS b, catalogue AS c, catalogue AS d) > 0"
+    size = " + ".join(f"{table}.{name}" for table in "bcd" for name in ("a", "p", "class_size", "length"))
+    slow = f"(SELECT sum({size}) FROM catalogue AS b, catalogue AS c, catalogue AS d) > 0"
     with pytest.raises(SelectionError, match=r"more than 0\.2 s"):
         list(Catalogue(filled).rows(Selection(where=slow)))
 
