@@ -162,7 +162,7 @@ class _Subset:
             if fill.state == DONE and any(low <= fill.p <= high for low, high in spans)
         ]
         rows = self.catalogue.classes(selection).rows()
-        self.rows: ClassRows = rows.rows(np.isin(rows.period, self.have))
+        self.rows = rows.rows(np.isin(rows.period, self.have))
         self.highest = max(self.have, default=0)
         if not self.highest or not len(self.rows):
             note(f"no {selection.describe()} in filled periods: 'orbitdb info' shows what is filled")
