@@ -4,7 +4,8 @@ import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, fields
 from enum import StrEnum
-from typing import Annotated, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,10 +14,15 @@ from orbitdb.cli.options import Format
 from orbitdb.cli.render import note, write
 from orbitdb.errors import InputError
 
+if TYPE_CHECKING:
+    from orbitdb.stadium import Stadium
+
 EXAMPLES = """
 Examples:
 
   orbitdb bench
+
+  orbitdb bench --p 9 --plot work-precision.svg
 
   orbitdb bench --kind stages --p 2-12
 
@@ -44,6 +50,12 @@ def bench(
     ] = Kind.METHODS,
     a: options.HalfLength = 1.6,
     p: options.Periods = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(
+            "--plot", metavar="FILE", help="Draw the work-precision diagram, too (.png, .svg, .pdf)."
+        ),
+    ] = None,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
 ) -> None:
@@ -67,13 +79,34 @@ def bench(
 
         _write(StageTimes, (stage_times(period, stadium) for period in _periods(p or "2-11")), form)
     else:
-        from orbitdb.bench import WorkPrecision, sample, work_precision
+        _compare(_periods(p or "9"), stadium, form, picture)
 
-        periods = _periods(p or "9")
-        if len(periods) > 1:
-            raise InputError(f"--p {p}: methods are compared on one period, such as --p 9")
-        note(f"p = {periods[0]} at a = {a:g}: times in seconds, errors of length and lambda relative")
+
+def _compare(periods: list[int], stadium: "Stadium", form: Format, picture: Path | None) -> None:
+    """Compare the methods on one period; draw the diagram, too, if it is wanted."""
+    from orbitdb.bench import WorkPrecision, sample, work_precision
+
+    if len(periods) > 1:
+        raise InputError(f"periods {periods[0]} to {periods[-1]}: methods are compared on one, such as --p 9")
+    said = f"p = {periods[0]} at a = {stadium.a:g}"
+    if picture is None:
+        note(f"{said}: times in seconds, errors of length and lambda relative")
         _write(WorkPrecision, work_precision(sample(periods[0], stadium)), form)
+        return
+    from orbitdb.export import complete
+    from orbitdb.plots import style
+    from orbitdb.plots.work import draw_work_precision
+
+    ending = style.check_ending(picture)
+    rows = list(work_precision(sample(periods[0], stadium)))
+    with style.figure(6, 4.2) as made:
+        axes = made.subplots()
+        draw_work_precision(axes, rows)
+        axes.set_title(f"run time against error, {said}")
+    with complete(picture) as draft:
+        style.save(made, draft, ending, said)
+    note(f"{said}, in {picture}")
+    _write(WorkPrecision, rows, form)
 
 
 def _periods(text: str) -> list[int]:
