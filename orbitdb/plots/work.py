@@ -31,7 +31,7 @@ def draw_work_precision(ax: Axes, rows: Sequence[WorkPrecision]) -> None:
         times = [row.seconds_per_sequence for row in mine]
         ax.loglog(errors, times, line, color=colour, markersize=5, label=label)
     ax.axvline(_DOUBLE, color=INK, linewidth=0.8, linestyle="--")
-    ax.annotate("double", (_DOUBLE, 1), xycoords=("data", "axes fraction"), xytext=(3, -11),
+    ax.annotate("double", (_DOUBLE, 0), xycoords=("data", "axes fraction"), xytext=(-3, 4), ha="right",
                 textcoords="offset points", color=INK, fontsize=8)  # fmt: skip
     ax.set_xlabel("largest error of a coordinate (units of $R$, rad)")
     ax.set_ylabel("run time per symbol sequence (s)")
