@@ -7,7 +7,7 @@ stadium; words that have converged leave the batch.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,9 @@ from orbitdb.orbits import NUMBERS, Orbit, Orbits, Status
 from orbitdb.pruning import pruned_word
 from orbitdb.stadium import Stadium
 from orbitdb.words import from_strings
+
+if TYPE_CHECKING:
+    from orbitdb.balls import Enclosure
 
 Floats = NDArray[np.float64]
 
@@ -117,6 +120,34 @@ def solve_word(word: str, stadium: Stadium) -> Orbit:
 def finite(number: np.float64) -> float | None:
     """Return a number as a plain float, None where it is not finite."""
     return float(number) if np.isfinite(number) else None
+
+
+def certificates(
+    words: NDArray[np.uint8], stadium: Stadium, precision: int | None = None
+) -> list["Enclosure"]:
+    """Prove what becomes of admissible words in ball arithmetic, from the words alone.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    stadium : Stadium
+    precision : int, optional
+        Bits to begin with; `orbitdb.balls.PRECISION` by default.
+
+    Returns
+    -------
+    list of Enclosure
+        In the order of the words. Newton's method in doubles says where to look; the proof does not
+        rest on it.
+    """
+    from orbitdb.balls import PRECISION, enclose_all
+
+    found: dict[int, Enclosure] = {}
+    for rows, legs in cut(words):
+        start = newton(legs, stadium.a).alpha
+        enclosed = enclose_all(legs, stadium, start, precision or PRECISION)
+        found.update(zip(rows.tolist(), enclosed, strict=True))
+    return [found[row] for row in range(len(words))]
 
 
 def newton(legs: Chain, a: float, tolerance: float = TOLERANCE, start: Floats | None = None) -> Directions:
