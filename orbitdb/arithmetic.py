@@ -13,7 +13,7 @@ def arithmetic() -> str:
     """
     import numpy as np
 
-    found = np.show_config(mode="dicts")["SIMD Extensions"]["found"]  # type: ignore[call-overload]
+    found = np.show_config(mode="dicts")["SIMD Extensions"]["found"]
     libraries = " ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "python-flint"))
     library = " ".join(part for part in platform.libc_ver() if part)
     return f"{libraries}, {platform.system()} {platform.machine()} {' '.join(found)}, {library}"

@@ -70,7 +70,7 @@ def assess(
     """
     a = stadium.a
     slopes = derivatives(legs, a, alpha)
-    alpha_error = direction_errors(legs, a, alpha, slopes, _pressed(legs, a, alpha, slopes))
+    alpha_error = direction_errors(legs, a, alpha, slopes, pressed_directions(legs, a, alpha, slopes))
     slack = slacks(legs, alpha)
     slack_error = slack_errors(legs, alpha_error)
     place = coordinates(legs, a, alpha)
@@ -89,7 +89,7 @@ def assess(
     )
 
 
-def _pressed(legs: Legs, a: float, alpha: Floats, slopes: Derivatives) -> NDArray[np.bool_]:
+def pressed_directions(legs: Legs, a: float, alpha: Floats, slopes: Derivatives) -> NDArray[np.bool_]:
     """Tell which directions stand at a limit that the gradient pushes against."""
     low, high = direction_limits(legs, a)
     return ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))

@@ -1,6 +1,6 @@
 """Orbits: what is known of a batch of words, as a structure of arrays."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
 
 import numpy as np
@@ -36,6 +36,10 @@ _SENTENCES = {
     Status.FAMILY: "the bouncing-ball family: marginal and not isolated, so never counted",
     Status.UNRESOLVED: "not decided",
 }
+
+
+EXISTING = (Status.ORBIT.value, Status.BOUNDARY.value)
+"""Statuses of words that have coordinates, length and lambda."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +92,10 @@ class Orbits:
             iterations=np.zeros(n, np.int64),
             **{name: np.full(n, np.nan) for name in NUMBERS},
         )
+
+    def rows(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "Orbits":
+        """Return some of the words and what is known of them."""
+        return Orbits(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
 
     def place(self, rows: NDArray[np.intp], part: "Orbits") -> None:
         """Write what a part of the batch has become into the given rows."""
