@@ -149,15 +149,16 @@ def true_errors(orbits: Orbits, found: Sequence[Enclosure]) -> tuple[Floats, Flo
         The largest distance from any point of the ball, rounded up; of the coordinates the worst.
     """
     coordinates = [
-        max(_distance(ball, x) for ball, x in zip(each.coordinates, row, strict=True))
+        max(distance(ball, x) for ball, x in zip(each.coordinates, row, strict=True))
         for each, row in zip(found, orbits.coordinates.tolist(), strict=True)
     ]
-    length = [_distance(each.length, x) for each, x in zip(found, orbits.length.tolist(), strict=True)]
-    lyapunov = [_distance(each.lyapunov, x) for each, x in zip(found, orbits.lyapunov.tolist(), strict=True)]
+    length = [distance(each.length, x) for each, x in zip(found, orbits.length.tolist(), strict=True)]
+    lyapunov = [distance(each.lyapunov, x) for each, x in zip(found, orbits.lyapunov.tolist(), strict=True)]
     return np.array(coordinates), np.array(length), np.array(lyapunov)
 
 
-def _distance(ball: arb, value: float) -> float:
+def distance(ball: arb, value: float) -> float:
+    """Return the largest distance of a number from any point of a ball, rounded up."""
     return float((ball - value).abs_upper()) * (1 + 2**-50)
 
 
@@ -184,4 +185,4 @@ def as_orbits(word: NDArray[np.uint8], stadium: Stadium, found: Enclosure) -> Or
 
 def _rounded(x: arb) -> tuple[float, float]:
     value = float(x.mid())
-    return value, _distance(x, value)
+    return value, distance(x, value)

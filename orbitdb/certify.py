@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from orbitdb.legs import (
     Derivatives,
     Legs,
+    add_up,
     coordinates,
     derivatives,
     direction_limits,
@@ -69,7 +70,7 @@ def assess(
     """
     a = stadium.a
     slopes = derivatives(legs, a, alpha)
-    alpha_error = direction_errors(legs, a, alpha, slopes, _pressed(legs, a, alpha, slopes))
+    alpha_error = direction_errors(legs, a, alpha, slopes, pressed_directions(legs, a, alpha, slopes))
     slack = slacks(legs, alpha)
     slack_error = slack_errors(legs, alpha_error)
     place = coordinates(legs, a, alpha)
@@ -88,7 +89,7 @@ def assess(
     )
 
 
-def _pressed(legs: Legs, a: float, alpha: Floats, slopes: Derivatives) -> NDArray[np.bool_]:
+def pressed_directions(legs: Legs, a: float, alpha: Floats, slopes: Derivatives) -> NDArray[np.bool_]:
     """Tell which directions stand at a limit that the gradient pushes against."""
     low, high = direction_limits(legs, a)
     return ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
@@ -117,7 +118,7 @@ def direction_errors(
 def _concave_bound(steep: Floats, firm: Floats) -> Floats:
     """Return the smaller of the two bounds of the module's docstring, g = steep and F = firm."""
     share = steep / firm
-    energy = np.sqrt((steep * share).sum(axis=0))
+    energy = np.sqrt(add_up(steep * share))
     return np.minimum(share.max(axis=0), energy / np.sqrt(firm))
 
 
@@ -150,8 +151,6 @@ def _coordinate_error(
 def _length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alpha_error: Floats) -> Floats:
     """Bound the error of the length, shape (N,): second order in the directions, and rounding."""
     terms = 2 * a * np.cos(alpha) + 2 * legs.n * np.abs(np.sin(alpha)) + 2 * legs.k
-    second = ((np.abs(slopes.gradient) + gradient_rounding(legs, a, alpha)) * alpha_error).sum(axis=0)
+    second = add_up((np.abs(slopes.gradient) + gradient_rounding(legs, a, alpha)) * alpha_error)
     each = 3 * EPSILON + summation_rounding(len(terms))
-    rounding = (each * terms + 2 * np.pi * EPSILON).sum(axis=0)
-    bound: Floats = second + rounding
-    return bound
+    return second + add_up(each * terms + 2 * np.pi * EPSILON)

@@ -197,15 +197,20 @@ def turns(legs: Chain, alpha: Floats) -> Turns:
     return Turns(incoming, alpha, half)
 
 
-def length(legs: Chain, a: float, alpha: Floats) -> Floats:
-    """Return L(alpha) of each word, shape (N,).
+def add_up(rows: NDArray[Any]) -> Floats:
+    """Return the sum over the first axis, shape (N,), word by word.
 
     NumPy adds in pairs only along contiguous rows, and a long word needs that (`summation_rounding`).
+    It also makes a word's sum the same, bit by bit, in whatever batch the word stands.
     """
-    half = turns(legs, alpha).half
-    terms = 2 * a * np.cos(alpha) + legs.lift * np.sin(alpha) + 2 * legs.k * np.sin(half)
-    total: Floats = np.ascontiguousarray(terms.T).sum(axis=1)
+    total: Floats = np.ascontiguousarray(rows.T).sum(axis=1)
     return total
+
+
+def length(legs: Chain, a: float, alpha: Floats) -> Floats:
+    """Return L(alpha) of each word, shape (N,)."""
+    half = turns(legs, alpha).half
+    return add_up(2 * a * np.cos(alpha) + legs.lift * np.sin(alpha) + 2 * legs.k * np.sin(half))
 
 
 def summation_rounding(m: int) -> float:

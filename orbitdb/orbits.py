@@ -41,6 +41,10 @@ _SENTENCES = {
 }
 
 
+EXISTING = (Status.ORBIT.value, Status.BOUNDARY.value)
+"""Statuses of words that have coordinates, length and lambda."""
+
+
 @dataclass(frozen=True)
 class Orbits:
     """N words of one order p and the stationary points of their length.

@@ -258,10 +258,16 @@ def _solve_cyclic(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
     column[-1] += beside[-1]
     tridiagonal = _tridiagonal_long if len(rhs) > _LONG else _tridiagonal
     plain, through = tridiagonal(diagonal[:-1], beside[1:-1], np.stack([rhs[:-1], column]))
-    top = rhs[-1] - (column * plain).sum(axis=0)
-    bottom = diagonal[-1] - (column * through).sum(axis=0)
+    top = rhs[-1] - _end_terms(column, plain)
+    bottom = diagonal[-1] - _end_terms(column, through)
     last = top / bottom
     return np.concatenate([plain - through * last, last[None]])
+
+
+def _end_terms(column: Floats, x: Floats) -> Floats:
+    """Return the product of x with a column that is zero but for its ends."""
+    first: Floats = column[0] * x[0]
+    return first + column[-1] * x[-1] if len(column) > 1 else first
 
 
 def _tridiagonal(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.legs import Chain, Derivatives, following, preceding
+from orbitdb.legs import Chain, Derivatives, add_up, following, preceding
 from orbitdb.stadium import STRAIGHT, Stadium
 
 Floats = NDArray[np.float64]
@@ -75,7 +75,7 @@ def exponent_error(legs: Chain, slopes: Derivatives, alpha_error: Floats) -> Flo
     drift = np.abs(slopes.lean) * alpha_error / slopes.beyond
     bend = alpha_error + preceding(alpha_error) + 4 * np.pi * epsilon
     kick = bend / (4 * legs.k**2 * slopes.stiffness)
-    relative = (drift + kick).sum(axis=0) + 12 * len(legs.k) * epsilon
+    relative = add_up(drift + kick) + 12 * len(legs.k) * epsilon
     value = exponent(slopes)
     bound: Floats = relative * np.tanh(value / 2) + 2 * epsilon * value
     return bound

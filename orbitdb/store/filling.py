@@ -13,6 +13,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb import symmetry
+from orbitdb.arithmetic import arithmetic
 from orbitdb.errors import StoreError
 from orbitdb.orbits import NUMBERS, Orbits, Status
 from orbitdb.store.database import plain_errors, writing_engine
@@ -30,7 +31,7 @@ class Writer:
     path : Path
         A catalogue of the newest schema.
     parameters : dict
-        What the run was asked to do; kept as its provenance.
+        What the run was asked to do; kept as its provenance, with the machine's `arithmetic`.
     version : str
         The program's version.
     """
@@ -38,7 +39,8 @@ class Writer:
     def __init__(self, path: Path, parameters: dict[str, Any], version: str) -> None:
         self.path = path
         self._engine = writing_engine(path)
-        self._run = {"version": version, "parameters": json.dumps(parameters, sort_keys=True)}
+        provenance = parameters | {"arithmetic": arithmetic()}
+        self._run = {"version": version, "parameters": json.dumps(provenance, sort_keys=True)}
         self._run_id: int | None = None
 
     @contextmanager

@@ -1,0 +1,116 @@
+"""Reading a catalogue in order to check it as a whole: file, schema, references and counts."""
+
+import json
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import sqlalchemy as sa
+
+from orbitdb.store.database import reading_engine
+from orbitdb.store.migrate import migrate
+from orbitdb.store.schema import cycle, fill, metadata, orbit, sequence, stadium
+
+Row = dict[str, Any]
+
+
+def file_errors(connection: sa.Connection) -> list[str]:
+    """Return what SQLite finds wrong with the file, its indexes and the types of its values."""
+    found = connection.exec_driver_sql("PRAGMA integrity_check").scalars().all()
+    return [] if found == ["ok"] else [str(message) for message in found]
+
+
+def dangling(connection: sa.Connection) -> list[str]:
+    """Return the references that lead nowhere, as "table -> table"."""
+    found = connection.exec_driver_sql("PRAGMA foreign_key_check").all()
+    return [f"{child} -> {parent}" for child, _, parent, _ in found]
+
+
+def row_count(connection: sa.Connection) -> int:
+    """Return the number of rows of all tables."""
+    return sum(
+        connection.scalar(sa.select(sa.func.count()).select_from(t)) or 0 for t in metadata.sorted_tables
+    )
+
+
+def schema_differences(connection: sa.Connection) -> tuple[int, list[str]]:
+    """Compare tables, views, indexes and triggers with those of a new catalogue.
+
+    Returns
+    -------
+    tuple of int and list of str
+        How many there are in either, and the names of those that differ.
+    """
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "new.db"
+        migrate(path)
+        engine = reading_engine(path)
+        with engine.begin() as fresh:
+            expected = _schema(fresh)
+        engine.dispose()
+    found = _schema(connection)
+    names = sorted(found.keys() | expected.keys())
+    return len(names), [name for name in names if found.get(name) != expected.get(name)]
+
+
+def _schema(connection: sa.Connection) -> dict[str, Any]:
+    """Return what is in the schema by name: of tables their structure, of the rest its text."""
+    parts: dict[str, Any] = {}
+    query = "SELECT name, type, sql FROM sqlite_master WHERE type IN ('view', 'trigger')"
+    for name, kind, text in connection.exec_driver_sql(query):
+        parts[name] = (kind, " ".join(text.split()))
+    tables = connection.exec_driver_sql("SELECT * FROM pragma_table_list WHERE schema = 'main'").all()
+    for _, name, kind, *options in tables:
+        if kind == "table" and not name.startswith("sqlite_"):
+            pragmas = ("table_xinfo", "foreign_key_list", "index_list")
+            parts[name] = (options, *(_pragma(connection, pragma, name) for pragma in pragmas))
+    return parts
+
+
+def _pragma(connection: sa.Connection, pragma: str, name: str) -> list[tuple[Any, ...]]:
+    quoted = name.replace('"', '""')
+    return sorted(map(tuple, connection.exec_driver_sql(f'PRAGMA {pragma}("{quoted}")')), key=repr)
+
+
+def stadium_id(connection: sa.Connection, a: float) -> int | None:
+    """Return the number of a stadium, None if it is not known."""
+    return connection.scalar(sa.select(stadium.c.id).where(stadium.c.a == a))
+
+
+def fills(connection: sa.Connection) -> list[Row]:
+    """Return the rows of `fill`, each with its a."""
+    query = sa.select(fill, stadium.c.a).join(stadium).order_by(stadium.c.a, fill.c.p)
+    return [dict(row) for row in connection.execute(query).mappings()]
+
+
+def word_counts(connection: sa.Connection) -> dict[int, tuple[int, int, int]]:
+    """Return by period the numbers of admissible sequences, of classes, and of words that they claim."""
+    words = sa.select(sequence.c.p, sa.func.count(sequence.c.cycle)).group_by(sequence.c.p)
+    classes = sa.select(cycle.c.p, sa.func.count(), sa.func.sum(cycle.c.class_size)).group_by(cycle.c.p)
+    found = {p: (count, 0, 0) for p, count in connection.execute(words)}
+    for p, count, claimed in connection.execute(classes):
+        found[p] = (found.get(p, (0, 0, 0))[0], count, claimed)
+    return found
+
+
+def status_counts(connection: sa.Connection, stadium: int, p: int) -> dict[str, tuple[int, int]]:
+    """Return by status the numbers of words and of classes of one period at one stadium."""
+    query = (
+        sa.select(orbit.c.status, sa.func.sum(cycle.c.class_size), sa.func.count())
+        .join(cycle, cycle.c.id == orbit.c.cycle)
+        .where(orbit.c.stadium == stadium, cycle.c.p == p)
+        .group_by(orbit.c.status)
+    )
+    return {status: (words, classes) for status, words, classes in connection.execute(query)}
+
+
+def runs(connection: sa.Connection) -> dict[int, tuple[str, str | None]]:
+    """Return the version of each run, and the arithmetic that it names."""
+    found = {}
+    for number, version, parameters in connection.exec_driver_sql("SELECT id, version, parameters FROM run"):
+        try:
+            named = json.loads(parameters).get("arithmetic")
+        except (ValueError, AttributeError):
+            named = None
+        found[number] = (version, named)
+    return found

@@ -1,0 +1,47 @@
+"""Certificates: proofs in ball arithmetic that the stored orbits are right."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
+
+from orbitdb.store.filling import Writer
+from orbitdb.store.schema import certificate
+
+
+def certified(connection: sa.Connection, stadium_id: int) -> NDArray[np.int64]:
+    """Return the numbers of the classes that are certified at one stadium, in order."""
+    query = sa.select(certificate.c.cycle).where(certificate.c.stadium == stadium_id)
+    return np.array(connection.scalars(query.order_by(certificate.c.cycle)).all(), dtype=np.int64)
+
+
+def replace_certificates(
+    writer: Writer,
+    connection: sa.Connection,
+    stadium_id: int,
+    tried: Sequence[int],
+    proved: Sequence[tuple[int, float, int]],
+    version: str,
+) -> None:
+    """Store the certificates of the classes that were proved, and drop older ones of all that were tried.
+
+    Parameters
+    ----------
+    writer : Writer
+    connection : Connection
+        Of the writer.
+    stadium_id : int
+    tried : sequence of int
+        Numbers of classes.
+    proved : sequence of (int, float, int)
+        Class, radius, and bits of the arithmetic.
+    version : str
+        The program's.
+    """
+    keys = [(stadium_id, cycle) for cycle in tried]
+    connection.exec_driver_sql("DELETE FROM certificate WHERE stadium = ? AND cycle = ?", keys)
+    if proved:
+        number = writer.run_id(connection)
+        rows = [(stadium_id, cycle, radius, bits, version, number) for cycle, radius, bits in proved]
+        connection.exec_driver_sql("INSERT INTO certificate VALUES (?, ?, ?, ?, ?, ?)", rows)
