@@ -1,0 +1,337 @@
+"""Entropy and Lyapunov averages over periodic orbits: arrays in, numbers out.
+
+Input are symmetry classes, one row each with its size (`ClassRows`); no word, no coordinate is read
+and nothing is expanded to single words. The sums over the fixed points of order p take each orbit of
+a period d that divides p with its d points and p/d repetitions, lambda and L growing with them.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.zeta import (
+    CycleAverages,
+    Expansion,
+    Factors,
+    cycle_averages,
+    expand,
+    expand_by_stability,
+    leading_zero,
+)
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class Weight(StrEnum):
+    """How much an orbit counts in an average."""
+
+    EXPONENTIAL = "exp"
+    """e^-lambda, as in the paper; the zeta function is the dynamical one."""
+
+    DETERMINANT = "det"
+    """1/|det(1 - M^r)|, the exact weight; the zeta function is the Fredholm determinant."""
+
+
+@dataclass(frozen=True)
+class ClassRows:
+    """Symmetry classes of isolated orbits, of any periods in any order.
+
+    Attributes
+    ----------
+    period : ndarray of int, shape (N,)
+    size : ndarray of int, shape (N,)
+        Number of different cyclic words in the class.
+    length : ndarray, shape (N,)
+        Length of one traversal, in units of the radius.
+    lyapunov : ndarray, shape (N,)
+        lambda of one traversal.
+    inverse : ndarray of bool, shape (N,)
+        Whether the eigenvalues of M are negative: an odd number of straight bounces.
+
+    Raises
+    ------
+    ValueError
+        If the arrays differ in length, a period or size is below 1, or a length or lambda is not a
+        positive number (the row is not an orbit).
+    """
+
+    period: Integers
+    size: Integers
+    length: Floats
+    lyapunov: Floats
+    inverse: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        columns = (self.period, self.size, self.length, self.lyapunov, self.inverse)
+        if len({column.shape for column in columns}) != 1 or self.period.ndim != 1:
+            raise ValueError("the columns of class rows must be vectors of one length")
+        if not all((column > 0).all() and np.isfinite(column).all() for column in columns[:4]):
+            raise ValueError("class rows need a positive period, size, length and lambda: orbits only")
+
+    def __len__(self) -> int:
+        return len(self.period)
+
+    def rows(self, chosen: slice | NDArray[np.intp] | NDArray[np.bool_]) -> "ClassRows":
+        """Return some of the rows."""
+        return ClassRows(
+            self.period[chosen],
+            self.size[chosen],
+            self.length[chosen],
+            self.lyapunov[chosen],
+            self.inverse[chosen],
+        )
+
+    def by_period(self) -> dict[int, "ClassRows"]:
+        """Return the rows of each period that has any."""
+        order = np.argsort(self.period, kind="stable")
+        periods, starts = np.unique(self.period[order], return_index=True)
+        parts = np.split(order, starts[1:])
+        return {int(p): self.rows(part) for p, part in zip(periods, parts, strict=True)}
+
+
+def divisors(p: int) -> list[int]:
+    """Return the divisors of p from 1 to p."""
+    return [d for d in range(1, p + 1) if p % d == 0]
+
+
+def missing_divisors(p: int, filled: Iterable[int]) -> list[int]:
+    """Return the periods that a sum over the fixed points of order p needs and that are not filled.
+
+    Period 1 is never needed: no orbit of a stadium has it.
+    """
+    have = set(filled)
+    return [d for d in divisors(p) if d > 1 and d not in have]
+
+
+def missing_periods(p: int, filled: Iterable[int]) -> list[int]:
+    """Return the periods that a zeta function of order p needs and that are not filled."""
+    have = set(filled)
+    return [d for d in range(2, p + 1) if d not in have]
+
+
+@dataclass(frozen=True)
+class Entropy:
+    """Entropies by period; all arrays have the shape of p.
+
+    Attributes
+    ----------
+    p : ndarray of int
+        2, 3, .. to the highest period.
+    N : ndarray of int
+        Number of points on orbits of period p and its divisors.
+    K_0 : ndarray
+        ln N / p; NaN where there is no point.
+    h_zeta : ndarray
+        -ln of the leading zero of the topological zeta function cut off at order p.
+    h_zeta_change : ndarray
+        Modulus of its change from the order before, an estimate of its error.
+    """
+
+    p: Integers
+    N: Integers
+    K_0: Floats
+    h_zeta: Floats
+    h_zeta_change: Floats
+
+
+def entropy(rows: ClassRows, highest: int) -> Entropy:
+    """Return the topological entropy at p = 2 .. highest.
+
+    Notes
+    -----
+    N(p) = sum over d | p of d N_c(d) are the traces of the zeta function prod (1 - z^p)^N_c(p).
+    Its zero converges much faster than K_0, which is off by about ln(p)/p.. 1/p.
+
+    Source: Biham and Kvale, Table 1.
+    """
+    cycles = np.bincount(rows.period, rows.size, minlength=highest + 1).astype(np.int64)
+    orders = range(1, highest + 1)
+    points = np.array([sum(d * cycles[d] for d in divisors(p)) for p in orders], dtype=np.int64)
+    series = expand(points.astype(float), np.zeros((0, highest)))
+    zeros = np.array([leading_zero(series.cut(p).coefficients) for p in orders])
+    h = -np.log(zeros)
+    change = np.abs(np.diff(h, prepend=np.nan))
+    p = np.array(orders)
+    k0 = np.log(np.where(points > 0, points, np.nan)) / p
+    return Entropy(p[1:], points[1:], k0[1:], h[1:], change[1:])
+
+
+@dataclass(frozen=True)
+class FixedPointSums:
+    """Weighted sums over all fixed points of each order 1 .. P, orbits of divisors repeated.
+
+    Attributes
+    ----------
+    least : ndarray, shape (P,)
+        The least lambda of the order, taken out of all weights so that none underflows.
+    total, lyapunov, length, ratio : ndarray, shape (P,)
+        Sums of w, w lambda, w L and w lambda / L, where w is the weight times e^least.
+    """
+
+    least: Floats
+    total: Floats
+    lyapunov: Floats
+    length: Floats
+    ratio: Floats
+
+
+def fixed_point_sums(rows: ClassRows, highest: int, weight: Weight = Weight.EXPONENTIAL) -> FixedPointSums:
+    """Sum over the fixed points of order 1 .. highest.
+
+    All terms of a sum are positive and NumPy adds them in pairs: the relative error of a sum of 10^7
+    terms is a few units in the last place, however far apart they are.
+    """
+    parts = rows.by_period()
+    columns = np.zeros((5, highest))
+    for p in range(1, highest + 1):
+        columns[:, p - 1] = _sums_of_order(p, {d: parts[d] for d in divisors(p) if d in parts}, weight)
+    return FixedPointSums(*columns)
+
+
+def _sums_of_order(p: int, parts: dict[int, ClassRows], weight: Weight) -> list[float]:
+    least = min((p // d * part.lyapunov.min() for d, part in parts.items()), default=0.0)
+    sums = np.zeros(4)
+    for d, part in parts.items():
+        r = p // d
+        lyapunov, length = r * part.lyapunov, r * part.length
+        w = d * part.size * np.exp(least - lyapunov)
+        if weight is Weight.DETERMINANT:
+            w /= _determinant_factor(lyapunov, part.inverse & (r % 2 == 1))
+        sums += [w.sum(), (w * lyapunov).sum(), (w * length).sum(), (w * (lyapunov / length)).sum()]
+    return [least, *sums]
+
+
+def _determinant_factor(lyapunov: Floats, inverse: NDArray[np.bool_]) -> Floats:
+    """Return |det(1 - M)| e^-lambda = (1 -+ e^-lambda)^2, + where the eigenvalues are negative."""
+    factor: Floats = np.where(inverse, 1 + np.exp(-lyapunov), -np.expm1(-lyapunov)) ** 2
+    return factor
+
+
+@dataclass(frozen=True)
+class Lyapunov:
+    """Lyapunov averages by period; all arrays have the shape of p, and NaN where there is no orbit.
+
+    Attributes
+    ----------
+    p : ndarray of int
+        2, 3, .. to the highest period.
+    lambda_d, lambda_c : ndarray
+        The paper's averages over fixed points, per bounce and per length.
+    lambda_d_pair, lambda_c_pair : ndarray
+        Means of the values at p - 1 and p, which even out the paper's oscillation.
+    lambda_d_zeta, lambda_c_zeta, mean_path_zeta : ndarray
+        <lambda>/<p>, <lambda>/<L> and <L>/<p> from the zeta function cut off at order p.
+    z0 : ndarray
+        The leading zero of the zeta function; 1 for a closed system and all its orbits.
+    """
+
+    p: Integers
+    lambda_d: Floats
+    lambda_c: Floats
+    lambda_d_pair: Floats
+    lambda_c_pair: Floats
+    lambda_d_zeta: Floats
+    lambda_c_zeta: Floats
+    mean_path_zeta: Floats
+    z0: Floats
+
+
+def lyapunov(rows: ClassRows, highest: int, weight: Weight = Weight.EXPONENTIAL) -> Lyapunov:
+    """Return the Lyapunov averages at p = 2 .. highest, truncated by period.
+
+    Source: Biham and Kvale, eqs. (5) and (6); the weights may be others than theirs.
+    """
+    sums = fixed_point_sums(rows, highest, weight)
+    p = np.arange(1, highest + 1)
+    total = np.where(sums.total > 0, sums.total, np.nan)
+    discrete, continuous = sums.lyapunov / total / p, sums.ratio / total
+    series = _expansion(sums)
+    found = [ZetaAverages.of(cycle_averages(series.cut(n))) for n in p[1:]]
+    return Lyapunov(
+        p=p[1:],
+        lambda_d=discrete[1:],
+        lambda_c=continuous[1:],
+        lambda_d_pair=_pairs(discrete),
+        lambda_c_pair=_pairs(continuous),
+        lambda_d_zeta=np.array([one.lambda_d for one in found]),
+        lambda_c_zeta=np.array([one.lambda_c for one in found]),
+        mean_path_zeta=np.array([one.mean_path for one in found]),
+        z0=np.array([one.z0 for one in found]),
+    )
+
+
+def _pairs(values: Floats) -> Floats:
+    pairs: Floats = (values[:-1] + values[1:]) / 2
+    return pairs
+
+
+def _expansion(sums: FixedPointSums) -> Expansion:
+    scale = np.exp(-sums.least)
+    return expand(sums.total * scale, np.stack([sums.lyapunov, sums.length]) * scale)
+
+
+@dataclass(frozen=True)
+class ZetaAverages:
+    """Averages at the leading zero of a zeta function; NaN where it has none.
+
+    Attributes
+    ----------
+    z0 : float
+        The leading zero; 1 for a closed system and all its orbits.
+    lambda_d, lambda_c, mean_path : float
+        <lambda>/<p>, <lambda>/<L> and <L>/<p>.
+    """
+
+    z0: float
+    lambda_d: float
+    lambda_c: float
+    mean_path: float
+
+    @classmethod
+    def of(cls, found: CycleAverages) -> "ZetaAverages":
+        """Take ratios of cycle averages of the observables lambda and L."""
+        exponent, length = (float(value) for value in found.observables)
+        return cls(found.z0, exponent / found.period, exponent / length, length / found.period)
+
+
+def lyapunov_by_stability(
+    rows: ClassRows, cut: float, highest: int | None = None, weight: Weight = Weight.EXPONENTIAL
+) -> ZetaAverages:
+    """Return the Lyapunov averages with every pseudo-cycle of multiplier up to e^cut.
+
+    Parameters
+    ----------
+    rows : ClassRows
+        All orbits with lambda <= cut. Where longer ones are missing, the products of shorter ones
+        that should cancel against them must go too: give the period up to which all are known.
+    cut : float
+        Largest sum of lambda over the orbits of a pseudo-cycle.
+    highest : int, optional
+        Largest sum of periods; by default any.
+    weight : Weight, optional
+        With `Weight.DETERMINANT`, an orbit has the factors (1 - t e^(-k lambda) z^p)^(k+1),
+        k = 0, 1, .. with multipliers e^((k+1) lambda), all subject to the cut.
+    """
+    levels = 1
+    if weight is Weight.DETERMINANT and len(rows):
+        levels = max(1, int(cut / rows.lyapunov.min()))
+    series = expand_by_stability(_factors(rows, levels, cut), cut, highest)
+    return ZetaAverages.of(cycle_averages(series))
+
+
+def _factors(rows: ClassRows, levels: int, cut: float) -> Factors:
+    """Return the factors of the zeta function (one level) or of the Fredholm determinant."""
+    parts = [rows.rows((k + 1) * rows.lyapunov <= cut) for k in range(levels)]
+    cost = [(k + 1) * part.lyapunov for k, part in enumerate(parts)]
+    signs = [np.where(part.inverse & (k % 2 == 1), -1.0, 1.0) for k, part in enumerate(parts)]
+    return Factors(
+        period=np.concatenate([part.period for part in parts]),
+        count=np.concatenate([(k + 1) * part.size for k, part in enumerate(parts)]),
+        cost=np.concatenate(cost),
+        weight=np.concatenate(signs) * np.exp(-np.concatenate(cost)),
+        observables=np.concatenate([np.stack([part.lyapunov, part.length]) for part in parts], axis=1),
+    )
