@@ -56,7 +56,7 @@ def random_rays(stadium: Stadium, n: int, rng: np.random.Generator) -> Rays:
     on_wall = rng.random(n) < 4 * a / stadium.perimeter
     place = rng.uniform(-1, 1, n)
     sine = rng.uniform(-1, 1, n)
-    half = rng.integers(0, 2, n) * 2.0 - 1  # top or bottom, right or left
+    half = np.where(rng.random(n) < 0.5, -1.0, 1.0)  # top or bottom, right or left
     t = place * HALF_PI
     nx = np.where(on_wall, 0.0, half * np.cos(t))
     ny = np.where(on_wall, half, np.sin(t))

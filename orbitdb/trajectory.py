@@ -1,13 +1,8 @@
 """Ensembles of random trajectories: the reference for averages over orbits.
 
-A trajectory is followed from one bounce on a semicircle to the next. Unfold the stadium at its walls:
-a path that leaves a semicircle for the other one is a straight line, and the copy of the strip it is
-in when it reaches the other circle says how many walls it has hit. So the thousands of bounces of a
-path that runs up and down between the walls cost no more than one, and no rounding adds up in them.
-
-The starts are drawn with the invariant measure of the bounces, restricted to the semicircles: position
-uniform in arclength, sine of the angle to the normal uniform. So every step is a fair sample from the
-first on, and only the tangent vectors need a while to settle. All is vectorised over trajectories.
+The starts are drawn with the invariant measure of the bounces, restricted to the semicircles, and go on
+from semicircle to semicircle (`orbitdb.arcs`). So every step is a fair sample from the first on, and
+only the tangent vectors need a while to settle.
 """
 
 import math
@@ -17,108 +12,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.stadium import HALF_PI, Stadium
+from orbitdb.arcs import Arcs, advance, random_arcs
+from orbitdb.stadium import Stadium
 
 Floats = NDArray[np.float64]
 
 TRAJECTORIES = 4096
+"""Run at the same time; few enough for their arrays to stay in the cache."""
+
 GROUPS = 32
 BLOCK = 256
 _RENORMALISE = 8
 _SETTLED = 8.0
-_TINY = 1e-150
-
-
-@dataclass(frozen=True)
-class Arcs:
-    """N trajectories just behind a bounce on a semicircle; all arrays of shape (N,).
-
-    Attributes
-    ----------
-    side : ndarray
-        -1 left, +1 right semicircle.
-    x, y : ndarray
-        The point of the bounce, from the centre of its circle.
-    vx, vy : ndarray
-        Direction of the path that leaves it, a unit vector.
-    """
-
-    side: Floats
-    x: Floats
-    y: Floats
-    vx: Floats
-    vy: Floats
-
-
-def random_arcs(n: int, rng: np.random.Generator) -> Arcs:
-    """Draw n bounces on the semicircles from the invariant measure."""
-    side = rng.integers(0, 2, n) * 2.0 - 1
-    angle = rng.uniform(-HALF_PI, HALF_PI, n)
-    sine = rng.uniform(-1, 1, n)
-    cosine = np.sqrt(1 - sine**2)
-    x, y = side * np.cos(angle), np.sin(angle)
-    return Arcs(side, x, y, -cosine * x - sine * y, -cosine * y + sine * x)
-
-
-@dataclass(frozen=True)
-class Step:
-    """The way of N trajectories to their next bounce on a semicircle; all arrays of shape (N,).
-
-    Attributes
-    ----------
-    arcs : Arcs
-        Just behind that bounce.
-    path : ndarray
-        Length of the path to it.
-    walls : ndarray
-        Number of straight bounces on the way.
-    kick : ndarray
-        2 / sin(theta), what the bounce adds to the convergence of a beam.
-    """
-
-    arcs: Arcs
-    path: Floats
-    walls: Floats
-    kick: Floats
-
-
-def advance(arcs: Arcs, a: float) -> Step:
-    """Move trajectories to their next bounce on a semicircle and reflect them.
-
-    Parameters
-    ----------
-    arcs : Arcs
-    a : float
-        Half the length of a straight wall.
-
-    Notes
-    -----
-    The next bounce is on the same semicircle where the chord of the circle ends on it; then sin(theta)
-    is kept as it is, however grazing. Otherwise the level at which the unfolded path reaches the other
-    centre's x gives the copy, and the impact parameter about the centre of that copy the bounce. Points
-    and directions are put back to length 1 to first order each time.
-    """
-    side, x, y, vx, vy = arcs.side, arcs.x, arcs.y, arcs.vx, arcs.vy
-    along = x * vx + y * vy
-    same = side * (x - 2 * along * vx) > 0
-    dx = np.where(same, x, x + 2 * a * side)
-    level = y - vy * dx / np.copysign(np.maximum(np.abs(vx), _TINY), -side)
-    copy = np.where(same, 0.0, np.rint(level / 2))
-    dy = y - 2 * copy
-    along = dx * vx + dy * vy
-    impact = dx * vy - dy * vx
-    sine = np.sqrt(np.maximum((1 - impact) * (1 + impact), 0))
-    sine = np.where(same, np.maximum(-along, 0), sine)
-    path = np.maximum(sine - along, 0)
-    walls = np.abs(copy)
-    fold = 1 - 2 * (walls % 2)
-    nx, ny, vy = dx + path * vx, (dy + path * vy) * fold, vy * fold
-    scale = 1.5 - 0.5 * (nx * nx + ny * ny)
-    nx, ny = nx * scale, ny * scale
-    vx, vy = vx - 2 * sine * nx, vy - 2 * sine * ny
-    scale = 1.5 - 0.5 * (vx * vx + vy * vy)
-    after = Arcs(np.where(same, side, -side), nx, ny, vx * scale, vy * scale)
-    return Step(after, path, walls, 2 / np.maximum(sine, _TINY))
 
 
 @dataclass(frozen=True)
@@ -176,9 +81,12 @@ def follow(arcs: Arcs, beam: Beam, a: float, steps: int) -> tuple[Arcs, Beam]:
 def _settled(n: int, a: float, rng: np.random.Generator) -> tuple[Arcs, Beam]:
     """Return random starts whose tangent vectors have forgotten how they began.
 
-    With det M = 1, growth by e^g turns a vector to within about e^(-2g) of the one that grows.
+    With det M = 1, growth by e^g turns a vector to within about e^(-2g) of the one that grows. Near the
+    circle a vector first grows by shear alone, as the logarithm of the steps; there, measured,
+    lambda is 1.6 sqrt(a) a step.
     """
     arcs, beam = random_arcs(n, rng), Beam.begin(np.zeros(n), np.ones(n))
+    arcs, beam = follow(arcs, beam, a, math.ceil(_SETTLED / math.sqrt(a)))
     while beam.growth.mean() < _SETTLED:
         arcs, beam = follow(arcs, beam, a, _RENORMALISE)
     return arcs, Beam.begin(beam.y, beam.slope)
@@ -283,19 +191,20 @@ def _reference(beam: Beam, steps: int, stadium: Stadium, groups: int, seed: int)
         values.reshape(groups, -1).sum(axis=1) / count for values in (beam.growth, beam.path, beam.bounces)
     )
 
-    def mean(values: Floats) -> Floats:
+    def mean(values: Floats) -> tuple[float, float]:
         """Return the mean and its standard error."""
-        return np.array([values.mean(), values.std(ddof=1) / math.sqrt(groups)])
+        return float(values.mean()), float(values.std(ddof=1)) / math.sqrt(groups)
 
     free = path.mean() / bounces.mean()
-    free_error = mean(path - free * bounces)[1] / bounces.mean()
-    lambda_d = mean(growth) * (2 * math.pi / stadium.perimeter)
-    lambda_c = mean(growth) * (2 / stadium.area)
+    per_step, per_step_error = mean(growth)
+    per_bounce, per_length = 2 * math.pi / stadium.perimeter, 2 / stadium.area
     return Reference(
-        *lambda_d.tolist(),
-        *lambda_c.tolist(),
+        lambda_d=per_step * per_bounce,
+        lambda_d_error=per_step_error * per_bounce,
+        lambda_c=per_step * per_length,
+        lambda_c_error=per_step_error * per_length,
         mean_free_path=float(free),
-        mean_free_path_error=float(free_error),
+        mean_free_path_error=mean(path - free * bounces)[1] / float(bounces.mean()),
         bounces=int(beam.bounces.sum()),
         groups=groups,
         seed=seed,
