@@ -16,6 +16,7 @@ SECONDS = 60.0
 
 _LONGEST_VALUE = 1_000_000
 _STEPS_BETWEEN_LOOKS = 100_000
+_TABLES = {"sequence", "cycle", "stadium", "orbit"}
 _NAME = re.compile(r"(?<!:):(\w+)")
 
 
@@ -76,7 +77,10 @@ def _authorize(
     if action == sqlite3.SQLITE_SELECT:
         return sqlite3.SQLITE_OK
     if action == sqlite3.SQLITE_READ:
-        return sqlite3.SQLITE_OK if "catalogue" in (first, view) else sqlite3.SQLITE_DENY
+        no_column = (
+            first in _TABLES and not second
+        )  # how SQLite names a joined table when it inlines the view
+        return sqlite3.SQLITE_OK if "catalogue" in (first, view) or no_column else sqlite3.SQLITE_DENY
     if action == sqlite3.SQLITE_FUNCTION and second != "load_extension":
         return sqlite3.SQLITE_OK
     return sqlite3.SQLITE_DENY
