@@ -27,13 +27,18 @@ _DOTS_OF_HEIGHT = 12
 _TRAIL = 0.06
 
 
-def path_of(orbit: Orbit) -> Floats:
+def path_of(orbit: Orbit | None) -> Floats:
     """Return the bounces of an orbit in the plane, the first again at the end, shape (p + 1, 2)."""
-    if orbit.coordinates is None:
+    if orbit is None or orbit.coordinates is None:
         return np.zeros((0, 2))
     symbols = from_strings([orbit.code])[0]
     points = Stadium(orbit.a).points(symbols[:MOST_DRAWN], orbit.coordinates[:MOST_DRAWN])
     return np.concatenate([points, points[:1]]) if orbit.p <= MOST_DRAWN else points
+
+
+def length_of(path: Floats) -> float:
+    """Return the length of a path."""
+    return float(np.hypot(*np.diff(path, axis=0).T).sum())
 
 
 def along(path: Floats, share: float) -> Floats:
@@ -110,7 +115,9 @@ def phase_points(orbit: Orbit) -> Floats:
     )
 
 
-def draw_phase(a: float, orbits: Sequence[Floats], columns: int, rows: int) -> Picture:
+def draw_phase(
+    a: float, orbits: Sequence[Floats], columns: int, rows: int, names: Sequence[str] = ()
+) -> Picture:
     """Draw the bounces of some orbits in phase space, each in a style of its own, the first on top.
 
     Parameters
@@ -120,11 +127,13 @@ def draw_phase(a: float, orbits: Sequence[Floats], columns: int, rows: int) -> P
     orbits : sequence of ndarray, shape (N, 2)
         As `phase_points` gives them.
     columns, rows : int
-        Size of the picture in cells; the last row names the walls.
+        Size of the picture in cells; the last row names the walls, one above it the orbits.
+    names : sequence of str, optional
+        Names of the orbits, if they shall be shown.
     """
     stadium = Stadium(a)
     length = stadium.perimeter
-    frame = Frame.around((0, -1), (length, 1), columns, max(rows - 1, 1), square=False)
+    frame = Frame.around((0, -1), (length, 1), columns, max(rows - 1 - bool(names), 1), square=False)
     joints = [0.0, 2 * a, 2 * a + math.pi, 4 * a + math.pi, length]
     high = np.linspace(-1, 1, 2 * rows)
     grid = [np.stack([np.full_like(high, s), high], axis=1) for s in joints]
@@ -136,8 +145,11 @@ def draw_phase(a: float, orbits: Sequence[Floats], columns: int, rows: int) -> P
         for place, points in reversed(list(enumerate(orbits)))
         for point in points
     ]
-    picture = draw(frame, layers, marks)
-    return _with_row(picture, _wall_names(frame, joints))
+    picture = _with_row(draw(frame, layers, marks), _wall_names(frame, joints))
+    if not names:
+        return picture
+    entries = [(COLOURS[i % len(COLOURS)], "•●"[i == 0], name) for i, name in enumerate(names)]
+    return _with_legend(picture, entries)
 
 
 def _wall_names(frame: Frame, joints: Sequence[float]) -> str:
@@ -201,7 +213,7 @@ def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> Picture:
         if last - first < columns / 4 or period % 2 == 0:
             ticks[place - len(label) + 1 : place + 1] = label
     picture = _with_row(Picture(text, styles), "".join(ticks)[:columns].ljust(columns))
-    return _with_legend(picture, curves, columns)
+    return _with_legend(picture, [(curve.style, curve.marker or "─", curve.name) for curve in curves])
 
 
 def _padded(low: float, high: float) -> tuple[float, float]:
@@ -209,12 +221,13 @@ def _padded(low: float, high: float) -> tuple[float, float]:
     return low - pad, high + pad
 
 
-def _with_legend(picture: Picture, curves: Sequence[Curve], columns: int) -> Picture:
-    text, styles = [], []
-    for curve in curves:
-        entry = f" {curve.marker or '─'} {curve.name} "
-        text += list(entry)
-        styles += [curve.style] * len(entry)
-    text, styles = (text + [" "] * columns)[:columns], (styles + [""] * columns)[:columns]
-    row = np.array([styles], dtype=object)
-    return Picture(np.concatenate([picture.text, np.array([text])]), np.concatenate([picture.styles, row]))
+def _with_legend(picture: Picture, entries: Sequence[tuple[str, str, str]]) -> Picture:
+    """Add a row of (style, marker, name)."""
+    columns = picture.text.shape[1]
+    shown = [(f" {marker} {name} ", style) for style, marker, name in entries]
+    text = [symbol for entry, _ in shown for symbol in entry] + [" "] * columns
+    styles = [style for entry, style in shown for _ in entry] + [""] * columns
+    row = np.array([styles[:columns]], dtype=object)
+    return Picture(
+        np.concatenate([picture.text, np.array([text[:columns]])]), np.concatenate([picture.styles, row])
+    )

@@ -1,0 +1,126 @@
+"""Widgets that show pictures: an orbit in its stadium or in phase space, and curves."""
+
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import ClassVar
+
+from rich.text import Text
+from textual.reactive import reactive
+from textual.timer import Timer
+from textual.widget import Widget
+
+from orbitdb.cli.tui.braille import Picture
+from orbitdb.cli.tui.pictures import (
+    COLOURS,
+    Curve,
+    Floats,
+    draw_curves,
+    draw_orbit,
+    draw_phase,
+    length_of,
+    path_of,
+    phase_points,
+)
+from orbitdb.orbits import Orbit
+
+_FRAMES_PER_SECOND = 20
+_SPEED = 2.5
+"""Way of the particle in a second, in units of the radius."""
+
+
+class View(StrEnum):
+    """What the drawing shows."""
+
+    STADIUM = "stadium"
+    PHASE = "phase space"
+
+
+class PictureWidget(Widget):
+    """A widget whose content is a `Picture`; its styles are component classes ``picture--NAME``."""
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {
+        f"picture--{name}"
+        for name in ("wall", "path", "bounce", "start", "arrow", "trail", "particle", "label", *COLOURS)
+    }
+
+    def picture(self, columns: int, rows: int) -> Picture:
+        """Return what to show in a number of cells."""
+        raise NotImplementedError
+
+    def render(self) -> Text:
+        """Return the picture as text with styles."""
+        columns, rows = self.size
+        text = Text(no_wrap=True, end="")
+        if columns < 4 or rows < 2:
+            return text
+        picture = self.picture(columns, rows)
+        styles = {
+            name.removeprefix("picture--"): self.get_component_rich_style(name, partial=True)
+            for name in self.COMPONENT_CLASSES
+        }
+        for row in range(rows):
+            for run, style in picture.runs(row):
+                text.append(run, styles.get(style))
+            text.append("\n" if row + 1 < rows else "")
+        return text
+
+
+class OrbitDrawing(PictureWidget):
+    """An orbit in its stadium or in phase space, there with others to compare; with a particle on it."""
+
+    orbit: reactive[Orbit | None] = reactive(None)
+    compared: reactive[tuple[Orbit, ...]] = reactive(())
+    view: reactive[View] = reactive(View.STADIUM)
+    particle: reactive[float | None] = reactive(None)
+
+    def __init__(self, a: float, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self.a = a
+        self._path: Floats = path_of(None)
+        self._length = 0.0
+        self._timer: Timer | None = None
+
+    def watch_orbit(self, orbit: Orbit | None) -> None:
+        """Measure the new orbit; a particle that runs begins anew."""
+        self._path = path_of(orbit)
+        self._length = length_of(self._path)
+        if self.particle is not None:
+            self.particle = 0.0
+
+    def toggle_particle(self) -> bool:
+        """Send a particle along the orbit, or stop it; return whether one runs."""
+        if self._timer is not None:
+            self._timer.stop()
+            self._timer, self.particle = None, None
+            return False
+        self.particle = 0.0
+        self._timer = self.set_interval(1 / _FRAMES_PER_SECOND, self.step)
+        return True
+
+    def step(self) -> None:
+        """Move the particle by what it runs in one frame."""
+        if self.particle is not None and self._length:
+            self.particle = (self.particle + _SPEED / _FRAMES_PER_SECOND / self._length) % 1.0
+
+    def picture(self, columns: int, rows: int) -> Picture:
+        """Draw the stadium, or phase space."""
+        if self.view is View.PHASE:
+            orbits = ([self.orbit] if self.orbit else []) + [
+                other for other in self.compared if self.orbit is None or other.code != self.orbit.code
+            ]
+            names = [orbit.code if orbit.p <= 20 else f"{orbit.code[:19]}…" for orbit in orbits]
+            self.border_title = "phase space: sine of the angle over the way along the wall"
+            return draw_phase(self.a, [phase_points(orbit) for orbit in orbits], columns, rows, names)
+        picture, true = draw_orbit(self.a, self._path, columns, rows, self.particle)
+        self.border_title = f"stadium, a = {self.a:g}" + ("" if true else " (not to scale)")
+        return picture
+
+
+class Plot(PictureWidget):
+    """Curves over the period."""
+
+    curves: reactive[Sequence[Curve]] = reactive(())
+
+    def picture(self, columns: int, rows: int) -> Picture:
+        """Draw the curves."""
+        return draw_curves(self.curves, columns, rows)
