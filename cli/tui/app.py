@@ -15,7 +15,8 @@ from textual.worker import get_current_worker
 
 from orbitdb.cli.tui.dialogs import KeysDialog, QuestionDialog
 from orbitdb.cli.tui.facts import Certificate
-from orbitdb.cli.tui.filling import FillDialog, FillState, Wish, work as fill_steps
+from orbitdb.cli.tui.filling import FillDialog, FillState, Wish
+from orbitdb.cli.tui.filling import work as fill_steps
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits import Orbit
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from orbitdb.store.pages import Index
 
 _SECONDS_BETWEEN_LOOKS = 2.0
+_WIDTHS = [(0, "-narrow"), (140, "-wide")]
+_HEIGHTS = [(0, "-short"), (36, "-tall")]
 
 
 class BrowseApp(App[None]):
@@ -43,8 +46,8 @@ class BrowseApp(App[None]):
 
     TITLE = "orbitdb"
     CSS_PATH = "style.tcss"
-    HORIZONTAL_BREAKPOINTS: ClassVar[list[tuple[int, str]] | None] = [(0, "-narrow"), (140, "-wide")]
-    VERTICAL_BREAKPOINTS: ClassVar[list[tuple[int, str]] | None] = [(0, "-short"), (36, "-tall")]
+    HORIZONTAL_BREAKPOINTS = _WIDTHS
+    VERTICAL_BREAKPOINTS = _HEIGHTS
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("question_mark", "keys", "keys", key_display="?"),
         Binding("q", "quit", "quit"),
@@ -70,6 +73,7 @@ class BrowseApp(App[None]):
     def __init__(self, path: Path, selection: Selection, code: str | None = None) -> None:
         super().__init__()
         self.path = path
+        self.title = f"orbitdb {path.name}"
         self.catalogue = _opened(path)
         self._selection, self._code = selection, code
         self._index: Index | None = None
@@ -137,7 +141,7 @@ class BrowseApp(App[None]):
         state = FillState(wish)
         steps = fill_steps(self.path, state)
         try:
-            for state in steps:  # noqa: B007
+            for state in steps:
                 if worker.is_cancelled:
                     break
                 self.post_message(self.Filled(state))
@@ -167,8 +171,11 @@ class BrowseApp(App[None]):
             self._index = None
             main.refresh_catalogue()
         if not state.runs:
-            severity = "error" if state.state == "failed" else "information"
-            self.notify(f"fill {state.sentence()}", severity=severity, markup=False)
+            self.notify(
+                f"fill {state.sentence()}",
+                severity="error" if state.state == "failed" else "information",
+                markup=False,
+            )
 
     def action_stop_fill(self) -> None:
         """Stop the fill behind the batch at work."""

@@ -5,6 +5,7 @@ A cell holds 2 x 4 dots. Dots are square where a cell is twice as high as wide, 
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,7 +99,7 @@ class Picture:
         styles = self.styles[row]
         starts = [0, *(np.flatnonzero(styles[1:] != styles[:-1]) + 1).tolist(), len(styles)]
         line = "".join(self.text[row])
-        return [(line[i:j], styles[i]) for i, j in zip(starts[:-1], starts[1:], strict=True) if j > i]
+        return [(line[i:j], styles[i]) for i, j in pairwise(starts) if j > i]
 
 
 def draw(frame: Frame, layers: Iterable[Layer], marks: Iterable[Mark] = ()) -> Picture:
@@ -122,5 +123,4 @@ def draw(frame: Frame, layers: Iterable[Layer], marks: Iterable[Mark] = ()) -> P
 
 def _inside(frame: Frame, dots: Dots) -> NDArray[np.bool_]:
     size = (DOTS_X * frame.columns, DOTS_Y * frame.rows)
-    inside: NDArray[np.bool_] = ((dots >= 0) & (dots < size)).all(axis=1)
-    return inside
+    return np.asarray(((dots >= 0) & (dots < size)).all(axis=1))

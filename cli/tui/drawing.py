@@ -68,8 +68,8 @@ class PictureWidget(Widget):
 class OrbitDrawing(PictureWidget):
     """An orbit in its stadium or in phase space, there with others to compare; with a particle on it."""
 
-    orbit: reactive[Orbit | None] = reactive(None)
-    compared: reactive[tuple[Orbit, ...]] = reactive(())
+    orbit: reactive[Orbit | None] = reactive(None, always_update=True)
+    compared: reactive[tuple[Orbit, ...]] = reactive((), always_update=True)
     view: reactive[View] = reactive(View.STADIUM)
     particle: reactive[float | None] = reactive(None)
 
@@ -105,11 +105,10 @@ class OrbitDrawing(PictureWidget):
     def picture(self, columns: int, rows: int) -> Picture:
         """Draw the stadium, or phase space."""
         if self.view is View.PHASE:
-            orbits = ([self.orbit] if self.orbit else []) + [
-                other for other in self.compared if self.orbit is None or other.code != self.orbit.code
-            ]
+            here = [self.orbit] if self.orbit is not None and self.orbit.coordinates is not None else []
+            orbits = here + [other for other in self.compared if other.code not in {o.code for o in here}]
             names = [orbit.code if orbit.p <= 20 else f"{orbit.code[:19]}…" for orbit in orbits]
-            self.border_title = "phase space: sine of the angle over the way along the wall"
+            self.border_title = "phase space: sine of angle, way along wall"
             return draw_phase(self.a, [phase_points(orbit) for orbit in orbits], columns, rows, names)
         picture, true = draw_orbit(self.a, self._path, columns, rows, self.particle)
         self.border_title = f"stadium, a = {self.a:g}" + ("" if true else " (not to scale)")
@@ -119,7 +118,7 @@ class OrbitDrawing(PictureWidget):
 class Plot(PictureWidget):
     """Curves over the period."""
 
-    curves: reactive[Sequence[Curve]] = reactive(())
+    curves: reactive[Sequence[Curve]] = reactive((), always_update=True)
 
     def picture(self, columns: int, rows: int) -> Picture:
         """Draw the curves."""

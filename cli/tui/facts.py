@@ -1,13 +1,17 @@
 """What is known of an orbit, in words."""
 
+from rich.console import Group
+from rich.table import Table
 from rich.text import Text
 
 from orbitdb.cli.render import number
+from orbitdb.cli.tui.pictures import phase_points
 from orbitdb.orbits import Orbit
 from orbitdb.pruning import RULES
 from orbitdb.words import run_notation
 
 _LONGEST = 30
+_MOST_BOUNCES = 60
 
 Certificate = tuple[float, int] | None
 
@@ -36,7 +40,9 @@ def facts_of(orbit: Orbit, certificate: Certificate = None) -> list[tuple[str, s
         reverse = "retraces its path" if orbit.time_reversal == "self" else "its reverse is another orbit"
         facts.append(("reversal", reverse))
     if orbit.length is not None:
-        proof = "none stored" if certificate is None else f"radius {certificate[0]:.0e}, {certificate[1]} bits"
+        proof = (
+            "none stored" if certificate is None else f"radius {certificate[0]:.0e}, {certificate[1]} bits"
+        )
         facts.append(("certificate", proof))
     facts.append(("stored", "yes" if orbit.stored else "no: solved on the spot"))
     return facts
@@ -67,12 +73,19 @@ def _short(word: str) -> str:
     return runs if len(runs) <= 2 * _LONGEST else f"{runs[:_LONGEST]}…"
 
 
-def as_text(facts: list[tuple[str, str]], name_style: str) -> Text:
-    """Return facts as aligned lines."""
-    width = max((len(name) for name, _ in facts), default=0)
-    text = Text()
-    for place, (name, sentence) in enumerate(facts):
-        text.append("\n" if place else "")
-        text.append(name.ljust(width + 2), name_style)
-        text.append(sentence)
-    return text
+def as_table(orbit: Orbit, certificate: Certificate = None) -> Group:
+    """Return the facts as aligned lines, and the bounces below them."""
+    facts = Table.grid(padding=(0, 2, 0, 0))
+    facts.add_column(style="bold", no_wrap=True)
+    for name, sentence in facts_of(orbit, certificate):
+        facts.add_row(name, Text(sentence))
+    if orbit.coordinates is None or orbit.p > _MOST_BOUNCES:
+        return Group(facts)
+    bounces = Table.grid(padding=(0, 2, 0, 0))
+    bounces.add_row("", *(Text(title, "bold") for title in ("", "coordinate", "along the wall", "sine")))
+    for n, (symbol, x, (way, sine)) in enumerate(
+        zip(orbit.code, orbit.coordinates.tolist(), phase_points(orbit).tolist(), strict=True), 1
+    ):
+        numbers = (f"{value:>{width}.6f}" for value, width in ((x, 10), (way, 14), (sine, 9)))
+        bounces.add_row(f"{n:>3}", symbol, *numbers)
+    return Group(facts, Text(""), bounces)

@@ -1,10 +1,10 @@
 """Computing: the dialog that asks what to fill, and how far a fill has come."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
@@ -14,9 +14,6 @@ from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, ProgressBar
 
 from orbitdb.errors import InputError
-
-if TYPE_CHECKING:
-    from orbitdb.survey import Progress
 
 
 @dataclass(frozen=True)
@@ -95,14 +92,12 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
     if codes.strip():
         return Wish(stadium.a, words=tuple(primitive_root(parse(code)) for code in codes.split(",")))
     spans = parse_periods(periods)
-    if not all(2 <= low and high <= MAX_PERIOD for low, high in spans):
+    if not all(low >= 2 and high <= MAX_PERIOD for low, high in spans):
         raise InputError(f"periods {periods!r}: fill from 2 to {MAX_PERIOD}")
-    return Wish(
-        stadium.a, periods=tuple(sorted({p for low, high in spans for p in range(low, high + 1)}))
-    )
+    return Wish(stadium.a, periods=tuple(sorted({p for low, high in spans for p in range(low, high + 1)})))
 
 
-def work(path: Path, state: FillState) -> Iterator[FillState]:
+def work(path: Path, state: FillState) -> Generator[FillState, None, None]:
     """Fill, and tell how far it is behind every batch that is safely stored."""
     from orbitdb import survey
     from orbitdb.enumeration import count_admissible
@@ -117,19 +112,9 @@ def work(path: Path, state: FillState) -> Iterator[FillState]:
         return
     counts = {p: count_admissible(p) for p in wish.periods}
     steps = survey.fill(path, wish.a, wish.periods)
-    try:
-        for step in steps:
-            before = sum(count for p, count in counts.items() if p < step.p)
-            yield replace(state, done=before + step.words, total=sum(counts.values()), p=step.p)
-    finally:
-        _close(steps)
-
-
-def _close(steps: "Iterator[Progress]") -> None:
-    """End the generator where it stands, so that the writer closes the file."""
-    close = getattr(steps, "close", None)
-    if close is not None:
-        close()
+    for step in steps:
+        before = sum(count for p, count in counts.items() if p < step.p)
+        yield replace(state, done=before + step.words, total=sum(counts.values()), p=step.p)
 
 
 class FillDialog(ModalScreen[Wish | None]):

@@ -8,40 +8,40 @@ Group = tuple[str, Sequence[tuple[str, str]]]
 
 MAIN: tuple[Group, ...] = (
     ("moving", (
-        ("j k ↓ ↑", "next row, row before"),
+        ("j k ↓ ↑", "row by row"),
         ("pgdn pgup", "a page"),
-        ("g G", "first row, last row"),
+        ("g G", "first, last row"),
         ("h l ← →", "more columns"),
-        ("c", "go to a code, in any rotation"),
+        ("c", "go to a code"),
     )),
-    ("the class of the orbit", (
+    ("its symmetry class", (
         ("T", "time reverse"),
-        ("X", "mirror left and right"),
-        ("Y", "mirror up and down"),
+        ("X", "mirror left, right"),
+        ("Y", "mirror up, down"),
         ("escape", "back to the row"),
     )),
     ("looking", (
-        ("space", "send a particle along, stop it"),
-        ("v", "stadium or phase space"),
-        ("m M", "mark to compare, unmark all"),
-        ("S", "statistics of the subset"),
+        ("space", "run a particle"),
+        ("v", "phase space"),
+        ("m M", "compare, none"),
+        ("S", "statistics"),
     )),
     ("choosing", (
-        ("/", "filter, as in --where"),
-        ("o", "status: all, orbits, pruned .."),
-        ("r", "self-retracing, others, all"),
+        ("/", "filter (--where)"),
+        ("o", "status: orbits .."),
+        ("r", "self-retracing .."),
         ("[ ]", "period"),
-        ("a", "another stadium"),
-        ("s", "sort by a column"),
-        ("R", "turn the order round"),
+        ("a", "another a"),
+        ("s", "sort"),
+        ("R", "turn the order"),
     )),
     ("taking away", (
         ("y", "copy the word"),
-        ("e", "export rows or picture"),
+        ("e", "export to a file"),
     )),
     ("orbitdb", (
         ("f", "fill the catalogue"),
-        ("ctrl+p", "every action, themes"),
+        ("ctrl+p", "all actions, themes"),
         ("q", "quit"),
     )),
 )  # fmt: skip
@@ -53,7 +53,7 @@ STATISTICS: tuple[Group, ...] = (
         ("t", "follow the trajectories again"),
         ("escape q", "back to the orbits"),
     )),
-    ("orbitdb", (("ctrl+p", "every action, themes"), ("?", "these keys"))),
+    ("orbitdb", (("ctrl+p", "all actions, themes"), ("?", "these keys"))),
 )  # fmt: skip
 
 

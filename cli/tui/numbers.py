@@ -102,7 +102,6 @@ COLUMNS = (
     "lambda_c", "lambda_c_pair", "lambda_c_zeta",
 )  # fmt: skip
 _ZETA = {"h_zeta", "lambda_d_zeta", "lambda_c_zeta"}
-_DECIMALS = 5
 
 
 def table_of(found: Statistics) -> list[list[str]]:
@@ -120,13 +119,9 @@ def table_of(found: Statistics) -> list[list[str]]:
             source = found.entropy if hasattr(found.entropy, name) else found.lyapunov
             value = getattr(source, name)[here].item()
             lost = holes if name in _ZETA else gaps
-            row.append("" if lost or not math.isfinite(value) else _shown(name, value))
+            row.append("" if lost or not math.isfinite(value) else number(name, value))
         rows.append(row)
     return rows
-
-
-def _shown(name: str, value: float) -> str:
-    return number(name, value) if name in ("N", "K_0") else f"{value:.{_DECIMALS}f}"
 
 
 def curves_of(found: Statistics, reference: Reference | None) -> dict[str, list[Curve]]:
@@ -136,7 +131,9 @@ def curves_of(found: Statistics, reference: Reference | None) -> dict[str, list[
         found.entropy.p, list(found.words)
     )
 
-    def of(values: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
+    def of(
+        values: "np.ndarray[tuple[int], np.dtype[np.float64]]",
+    ) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
         return np.where(here, values, np.nan)
 
     exponents = found.lyapunov

@@ -183,12 +183,15 @@ class Curve:
 
 def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> Picture:
     """Draw curves with an axis on the left, the periods below, and a legend in the last row."""
+    blank = Picture(np.full((rows, columns), " "), np.full((rows, columns), "", dtype=object))
+    if not curves:
+        return blank
     known = [np.isfinite(curve.y) for curve in curves]
     values = np.concatenate([curve.y[here] for curve, here in zip(curves, known, strict=True)])
     periods = np.concatenate([curve.x[here] for curve, here in zip(curves, known, strict=True)])
     margin = 7
     if not len(values) or columns < margin + 8 or rows < 5:
-        return Picture(np.full((rows, columns), " "), np.full((rows, columns), "", dtype=object))
+        return blank
     low, high = _padded(float(values.min()), float(values.max()))
     first, last = float(periods.min()), max(float(periods.max()), float(periods.min()) + 1)
     frame = Frame.around((first, low), (last, high), columns - margin, rows - 2, square=False)

@@ -44,7 +44,7 @@ class StatisticsScreen(Screen[None]):
         Binding("h,left", "scroll('left')", "Scroll left", show=False),
     ]
 
-    found: reactive[Statistics | None] = reactive(None)
+    found: reactive[Statistics | None] = reactive(None, always_update=True)
     reference: reactive[Reference | None] = reactive(None)
     weight: reactive[Weight] = reactive(Weight.EXPONENTIAL)
 
@@ -78,7 +78,7 @@ class StatisticsScreen(Screen[None]):
         with Horizontal(id="plots"):
             for name in _TITLES:
                 yield Plot(id=f"plot-{name}")
-        yield Footer(show_command_palette=False)
+        yield Footer(show_command_palette=False, compact=True)
 
     def on_mount(self) -> None:
         """Begin to compute."""

@@ -30,8 +30,8 @@ class Column:
 COLUMNS = (
     Column("code", "code", 8, text=True),
     Column("p", "p", 3),
-    Column("status", "status", 9, text=True),
     Column("length", "length", 11),
+    Column("status", "status", 9, text=True),
     Column("lambda_d", "λ_d", 9),
     Column("lambda_c", "λ_c", 9),
     Column("lyapunov", "lyapunov", 11),
@@ -42,6 +42,7 @@ COLUMNS = (
     Column("error", "error", 8),
 )
 NAMES = tuple(column.name for column in COLUMNS)
+_STATUS = NAMES.index("status")
 _LONGEST_CODE = 24
 
 
@@ -183,13 +184,15 @@ class PagedTable(ScrollView, can_focus=True):
         base = self.rich_style
         if y == 0:
             style = base + self.get_component_rich_style("table--header", partial=True)
-            return self._line([(column, width, self._heading(column)) for column, width in self._shown()], style)
+            return self._line(
+                [(column, width, self._heading(column)) for column, width in self._shown()], style
+            )
         place = self.scroll_offset.y + y - 1
         if place >= len(self.source):
             return Strip.blank(self.scrollable_content_region.width, base)
         row = self.source.row(place)
         style = base
-        if row is not None and row[2] != "orbit":
+        if row is not None and row[_STATUS] != "orbit":
             style += self.get_component_rich_style("table--dim", partial=True)
         if place == self.cursor:
             style += self.get_component_rich_style("table--cursor", partial=True)

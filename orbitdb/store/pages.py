@@ -44,7 +44,7 @@ _CLASS = {
 """The columns of the view that all words of a class share."""
 
 
-class Cancelled(Exception):
+class CancelledError(Exception):
     """Nobody waits for the result any more."""
 
 
@@ -159,14 +159,14 @@ def chosen_keys(
     ------
     SelectionError
         If ``where`` is refused.
-    Cancelled
+    CancelledError
         If it is told to stop.
     """
     if column not in _CLASS and column not in ("code", "word"):
         return _scanned(catalogue, index, selection, f"{column} {'desc' if descending else 'asc'}", cancelled)
     rows = _chosen_rows(catalogue, index, selection, cancelled)
     if cancelled():
-        raise Cancelled
+        raise CancelledError
     if column == "p" and not descending:
         return index.keys[rows]
     ranks = _word_ranks(index, rows) if column in ("code", "word") else _class_ranks(catalogue, index, column)
@@ -263,7 +263,7 @@ def _scanned(
     found: list[int] = []
     for count, (word,) in enumerate(catalogue.rows(selection, ("code",), order)):
         if count % _BLOCK == 0 and cancelled():
-            raise Cancelled
+            raise CancelledError
         key = int("1" + word, 8) if len(word) <= MAX_IN_KEY else numbers.get(word)
         if key is not None:
             found.append(key)
