@@ -2,10 +2,13 @@
 
 from collections.abc import Sequence
 from enum import StrEnum
-from typing import ClassVar
+from typing import ClassVar, Self
 
-from rich.text import Text
+from rich.segment import Segment
+from rich.style import Style
+from textual.geometry import Region
 from textual.reactive import reactive
+from textual.strip import Strip
 from textual.timer import Timer
 from textual.widget import Widget
 
@@ -24,6 +27,7 @@ from orbitdb.cli.tui.pictures import (
 from orbitdb.orbits import Orbit
 
 _FRAMES_PER_SECOND = 20
+_LEAST = 4, 3
 _SPEED = 2.5
 """Way of the particle in a second, in units of the radius."""
 
@@ -47,22 +51,29 @@ class PictureWidget(Widget):
         """Return what to show in a number of cells."""
         raise NotImplementedError
 
-    def render(self) -> Text:
-        """Return the picture as text with styles."""
+    _drawn: Picture | None = None
+
+    def refresh(
+        self, *regions: Region, repaint: bool = True, layout: bool = False, recompose: bool = False
+    ) -> Self:
+        """Draw anew."""
+        self._drawn = None
+        return super().refresh(*regions, repaint=repaint, layout=layout, recompose=recompose)
+
+    def render_line(self, y: int) -> Strip:
+        """Draw one line; the picture is made for the first of them."""
         columns, rows = self.size
-        text = Text(no_wrap=True, end="")
-        if columns < 4 or rows < 2:
-            return text
-        picture = self.picture(columns, rows)
-        styles = {
-            name.removeprefix("picture--"): self.get_component_rich_style(name, partial=True)
-            for name in self.COMPONENT_CLASSES
-        }
-        for row in range(rows):
-            for run, style in picture.runs(row):
-                text.append(run, styles.get(style))
-            text.append("\n" if row + 1 < rows else "")
-        return text
+        base = self.rich_style
+        if columns < _LEAST[0] or rows < _LEAST[1]:
+            return Strip.blank(columns, base)
+        if self._drawn is None or self._drawn.text.shape != (rows, columns):
+            self._drawn = self.picture(columns, rows)
+        if y >= rows:
+            return Strip.blank(columns, base)
+        return Strip([Segment(run, base + self._style(name)) for run, name in self._drawn.runs(y)])
+
+    def _style(self, name: str) -> Style:
+        return self.get_component_rich_style(f"picture--{name}", partial=True) if name else Style.null()
 
 
 class OrbitDrawing(PictureWidget):

@@ -1,8 +1,12 @@
 """What is known of an orbit, in words."""
 
-from rich.console import Group
-from rich.table import Table
-from rich.text import Text
+from textwrap import wrap
+from typing import ClassVar
+
+from rich.segment import Segment
+from textual.geometry import Size
+from textual.scroll_view import ScrollView
+from textual.strip import Strip
 
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.pictures import phase_points
@@ -73,19 +77,59 @@ def _short(word: str) -> str:
     return runs if len(runs) <= 2 * _LONGEST else f"{runs[:_LONGEST]}…"
 
 
-def as_table(orbit: Orbit, certificate: Certificate = None) -> Group:
-    """Return the facts as aligned lines, and the bounces below them."""
-    facts = Table.grid(padding=(0, 2, 0, 0))
-    facts.add_column(style="bold", no_wrap=True)
-    for name, sentence in facts_of(orbit, certificate):
-        facts.add_row(name, Text(sentence))
-    if orbit.coordinates is None or orbit.p > _MOST_BOUNCES:
-        return Group(facts)
-    bounces = Table.grid(padding=(0, 2, 0, 0))
-    bounces.add_row("", *(Text(title, "bold") for title in ("", "coordinate", "along the wall", "sine")))
-    for n, (symbol, x, (way, sine)) in enumerate(
-        zip(orbit.code, orbit.coordinates.tolist(), phase_points(orbit).tolist(), strict=True), 1
-    ):
-        numbers = (f"{value:>{width}.6f}" for value, width in ((x, 10), (way, 14), (sine, 9)))
-        bounces.add_row(f"{n:>3}", symbol, *numbers)
-    return Group(facts, Text(""), bounces)
+Line = list[tuple[str, str]]
+"""A line as (text, style name), in pieces."""
+
+
+def lines_of(orbit: Orbit, certificate: Certificate, width: int) -> list[Line]:
+    """Return the facts as aligned lines of at most some width, and the bounces below them."""
+    facts = facts_of(orbit, certificate)
+    margin = max(len(name) for name, _ in facts) + 2
+    lines: list[Line] = []
+    for name, sentence in facts:
+        folded = wrap(sentence, max(width - margin, 8)) or [""]
+        lines.append([(name.ljust(margin), "name"), (folded[0], "")])
+        lines += [[(" " * margin + more, "")] for more in folded[1:]]
+    if orbit.coordinates is not None and orbit.p <= _MOST_BOUNCES:
+        lines += [[], [("  n  symbol   coordinate  along wall       sine", "name")]]
+        bounces = zip(orbit.code, orbit.coordinates.tolist(), phase_points(orbit).tolist(), strict=True)
+        for n, (symbol, x, (way, sine)) in enumerate(bounces, 1):
+            lines.append([(f"{n:>3}  {symbol:>6}  {x:>11.6f} {way:>11.6f} {sine:>10.6f}", "")])
+    return lines
+
+
+class FactsPanel(ScrollView, can_focus=True):
+    """What is known of the orbit that is shown; its lines are folded to its width."""
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {"facts--name"}
+
+    def __init__(self, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self._shown: tuple[Orbit, Certificate] | None = None
+        self._lines: list[Line] = []
+
+    def show(self, orbit: Orbit | None, certificate: Certificate = None) -> None:
+        """Show what is known of an orbit."""
+        self._shown = None if orbit is None else (orbit, certificate)
+        self._fold()
+        self.scroll_to(y=0, animate=False, immediate=True)
+
+    def on_resize(self) -> None:
+        """Fold anew."""
+        self._fold()
+
+    def _fold(self) -> None:
+        width = self.scrollable_content_region.width
+        self._lines = [] if self._shown is None else lines_of(*self._shown, width)
+        self.virtual_size = Size(width, len(self._lines))
+        self.refresh()
+
+    def render_line(self, y: int) -> Strip:
+        """Draw one line."""
+        width, base = self.scrollable_content_region.width, self.rich_style
+        place = self.scroll_offset.y + y
+        if place >= len(self._lines):
+            return Strip.blank(width, base)
+        name = base + self.get_component_rich_style("facts--name", partial=True)
+        pieces = [Segment(text, name if style else base) for text, style in self._lines[place]]
+        return Strip(pieces).adjust_cell_length(width, base)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, cast
 
 from textual import work
 from textual.app import ComposeResult
-from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.containers import Horizontal, Vertical
 from textual.message import Message
 from textual.reactive import reactive
 from textual.screen import Screen
@@ -14,9 +14,9 @@ from textual.worker import get_current_worker
 
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.drawing import OrbitDrawing, View
-from orbitdb.cli.tui.facts import Certificate, as_table
+from orbitdb.cli.tui.facts import Certificate, FactsPanel
 from orbitdb.cli.tui.source import Head, Ordering, Pages, Source, head_of
-from orbitdb.cli.tui.table import NAMES, PagedTable
+from orbitdb.cli.tui.table import NAMES, PagedTable, Position
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits import Orbit
 from orbitdb.selection import Selection
@@ -87,19 +87,20 @@ class OrbitScreen(Screen[None]):
         with Vertical(id="greeting"):
             yield Static(GREETING.format(path=self.browser.path))
         with Horizontal(id="body"):
-            yield PagedTable(id="table")
+            with Vertical(id="rows"):
+                yield PagedTable(id="table")
+                yield Position(id="position")
             with Vertical(id="side"):
                 yield OrbitDrawing(self.selection.a, id="drawing").data_bind(
                     OrbitScreen.orbit, OrbitScreen.view, OrbitScreen.compared
                 )
-                with VerticalScroll(id="facts-box"):
-                    yield Static(id="facts")
+                yield FactsPanel(id="facts")
         yield Footer(show_command_palette=False, compact=True)
 
     def on_mount(self) -> None:
         """Show the first rows at once, and read the rest meanwhile."""
-        self.query_one(PagedTable).border_title = "sequences"
-        self.query_one("#facts-box").border_title = "facts"
+        self._say_reading("")
+        self.query_one(FactsPanel).border_title = "facts"
         self._show_head()
         self.refresh_catalogue()
         self.query_one(PagedTable).focus()
@@ -152,8 +153,11 @@ class OrbitScreen(Screen[None]):
     def _reload(self) -> None:
         if self.browser.catalogue is not None:
             table = self.query_one(PagedTable)
-            table.border_title = "reading …" if self.ordering == table.ordering else "sorting …"
+            self._say_reading("reading …" if self.ordering == table.ordering else "sorting …")
             self._read_rows(self.selection, self.ordering)
+
+    def _say_reading(self, what: str) -> None:
+        self.query_one("#rows").border_title = what or "sequences"
 
     @work(thread=True, exclusive=True, group="rows", exit_on_error=False)
     def _read_rows(self, selection: Selection, ordering: Ordering) -> None:
@@ -183,7 +187,8 @@ class OrbitScreen(Screen[None]):
         if (message.selection, message.ordering) != (self.selection, self.ordering):
             return
         table = self.query_one(PagedTable)
-        table.ordering, table.border_title = message.ordering, "sequences"
+        table.ordering = message.ordering
+        self._say_reading("")
         word = self._wanted or (table.row[0] if table.row else None)
         place = message.source.position(word) if word else None
         self._wanted = None
@@ -193,8 +198,12 @@ class OrbitScreen(Screen[None]):
 
     def on_orbit_screen_failed(self, message: Failed) -> None:
         """Say what went wrong."""
-        self.query_one(PagedTable).border_title = "sequences"
+        self._say_reading("")
         self.notify(message.reason, severity="error", markup=False)
+
+    def on_paged_table_moved(self, message: PagedTable.Moved) -> None:
+        """Say where the cursor is."""
+        self.query_one(Position).text = message.text
 
     def on_paged_table_highlighted(self, message: PagedTable.Highlighted) -> None:
         """Show the orbit of the row, unless it is shown in another rotation or with its reverse."""
@@ -215,11 +224,11 @@ class OrbitScreen(Screen[None]):
         if not self.is_mounted:
             return
         if orbit is None:
-            self.query_one("#facts", Static).update("")
+            self.query_one(FactsPanel).show(None)
             return
         self.remove_class("-empty")
         certificate: Certificate = self.browser.certificate(orbit)
-        self.query_one("#facts", Static).update(as_table(orbit, certificate))
+        self.query_one(FactsPanel).show(orbit, certificate)
 
     def action_back(self) -> None:
         """Show the row under the cursor as it is stored."""

@@ -7,11 +7,12 @@ from rich.segment import Segment
 from rich.style import Style
 from textual import events
 from textual.binding import Binding, BindingType
-from textual.geometry import Size
+from textual.geometry import Region, Size
 from textual.message import Message
 from textual.reactive import reactive
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
+from textual.widget import Widget
 
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.source import Head, Ordering, Row, Source
@@ -61,7 +62,7 @@ class PagedTable(ScrollView, can_focus=True):
         Binding("h,left", "shift(-1)", "Columns to the left", show=False),
     ]
 
-    cursor: reactive[int] = reactive(0)
+    cursor: reactive[int] = reactive(0, repaint=False)
     ordering: reactive[Ordering] = reactive(Ordering())
     first_column: reactive[int] = reactive(1)
 
@@ -70,6 +71,12 @@ class PagedTable(ScrollView, can_focus=True):
         """The cursor is on another row."""
 
         word: str
+
+    @dataclass
+    class Moved(Message):
+        """The cursor is at another place, or there are other rows."""
+
+        text: str
 
     @dataclass
     class HeadingClicked(Message):
@@ -87,6 +94,7 @@ class PagedTable(ScrollView, can_focus=True):
         self._measure()
         self.set_reactive(PagedTable.cursor, max(0, min(cursor, len(source) - 1)))
         self._cursor_moved()
+        self.refresh()
 
     @property
     def row(self) -> Row | None:
@@ -97,9 +105,15 @@ class PagedTable(ScrollView, can_focus=True):
         """Keep the cursor on a row."""
         return max(0, min(cursor, len(self.source) - 1))
 
-    def watch_cursor(self) -> None:
+    def watch_cursor(self, old: int, new: int) -> None:
         """Follow the cursor."""
+        top = self.scroll_offset.y
         self._cursor_moved()
+        if self.scroll_offset.y == top:
+            width = self.scrollable_content_region.width
+            self.refresh(*(Region(0, 1 + place - top, width, 1) for place in (old, new)))
+        else:
+            self.refresh()
 
     def _cursor_moved(self) -> None:
         height = max(self.size.height - 1, 1)
@@ -108,7 +122,6 @@ class PagedTable(ScrollView, can_focus=True):
             target = self.cursor if self.cursor < top else self.cursor - height + 1
             self.scroll_to(y=target, animate=False, force=True, immediate=True)
         self._show_position()
-        self.refresh()
         row = self.row
         if row is not None:
             self.post_message(self.Highlighted(row[0]))
@@ -116,7 +129,8 @@ class PagedTable(ScrollView, can_focus=True):
     def _show_position(self) -> None:
         total = len(self.source)
         more = "+" if isinstance(self.source, Head) and total else ""
-        self.border_subtitle = f"{self.cursor + 1:,} of {total:,}{more}" if total else "none"
+        text = f"{self.cursor + 1:,} of {total:,}{more}" if total else "none"
+        self.post_message(self.Moved(text))
 
     def _measure(self) -> None:
         self.virtual_size = Size(self.scrollable_content_region.width, len(self.source) + 1)
@@ -214,3 +228,13 @@ class PagedTable(ScrollView, can_focus=True):
             shown = cut.ljust(width) if column.text else cut.rjust(width)
             segments.append(Segment(shown + " ", style))
         return Strip(segments).adjust_cell_length(self.scrollable_content_region.width, style)
+
+
+class Position(Widget):
+    """A line that says where the cursor is."""
+
+    text: reactive[str] = reactive("")
+
+    def render(self) -> str:
+        """Return the line."""
+        return self.text
