@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from orbitdb import __version__
-from orbitdb.cli import averages, bench, export, fill, info, plot, query, simulate, table, verify
+from orbitdb.cli import averages, bench, browse, export, fill, info, plot, query, simulate, table, verify
 from orbitdb.errors import InputError, StoreError
 
 DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
@@ -19,7 +19,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for module in (fill, query, table, averages, simulate, plot, export, verify, bench, info):
+for module in (fill, query, browse, table, averages, simulate, plot, export, verify, bench, info):
     module.register(app)
 
 

@@ -1,0 +1,51 @@
+"""``orbitdb browse``: the terminal UI."""
+
+from typing import Annotated
+
+import typer
+
+from orbitdb.cli import options
+
+EXAMPLES = """
+Examples:
+
+  orbitdb browse
+
+  orbitdb browse --code 1232131
+
+  orbitdb browse --p 9 --where "lambda_c < 0.4"
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command and its other name."""
+    app.command(epilog=EXAMPLES)(browse)
+    app.command("tui", hidden=True, epilog=EXAMPLES)(browse)
+
+
+def browse(
+    code: Annotated[str | None, typer.Option("--code", help="Open at this word, in any rotation.")] = None,
+    a: options.HalfLength = 1.6,
+    p: options.Periods = None,
+    status: options.Statuses = None,
+    reversal: options.Reversal = None,
+    symmetry: options.Symmetry = None,
+    contains: options.Contains = None,
+    bounds: options.Bounds = None,
+    where: options.Where = None,
+    parameter: options.Parameters = None,
+    db: options.Database = None,
+) -> None:
+    """Browse the catalogue in the terminal: look at orbits, choose subsets, compute (? shows the keys)."""
+    from orbitdb.store.database import default_path
+    from orbitdb.words import parse
+
+    chosen = options.selection(a, p, status, reversal, symmetry, contains, bounds, where, parameter)
+    if code is not None:
+        parse(code)
+    from orbitdb.cli.tui.app import BrowseApp
+
+    app = BrowseApp(db or default_path(), chosen, code)
+    if where is not None:
+        app.check_filter(where, dict(chosen.parameters))
+    app.run()

@@ -1,0 +1,1 @@
+"""The terminal UI: look at orbits, choose subsets, compute."""

@@ -1,0 +1,238 @@
+"""The application: it holds the catalogue and the fill, and shows the screens."""
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+from textual import work
+from textual.app import App, SystemCommand
+from textual.binding import Binding, BindingType
+from textual.message import Message
+from textual.reactive import reactive
+from textual.screen import Screen
+from textual.worker import get_current_worker
+
+from orbitdb.cli.tui.dialogs import KeysDialog, QuestionDialog
+from orbitdb.cli.tui.facts import Certificate
+from orbitdb.cli.tui.filling import FillDialog, FillState, Wish
+from orbitdb.cli.tui.filling import work as fill_steps
+from orbitdb.cli.tui.main_screen import MainScreen
+from orbitdb.errors import InputError, StoreError
+from orbitdb.orbits import Orbit
+from orbitdb.selection import Selection
+
+if TYPE_CHECKING:
+    from orbitdb.store.catalogue import Catalogue
+    from orbitdb.store.pages import Index
+
+_SECONDS_BETWEEN_LOOKS = 2.0
+_WIDTHS = [(0, "-narrow"), (140, "-wide")]
+_HEIGHTS = [(0, "-short"), (36, "-tall")]
+
+
+class BrowseApp(App[None]):
+    """Browse a catalogue.
+
+    Parameters
+    ----------
+    path : Path
+        The catalogue; it need not exist.
+    selection : Selection
+        The subset to begin with.
+    code : str, optional
+        The word to begin with.
+    """
+
+    TITLE = "orbitdb"
+    CSS_PATH = "style.tcss"
+    HORIZONTAL_BREAKPOINTS = _WIDTHS
+    VERTICAL_BREAKPOINTS = _HEIGHTS
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("question_mark", "keys", "keys", key_display="?"),
+        Binding("q", "quit", "quit"),
+        Binding("ctrl+q", "quit", show=False),
+    ]
+
+    fill_state: reactive[FillState | None] = reactive(None)
+
+    class Told(Message):
+        """A worker has something to say."""
+
+        def __init__(self, text: str) -> None:
+            super().__init__()
+            self.text = text
+
+    class Filled(Message):
+        """A batch has been stored, or a fill has come to its end."""
+
+        def __init__(self, state: FillState) -> None:
+            super().__init__()
+            self.state = state
+
+    def __init__(self, path: Path, selection: Selection, code: str | None = None) -> None:
+        super().__init__()
+        self.path = path
+        self.title = f"orbitdb {path.name}"
+        self.catalogue = _opened(path)
+        self._selection, self._code = selection, code
+        self._index: Index | None = None
+        self._shown_at = 0.0
+
+    def get_default_screen(self) -> Screen[None]:
+        """Begin with the main screen."""
+        return MainScreen(self._selection, self._code)
+
+    # the catalogue, for the screens
+
+    def index(self, a: float) -> "Index":
+        """Return the index of the sequences at one a; it is read when it is first asked for."""
+        from orbitdb.store.pages import load_index
+
+        index = self._index
+        if index is None or index.a != a:
+            assert self.catalogue is not None
+            index = self._index = load_index(self.catalogue, a)
+        return index
+
+    def find(self, word: str, a: float) -> Orbit:
+        """Return what is stored of a word, or solve it."""
+        from orbitdb.solve import solve_word
+        from orbitdb.stadium import Stadium
+
+        stored = self.catalogue.find(word, a) if self.catalogue is not None else None
+        return solve_word(word, Stadium(a)) if stored is None else stored
+
+    def certificate(self, orbit: Orbit) -> Certificate:
+        """Return the stored proof of an orbit, if there is one."""
+        if self.catalogue is None or not orbit.stored or orbit.length is None:
+            return None
+        from orbitdb.store.pages import certificate_of
+
+        return certificate_of(self.catalogue, orbit.representative, orbit.a)
+
+    def check_filter(self, where: str, parameters: dict[str, str | int | float]) -> None:
+        """Refuse a filter that cannot be used."""
+        from orbitdb.store.where import check
+
+        if self.catalogue is not None:
+            with self.catalogue.reading() as connection:
+                check(connection, where, parameters)
+
+    def writable(self) -> bool:
+        """Tell whether the file can be written."""
+        if self.path.exists():
+            return os.access(self.path, os.W_OK) and os.access(self.path.parent, os.W_OK)
+        return True
+
+    # filling
+
+    def on_fill_dialog_begun(self, message: FillDialog.Begun) -> None:
+        """Begin a fill, unless one runs."""
+        if self.fill_state is None or not self.fill_state.runs:
+            self.fill_state = FillState(message.wish)
+            self._fill(message.wish)
+
+    @work(thread=True, group="fill", exit_on_error=False)
+    def _fill(self, wish: Wish) -> None:
+        from dataclasses import replace
+
+        worker = get_current_worker()
+        state = FillState(wish)
+        steps = fill_steps(self.path, state)
+        try:
+            for state in steps:
+                if worker.is_cancelled:
+                    break
+                self.post_message(self.Filled(state))
+            steps.close()
+        except (InputError, StoreError) as error:
+            self.post_message(self.Filled(replace(state, state="failed", message=str(error))))
+            return
+        end = "stopped" if worker.is_cancelled else "done"
+        self.post_message(self.Filled(replace(state, state=end)))
+
+    def on_browse_app_filled(self, message: Filled) -> None:
+        """Show what has been stored, not more often than can be read."""
+        import time
+
+        state = message.state
+        now = time.monotonic()
+        if self.catalogue is None:
+            self.catalogue = _opened(self.path)
+        stopping = self.fill_state is not None and self.fill_state.state == "stopping" and state.runs
+        if not stopping:
+            self.fill_state = state
+        main = self.screen_stack[0]
+        assert isinstance(main, MainScreen)
+        main.follow_fill(state)
+        if not state.runs or now - self._shown_at > _SECONDS_BETWEEN_LOOKS:
+            self._shown_at = now
+            self._index = None
+            main.refresh_catalogue()
+        if not state.runs:
+            self.notify(
+                f"fill {state.sentence()}",
+                severity="error" if state.state == "failed" else "information",
+                markup=False,
+            )
+
+    def action_stop_fill(self) -> None:
+        """Stop the fill behind the batch at work."""
+        if self.fill_state is not None and self.fill_state.runs:
+            from dataclasses import replace
+
+            self.fill_state = replace(self.fill_state, state="stopping")
+            self.workers.cancel_group(self, "fill")
+
+    # habits
+
+    def tell(self, text: str) -> None:
+        """Say something, from any thread."""
+        self.post_message(self.Told(text))
+
+    def on_browse_app_told(self, message: Told) -> None:
+        """Say it."""
+        self.notify(message.text, markup=False)
+
+    def action_keys(self) -> None:
+        """Show the keys that matter here."""
+        from orbitdb.cli.tui.keys import groups_for
+
+        if not isinstance(self.screen, KeysDialog):
+            self.push_screen(KeysDialog(groups_for(self.screen)))
+
+    async def action_quit(self) -> None:
+        """Leave; ask first if a fill runs."""
+        if self.fill_state is None or not self.fill_state.runs:
+            self.exit()
+            return
+
+        def take(sure: bool | None) -> None:
+            if sure:
+                self.action_stop_fill()
+                self.exit()
+
+        question = "A fill is running. What is stored stays; it can go on later."
+        self.push_screen(QuestionDialog(question, "Stop it and quit", "Stay"), take)
+
+    def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
+        """Give every action of the screen, and Textual's own."""
+        yield from super().get_system_commands(screen)
+        for active in screen.active_bindings.values():
+            binding = active.binding
+            if binding.description and active.enabled and not binding.system:
+                action, node = binding.action, active.node
+                yield SystemCommand(
+                    binding.description[:1].upper() + binding.description[1:],
+                    f"key {self.get_key_display(binding)}",
+                    lambda action=action, node=node: self.call_later(self.run_action, action, node),
+                )
+
+
+def _opened(path: Path) -> "Catalogue | None":
+    """Open a catalogue if there is one."""
+    from orbitdb.store.catalogue import Catalogue
+    from orbitdb.store.database import check_file
+
+    return None if check_file(path) is None else Catalogue(path)

@@ -1,0 +1,56 @@
+"""Choosing a subset: each change gives a new `Selection`, which describes itself."""
+
+from dataclasses import replace
+
+from orbitdb.orbits import Status
+from orbitdb.selection import Selection
+
+_STATUSES: tuple[tuple[Status, ...], ...] = (
+    (),
+    (Status.ORBIT,),
+    (Status.DYNAMICAL,),
+    (Status.BOUNDARY,),
+    (Status.GEOMETRIC,),
+    (Status.UNRESOLVED,),
+)
+_REVERSALS = (None, "self", "pair")
+
+
+def next_status(selection: Selection) -> Selection:
+    """Choose the next status: all, orbits, dynamically pruned words and so on."""
+    place = _STATUSES.index(selection.statuses) if selection.statuses in _STATUSES else -1
+    return replace(selection, statuses=_STATUSES[(place + 1) % len(_STATUSES)])
+
+
+def next_reversal(selection: Selection) -> Selection:
+    """Choose all words, those that retrace their path, or the others."""
+    place = _REVERSALS.index(selection.time_reversal)
+    return replace(selection, time_reversal=_REVERSALS[(place + 1) % len(_REVERSALS)])
+
+
+def other_period(selection: Selection, known: list[int], step: int) -> Selection:
+    """Choose one period, the next or the one before; beyond the ends stand all of them."""
+    ring = [None, *known]
+    now = selection.periods[0][0] if len(selection.periods) == 1 else None
+    place = ring.index(now) if now in ring else 0
+    period = ring[(place + step) % len(ring)]
+    return replace(selection, periods=() if period is None else ((period, period),))
+
+
+def chips(selection: Selection, a_values: int) -> str:
+    """Return the choices as one line with links to the actions that change them."""
+    spans = ", ".join(str(low) if low == high else f"{low}-{high}" for low, high in selection.periods)
+    status = ", ".join(selection.statuses) or "every status"
+    reversal = {"self": "self-retracing", "pair": "with a reverse", None: "any reversal"}
+    parts = [
+        ("choose_a", f"a = {selection.a:g}" + (f" of {a_values}" if a_values > 1 else "")),
+        ("period(1)", f"p {spans or 'all'}"),
+        ("status", status),
+        ("reversal", reversal[selection.time_reversal]),
+        ("filter", "where " + _escaped(selection.where) if selection.where else "no filter"),
+    ]
+    return " │ ".join(f"[@click=screen.{action}]{text}[/]" for action, text in parts)
+
+
+def _escaped(text: str) -> str:
+    return text.replace("\\", "\\\\").replace("[", "\\[")

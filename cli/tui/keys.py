@@ -1,0 +1,62 @@
+"""What the help shows: the keys of a screen in groups."""
+
+from collections.abc import Sequence
+
+from textual.screen import Screen
+
+Group = tuple[str, Sequence[tuple[str, str]]]
+
+MAIN: tuple[Group, ...] = (
+    ("moving", (
+        ("j k ↓ ↑", "row by row"),
+        ("pgdn pgup", "a page"),
+        ("g G", "first, last row"),
+        ("h l ← →", "more columns"),
+        ("c", "go to a code"),
+    )),
+    ("its symmetry class", (
+        ("T", "time reverse"),
+        ("X", "mirror left, right"),
+        ("Y", "mirror up, down"),
+        ("escape", "back to the row"),
+    )),
+    ("looking", (
+        ("space", "run a particle"),
+        ("v", "phase space"),
+        ("m M", "compare, none"),
+        ("S", "statistics"),
+    )),
+    ("choosing", (
+        ("/", "filter (--where)"),
+        ("o", "status: orbits .."),
+        ("r", "self-retracing .."),
+        ("[ ]", "period"),
+        ("a", "another a"),
+        ("s", "sort"),
+        ("R", "turn the order"),
+    )),
+    ("taking away", (
+        ("y", "copy the word"),
+        ("e", "export to a file"),
+    )),
+    ("orbitdb", (
+        ("f", "fill the catalogue"),
+        ("ctrl+p", "all actions, themes"),
+        ("q", "quit"),
+    )),
+)  # fmt: skip
+
+STATISTICS: tuple[Group, ...] = (
+    ("statistics", (
+        ("j k ↓ ↑", "scroll the numbers"),
+        ("w", "weight: e^-λ or 1/|det(1 - M)|"),
+        ("t", "follow the trajectories again"),
+        ("escape q", "back to the orbits"),
+    )),
+    ("orbitdb", (("ctrl+p", "all actions, themes"), ("?", "these keys"))),
+)  # fmt: skip
+
+
+def groups_for(screen: Screen[object]) -> Sequence[Group]:
+    """Return the keys that matter on a screen."""
+    return STATISTICS if type(screen).__name__ == "StatisticsScreen" else MAIN

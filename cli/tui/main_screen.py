@@ -1,0 +1,248 @@
+"""The main screen: keys, and what they do."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import ClassVar
+
+from textual import work
+from textual.binding import Binding, BindingType
+from textual.widgets import Static
+
+from orbitdb.cli.tui import choices
+from orbitdb.cli.tui.dialogs import ChoiceDialog, LineDialog
+from orbitdb.cli.tui.drawing import OrbitDrawing, View
+from orbitdb.cli.tui.filling import FillDialog, FillState
+from orbitdb.cli.tui.orbit_screen import OrbitScreen
+from orbitdb.cli.tui.source import Ordering
+from orbitdb.cli.tui.table import COLUMNS, PagedTable
+from orbitdb.errors import InputError, StoreError
+from orbitdb.orbits import Orbit
+from orbitdb.selection import Selection
+from orbitdb.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
+from orbitdb.words import least_rotation, parse, primitive_root
+
+_MOST_COMPARED = 6
+_ELEMENTS = {REVERSE: "time reverse", MIRROR_X: "mirror image, left and right,",
+             MIRROR_Y: "mirror image, up and down,"}  # fmt: skip
+
+
+class MainScreen(OrbitScreen):
+    """Look at orbits and choose them."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("slash", "filter", "filter", key_display="/"),
+        Binding("c", "code", "code"),
+        Binding("s", "sort", "sort"),
+        Binding("v", "view", "view"),
+        Binding("space", "particle", "run"),
+        Binding("f", "fill", "fill"),
+        Binding("S", "statistics", "stats"),
+        Binding("e", "export", "export"),
+        Binding("y", "copy", "copy the word", show=False),
+        Binding("o", "status", "status: all, orbits, pruned ..", show=False),
+        Binding("r", "reversal", "self-retracing or not", show=False),
+        Binding("right_square_bracket", "period(1)", "next period", show=False, key_display="]"),
+        Binding("left_square_bracket", "period(-1)", "period before", show=False, key_display="["),
+        Binding("a", "choose_a", "another a", show=False),
+        Binding("R", "reverse_order", "turn the order round", show=False),
+        Binding("T,t", f"move_in_class({REVERSE})", "time reverse", show=False),
+        Binding("X,x", f"move_in_class({MIRROR_X})", "mirror left and right", show=False),
+        Binding("Y", f"move_in_class({MIRROR_Y})", "mirror up and down", show=False),
+        Binding("m", "compare", "mark to compare in phase space", show=False),
+        Binding("M", "compare_none", "unmark all", show=False),
+        Binding("escape", "back", "back to the row", show=False),
+    ]
+
+    def __init__(self, selection: Selection, code: str | None = None) -> None:
+        super().__init__(selection, code)
+        self._history: list[str] = [selection.where] if selection.where else []
+        self._codes: list[str] = []
+
+    # moving in the class
+
+    def action_move_in_class(self, element: int) -> None:
+        """Show the image of the orbit under a mirror or time reversal."""
+        if self.orbit is None:
+            return
+        word = images_of(self.orbit.code)[element]
+        same = least_rotation(word) == least_rotation(self.orbit.code)
+        self.notify(
+            f"{self.orbit.code} is its own {_ELEMENTS[element].strip(',')}"
+            if same
+            else f"{_ELEMENTS[element].strip(',')}: {least_rotation(word)}",
+            timeout=3,
+            markup=False,
+        )
+        self.go_to(self.browser.find(word, self.orbit.a))
+
+    def action_code(self) -> None:
+        """Ask for a code in any rotation."""
+
+        def take(code: str | None) -> None:
+            if code:
+                self._codes.append(code)
+                self.ask_for(code)
+
+        self.app.push_screen(
+            LineDialog("code, in any rotation", "", "1232131 or 1^20(02)^5 3", _check_code, self._codes), take
+        )
+
+    # choosing
+
+    def action_filter(self) -> None:
+        """Edit the filter."""
+
+        def take(where: str | None) -> None:
+            if where is None:
+                return
+            if where and where not in self._history:
+                self._history.append(where)
+            self.selection = replace(self.selection, where=where or None)
+
+        self.app.push_screen(
+            LineDialog(
+                "filter, as in --where",
+                self.selection.where or "",
+                "lambda_c < 0.5 and time_reversal = 'self'",
+                self._check_filter,
+                self._history,
+            ),
+            take,
+        )
+
+    def _check_filter(self, where: str) -> str:
+        self.browser.check_filter(where, dict(self.selection.parameters))
+        return replace(self.selection, where=where).describe()
+
+    def action_status(self) -> None:
+        """Choose the next status."""
+        self.selection = choices.next_status(self.selection)
+
+    def action_reversal(self) -> None:
+        """Choose self-retracing orbits, the others, or all."""
+        self.selection = choices.next_reversal(self.selection)
+
+    def action_period(self, step: int) -> None:
+        """Choose another period."""
+        self.selection = choices.other_period(self.selection, self.periods, step)
+
+    def action_choose_a(self) -> None:
+        """Choose another stadium of the catalogue."""
+        catalogue = self.browser.catalogue
+        values = catalogue.a_values() if catalogue is not None else []
+
+        def take(a: str | None) -> None:
+            if a is not None:
+                self.selection = replace(self.selection, a=float(a))
+
+        if values:
+            named = [(repr(a), f"a = {a:g}") for a in values]
+            self.app.push_screen(ChoiceDialog("half length a", named, repr(self.selection.a)), take)
+
+    def action_sort(self) -> None:
+        """Choose the column to sort by."""
+        named = [(column.name, column.heading) for column in COLUMNS]
+        self.app.push_screen(ChoiceDialog("sort by", named, self.ordering.column), self._sort_by)
+
+    def _sort_by(self, column: str | None) -> None:
+        if column is not None:
+            falls = column == self.ordering.column and not self.ordering.descending
+            self.ordering = Ordering(column, falls)
+
+    def action_reverse_order(self) -> None:
+        """Turn the order round."""
+        self.ordering = replace(self.ordering, descending=not self.ordering.descending)
+
+    def on_paged_table_heading_clicked(self, message: PagedTable.HeadingClicked) -> None:
+        """Sort by the column; again, the other way round."""
+        self._sort_by(message.column)
+
+    # looking
+
+    def action_view(self) -> None:
+        """Change between the stadium and phase space."""
+        self.view = View.STADIUM if self.view is View.PHASE else View.PHASE
+
+    def action_particle(self) -> None:
+        """Send a particle along the orbit, or stop it."""
+        self.view = View.STADIUM
+        self.query_one(OrbitDrawing).toggle_particle()
+
+    def action_compare(self) -> None:
+        """Mark the orbit to be compared in phase space, or unmark it."""
+        if self.orbit is None or self.orbit.coordinates is None:
+            return
+        others = tuple(orbit for orbit in self.compared if orbit.code != self.orbit.code)
+        if len(others) == len(self.compared):
+            others = (*others, self.orbit)[-_MOST_COMPARED + 1 :]
+        self.compared = others
+        self.notify(f"{len(others)} marked to compare; v shows phase space", timeout=2)
+
+    def action_compare_none(self) -> None:
+        """Unmark all."""
+        self.compared = ()
+
+    def action_copy(self) -> None:
+        """Copy the word."""
+        if self.orbit is not None:
+            self.app.copy_to_clipboard(self.orbit.code)
+            self.notify(f"copied {self.orbit.code}", timeout=2, markup=False)
+
+    # computing and taking away
+
+    def action_fill(self) -> None:
+        """Open the fill dialog."""
+        if not self.browser.writable():
+            self.notify(f"{self.browser.path} is read-only: copy it, or name another file with --db")
+            return
+        top = max(self.periods, default=10) + 1
+        self.app.push_screen(FillDialog(self.selection.a, f"2-{top}", self.browser.fill_state))
+
+    def follow_fill(self, state: FillState) -> None:
+        """Show how far a fill is."""
+        self.query_one("#chips", Static).update(
+            f"[b]{state.sentence()}[/b] │ {choices.chips(self.selection, 1)}"
+        ) if state.runs else self.say_choices()
+
+    def action_statistics(self) -> None:
+        """Open the statistics of the chosen subset."""
+        from orbitdb.cli.tui.statistics import StatisticsScreen
+
+        if self.browser.catalogue is not None:
+            self.app.push_screen(StatisticsScreen(self.browser.catalogue, self.selection))
+
+    def action_export(self) -> None:
+        """Ask for a file and write what is shown to it."""
+        word = self.orbit.code[:40] if self.orbit is not None else ""
+
+        def take(name: str | None) -> None:
+            if name:
+                self._write(Path(name).expanduser(), self.selection, self.ordering, self.orbit)
+
+        self.app.push_screen(
+            LineDialog("export to a file", f"{word or 'orbits'}.svg", "orbits.csv", _check_export), take
+        )
+
+    @work(thread=True, group="export", exit_on_error=False)
+    def _write(self, path: Path, selection: Selection, ordering: Ordering, orbit: Orbit | None) -> None:
+        from orbitdb.cli.tui.export import export
+
+        try:
+            told = export(path, self.browser.catalogue, selection, ordering, orbit)
+        except (InputError, StoreError, OSError) as error:
+            self.post_message(self.Failed(str(error)))
+            return
+        self.browser.tell(told)
+
+
+def _check_code(code: str) -> str:
+    word = primitive_root(parse(code))
+    return f"p = {len(word)}, least rotation {least_rotation(word)[:60]}"
+
+
+def _check_export(name: str) -> str:
+    from orbitdb.cli.tui.export import kind_of
+
+    path = Path(name).expanduser()
+    told = kind_of(path)
+    return f"{path} is there and will be replaced: {told}" if path.exists() else told

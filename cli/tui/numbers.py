@@ -1,0 +1,155 @@
+"""The numbers of the statistics screen: from rows of the catalogue to averages by period."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from orbitdb.averages import Entropy, Lyapunov, entropy, lyapunov
+from orbitdb.cli.render import number
+from orbitdb.cli.tui.pictures import Curve
+from orbitdb.fixed_points import ClassRows, Weight, missing_divisors, missing_periods
+from orbitdb.orbits import Status
+from orbitdb.selection import Selection
+from orbitdb.trajectory import Reference
+
+if TYPE_CHECKING:
+    from orbitdb.store.catalogue import Catalogue
+
+_DONE = "done"
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Averages over the orbits of a subset, by period.
+
+    Attributes
+    ----------
+    selection : Selection
+        The orbits that were chosen.
+    words, classes, admissible : dict of int to int
+        For each filled period the chosen orbits, their classes, and the paper's N_t.
+    entropy : Entropy
+    lyapunov : Lyapunov
+    missing : tuple of int
+        Periods that are not filled, without which the zeta functions are not whole.
+    """
+
+    selection: Selection
+    words: dict[int, int]
+    classes: dict[int, int]
+    admissible: dict[int, int]
+    entropy: Entropy
+    lyapunov: Lyapunov
+    missing: tuple[int, ...]
+
+
+def statistics(
+    catalogue: "Catalogue",
+    selection: Selection,
+    weight: Weight = Weight.EXPONENTIAL,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> Iterator[Statistics]:
+    """Yield the averages over a subset's orbits up to each filled period, as the periods are read."""
+    if not selection.statuses:
+        selection = replace(selection, statuses=(Status.ORBIT,))
+    spans = selection.periods or ((2, 10**9),)
+    fills = [
+        fill
+        for fill in catalogue.fills(selection.a)
+        if fill.state == _DONE and any(low <= fill.p <= high for low, high in spans)
+    ]
+    words: dict[int, int] = {}
+    parts: list[ClassRows] = []
+    for fill in fills:
+        if cancelled():
+            return
+        part, words[fill.p] = _classes_of(catalogue, replace(selection, periods=((fill.p, fill.p),)))
+        parts.append(part)
+        rows = _joined(parts)
+        if len(rows):
+            done = [known for known in fills if known.p <= fill.p]
+            yield Statistics(
+                selection=selection,
+                words=dict(words),
+                classes={known.p: len(of_p) for known, of_p in zip(done, parts, strict=True)},
+                admissible={known.p: known.n_t or 0 for known in done},
+                entropy=entropy(rows, fill.p),
+                lyapunov=lyapunov(rows, fill.p, weight),
+                missing=tuple(missing_periods(fill.p, words)),
+            )
+
+
+def _classes_of(catalogue: "Catalogue", selection: Selection) -> tuple[ClassRows, int]:
+    """Return the classes of the chosen words, each with the number of them that are chosen."""
+    columns = ("cycle", "p", "walls", "length", "lyapunov")
+    data = np.array(list(catalogue.rows(selection, columns)), dtype=float).reshape(-1, len(columns))
+    data = data[np.isfinite(data).all(axis=1)]
+    _, first, counts = np.unique(data[:, 0], return_index=True, return_counts=True)
+    _, p, walls, length, exponent = data[first].T
+    return ClassRows(p.astype(np.int64), counts, length, exponent, walls % 2 == 1), len(data)
+
+
+def _joined(parts: list[ClassRows]) -> ClassRows:
+    names = ("period", "size", "length", "lyapunov", "inverse")
+    return ClassRows(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+COLUMNS = (
+    "p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", "lambda_d", "lambda_d_pair", "lambda_d_zeta",
+    "lambda_c", "lambda_c_pair", "lambda_c_zeta",
+)  # fmt: skip
+_ZETA = {"h_zeta", "lambda_d_zeta", "lambda_c_zeta"}
+
+
+def table_of(found: Statistics) -> list[list[str]]:
+    """Return the numbers as text, a list a filled period; empty where periods are missing."""
+    rows = []
+    for p, words in found.words.items():
+        here = p - 2
+        counts = {"p": p, "N_t": found.admissible[p], "N_c": words, "classes": found.classes[p]}
+        gaps, holes = missing_divisors(p, found.words), missing_periods(p, found.words)
+        row = []
+        for name in COLUMNS:
+            if name in counts:
+                row.append(str(counts[name]))
+                continue
+            source = found.entropy if hasattr(found.entropy, name) else found.lyapunov
+            value = getattr(source, name)[here].item()
+            lost = holes if name in _ZETA else gaps
+            row.append("" if lost or not math.isfinite(value) else number(name, value))
+        rows.append(row)
+    return rows
+
+
+def curves_of(found: Statistics, reference: Reference | None) -> dict[str, list[Curve]]:
+    """Return the curves of the entropy, and of the Lyapunov exponents a bounce and a length."""
+    p = found.entropy.p.astype(float)
+    here = np.array([not missing_divisors(int(period), found.words) for period in p]) & np.isin(
+        found.entropy.p, list(found.words)
+    )
+
+    def of(
+        values: "np.ndarray[tuple[int], np.dtype[np.float64]]",
+    ) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
+        return np.where(here, values, np.nan)
+
+    exponents = found.lyapunov
+    curves = {
+        "entropy": [
+            Curve("one", "K_0", p, of(found.entropy.K_0)),
+            Curve("two", "zeta", p, of(found.entropy.h_zeta), "×"),
+        ]
+    }
+    for name in ("lambda_d", "lambda_c"):
+        curves[name] = [
+            Curve("one", "orbits", p, of(getattr(exponents, name))),
+            Curve("three", "pairs", p, of(getattr(exponents, f"{name}_pair"))),
+            Curve("two", "zeta", p, of(getattr(exponents, f"{name}_zeta")), "×"),
+        ]
+        if reference is not None:
+            level = np.full_like(p, getattr(reference, name))
+            curves[name].insert(0, Curve("five", "trajectories", p, level))
+    return curves

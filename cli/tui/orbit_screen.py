@@ -1,0 +1,276 @@
+"""The panels of the main screen: the chosen subset as a table, and the orbit under the cursor."""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, cast
+
+from textual import work
+from textual.app import ComposeResult
+from textual.containers import Horizontal, Vertical
+from textual.message import Message
+from textual.reactive import reactive
+from textual.screen import Screen
+from textual.widgets import Footer, Header, Static
+from textual.worker import get_current_worker
+
+from orbitdb.cli.tui import choices
+from orbitdb.cli.tui.drawing import OrbitDrawing, View
+from orbitdb.cli.tui.facts import Certificate, FactsPanel
+from orbitdb.cli.tui.source import Head, Ordering, Pages, Source, head_of
+from orbitdb.cli.tui.table import NAMES, PagedTable, Position
+from orbitdb.errors import InputError, StoreError
+from orbitdb.orbits import Orbit
+from orbitdb.selection import Selection
+from orbitdb.words import least_rotation, parse, primitive_root
+
+if TYPE_CHECKING:
+    from orbitdb.cli.tui.app import BrowseApp
+
+GREETING = """\
+[b]Nothing is stored here yet.[/b]
+
+{path}
+
+Press [b]f[/b] to fill it: the periods up to 11 take a few seconds
+and hold 89,789 symbol sequences, the paper's Table 1.
+
+Press [b]c[/b] to type a code, such as 1232131, and see its orbit.
+Press [b]?[/b] for the keys, [b]q[/b] to leave."""
+
+_HEAD = 200
+
+
+class OrbitScreen(Screen[None]):
+    """The state of the main screen: a subset in some order, and an orbit."""
+
+    selection: reactive[Selection] = reactive(Selection)
+    ordering: reactive[Ordering] = reactive(Ordering())
+    orbit: reactive[Orbit | None] = reactive(None, always_update=True)
+    view: reactive[View] = reactive(View.STADIUM)
+    compared: reactive[tuple[Orbit, ...]] = reactive((), always_update=True)
+
+    @dataclass
+    class RowsRead(Message):
+        """A worker has read the rows of a subset."""
+
+        source: Source
+        selection: Selection
+        ordering: Ordering
+
+    @dataclass
+    class OrbitFound(Message):
+        """A worker has found, or solved, a word that was asked for."""
+
+        orbit: Orbit
+
+    @dataclass
+    class Failed(Message):
+        """A worker could not do what it should."""
+
+        reason: str
+
+    def __init__(self, selection: Selection, code: str | None = None) -> None:
+        super().__init__()
+        self.set_reactive(OrbitScreen.selection, selection)
+        self._code = code
+        self._wanted: str | None = None
+        self.periods: list[int] = []
+
+    @property
+    def browser(self) -> "BrowseApp":
+        """The application, which holds the catalogue."""
+        return cast("BrowseApp", self.app)
+
+    def compose(self) -> ComposeResult:
+        """Lay out the panels."""
+        yield Header()
+        yield Static(id="chips")
+        with Vertical(id="greeting"):
+            yield Static(GREETING.format(path=self.browser.path))
+        with Horizontal(id="body"):
+            with Vertical(id="rows"):
+                yield PagedTable(id="table")
+                yield Position(id="position")
+            with Vertical(id="side"):
+                yield OrbitDrawing(self.selection.a, id="drawing").data_bind(
+                    OrbitScreen.orbit, OrbitScreen.view, OrbitScreen.compared
+                )
+                yield FactsPanel(id="facts")
+        yield Footer(show_command_palette=False, compact=True)
+
+    def on_mount(self) -> None:
+        """Show the first rows at once, and read the rest meanwhile."""
+        self._say_reading("")
+        self.query_one(FactsPanel).border_title = "facts"
+        self._show_head()
+        self.refresh_catalogue()
+        self.query_one(PagedTable).focus()
+        if self._code is not None:
+            self.ask_for(self._code)
+
+    def _show_head(self) -> None:
+        """Show the first rows in the first frame, where that takes no search."""
+        catalogue = self.browser.catalogue
+        if catalogue is not None and self.selection == Selection(self.selection.a):
+            self.query_one(PagedTable).show(head_of(catalogue, self.selection, NAMES, _HEAD))
+
+    def refresh_catalogue(self) -> None:
+        """Look at the file again: at the beginning, and when something has been stored."""
+        catalogue = self.browser.catalogue
+        values = catalogue.a_values() if catalogue is not None else []
+        self.set_class(not values and self.orbit is None, "-empty")
+        if catalogue is None or not values:
+            self.say_choices()
+            return
+        if self.selection.a not in values and self.orbit is None and self._code is None:
+            self.selection = replace(self.selection, a=values[0])
+        self.periods = [fill.p for fill in catalogue.fills(self.selection.a)]
+        self.say_choices()
+        self._reload()
+
+    def watch_selection(self, old: Selection, selection: Selection) -> None:
+        """Show the new subset."""
+        if not self.is_mounted:
+            return
+        self.query_one(OrbitDrawing).a = selection.a
+        if selection.a != old.a and self.browser.catalogue is not None:
+            self.periods = [fill.p for fill in self.browser.catalogue.fills(selection.a)]
+            self.orbit, self.compared = None, ()
+        self.say_choices()
+        self._reload()
+
+    def watch_ordering(self) -> None:
+        """Sort the subset."""
+        if self.is_mounted:
+            self._reload()
+
+    def say_choices(self) -> None:
+        """Show what is chosen, in the subtitle and as links."""
+        catalogue = self.browser.catalogue
+        count = len(catalogue.a_values()) if catalogue is not None else 0
+        self.query_one("#chips", Static).update(choices.chips(self.selection, count))
+        self.sub_title = self.selection.describe()
+
+    def _reload(self) -> None:
+        if self.browser.catalogue is not None:
+            table = self.query_one(PagedTable)
+            self._say_reading("reading …" if self.ordering == table.ordering else "sorting …")
+            self._read_rows(self.selection, self.ordering)
+
+    def _say_reading(self, what: str) -> None:
+        self.query_one("#rows").border_title = what or "sequences"
+
+    @work(thread=True, exclusive=True, group="rows", exit_on_error=False)
+    def _read_rows(self, selection: Selection, ordering: Ordering) -> None:
+        from orbitdb.store.pages import CancelledError, chosen_keys
+
+        worker = get_current_worker()
+        catalogue = self.browser.catalogue
+        assert catalogue is not None
+
+        def cancelled() -> bool:
+            return worker.is_cancelled
+
+        try:
+            index = self.browser.index(selection.a)
+            keys = chosen_keys(catalogue, index, selection, ordering.column, ordering.descending, cancelled)
+        except CancelledError:
+            return
+        except (InputError, StoreError) as error:
+            if not worker.is_cancelled:
+                self.post_message(self.Failed(str(error)))
+            return
+        if not worker.is_cancelled:
+            self.post_message(self.RowsRead(Pages(catalogue, index, keys, NAMES), selection, ordering))
+
+    def on_orbit_screen_rows_read(self, message: RowsRead) -> None:
+        """Show the rows, with the cursor on the word where it was, if it is among them."""
+        if (message.selection, message.ordering) != (self.selection, self.ordering):
+            return
+        table = self.query_one(PagedTable)
+        table.ordering = message.ordering
+        self._say_reading("")
+        word = self._wanted or (table.row[0] if table.row else None)
+        place = message.source.position(word) if word else None
+        self._wanted = None
+        if not len(message.source) and self.orbit is not None and self.orbit.stored:
+            self.orbit = None
+        table.show(message.source, place or 0)
+
+    def on_orbit_screen_failed(self, message: Failed) -> None:
+        """Say what went wrong."""
+        self._say_reading("")
+        self.notify(message.reason, severity="error", markup=False)
+
+    def on_paged_table_moved(self, message: PagedTable.Moved) -> None:
+        """Say where the cursor is."""
+        self.query_one(Position).text = message.text
+
+    def on_paged_table_highlighted(self, message: PagedTable.Highlighted) -> None:
+        """Show the orbit of the row, unless it is shown in another rotation or with its reverse."""
+        table = self.query_one(PagedTable)
+        if self._wanted is None and table.row is not None and table.row[0] == message.word:
+            self.show_word(message.word)
+
+    def show_word(self, word: str, anew: bool = False) -> None:
+        """Show a word, as a least rotation; what is shown of it in another rotation stays, unless anew."""
+        if not anew and self.orbit is not None and self.orbit.a == self.selection.a:
+            shown = self.orbit.code
+            if len(shown) == len(word) and least_rotation(shown) == word and self.orbit.stored:
+                return
+        self.orbit = self.browser.find(word, self.selection.a)
+
+    def watch_orbit(self, orbit: Orbit | None) -> None:
+        """Write what is known of the orbit."""
+        if not self.is_mounted:
+            return
+        if orbit is None:
+            self.query_one(FactsPanel).show(None)
+            return
+        self.remove_class("-empty")
+        certificate: Certificate = self.browser.certificate(orbit)
+        self.query_one(FactsPanel).show(orbit, certificate)
+
+    def action_back(self) -> None:
+        """Show the row under the cursor as it is stored."""
+        row = self.query_one(PagedTable).row
+        if row is not None:
+            self.show_word(row[0], anew=True)
+
+    # one word
+
+    def go_to(self, orbit: Orbit) -> bool:
+        """Show an orbit in its rotation, the cursor on its row; return whether it has one."""
+        table = self.query_one(PagedTable)
+        self.orbit = orbit
+        word = least_rotation(orbit.code)
+        place = table.source.position(word) if orbit.a == self.selection.a else None
+        if place is not None:
+            table.cursor = place
+        elif isinstance(table.source, Head):
+            self._wanted = word
+            return True
+        return place is not None
+
+    def ask_for(self, code: str) -> None:
+        """Look a code up, or solve it, in a worker."""
+        word = parse(code)
+        root = primitive_root(word)
+        if root != word:
+            self.notify(f"{code} is {root} {len(word) // len(root)} times over", markup=False)
+        self._find(root, self.selection.a)
+
+    @work(thread=True, exclusive=True, group="find", exit_on_error=False)
+    def _find(self, word: str, a: float) -> None:
+        try:
+            orbit = self.browser.find(word, a)
+        except (InputError, StoreError) as error:
+            self.post_message(self.Failed(str(error)))
+            return
+        self.post_message(self.OrbitFound(orbit))
+
+    def on_orbit_screen_orbit_found(self, message: OrbitFound) -> None:
+        """Show the orbit, and say where it comes from."""
+        if self.go_to(message.orbit):
+            return
+        told = "it is not in the chosen subset" if message.orbit.stored else "not stored: solved on the spot"
+        self.notify(told, timeout=4)

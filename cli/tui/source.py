@@ -1,0 +1,102 @@
+"""Rows for the table: what is shown is read when it is shown, a block at a time."""
+
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from orbitdb.selection import Selection
+
+if TYPE_CHECKING:
+    from orbitdb.store.catalogue import Catalogue
+    from orbitdb.store.pages import Index, Keys
+
+Row = tuple[Any, ...]
+
+_BLOCK = 64
+_KEPT = 32
+
+
+@dataclass(frozen=True)
+class Ordering:
+    """The column that rows are sorted by, and whether they fall."""
+
+    column: str = "p"
+    descending: bool = False
+
+
+@dataclass
+class Head:
+    """The first rows of a subset, for the time until all keys are known.
+
+    Attributes
+    ----------
+    rows : list of tuple
+        The columns of the table, the code first.
+    """
+
+    rows: list[Row]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def row(self, place: int) -> Row | None:
+        """Return one row."""
+        return self.rows[place]
+
+    def position(self, word: str) -> int | None:
+        """Return where a word stands."""
+        return next((place for place, row in enumerate(self.rows) if row[0] == word), None)
+
+
+@dataclass
+class Pages:
+    """All rows of a subset in some order; the last blocks that were read are kept.
+
+    Attributes
+    ----------
+    catalogue : Catalogue
+    index : Index
+        The sequences at one a.
+    keys : ndarray of int64
+        The subset in its order.
+    columns : sequence of str
+        The columns of the table, the code first.
+    """
+
+    catalogue: "Catalogue"
+    index: "Index"
+    keys: "Keys"
+    columns: Sequence[str]
+    _blocks: OrderedDict[int, list[Row | None]] = field(default_factory=OrderedDict)
+
+    def __len__(self) -> int:
+        return len(self.keys)
+
+    def row(self, place: int) -> Row | None:
+        """Return one row; None if it has gone."""
+        number, within = divmod(place, _BLOCK)
+        if number not in self._blocks:
+            self._blocks[number] = self._read(number)
+            if len(self._blocks) > _KEPT:
+                self._blocks.popitem(last=False)
+        self._blocks.move_to_end(number)
+        return self._blocks[number][within]
+
+    def _read(self, number: int) -> list[Row | None]:
+        from orbitdb.store.pages import fetch
+
+        keys = self.keys[number * _BLOCK : (number + 1) * _BLOCK]
+        return fetch(self.catalogue, self.index, keys, self.columns)
+
+    def position(self, word: str) -> int | None:
+        """Return where a word, as a least rotation, stands."""
+        return self.index.position(self.keys, word)
+
+
+Source = Head | Pages
+
+
+def head_of(catalogue: "Catalogue", selection: Selection, columns: Sequence[str], rows: int) -> Head:
+    """Read the first rows in the order of period and word."""
+    return Head(list(catalogue.rows(selection, columns, limit=rows)))

@@ -1,0 +1,178 @@
+"""The statistics screen: Table 1, entropies and Lyapunov averages of the chosen subset."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from rich.table import Table
+from textual import work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, ScrollableContainer
+from textual.message import Message
+from textual.reactive import reactive
+from textual.screen import Screen
+from textual.widgets import Footer, Header, Static
+from textual.worker import get_current_worker
+
+from orbitdb.cli.tui.drawing import Plot
+from orbitdb.cli.tui.numbers import COLUMNS, Statistics, curves_of, statistics, table_of
+from orbitdb.errors import InputError, StoreError
+from orbitdb.fixed_points import Weight
+from orbitdb.selection import Selection
+from orbitdb.stadium import Stadium
+from orbitdb.trajectory import Reference, references
+
+if TYPE_CHECKING:
+    from orbitdb.store.catalogue import Catalogue
+
+_BOUNCES = 20_000_000
+_TITLES = {"entropy": "topological entropy", "lambda_d": "λ per bounce", "lambda_c": "λ per length"}
+_WEIGHTS = {Weight.EXPONENTIAL: "weights e^-λ", Weight.DETERMINANT: "weights 1/|det(1 - M)|"}
+
+
+class StatisticsScreen(Screen[None]):
+    """Averages over the chosen orbits by period, as tables and curves."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "leave", "back"),
+        Binding("q", "leave", show=False),
+        Binding("w", "weight", "weight"),
+        Binding("t", "trajectories", "trajectories"),
+        Binding("j,down", "scroll('down')", "Scroll down", show=False),
+        Binding("k,up", "scroll('up')", "Scroll up", show=False),
+        Binding("l,right", "scroll('right')", "Scroll right", show=False),
+        Binding("h,left", "scroll('left')", "Scroll left", show=False),
+    ]
+
+    found: reactive[Statistics | None] = reactive(None, always_update=True)
+    reference: reactive[Reference | None] = reactive(None)
+    weight: reactive[Weight] = reactive(Weight.EXPONENTIAL)
+
+    @dataclass
+    class Computed(Message):
+        """A worker has come one period further."""
+
+        found: Statistics
+
+    @dataclass
+    class Simulated(Message):
+        """A worker has followed more trajectories."""
+
+        reference: Reference
+
+    @dataclass
+    class Failed(Message):
+        """A worker could not do what it should."""
+
+        reason: str
+
+    def __init__(self, catalogue: "Catalogue", selection: Selection) -> None:
+        super().__init__()
+        self._catalogue, self._selection = catalogue, selection
+
+    def compose(self) -> ComposeResult:
+        """Lay out the table and the curves."""
+        yield Header()
+        with ScrollableContainer(id="numbers-box"):
+            yield Static("reading …", id="numbers")
+        with Horizontal(id="plots"):
+            for name in _TITLES:
+                yield Plot(id=f"plot-{name}")
+        yield Footer(show_command_palette=False, compact=True)
+
+    def on_mount(self) -> None:
+        """Begin to compute."""
+        self.sub_title = self._selection.describe()
+        for name, title in _TITLES.items():
+            self.query_one(f"#plot-{name}").border_title = title
+        self.query_one("#numbers-box").focus()
+        self._compute(self.weight)
+        self._simulate()
+
+    @work(thread=True, exclusive=True, group="numbers", exit_on_error=False)
+    def _compute(self, weight: Weight) -> None:
+        worker = get_current_worker()
+        try:
+            for found in statistics(self._catalogue, self._selection, weight, lambda: worker.is_cancelled):
+                if worker.is_cancelled:
+                    return
+                self.post_message(self.Computed(found))
+        except (InputError, StoreError, ValueError) as error:
+            self.post_message(self.Failed(str(error)))
+
+    @work(thread=True, exclusive=True, group="trajectories", exit_on_error=False)
+    def _simulate(self) -> None:
+        worker = get_current_worker()
+        for _, reference in references(Stadium(self._selection.a), _BOUNCES):
+            if worker.is_cancelled:
+                return
+            self.post_message(self.Simulated(reference))
+
+    def on_statistics_screen_computed(self, message: Computed) -> None:
+        """Show what is known so far."""
+        self.found = message.found
+
+    def on_statistics_screen_simulated(self, message: Simulated) -> None:
+        """Show the value so far."""
+        self.reference = message.reference
+
+    def on_statistics_screen_failed(self, message: Failed) -> None:
+        """Say what went wrong."""
+        self.notify(message.reason, severity="error", markup=False)
+
+    def watch_found(self) -> None:
+        """Show the numbers."""
+        self._show()
+
+    def watch_reference(self) -> None:
+        """Show the trajectory values."""
+        self._show()
+
+    def _show(self) -> None:
+        if not self.is_mounted or self.found is None:
+            return
+        box = self.query_one("#numbers-box")
+        box.border_title = _WEIGHTS[self.weight]
+        box.border_subtitle = self._reference_text()
+        self.query_one("#numbers", Static).update(_as_table(self.found))
+        for name, curves in curves_of(self.found, self.reference).items():
+            self.query_one(f"#plot-{name}", Plot).curves = curves
+
+    def _reference_text(self) -> str:
+        if self.reference is None:
+            return "trajectories …"
+        one = self.reference
+        return (
+            f"trajectories: λ_d {one.lambda_d:.4f} ± {one.lambda_d_error:.4f}, "
+            f"λ_c {one.lambda_c:.4f} ± {one.lambda_c_error:.4f}"
+        )
+
+    def action_leave(self) -> None:
+        """Go back to the orbits."""
+        self.workers.cancel_node(self)
+        self.dismiss()
+
+    def action_weight(self) -> None:
+        """Take the other weight."""
+        others = {Weight.EXPONENTIAL: Weight.DETERMINANT, Weight.DETERMINANT: Weight.EXPONENTIAL}
+        self.weight = others[self.weight]
+        self._compute(self.weight)
+
+    def action_trajectories(self) -> None:
+        """Follow the trajectories once more."""
+        self._simulate()
+
+    def action_scroll(self, direction: str) -> None:
+        """Scroll the numbers."""
+        getattr(self.query_one("#numbers-box"), f"scroll_{direction}")(animate=False)
+
+
+def _as_table(found: Statistics) -> Table:
+    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False, header_style="bold")
+    for name in COLUMNS:
+        table.add_column(name.replace("lambda", "λ"), justify="right", no_wrap=True)
+    for row in table_of(found):
+        table.add_row(*row)
+    if found.missing:
+        table.caption = "not filled: " + ", ".join(map(str, found.missing))
+    return table

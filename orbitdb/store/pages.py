@@ -1,0 +1,296 @@
+"""Pages of a chosen subset in any order, without reading the rows that are not shown.
+
+An `Index` holds one integer a symbol sequence of a catalogue, in the order (p, word), and its class.
+A subset in some order is then a vector of these integers: conditions and sort keys that belong to a
+class are read once a class, a tenth of the words, and the sorting is NumPy's. A page is fetched by the
+primary keys of its rows, so it costs the same at the beginning and at the end of a million.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
+
+from orbitdb.orbits import Status
+from orbitdb.selection import Selection
+from orbitdb.store.catalogue import Catalogue, conditions_of
+from orbitdb.store.schema import catalogue as view
+from orbitdb.store.schema import certificate, cycle, orbit, sequence, stadium
+from orbitdb.words import BITS, from_strings, pack
+
+Keys = NDArray[np.int64]
+
+MAX_IN_KEY = 20
+"""Words up to this order are their own key; longer ones are numbered."""
+
+_LONG = 1 << 62
+_BLOCK = 4096
+_IN_CYCLE = {"class_size": cycle.c.class_size, "walls": cycle.c.walls, "time_reversal": cycle.c.time_reversal,
+             "symmetry": cycle.c.symmetry, "representative": cycle.c.word}  # fmt: skip
+_IN_ORBIT = ("status", "length", "lyapunov", "margin", "residual", "error", "length_error",
+             "lyapunov_error", "iterations", "solver")  # fmt: skip
+_CLASS = {
+    **_IN_CYCLE,
+    **{name: orbit.c[name] for name in _IN_ORBIT},
+    "p": cycle.c.p,
+    "cycle": cycle.c.id,
+    "lambda_d": orbit.c.lyapunov / cycle.c.p,
+    "lambda_c": orbit.c.lyapunov / orbit.c.length,
+}
+"""The columns of the view that all words of a class share."""
+
+
+class CancelledError(Exception):
+    """Nobody waits for the result any more."""
+
+
+def never() -> bool:
+    """Say that the result is still wanted."""
+    return False
+
+
+@dataclass(frozen=True)
+class Index:
+    """The symbol sequences that a catalogue knows at one a.
+
+    Attributes
+    ----------
+    a : float
+        The stadium.
+    keys : ndarray of int64, shape (N,)
+        One a sequence, rising in the order (p, word).
+    cycles : ndarray of int64, shape (N,)
+        The number of its class; 0 for a word that is geometrically pruned.
+    long_words : tuple of str
+        The words of more than `MAX_IN_KEY` symbols, in their order.
+    """
+
+    a: float
+    keys: Keys
+    cycles: NDArray[np.int64]
+    long_words: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.keys)
+
+    def word(self, key: int) -> str:
+        """Return the word, as a least rotation, that has a key."""
+        if key >= _LONG:
+            return self.long_words[key - _LONG]
+        return f"{key:o}"[1:]
+
+    def position(self, keys: Keys, word: str) -> int | None:
+        """Return where a least rotation stands among some of the keys, or None if it is not there."""
+        if len(word) > MAX_IN_KEY:
+            key = _LONG + self.long_words.index(word) if word in self.long_words else -1
+        else:
+            key = int("1" + word, 8)
+        found = np.flatnonzero(keys == key)
+        return int(found[0]) if len(found) else None
+
+
+def load_index(catalogue: Catalogue, a: float) -> Index:
+    """Read the keys of all sequences that the catalogue knows at one a.
+
+    SQLite joins the words of a period into one text, which NumPy takes apart: no object a word is made,
+    and the interpreter is free for other threads.
+
+    Parameters
+    ----------
+    catalogue : Catalogue
+    a : float
+        The stadium.
+    """
+    solved = sa.select(orbit.c.cycle).join(stadium).where(stadium.c.a == a)
+    number = sa.func.coalesce(sequence.c.cycle, 0)
+    words = sa.func.group_concat(sequence.c.word, "")
+    packed = sa.select(sequence.c.p, words, sa.func.group_concat(number)).group_by(sequence.c.p)
+    listed = sa.select(sequence.c.word, number).order_by(sequence.c.p, sequence.c.word)
+    with catalogue.reading() as connection:
+        if connection.scalar(sa.select(stadium.c.id).where(stadium.c.a == a)) is None:
+            return Index(a, np.zeros(0, np.int64), np.zeros(0, np.int64), ())
+        known = np.array([0, *connection.scalars(solved)], dtype=np.int64)
+        parts = [_parse(*row) for row in connection.execute(packed.where(sequence.c.p <= MAX_IN_KEY))]
+        long_rows = connection.execute(listed.where(sequence.c.p > MAX_IN_KEY)).all()
+    long_cycles = np.array([number for _, number in long_rows], dtype=np.int64)
+    parts.append((_LONG + np.arange(len(long_rows)), long_cycles))
+    keys, cycles = (np.concatenate(column) for column in zip(*parts, strict=True))
+    here = np.isin(cycles, known)
+    return Index(a, keys[here], cycles[here], tuple(word for word, _ in long_rows))
+
+
+def _parse(p: int, words: str, cycles: str) -> tuple[Keys, NDArray[np.int64]]:
+    """Return the keys of the words of one period, joined, in rising order, and their classes."""
+    symbols = from_strings([words]).reshape(-1, p)
+    keys = pack(symbols) + (1 << BITS * p)
+    order = np.argsort(keys, kind="stable")
+    return keys[order], np.fromstring(cycles, dtype=np.int64, sep=",")[order]
+
+
+def chosen_keys(
+    catalogue: Catalogue,
+    index: Index,
+    selection: Selection,
+    column: str = "p",
+    descending: bool = False,
+    cancelled: Callable[[], bool] = never,
+) -> Keys:
+    """Return the keys of a chosen subset in the order of one column, then of (p, word).
+
+    The order is the same as that of `Catalogue.rows`.
+
+    Parameters
+    ----------
+    catalogue : Catalogue
+    index : Index
+        Of the same a as the selection.
+    selection : Selection
+    column : str, optional
+        A column of the view ``catalogue``.
+    descending : bool, optional
+    cancelled : callable, optional
+        Asked now and then whether to stop.
+
+    Raises
+    ------
+    SelectionError
+        If ``where`` is refused.
+    CancelledError
+        If it is told to stop.
+    """
+    if column not in _CLASS and column not in ("code", "word"):
+        return _scanned(catalogue, index, selection, f"{column} {'desc' if descending else 'asc'}", cancelled)
+    rows = _chosen_rows(catalogue, index, selection, cancelled)
+    if cancelled():
+        raise CancelledError
+    if column == "p" and not descending:
+        return index.keys[rows]
+    ranks = _word_ranks(index, rows) if column in ("code", "word") else _class_ranks(catalogue, index, column)
+    if ranks is None:
+        return _scanned(catalogue, index, selection, f"{column} {'desc' if descending else 'asc'}", cancelled)
+    sort_by = ranks[index.cycles[rows]] if column in _CLASS else ranks
+    return index.keys[rows[np.argsort(-sort_by if descending else sort_by, kind="stable")]]
+
+
+def _chosen_rows(
+    catalogue: Catalogue, index: Index, selection: Selection, cancelled: Callable[[], bool]
+) -> NDArray[np.intp]:
+    """Return the places in the index of the sequences of a subset."""
+    if selection.where or selection.contains:
+        keys = _scanned(catalogue, index, selection, "p,code", cancelled)
+        return np.flatnonzero(np.isin(index.keys, keys, assume_unique=True))
+    if replace(selection, a=index.a) == Selection(index.a):
+        return np.arange(len(index))
+    with catalogue.reading() as connection:
+        cycles = connection.scalars(_of_classes(selection)).all()
+    mask = np.isin(index.cycles, np.array(cycles, dtype=np.int64))
+    return np.flatnonzero(mask | _chosen_pruned(index, selection))
+
+
+def _of_classes(selection: Selection) -> sa.Select[tuple[int]]:
+    """Select the classes of a subset whose conditions hold for all words of a class or for none.
+
+    The conditions name columns of the view; a table expression of the same name, with one row a class
+    instead of one a word, takes its place.
+    """
+    columns = (expression.label(name) for name, expression in _CLASS.items())
+    joined = orbit.join(cycle, cycle.c.id == orbit.c.cycle).join(stadium, stadium.c.id == orbit.c.stadium)
+    classes = sa.select(stadium.c.a, *columns).select_from(joined).cte(view.name)
+    return sa.select(view.c.cycle).where(*conditions_of(selection)).add_cte(classes)
+
+
+def _chosen_pruned(index: Index, selection: Selection) -> NDArray[np.bool_]:
+    """Tell which geometrically pruned words, that have no class, belong to a subset."""
+    of_class = selection.time_reversal or selection.symmetry or selection.ranges
+    if of_class or (selection.statuses and Status.GEOMETRIC not in selection.statuses):
+        return np.zeros(len(index), dtype=np.bool_)
+    pruned = index.cycles == 0
+    if selection.periods:
+        periods = np.array([_period(index, key) for key in index.keys[pruned].tolist()])
+        spans = [(low <= periods) & (periods <= high) for low, high in selection.periods]
+        pruned[pruned] = np.any(spans, axis=0)
+    return pruned
+
+
+def _period(index: Index, key: int) -> int:
+    return (key.bit_length() - 1) // BITS if key < _LONG else len(index.word(key))
+
+
+def _class_ranks(catalogue: Catalogue, index: Index, column: str) -> NDArray[np.float64] | None:
+    """Return a number a class that sorts as the column does; None if there is no such number.
+
+    Words without a class, which come first as NULL does in SQLite, have the number 0.
+    """
+    if column in ("p", "status") and (index.cycles == 0).any():
+        return None
+    joined = cycle.outerjoin(
+        orbit.join(stadium, (stadium.c.id == orbit.c.stadium) & (stadium.c.a == index.a)),
+        orbit.c.cycle == cycle.c.id,
+    )
+    with catalogue.reading() as connection:
+        pairs = connection.execute(sa.select(cycle.c.id, _CLASS[column]).select_from(joined)).all()
+    values: list[Any] = [value for _, value in pairs]
+    if any(isinstance(value, str) for value in values):
+        order = {value: rank for rank, value in enumerate(sorted({value for value in values if value}))}
+        values = [order.get(value) for value in values]
+    numbers = np.array([-np.inf if value is None else value for value in values], dtype=np.float64)
+    ranks = np.full(1 + max((number for number, _ in pairs), default=0), -np.inf)
+    ranks[[number for number, _ in pairs]] = numbers
+    return ranks
+
+
+def _word_ranks(index: Index, rows: NDArray[np.intp]) -> NDArray[np.int64] | None:
+    """Return a number a word that sorts as its text does; None if some are too long."""
+    if index.long_words:
+        return None
+    keys = index.keys[rows]
+    ranks = np.empty_like(keys)
+    bounds = np.int64(1) << (BITS * np.arange(MAX_IN_KEY + 2, dtype=np.int64))
+    periods = np.searchsorted(bounds, keys, side="right") - 1
+    ranks[:] = (keys - bounds[periods]) << (BITS * (MAX_IN_KEY - periods))
+    return ranks
+
+
+def _scanned(
+    catalogue: Catalogue, index: Index, selection: Selection, order: str, cancelled: Callable[[], bool]
+) -> Keys:
+    """Return the keys of a subset in any order, by a pass over the view."""
+    numbers = {word: _LONG + place for place, word in enumerate(index.long_words)}
+    found: list[int] = []
+    for count, (word,) in enumerate(catalogue.rows(selection, ("code",), order)):
+        if count % _BLOCK == 0 and cancelled():
+            raise CancelledError
+        key = int("1" + word, 8) if len(word) <= MAX_IN_KEY else numbers.get(word)
+        if key is not None:
+            found.append(key)
+    return np.array(found, dtype=np.int64)
+
+
+def fetch(
+    catalogue: Catalogue, index: Index, keys: Keys, columns: Sequence[str]
+) -> list[tuple[Any, ...] | None]:
+    """Return the rows that have some keys, in their order; None for a row that is no longer there."""
+    words = [index.word(key) for key in keys.tolist()]
+    found: dict[str, tuple[Any, ...]] = {}
+    wanted = [view.c.code, *(view.c[name] for name in columns)]
+    with catalogue.reading() as connection:
+        for p, group in groupby(sorted(words, key=len), key=len):
+            here = (view.c.a == index.a, view.c.p == p, view.c.word.in_(list(group)))
+            rows = connection.execute(sa.select(*wanted).where(*here))
+            found |= {code: tuple(values) for code, *values in rows}
+    return [found.get(word) for word in words]
+
+
+def certificate_of(catalogue: Catalogue, representative: str, a: float) -> tuple[float, int] | None:
+    """Return the radius and the bits of the proof of a class's orbit, or None if there is none."""
+    joined = certificate.join(cycle, cycle.c.id == certificate.c.cycle)
+    joined = joined.join(stadium, stadium.c.id == certificate.c.stadium)
+    query = sa.select(certificate.c.radius, certificate.c.bits).select_from(joined)
+    here = (cycle.c.p == len(representative), cycle.c.word == representative, stadium.c.a == a)
+    with catalogue.reading() as connection:
+        row = connection.execute(query.where(*here)).first()
+    return None if row is None else (row.radius, row.bits)
