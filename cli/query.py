@@ -95,7 +95,7 @@ def query(
     rows = catalogue.rows(chosen, names, order, shown, offset)
     count = write(names, _with_rules(names, rows), form)
     if form is Format.TABLE:
-        total = catalogue.count(chosen) if on_screen and count == _ON_SCREEN else count
+        total = catalogue.count(chosen) if count == shown else count
         more = f"; {count} shown, --limit {total} shows all" if total > count else ""
         note(f"{total} {chosen.describe()}{more}")
     if not count:

@@ -14,6 +14,7 @@ _DECIMALS = {
     "length": 7,
     "lyapunov": 7,
     "lambda_d": 6,
+    "share": 2,
     "lambda_c": 6,
     "margin": 6,
     "coordinate": 12,
@@ -25,7 +26,7 @@ _DECIMALS = {
 LONG_CODE = 40
 """Codes of more symbols are shown in run notation."""
 
-_TINY = ("residual", "error", "_max", "_median", "setting")
+_TINY = ("residual", "error", "_max", "_median", "setting", "worst")
 """Endings of the names of numbers of which only the size matters."""
 
 _TIMES = ("seconds", "enumeration", "classification", "cutting", "newton", "assessment", "balls")
@@ -130,6 +131,11 @@ _LEFT_ALIGNED = {
     "time_reversal",
     "symmetry",
     "solver",
+    "check",
+    "first",
+    "case",
+    "asked",
+    "method",
     "wall",
 }
 
