@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from orbitdb import __version__
-from orbitdb.cli import fill, info, query, table
+from orbitdb.cli import fill, info, query, table, verify
 from orbitdb.errors import InputError, StoreError
 
 DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
@@ -19,7 +19,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for module in (fill, query, table, info):
+for module in (fill, query, table, verify, info):
     module.register(app)
 
 

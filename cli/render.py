@@ -23,7 +23,7 @@ _DECIMALS = {
 }
 """Digits behind the point in tables; the other formats give every number in full."""
 
-_TINY = {"residual", "error", "length_error", "lyapunov_error"}
+_TINY = {"residual", "error", "length_error", "lyapunov_error", "worst", "share"}
 
 
 def note(message: str) -> None:
@@ -114,6 +114,8 @@ _LEFT_ALIGNED = {
     "symmetry",
     "solver",
     "wall",
+    "check",
+    "first",
 }
 
 
