@@ -42,11 +42,13 @@ def check_against(stored: Orbits, fresh: Orbits) -> Iterator[Check]:
         distance = np.abs(getattr(kept, name) - getattr(found, name))
         deviation.append(distance.max(axis=1) if distance.ndim == 2 else distance)
         allowed.append(getattr(kept, bound) + getattr(found, bound))
-    worst = (
-        shares(np.stack(deviation), np.stack(allowed)).argmax(axis=0) if len(both) else np.zeros(0, np.intp)
-    )
-    picked = (np.choose(worst, parts) if len(both) else np.zeros(0) for parts in (deviation, allowed))
-    yield measured("bounds", [labels[row] for row in both], *picked)
+    yield _worst("bounds", [labels[row] for row in both], np.stack(deviation), np.stack(allowed))
+
+
+def _worst(name: str, labels: Sequence[str], deviation: Floats, allowed: Floats) -> Check:
+    """Check deviations of shape (k, N), k of each row."""
+    worst = shares(deviation, allowed).argmax(axis=0), np.arange(len(labels))
+    return measured(name, labels, deviation[worst], allowed[worst])
 
 
 def check_bits(stored: Orbits, fresh: Orbits) -> Check:
@@ -58,9 +60,9 @@ def check_bits(stored: Orbits, fresh: Orbits) -> Check:
     kept = np.isin(fresh.status, EXISTING)
     differs = stored.iterations != fresh.iterations
     for name in NUMBERS:
-        expected = np.where((kept | (name == "margin")) & np.isfinite(getattr(fresh, name)),
-                            getattr(fresh, name), np.nan)  # fmt: skip
-        differs |= _bits_differ(getattr(stored, name) + 0.0, expected + 0.0)  # SQLite has no -0.0
+        value = getattr(fresh, name)
+        expected = np.where((kept | (name == "margin")) & np.isfinite(value), value, np.nan)
+        differs |= _bits_differ(getattr(stored, name), expected + 0.0)  # SQLite stores -0.0 as 0.0
     places = np.where(kept[:, None], fresh.coordinates, np.nan)
     differs |= _bits_differ(stored.coordinates, places).any(axis=1)
     return judged("bits", labels, differs)
@@ -101,9 +103,7 @@ def restart(words: NDArray[np.uint8], stadium: Stadium, times: int, rng: np.rand
             error = _errors(legs, stadium.a, again)
             rest = np.flatnonzero(error.max(axis=0) < _SETTLED)
             apart, allowed = np.abs(again - first)[:, rest], (error + first_error)[:, rest]
-            worst = shares(apart, allowed).argmax(axis=0)
-            picked = (part[worst, np.arange(len(rest))] for part in (apart, allowed))
-            found = found.joined(measured("restarts", [labels[row] for row in rest], *picked))
+            found = found.joined(_worst("restarts", [labels[row] for row in rest], apart, allowed))
     return found
 
 

@@ -299,7 +299,7 @@ def test_ctrl_c_ends_with_130_and_goes_on(tmp_path):
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130
     assert err.splitlines() == [
-        "orbitdb: interrupted; what was done is kept, and the same command goes on from there"
+        "orbitdb: interrupted; what was stored is kept, and a fill goes on from there"
     ]
     subprocess.run([*MAIN, "fill", "--p", "5", "--db", str(path)], check=True, capture_output=True)
 

@@ -199,6 +199,11 @@ def test_every_part_of_a_selection_selects(filled):
     )
     expect(Selection(ranges={"margin": (None, 0.0)}), lambda row: row["margin"] <= 0)
     expect(Selection(periods=((3, 4), (7, 7))), lambda row: row["p"] in (3, 4, 7))
+    average = "length < (SELECT avg(length) FROM catalogue)"
+    mean = sum(row["length"] or 0 for row in everything) / sum(
+        row["length"] is not None for row in everything
+    )
+    expect(Selection(where=average), lambda row: row["length"] and row["length"] < mean)
     expect(Selection(where="word = '13' OR p = 3"), lambda row: row["word"] == "13" or row["p"] == 3)
 
 

@@ -24,6 +24,7 @@ Ids = dict[int, NDArray[np.int64]]
 SYMBOLS_A_BLOCK = 1 << 17
 
 _BLOCK = 4096
+_BOUNDS = ("residual", "error", "length_error", "lyapunov_error")
 _SOLVERS = {"newton", "relaxation"}
 _WORD = re.compile("[0-5]+")
 
@@ -153,7 +154,9 @@ def is_whole(row: Mapping[str, Any], p: int) -> bool:
         blob = row["coordinates"]
         if blob is None or len(blob) != 8 * p or any(value is None for value in numbers):
             return False
-        return bool(np.isfinite(np.frombuffer(blob, dtype="<f8")).all() and np.isfinite(numbers).all())
+        positive = min(row[name] for name in _BOUNDS) >= 0
+        places = np.frombuffer(blob, dtype="<f8")
+        return bool(positive and np.isfinite(places).all() and np.isfinite(numbers).all())
     empty = all(row[name] is None for name in (*NUMBERS, "coordinates") if name != "margin")
     return empty and (
         row["status"] == Status.UNRESOLVED

@@ -310,7 +310,7 @@ class Catalogue:
             if selection.where is None:
                 yield connection, conditions
                 return
-            free.check(connection, selection.where, dict(selection.parameters))
+            free.check(selection.where, dict(selection.parameters))
             try:
                 with free.confined(connection):
                     yield connection, conditions

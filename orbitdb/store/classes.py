@@ -81,7 +81,7 @@ def class_view() -> sa.Subquery:
 
 def read_classes(catalogue: "Catalogue", selection: Selection) -> ChosenClasses:
     """Return the chosen classes that have a length and lambda (`Catalogue.classes`)."""
-    if _same_for_classes(catalogue, selection):
+    if _same_for_classes(selection):
         classes = class_view()
         source, chosen, query = classes.c, classes.c.class_size, sa.select().select_from(classes)
         if selection.contains is not None:
@@ -100,15 +100,14 @@ def read_classes(catalogue: "Catalogue", selection: Selection) -> ChosenClasses:
     return ChosenClasses(p, size, chosen_words, columns[4].copy(), columns[5].copy(), walls)
 
 
-def _same_for_classes(catalogue: "Catalogue", selection: Selection) -> bool:
+def _same_for_classes(selection: Selection) -> bool:
     """Tell whether a subset takes all words of a class or none, but for those that contain a factor."""
     if selection.where is None:
         return True
     shared = set(class_view().c.keys()) & set(view.c.keys()) - {"cycle"}
-    with catalogue.reading() as connection:
-        parameters = dict(selection.parameters)
-        free.check(connection, selection.where, parameters)
-        return free.same_for_class(connection, selection.where, parameters, shared)
+    parameters = dict(selection.parameters)
+    free.check(selection.where, parameters)
+    return free.same_for_class(selection.where, parameters, shared)
 
 
 def _words_containing(selection: Selection) -> sa.Subquery:

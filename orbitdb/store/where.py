@@ -4,7 +4,7 @@ import re
 import sqlite3
 import time
 from collections.abc import Callable, Iterator, Set
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 
 import sqlalchemy as sa
 
@@ -16,6 +16,7 @@ SECONDS = 60.0
 
 _LONGEST_VALUE = 1_000_000
 _STEPS_BETWEEN_LOOKS = 100_000
+Parameters = dict[str, str | int | float]
 _TABLES_OF_VIEW = {"sequence", "cycle", "stadium", "orbit"}
 _Authorizer = Callable[[int, str | None, str | None, str | None, str | None], int]
 _NAME = re.compile(r"(?<!:):(\w+)")
@@ -27,7 +28,7 @@ def expression(where: str, parameters: set[str]) -> sa.TextClause:
     return sa.text(f"(\n{text}\n)")
 
 
-def check(connection: sa.Connection, where: str, parameters: dict[str, str | int | float]) -> None:
+def check(where: str, parameters: Parameters) -> None:
     """Refuse what is not one expression over the view.
 
     Raises
@@ -35,22 +36,17 @@ def check(connection: sa.Connection, where: str, parameters: dict[str, str | int
     SelectionError
         With the reason, in one line.
     """
-    with _limited(connection, _authorize) as driver:
-        try:
-            # every column, so that no table of the view is read without one: see _authorize_checked
-            driver.execute(f"EXPLAIN SELECT * FROM catalogue WHERE {where}\n", parameters)
-        except (sqlite3.Error, sqlite3.Warning, ValueError) as error:
-            raise refusal(where, str(error)) from error
+    try:
+        _compile(where, parameters, _authorize)
+    except (sqlite3.Error, sqlite3.Warning, ValueError) as error:
+        raise refusal(where, str(error)) from error
 
 
-def same_for_class(
-    connection: sa.Connection, where: str, parameters: dict[str, str | int | float], shared: Set[str]
-) -> bool:
+def same_for_class(where: str, parameters: Parameters, shared: Set[str]) -> bool:
     """Tell whether a checked expression has one value for all words of a symmetry class.
 
     Parameters
     ----------
-    connection : Connection
     where, parameters
         The expression.
     shared : set of str
@@ -68,14 +64,22 @@ def same_for_class(
             selects += 1
         return sqlite3.SQLITE_OK
 
-    with _limited(connection, note) as driver:
-        driver.execute(f"EXPLAIN SELECT 1 FROM catalogue WHERE {where}\n", parameters)
+    _compile(where, parameters, note)
     return columns <= shared and selects == 1 and not functions & {"random", "randomblob"}
+
+
+def _compile(where: str, parameters: Parameters, authorize: _Authorizer) -> None:
+    """Compile an expression where there is nothing but an empty table in place of the view."""
+    with closing(sqlite3.connect(":memory:")) as stage:
+        stage.execute(f"CREATE TABLE catalogue ({', '.join(catalogue.c.keys())})")
+        stage.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LONGEST_VALUE)
+        stage.set_authorizer(authorize)
+        stage.execute(f"EXPLAIN SELECT 1 FROM catalogue WHERE {where}\n", parameters)
 
 
 def refusal(where: str, message: str) -> SelectionError:
     """Return the error that tells the user what is wrong with an expression."""
-    if "not authorized" in message or "prohibited" in message:
+    if any(part in message for part in ("not authorized", "prohibited", "no such table")):
         message = "it may read the columns of the catalogue and nothing else"
     elif "no such column" in message:
         message += f"; the columns are {', '.join(catalogue.c.keys())}"
@@ -88,21 +92,15 @@ def refusal(where: str, message: str) -> SelectionError:
 
 @contextmanager
 def confined(connection: sa.Connection) -> Iterator[None]:
-    """Let a connection run a checked expression: read the view and nothing else, for a limited time."""
-    with _limited(connection, _authorize_checked):
-        yield
-
-
-@contextmanager
-def _limited(connection: sa.Connection, authorize: _Authorizer) -> Iterator[sqlite3.Connection]:
+    """Let a connection run a checked expression, for a limited time and with values of limited size."""
     driver = connection.connection.driver_connection
     assert isinstance(driver, sqlite3.Connection)
     deadline = time.monotonic() + SECONDS
     longest = driver.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LONGEST_VALUE)
-    driver.set_authorizer(authorize)
+    driver.set_authorizer(_authorize_checked)
     driver.set_progress_handler(lambda: time.monotonic() > deadline, _STEPS_BETWEEN_LOOKS)
     try:
-        yield driver
+        yield
     finally:
         driver.set_progress_handler(None, 0)
         driver.set_authorizer(None)
@@ -112,6 +110,7 @@ def _limited(connection: sa.Connection, authorize: _Authorizer) -> Iterator[sqli
 def _authorize(
     action: int, first: str | None, second: str | None, _base: str | None, view: str | None
 ) -> int:
+    """Allow reading the view, and SQLite's own functions."""
     if action == sqlite3.SQLITE_SELECT:
         return sqlite3.SQLITE_OK
     if action == sqlite3.SQLITE_READ:
