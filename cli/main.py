@@ -56,9 +56,7 @@ def _run(arguments: list[str]) -> int:
     except StoreError as error:
         return _say(str(error), NO_DATABASE)
     except (KeyboardInterrupt, typer.Abort):
-        return _say(
-            "interrupted; what was done is kept, and the same command goes on from there", INTERRUPTED
-        )
+        return _say("interrupted; what was stored is kept, and a fill goes on from there", INTERRUPTED)
     except typer.TyperException as error:
         return _say(" ".join(error.format_message().split()) + " (--help shows the options)", USAGE)
     except ModuleNotFoundError as error:

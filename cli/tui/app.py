@@ -115,9 +115,7 @@ class BrowseApp(App[None]):
         """Refuse a filter that cannot be used."""
         from orbitdb.store.where import check
 
-        if self.catalogue is not None:
-            with self.catalogue.reading() as connection:
-                check(connection, where, parameters)
+        check(where, parameters)
 
     def writable(self) -> bool:
         """Tell whether the file can be written."""
