@@ -54,7 +54,7 @@ class BrowseApp(App[None]):
         Binding("ctrl+q", "quit", show=False),
     ]
 
-    fill_state: reactive[FillState | None] = reactive(None)
+    fill_state: reactive[FillState | None] = reactive(None, repaint=False)
 
     class Told(Message):
         """A worker has something to say."""

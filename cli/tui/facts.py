@@ -121,7 +121,8 @@ class FactsPanel(ScrollView, can_focus=True):
     def _fold(self) -> None:
         width = self.scrollable_content_region.width
         self._lines = [] if self._shown is None else lines_of(*self._shown, width)
-        self.virtual_size = Size(width, len(self._lines))
+        height = max(len(self._lines), self.size.height)  # a change of it lays the whole screen out
+        self.virtual_size = Size(width, height)
         self.refresh()
 
     def render_line(self, y: int) -> Strip:

@@ -42,11 +42,11 @@ _HEAD = 200
 class OrbitScreen(Screen[None]):
     """The state of the main screen: a subset in some order, and an orbit."""
 
-    selection: reactive[Selection] = reactive(Selection)
-    ordering: reactive[Ordering] = reactive(Ordering())
-    orbit: reactive[Orbit | None] = reactive(None, always_update=True)
-    view: reactive[View] = reactive(View.STADIUM)
-    compared: reactive[tuple[Orbit, ...]] = reactive((), always_update=True)
+    selection: reactive[Selection] = reactive(Selection, repaint=False)
+    ordering: reactive[Ordering] = reactive(Ordering(), repaint=False)
+    orbit: reactive[Orbit | None] = reactive(None, always_update=True, repaint=False)
+    view: reactive[View] = reactive(View.STADIUM, repaint=False)
+    compared: reactive[tuple[Orbit, ...]] = reactive((), always_update=True, repaint=False)
 
     @dataclass
     class RowsRead(Message):

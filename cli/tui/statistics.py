@@ -44,9 +44,9 @@ class StatisticsScreen(Screen[None]):
         Binding("h,left", "scroll('left')", "Scroll left", show=False),
     ]
 
-    found: reactive[Statistics | None] = reactive(None, always_update=True)
-    reference: reactive[Reference | None] = reactive(None)
-    weight: reactive[Weight] = reactive(Weight.EXPONENTIAL)
+    found: reactive[Statistics | None] = reactive(None, always_update=True, repaint=False)
+    reference: reactive[Reference | None] = reactive(None, repaint=False)
+    weight: reactive[Weight] = reactive(Weight.EXPONENTIAL, repaint=False)
 
     @dataclass
     class Computed(Message):
