@@ -220,3 +220,14 @@ def test_time_is_kept(tmp_path):
     (kept,) = Catalogue(path).fills(1.6)
     assert 0 < kept.seconds < time.monotonic() - start
     assert os.path.getsize(path) > 0
+
+
+def test_the_papers_method_fills_the_same_statuses(tmp_path):
+    newton, relaxed = tmp_path / "newton.db", tmp_path / "relaxed.db"
+    for path, method in ((newton, "newton"), (relaxed, "relaxation")):
+        migrate(path)
+        fill(path, periods=range(2, 7), method=method)
+    one, other = content(newton)["catalogue"], content(relaxed)["catalogue"]
+    assert [row[:6] for row in one] == [row[:6] for row in other]
+    lengths = [(row[6], again[6]) for row, again in zip(one, other, strict=True) if row[6] is not None]
+    assert all(again == pytest.approx(exact, rel=1e-11) for exact, again in lengths)
