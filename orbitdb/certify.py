@@ -20,19 +20,21 @@ follows, the first of them is evaluated in ball arithmetic.
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.bounces import (
+    coordinates,
+    margin_distances,
+    slack_errors,
+    slacks,
+)
 from orbitdb.legs import (
     Derivatives,
     Legs,
     add_up,
-    coordinates,
     derivatives,
     direction_limits,
     following,
     gradient_rounding,
     length,
-    margin_distances,
-    slack_errors,
-    slacks,
     summation_rounding,
     turns,
 )

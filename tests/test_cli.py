@@ -18,7 +18,7 @@ KEYS = [
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
     "time_reversal", "class_size", "margin", "residual", "error",
 ]  # fmt: skip
-MAIN = [sys.executable, "-c", "from orbitdb.cli.main import run; run()"]
+MAIN = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()"]
 
 
 def commands() -> list[str]:
@@ -273,7 +273,7 @@ def test_help_and_version_load_nothing_heavy():
     )
     for option in (["--help"], ["--version"], ["fill", "--help"], ["query", "--help"]):
         result = subprocess.run(
-            [sys.executable, "-c", script, *option], capture_output=True, text=True, check=True
+            [sys.executable, "-P", "-c", script, *option], capture_output=True, text=True, check=True
         )
         assert result.stdout.splitlines()[-1] == "[]"
 

@@ -221,7 +221,7 @@ except export.ExportError as error:
 def test_a_full_disk_leaves_nothing_and_says_so(tmp_path, form):
     target = tmp_path / f"orbits.{form}"
     done = subprocess.run(
-        [sys.executable, "-c", WRITE, str(target), form],
+        [sys.executable, "-P", "-c", WRITE, str(target), form],
         capture_output=True,
         text=True,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000)),

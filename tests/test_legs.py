@@ -3,19 +3,21 @@
 import numpy as np
 import pytest
 
-from orbitdb.enumeration import admissible_words
-from orbitdb.legs import (
-    Legs,
+from orbitdb.bounces import (
     coordinates,
-    cut,
-    derivatives,
-    direction_limits,
     end_angles,
-    gradient_rounding,
-    length,
     margin_distances,
     slack_errors,
     slacks,
+)
+from orbitdb.enumeration import admissible_words
+from orbitdb.legs import (
+    Legs,
+    cut,
+    derivatives,
+    direction_limits,
+    gradient_rounding,
+    length,
     summation_rounding,
 )
 from orbitdb.solve import newton

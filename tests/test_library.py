@@ -37,7 +37,7 @@ SUBSETS = [
 def test_the_package_is_light_until_a_name_is_used():
     code = "import sys, orbitdb; print('numpy' in sys.modules, 'sqlalchemy' in sys.modules); orbitdb.Stadium"
     code += "; print('numpy' in sys.modules, 'sqlalchemy' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "False", "True", "False"]
 
 

@@ -42,7 +42,7 @@ def test_the_wheel_works_away_from_the_sources(tmp_path):
         )  # fmt: skip
     assert result.stdout.splitlines()[-1].split()[:4] == ["4", "32", "32", "130"]
     where = subprocess.run(
-        [sys.executable, "-c", "import orbitdb.cli; print(orbitdb.__file__, orbitdb.cli.__file__)"],
+        [sys.executable, "-P", "-c", "import orbitdb.cli; print(orbitdb.__file__, orbitdb.cli.__file__)"],
         check=True, cwd=tmp_path, env=environment, capture_output=True, text=True,
     )  # fmt: skip
     assert all(path.startswith(str(target)) for path in where.stdout.split())

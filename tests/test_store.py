@@ -15,10 +15,11 @@ from orbitdb.orbits import Status
 from orbitdb.selection import Selection, SelectionError
 from orbitdb.solve import solve_word
 from orbitdb.stadium import Stadium
-from orbitdb.store.catalogue import COLUMNS, Catalogue
+from orbitdb.store.catalogue import Catalogue
 from orbitdb.store.database import writing_engine
 from orbitdb.store.migrate import migrate
 from orbitdb.store.schema import APPLICATION_ID, CATALOGUE_COLUMNS, SCHEMA_VERSION, metadata
+from orbitdb.store.selecting import COLUMNS
 from orbitdb.symmetry import members
 
 BOMB = "WITH RECURSIVE bomb(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM bomb) SELECT max(n) FROM bomb"

@@ -148,7 +148,7 @@ def test_killed_processes_leave_a_catalogue_that_goes_on(filled, tmp_path):
         "[print(step.words, flush=True) for step in survey.fill(Path(sys.argv[1]), 1.6, range(2, 9))]"
     )
     for batches in (3, 30, 60):
-        process = subprocess.Popen([sys.executable, "-c", script, str(path)], stdout=subprocess.PIPE)
+        process = subprocess.Popen([sys.executable, "-P", "-c", script, str(path)], stdout=subprocess.PIPE)
         for _ in range(batches):
             process.stdout.readline()
         process.send_signal(signal.SIGKILL)
@@ -194,7 +194,7 @@ def test_a_full_disk_loses_nothing(filled, tmp_path):
         "list(survey.fill(Path(sys.argv[1]), 1.6, range(2, 9)))"
     )
     result = subprocess.run(
-        [sys.executable, "-c", script, str(path)], capture_output=True, text=True, check=False
+        [sys.executable, "-P", "-c", script, str(path)], capture_output=True, text=True, check=False
     )
     assert result.returncode == 1
     assert "StoreError" in result.stderr.splitlines()[-1]

@@ -1,12 +1,11 @@
 """Catalogue: a database of periodic orbits, opened for reading."""
 
-import re
 import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sqlalchemy as sa
@@ -19,57 +18,17 @@ from orbitdb.selection import Selection, SelectionError, choose
 from orbitdb.stadium import Stadium
 from orbitdb.store import where as free
 from orbitdb.store.database import check_file, default_path, plain_errors, reading_engine
+from orbitdb.store.fills import Fill, as_fill
 from orbitdb.store.migrate import migrate
 from orbitdb.store.schema import SCHEMA_VERSION, catalogue, cycle, fill, orbit, sequence, stadium
+from orbitdb.store.selecting import COLUMNS, Columns, column_of, conditions_of, ordering_of
 from orbitdb.words import SYMBOLS, is_primitive, parse
 
 if TYPE_CHECKING:
     from orbitdb.store.arrays import Subset
     from orbitdb.store.classes import ChosenClasses
 
-COLUMNS = tuple(catalogue.c.keys())
-"""The columns of the view ``catalogue``."""
-
-Columns: TypeAlias = sa.ColumnCollection[str, Any]
-
 _BLOCK = 2000
-_ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
-
-
-@dataclass(frozen=True)
-class Fill:
-    """How far a period is filled at one a, and the counts of the paper's Table 1.
-
-    Attributes
-    ----------
-    p : int
-        Period.
-    state : str
-        ``filling`` or ``done``; there are no counts before it is done.
-    seconds : float
-        Time spent.
-    primitive : int or None
-        All primitive cyclic words of the period.
-    pruned : tuple of int or None
-        How many of them break rule 1, 2 .. 6.
-    n_t, n_c : int or None
-        Words left after geometric pruning, and orbits.
-    classes : int or None
-        Symmetry classes of the orbits.
-    boundary, unresolved : int or None
-        Words of these statuses.
-    """
-
-    p: int
-    state: str
-    seconds: float
-    primitive: int | None
-    pruned: tuple[int | None, ...]
-    n_t: int | None
-    n_c: int | None
-    classes: int | None
-    boundary: int | None
-    unresolved: int | None
 
 
 class Catalogue:
@@ -126,7 +85,7 @@ class Catalogue:
         """Return what is filled at one a, by period."""
         query = sa.select(fill).join(stadium).where(stadium.c.a == a).order_by(fill.c.p)
         with self.reading() as connection:
-            return [_as_fill(row) for row in connection.execute(query)]
+            return [as_fill(row) for row in connection.execute(query)]
 
     def find(self, word: str, a: float) -> Orbit | None:
         """Return a primitive word's stored orbit, in the rotation asked for, or None.
@@ -292,7 +251,7 @@ class Catalogue:
         SelectionError
             If a column is not known or ``where`` is refused.
         """
-        query = sa.select(*(_column(name) for name in columns)).order_by(*_ordering(order))
+        query = sa.select(*(column_of(name) for name in columns)).order_by(*ordering_of(order))
         if limit is not None or offset:
             query = query.limit(-1 if limit is None else limit).offset(offset)
         with self.selecting(selection) as (connection, conditions):
@@ -316,52 +275,3 @@ class Catalogue:
                     yield connection, conditions
             except (sa.exc.DBAPIError, sqlite3.Error) as error:
                 raise free.refusal(selection.where, str(getattr(error, "orig", error))) from error
-
-
-def conditions_of(
-    selection: Selection, view: Columns = catalogue.c
-) -> list[sa.ColumnElement[bool] | sa.TextClause]:
-    """Return a selection as conditions on the view ``catalogue``, or on columns of the same names."""
-    found: list[sa.ColumnElement[bool] | sa.TextClause] = [view.a == selection.a]
-    if selection.periods:
-        found.append(sa.or_(*(view.p.between(low, high) for low, high in selection.periods)))
-    if selection.statuses:
-        found.append(view.status.in_([status.value for status in selection.statuses]))
-    if selection.time_reversal:
-        found.append(view.time_reversal == selection.time_reversal)
-    if selection.symmetry:
-        found.append(view.symmetry == selection.symmetry)
-    if selection.contains:
-        found.append(sa.func.instr(view.word.op("||")(view.word), selection.contains) > 0)
-    for name, (low, high) in selection.ranges.items():
-        found += [] if low is None else [view[name] >= low]
-        found += [] if high is None else [view[name] <= high]
-    if selection.where:
-        clause = free.expression(selection.where, set(selection.parameters))
-        found.append(clause.bindparams(**selection.parameters))
-    return found
-
-
-def _column(name: str) -> sa.ColumnElement[Any]:
-    if name not in COLUMNS:
-        raise SelectionError(f"column {name!r}: the columns are {', '.join(COLUMNS)}")
-    return catalogue.c[name]
-
-
-def _ordering(order: str) -> list[sa.ColumnElement[Any]]:
-    """Return the sort keys, with period and word last so that the order is always the same."""
-    keys = []
-    for part in order.split(","):
-        found = _ORDER.fullmatch(part.strip())
-        if found is None:
-            raise SelectionError(f"order {order!r}: write columns such as 'length' or 'p,lambda_c desc'")
-        falling = bool(found[1]) != ((found[3] or "").lower() == "desc")
-        keys.append(_column(found[2]).desc() if falling else _column(found[2]))
-    return [*keys, catalogue.c.p, catalogue.c.word]
-
-
-def _as_fill(row: sa.Row[Any]) -> Fill:
-    values = row._mapping
-    names = ("p", "state", "seconds", "primitive", "n_t", "n_c", "classes", "boundary", "unresolved")
-    pruned = tuple(values[f"rule_{number}"] for number in range(1, 7))
-    return Fill(pruned=pruned, **{name: values[name] for name in names})

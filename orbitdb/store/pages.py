@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from orbitdb.orbits import Status
 from orbitdb.selection import Selection
-from orbitdb.store.catalogue import Catalogue, conditions_of
+from orbitdb.store.catalogue import Catalogue
 from orbitdb.store.schema import catalogue as view
 from orbitdb.store.schema import certificate, cycle, orbit, sequence, stadium
+from orbitdb.store.selecting import conditions_of
 from orbitdb.words import BITS, from_strings, pack
 
 Keys = NDArray[np.int64]

@@ -10,7 +10,7 @@ import tempfile
 import time
 from pathlib import Path
 
-MAIN = [sys.executable, "-c", "from orbitdb.cli.main import run; run()"]
+MAIN = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()"]
 
 
 def run(arguments: list[str], database: Path) -> tuple[float, float]:

@@ -1,0 +1,72 @@
+"""Selections as SQL: conditions, columns and sort keys over the view ``catalogue``."""
+
+import re
+from typing import Any, TypeAlias
+
+import sqlalchemy as sa
+
+from orbitdb.selection import Selection, SelectionError
+from orbitdb.store import where as free
+from orbitdb.store.schema import catalogue
+
+COLUMNS = tuple(catalogue.c.keys())
+"""The columns of the view ``catalogue``."""
+
+Columns: TypeAlias = sa.ColumnCollection[str, Any]
+
+_ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
+
+
+def conditions_of(
+    selection: Selection, view: Columns = catalogue.c
+) -> list[sa.ColumnElement[bool] | sa.TextClause]:
+    """Return a selection as conditions on the view ``catalogue``, or on columns of the same names."""
+    found: list[sa.ColumnElement[bool] | sa.TextClause] = [view.a == selection.a]
+    if selection.periods:
+        found.append(sa.or_(*(view.p.between(low, high) for low, high in selection.periods)))
+    if selection.statuses:
+        found.append(view.status.in_([status.value for status in selection.statuses]))
+    if selection.time_reversal:
+        found.append(view.time_reversal == selection.time_reversal)
+    if selection.symmetry:
+        found.append(view.symmetry == selection.symmetry)
+    if selection.contains:
+        found.append(sa.func.instr(view.word.op("||")(view.word), selection.contains) > 0)
+    for name, (low, high) in selection.ranges.items():
+        found += [] if low is None else [view[name] >= low]
+        found += [] if high is None else [view[name] <= high]
+    if selection.where:
+        clause = free.expression(selection.where, set(selection.parameters))
+        found.append(clause.bindparams(**selection.parameters))
+    return found
+
+
+def column_of(name: str) -> sa.ColumnElement[Any]:
+    """Return a column of the view.
+
+    Raises
+    ------
+    SelectionError
+        If there is none of this name.
+    """
+    if name not in COLUMNS:
+        raise SelectionError(f"column {name!r}: the columns are {', '.join(COLUMNS)}")
+    return catalogue.c[name]
+
+
+def ordering_of(order: str) -> list[sa.ColumnElement[Any]]:
+    """Return the sort keys, with period and word last so that the order is always the same.
+
+    Raises
+    ------
+    SelectionError
+        If the order cannot be read, or names what is not a column.
+    """
+    keys = []
+    for part in order.split(","):
+        found = _ORDER.fullmatch(part.strip())
+        if found is None:
+            raise SelectionError(f"order {order!r}: write columns such as 'length' or 'p,lambda_c desc'")
+        falling = bool(found[1]) != ((found[3] or "").lower() == "desc")
+        keys.append(column_of(found[2]).desc() if falling else column_of(found[2]))
+    return [*keys, catalogue.c.p, catalogue.c.word]
