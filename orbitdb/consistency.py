@@ -108,6 +108,8 @@ def check_consistency(orbits: Orbits, stadium: Stadium) -> Iterator[Check]:
         N orbits, or orbits through a joint, of one order.
     stadium : Stadium
     """
+    if not len(orbits):
+        return
     labels = [shown(word) for word in to_strings(orbits.words)]
     path = _Path.of(orbits, stadium)
     yield from _walls(orbits, stadium, path, labels)

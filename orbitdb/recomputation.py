@@ -1,6 +1,7 @@
 """Checks of stored orbits against new solutions: in doubles, from other starts, and in ball arithmetic."""
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +14,17 @@ from orbitdb.solve import certificates, newton
 from orbitdb.stadium import Stadium
 from orbitdb.words import to_strings
 
+if TYPE_CHECKING:
+    from orbitdb.balls import Enclosure
+
 Floats = NDArray[np.float64]
 Marks = NDArray[np.bool_]
 
 BOUNDED = {"coordinates": "error", "length": "length_error", "lyapunov": "lyapunov_error"}
 
 _SETTLED = 1e-6
+_SHARP = 512
+"""Bits for rows whose bounds are those of a ball, and no wider than a ball."""
 
 
 def check_against(stored: Orbits, fresh: Orbits) -> Iterator[Check]:
@@ -134,27 +140,39 @@ def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, Marks, Floats, Seque
     bits : sequence of int
         Precision of each proof.
     """
-    from orbitdb.balls import distance
-
-    enclosed = certificates(stored.words, stadium)
     labels = [shown(word) for word in to_strings(stored.words)]
-    radius, deviation, allowed = np.zeros(len(labels)), np.zeros(len(labels)), np.ones(len(labels))
-    for row, ball in enumerate(enclosed):
-        if ball.status.value != stored.status[row] or ball.status is Status.UNRESOLVED:
-            deviation[row] = np.inf
-        elif ball.status.value in EXISTING:
-            numbers = {name: float(getattr(stored, name)[row]) for name in NUMBERS}
-            places = zip(ball.coordinates, stored.coordinates[row].tolist(), strict=True)
-            radius[row] = max(distance(*place) for place in places)
-            deviation[row], allowed[row] = max(
-                (radius[row], numbers["error"]),
-                (distance(ball.length, numbers["length"]), numbers["length_error"]),
-                (distance(ball.lyapunov, numbers["lyapunov"]), numbers["lyapunov_error"]),
-                (distance(ball.margin, numbers["margin"]), numbers["error"] + _rounding(stadium)),
-                key=lambda pair: pair[0] / pair[1] if pair[1] > 0 else np.inf,
-            )
+    enclosed = certificates(stored.words, stadium)
+    distances = np.array([_distances(stored, row, ball, stadium) for row, ball in enumerate(enclosed)])
+    doubtful = np.flatnonzero(~(distances[:, 1] <= distances[:, 2]))
+    sharper = certificates(stored.words[doubtful], stadium, _SHARP) if len(doubtful) else []
+    for row, ball in zip(doubtful.tolist(), sharper, strict=True):
+        enclosed[row], distances[row] = ball, _distances(stored, row, ball, stadium)
+    radius, deviation, allowed = distances.T
     check = measured("certificates", labels, deviation, allowed)
     return check, deviation <= allowed, radius, [ball.precision for ball in enclosed]
+
+
+def _distances(stored: Orbits, row: int, ball: "Enclosure", stadium: Stadium) -> tuple[float, float, float]:
+    """Return how far stored coordinates may be from a ball's, and the worst number and its bound.
+
+    The number of a wrong status is infinite.
+    """
+    from orbitdb.balls import distance
+
+    if ball.status.value != stored.status[row] or ball.status is Status.UNRESOLVED:
+        return 0.0, np.inf, 1.0
+    if ball.status.value not in EXISTING:
+        return 0.0, 0.0, 1.0
+    numbers = {name: float(getattr(stored, name)[row]) for name in NUMBERS}
+    places = zip(ball.coordinates, stored.coordinates[row].tolist(), strict=True)
+    radius = max(distance(*place) for place in places)
+    pairs = (
+        (radius, numbers["error"]),
+        (distance(ball.length, numbers["length"]), numbers["length_error"]),
+        (distance(ball.lyapunov, numbers["lyapunov"]), numbers["lyapunov_error"]),
+        (distance(ball.margin, numbers["margin"]), numbers["error"] + _rounding(stadium)),
+    )
+    return radius, *max(pairs, key=lambda pair: pair[0] / pair[1] if pair[1] > 0 else np.inf)
 
 
 def _rounding(stadium: Stadium) -> float:
