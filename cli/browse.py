@@ -1,10 +1,12 @@
 """``orbitdb browse``: the terminal UI."""
 
+import sys
 from typing import Annotated
 
 import typer
 
 from orbitdb.cli import options
+from orbitdb.errors import InputError
 
 EXAMPLES = """
 Examples:
@@ -43,6 +45,8 @@ def browse(
     chosen = options.selection(a, p, status, reversal, symmetry, contains, bounds, where, parameter)
     if code is not None:
         parse(code)
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise InputError("browse needs a terminal: use 'orbitdb query' where there is none")
     from orbitdb.cli.tui.app import BrowseApp
 
     app = BrowseApp(db or default_path(), chosen, code)
