@@ -1,6 +1,7 @@
 """Reading a catalogue in order to check it as a whole: file, schema, references and counts."""
 
 import json
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -41,16 +42,21 @@ def schema_differences(connection: sa.Connection) -> tuple[int, list[str]]:
     tuple of int and list of str
         How many there are in either, and the names of those that differ.
     """
+    found, expected = _schema(connection), _new_schema()
+    names = sorted(found.keys() | expected.keys())
+    return len(names), [name for name in names if found.get(name) != expected.get(name)]
+
+
+@cache
+def _new_schema() -> dict[str, Any]:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "new.db"
         migrate(path)
         engine = reading_engine(path)
         with engine.begin() as fresh:
-            expected = _schema(fresh)
+            schema = _schema(fresh)
         engine.dispose()
-    found = _schema(connection)
-    names = sorted(found.keys() | expected.keys())
-    return len(names), [name for name in names if found.get(name) != expected.get(name)]
+    return schema
 
 
 def _schema(connection: sa.Connection) -> dict[str, Any]:
