@@ -78,6 +78,7 @@ class BrowseApp(App[None]):
         self._selection, self._code = selection, code
         self._index: Index | None = None
         self._shown_at = 0.0
+        self._leaving = False
 
     def get_default_screen(self) -> Screen[None]:
         """Begin with the main screen."""
@@ -161,6 +162,8 @@ class BrowseApp(App[None]):
         stopping = self.fill_state is not None and self.fill_state.state == "stopping" and state.runs
         if not stopping:
             self.fill_state = state
+        if self._leaving:
+            return
         main = self.screen_stack[0]
         assert isinstance(main, MainScreen)
         main.follow_fill(state)
@@ -209,6 +212,7 @@ class BrowseApp(App[None]):
         def take(sure: bool | None) -> None:
             if sure:
                 self.action_stop_fill()
+                self._leaving = True
                 self.exit()
 
         question = "A fill is running. What is stored stays; it can go on later."

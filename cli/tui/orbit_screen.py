@@ -183,13 +183,13 @@ class OrbitScreen(Screen[None]):
             self.post_message(self.RowsRead(Pages(catalogue, index, keys, NAMES), selection, ordering))
 
     def on_orbit_screen_rows_read(self, message: RowsRead) -> None:
-        """Show the rows, with the cursor on the word where it was, if it is among them."""
+        """Show the rows; the cursor stays on its word if it is among them, and at the top if it was there."""
         if (message.selection, message.ordering) != (self.selection, self.ordering):
             return
         table = self.query_one(PagedTable)
         table.ordering = message.ordering
         self._say_reading("")
-        word = self._wanted or (table.row[0] if table.row else None)
+        word = self._wanted or (table.row[0] if table.row and table.cursor else None)
         place = message.source.position(word) if word else None
         self._wanted = None
         if not len(message.source) and self.orbit is not None and self.orbit.stored:

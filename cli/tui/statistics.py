@@ -25,7 +25,7 @@ from orbitdb.trajectory import Reference, references
 if TYPE_CHECKING:
     from orbitdb.store.catalogue import Catalogue
 
-_BOUNCES = 20_000_000
+_BOUNCES = 6_000_000
 _TITLES = {"entropy": "topological entropy", "lambda_d": "λ per bounce", "lambda_c": "λ per length"}
 _WEIGHTS = {Weight.EXPONENTIAL: "weights e^-λ", Weight.DETERMINANT: "weights 1/|det(1 - M)|"}
 

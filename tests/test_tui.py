@@ -1,0 +1,616 @@
+"""The terminal UI, driven by keys and mouse against a filled catalogue, at two sizes."""
+
+import asyncio
+import csv
+import json
+import os
+import re
+import time
+from pathlib import Path
+
+import pytest
+from textual import events
+
+from orbitdb import survey
+from orbitdb.averages import entropy, lyapunov
+from orbitdb.cli.tui.app import BrowseApp
+from orbitdb.cli.tui.dialogs import KeysDialog, LineDialog, QuestionDialog
+from orbitdb.cli.tui.drawing import OrbitDrawing, Plot, View
+from orbitdb.cli.tui.export import export
+from orbitdb.cli.tui.facts import FactsPanel
+from orbitdb.cli.tui.filling import FillDialog, parse_wish
+from orbitdb.cli.tui.main_screen import MainScreen
+from orbitdb.cli.tui.source import Ordering, Pages
+from orbitdb.cli.tui.statistics import StatisticsScreen
+from orbitdb.cli.tui.table import PagedTable
+from orbitdb.errors import InputError
+from orbitdb.orbits import Status
+from orbitdb.selection import Selection
+from orbitdb.store.catalogue import Catalogue
+from orbitdb.symmetry import REVERSE, images_of
+from orbitdb.words import least_rotation
+
+SMALL, LARGE = (80, 24), (160, 48)
+SNAPSHOTS = Path(__file__).parent / "snapshots"
+WRITE = "ORBITDB_WRITE_SNAPSHOTS"
+
+both_sizes = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "160x48"])
+
+
+@pytest.fixture(scope="session")
+def filled(tmp_path_factory):
+    path = tmp_path_factory.mktemp("tui") / "orbits.db"
+    Catalogue.create(path)
+    for a, highest in ((1.6, 7), (1.0, 6)):
+        for _ in survey.fill(path, a, range(2, highest + 1)):
+            pass
+    return path
+
+
+def drive(path, steps, size=SMALL, selection=None, code=None):
+    """Run the app without a terminal and do some steps with its pilot."""
+
+    async def run():
+        app = BrowseApp(path, selection or Selection(), code)
+        async with app.run_test(size=size) as pilot:
+            await settle(pilot)
+            await steps(app, pilot)
+
+    asyncio.run(run())
+
+
+async def settle(pilot):
+    """Wait until the workers have told all they know."""
+    await pilot.pause()  # a dialog that closes may start a worker, and that one sends a message
+    await pilot.app.workers.wait_for_complete()
+    await pilot.pause()
+
+
+async def press(pilot, *keys):
+    await pilot.press(*keys)
+    await settle(pilot)
+
+
+async def ask(pilot, key, text):
+    """Open a dialog by its key, and give it a line."""
+    await pilot.press(key)
+    pilot.app.screen.query_one("Input").value = text
+    await press(pilot, "enter")
+
+
+async def send(app, key, shows):
+    """Send a key and wait for a screen; while it fills, the process is never idle."""
+    app.post_message(events.Key(key, key if len(key) == 1 else None))
+    await until(lambda: isinstance(app.screen, shows))
+
+
+async def until(told):
+    end = time.monotonic() + 60
+    while not told():
+        assert time.monotonic() < end
+        await asyncio.sleep(0.01)
+
+
+def table_of(app):
+    return app.screen_stack[0].query_one(PagedTable)
+
+
+def shown(app):
+    """Return the screen as text."""
+    strips = app.screen._compositor.render_strips()
+    return "\n".join("".join(segment.text for segment in strip) for strip in strips)
+
+
+@both_sizes
+def test_it_opens_with_the_first_orbit(filled, size):
+    async def steps(app, pilot):
+        table = table_of(app)
+        assert isinstance(table.source, Pages)
+        assert len(table.source) == app.catalogue.count(Selection())
+        assert app.screen.orbit.code == "13"
+        assert app.screen.sub_title == Selection().describe()
+        text = shown(app)
+        assert "an unstable" in text
+        assert "10.4000000" in text
+        assert "1 of 1,101" in text
+        assert "◆" in text
+
+    drive(filled, steps, size)
+
+
+@both_sizes
+def test_moving_through_the_table(filled, size):
+    async def steps(app, pilot):
+        table = table_of(app)
+        words = [code for (code,) in app.catalogue.rows(Selection(), ("code",))]
+        await press(pilot, "j", "j", "down", "k")
+        assert table.cursor == 2
+        assert app.screen.orbit.code == words[2]
+        await press(pilot, "pagedown")
+        assert table.cursor > 10
+        await press(pilot, "pageup", "G")
+        assert app.screen.orbit.code == words[-1]
+        assert words[-1] in shown(app)
+        await press(pilot, "k", "up")
+        assert app.screen.orbit.code == words[-3]
+        await press(pilot, "g")
+        assert table.cursor == 0
+        await press(pilot, "l", "l", "h")
+        assert table.first_column == 2
+        await pilot.click(PagedTable, offset=(3, 6))
+        await settle(pilot)
+        assert app.screen.orbit.code == words[5]
+
+    drive(filled, steps, size)
+
+
+@both_sizes
+def test_sorting_by_key_and_by_heading(filled, size):
+    async def steps(app, pilot):
+        table = table_of(app)
+        await press(pilot, "s", "j", "enter")
+        first = [code for (code,) in app.catalogue.rows(Selection(), ("code",), "length", 3)]
+        assert [table.source.row(place)[0] for place in range(3)] == first
+        await press(pilot, "R", "g")
+        longest = next(app.catalogue.rows(Selection(), ("code",), "length desc", 1))[0]
+        assert app.screen.orbit.code == longest
+        assert "length▼" in shown(app)
+        await pilot.click(PagedTable, offset=(2, 0))
+        await settle(pilot)
+        assert app.screen.ordering.column == "code"
+
+    drive(filled, steps, size)
+
+
+def test_the_cursor_stays_on_its_word_when_the_order_changes(filled):
+    async def steps(app, pilot):
+        await press(pilot, *"jjjjjjj")
+        word = table_of(app).row[0]
+        await press(pilot, "R")
+        assert table_of(app).row[0] == word
+        assert table_of(app).cursor > 1000
+
+    drive(filled, steps)
+
+
+@both_sizes
+def test_filter_is_checked_as_it_is_typed_and_remembered(filled, size):
+    async def steps(app, pilot):
+        await press(pilot, "slash", *"lenght")
+        assert "no such column" in str(app.screen.query_one(".complaint").render())
+        await press(pilot, "enter")
+        assert isinstance(app.screen, LineDialog)
+        await press(pilot, "escape")
+        await ask(pilot, "slash", "length < 11")
+        chosen = Selection(where="length < 11")
+        assert app.screen.selection == chosen
+        assert app.screen.sub_title == chosen.describe()
+        assert len(table_of(app).source) == app.catalogue.count(chosen) == 5
+        await press(pilot, "slash", "ctrl+a", "ctrl+k", "enter")
+        assert app.screen.selection.where is None
+        await press(pilot, "slash", "up", "enter")
+        assert app.screen.selection == chosen
+
+    drive(filled, steps, size)
+
+
+@both_sizes
+def test_quick_choices(filled, size):
+    async def steps(app, pilot):
+        screen = app.screen
+        await press(pilot, "o")
+        assert screen.selection.statuses == (Status.ORBIT,)
+        assert len(table_of(app).source) == 685
+        await press(pilot, "r")
+        assert len(table_of(app).source) == app.catalogue.count(
+            Selection(statuses=(Status.ORBIT,), time_reversal="self")
+        )
+        await press(pilot, "right_square_bracket", "right_square_bracket")
+        assert screen.selection.periods == ((3, 3),)
+        assert "that retrace their path" in screen.sub_title
+        await press(pilot, "left_square_bracket", "left_square_bracket")
+        assert screen.selection.periods == ()
+        await press(pilot, "a", "k", "enter")
+        assert screen.selection.a == 1.0
+        assert screen.orbit.a == 1.0
+        assert "a = 1 " in shown(app)
+
+    drive(filled, steps, size)
+
+
+def test_an_empty_subset_shows_nothing(filled):
+    async def steps(app, pilot):
+        assert app.screen.orbit is None
+        assert "none" in shown(app)
+        await press(pilot, "j", "T", "y", "m", "v", "space", "space")
+
+    drive(filled, steps, selection=Selection(where="length < 0"))
+
+
+@both_sizes
+def test_a_code_in_any_rotation(filled, size):
+    async def steps(app, pilot):
+        await ask(pilot, "c", "3112321")
+        assert app.screen.orbit.code == "3112321"
+        assert table_of(app).row[0] == least_rotation("3112321")
+        await press(pilot, "escape")
+        assert app.screen.orbit.code == least_rotation("3112321")
+        await press(pilot, "j")
+        assert least_rotation(app.screen.orbit.code) != least_rotation("3112321")
+
+    drive(filled, steps, size)
+
+
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        ("1^20 3", "1^20 3"),
+        ("00123", "hits one straight wall twice"),
+        ("02", "bouncing-ball"),
+        ("1123123", "solved on the spot"),
+    ],
+)
+def test_a_word_that_is_not_stored_is_solved_and_says_why(filled, code, told):
+    async def steps(app, pilot):
+        await ask(pilot, "c", code)
+        assert not app.screen.orbit.stored
+        assert told in shown(app)
+
+    selection = Selection(a=1.0) if code == "1123123" else Selection()
+    drive(filled, steps, LARGE, selection)
+
+
+def test_a_bad_code_is_not_taken(filled):
+    async def steps(app, pilot):
+        await ask(pilot, "c", "129")
+        assert isinstance(app.screen, LineDialog)
+        assert "symbol '9'" in str(app.screen.query_one(".complaint").render())
+
+    drive(filled, steps)
+
+
+def test_it_opens_at_a_code_and_with_a_filter(filled):
+    async def steps(app, pilot):
+        assert app.screen.orbit.code == "1232131"
+        assert table_of(app).row[0] == least_rotation("1232131")
+
+    drive(filled, steps, code="1232131")
+    drive(filled, steps, code="1232131", selection=Selection(periods=((7, 7),), where="lambda_c < 0.5"))
+
+
+@both_sizes
+def test_moving_in_the_class(filled, size):
+    async def steps(app, pilot):
+        await ask(pilot, "c", "0132")
+        length = app.screen.orbit.length
+        seen = {least_rotation(app.screen.orbit.code)}
+        for key in ("T", "X", "T", "Y", "T", "X", "T"):
+            await press(pilot, key)
+            assert app.screen.orbit.length == pytest.approx(length, rel=1e-12)
+            assert table_of(app).row[0] == least_rotation(app.screen.orbit.code)
+            seen.add(table_of(app).row[0])
+        assert len(seen) == app.screen.orbit.class_size == 4
+
+    drive(filled, steps, size)
+
+
+def test_an_orbit_that_is_its_own_reverse_runs_the_other_way(filled):
+    async def steps(app, pilot):
+        await ask(pilot, "c", "0103")
+        before = app.screen.orbit
+        await press(pilot, "T")
+        assert app.screen.orbit.code == images_of("0103")[REVERSE]
+        assert app.screen.orbit.coordinates == pytest.approx(before.coordinates[::-1])
+
+    drive(filled, steps)
+
+
+@both_sizes
+def test_a_particle_runs_and_phase_space_compares(filled, size):
+    async def steps(app, pilot):
+        drawing = app.screen.query_one(OrbitDrawing)
+        await pilot.press("space")
+        drawing.step()
+        drawing.step()
+        assert 0 < drawing.particle < 0.1
+        await pilot.pause()
+        assert "●" in shown(app)
+        await pilot.press("space")
+        assert drawing.particle is None
+        await press(pilot, "m", "j", "m", "j", "v")
+        assert drawing.view is View.PHASE
+        assert [orbit.code for orbit in app.screen.compared] == ["13", "013"]
+        assert "● 031  • 13  • 013" in shown(app)
+        await press(pilot, "M", "v")
+        assert app.screen.compared == ()
+        assert drawing.view is View.STADIUM
+
+    drive(filled, steps, size)
+
+
+@both_sizes
+def test_statistics_are_those_of_the_averages(filled, size):
+    async def steps(app, pilot):
+        await press(pilot, "S")
+        screen = app.screen
+        assert isinstance(screen, StatisticsScreen)
+        found = screen.found
+        assert found.words == {2: 1, 3: 8, 4: 32, 5: 80, 6: 188, 7: 376}
+        assert found.entropy.N.tolist() == [2, 24, 130, 400, 1154, 2632]
+        assert all(plot.curves for plot in screen.query(Plot))
+        error = abs(screen.reference.lambda_d - 0.887)
+        assert error < 5 * screen.reference.lambda_d_error + 0.001
+        assert "2632" in shown(app)
+        before = found.lyapunov.lambda_d[-1]
+        await press(pilot, "w")
+        assert screen.found.lyapunov.lambda_d[-1] != before
+        await press(pilot, "j", "l", "h", "k", "escape")
+        assert isinstance(app.screen, MainScreen)
+
+    drive(filled, steps, size)
+
+
+def test_statistics_of_chosen_words_count_those_words_alone(filled):
+    from orbitdb.cli.tui.numbers import curves_of, statistics, table_of
+    from orbitdb.fixed_points import ClassRows
+
+    catalogue = Catalogue(filled)
+    chosen = Selection(contains="13", statuses=(Status.ORBIT,))
+    *_, found = statistics(catalogue, chosen)
+    rows = list(catalogue.rows(chosen, ("p", "length", "lyapunov", "walls")))
+    import numpy as np
+
+    p, length, exponent, walls = np.array(rows).T
+    single = ClassRows(p.astype(int), np.ones(len(p), int), length, exponent, walls % 2 == 1)
+    assert found.entropy.N.tolist() == entropy(single, 7).N.tolist()
+    assert found.lyapunov.lambda_c == pytest.approx(lyapunov(single, 7).lambda_c, nan_ok=True)
+    assert sum(found.words.values()) == len(rows)
+    *_, even = statistics(catalogue, Selection(periods=((4, 4), (6, 6))))
+    assert [row[0] for row in table_of(even)] == ["4", "6"]
+    assert even.missing == (2, 3, 5)
+    assert table_of(even)[0][4:7] == ["", "", ""]
+    assert not np.isfinite(curves_of(even, None)["entropy"][0].y).any()
+
+
+@both_sizes
+def test_an_empty_place_greets_and_is_filled(tmp_path, size):
+    path = tmp_path / "new.db"
+
+    async def steps(app, pilot):
+        assert "Press f" in shown(app)
+        await ask(pilot, "c", "13")
+        assert "10.4000000" in shown(app)
+        await press(pilot, "f")
+        assert isinstance(app.screen, FillDialog)
+        app.screen.query_one("#periods").value = "2-5"
+        await press(pilot, "enter")
+        assert app.fill_state.state == "done"
+        await press(pilot, "escape")
+        assert len(table_of(app).source) == 137
+        assert app.screen.orbit.stored
+        await press(pilot, "f")
+        app.screen.query_one("#codes").value = "1^10 3, 0132"
+        await pilot.click("#start")
+        await settle(pilot)
+        await press(pilot, "escape")
+        assert len(table_of(app).source) > 137
+
+    drive(path, steps, size)
+    assert [fill.n_c for fill in Catalogue(path).fills(1.6)] == [1, 8, 32, 80]
+
+
+def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
+    path = tmp_path / "new.db"
+
+    async def steps(app, pilot):
+        await pilot.press("f")
+        app.screen.query_one("#periods").value = "2-12"
+        await send(app, "enter", FillDialog)
+        await until(lambda: app.fill_state is not None and app.fill_state.done)
+        await send(app, "escape", MainScreen)
+        await send(app, "q", QuestionDialog)
+        await send(app, "n", MainScreen)
+        await send(app, "f", FillDialog)
+        app.screen.query_one("#stop").press()
+        await settle(pilot)
+        assert app.fill_state.state == "stopped"
+
+    drive(path, steps)
+    done = [fill.p for fill in Catalogue(path).fills(1.6) if fill.state == "done"]
+    assert 12 not in done
+    for _ in survey.fill(path, 1.6, range(2, 8)):
+        pass
+    counts = {fill.p: fill.n_c for fill in Catalogue(path).fills(1.6)}
+    assert [counts[p] for p in range(2, 8)] == [1, 8, 32, 80, 188, 376]
+
+
+def test_quitting_while_a_fill_runs_asks_and_keeps_what_is_stored(tmp_path):
+    path = tmp_path / "new.db"
+
+    async def steps(app, pilot):
+        await pilot.press("f")
+        app.screen.query_one("#periods").value = "2-12"
+        await send(app, "enter", FillDialog)
+        await until(lambda: app.fill_state is not None)
+        await send(app, "escape", MainScreen)
+        await send(app, "q", QuestionDialog)
+        assert app.fill_state.runs
+        app.post_message(events.Key("y", "y"))
+        await until(lambda: app._exit)
+
+    drive(path, steps)
+    for _ in survey.fill(path, 1.6, range(2, 6)):
+        pass
+    assert [fill.n_c for fill in Catalogue(path).fills(1.6)][:4] == [1, 8, 32, 80]
+
+
+@pytest.mark.parametrize(
+    ("texts", "complaint"),
+    [
+        (("x", "2-5", ""), "write a number"),
+        (("-1", "2-5", ""), "half length"),
+        (("1.6", "two", ""), "periods"),
+        (("1.6", "1-5", ""), "fill from 2"),
+        (("1.6", "2-5", "9"), "symbol"),
+    ],
+)
+def test_what_cannot_be_filled_is_refused(texts, complaint):
+    with pytest.raises(InputError, match=complaint):
+        parse_wish(*texts)
+
+
+def test_a_read_only_file_can_be_read_and_not_filled(filled, tmp_path, monkeypatch):
+    path = tmp_path / "frozen.db"
+    path.write_bytes(filled.read_bytes())
+    monkeypatch.setattr(os, "access", lambda *_: False)
+
+    async def steps(app, pilot):
+        assert len(table_of(app).source) == 1101
+        await press(pilot, "f")
+        assert isinstance(app.screen, MainScreen)
+        assert any("read-only" in note.message for note in app._notifications)
+
+    drive(path, steps)
+
+
+@both_sizes
+def test_copy_and_export(filled, tmp_path, size):
+    async def steps(app, pilot):
+        await ask(pilot, "c", "1232131")
+        await press(pilot, "y")
+        assert app.clipboard == "1232131"
+        await ask(pilot, "e", str(tmp_path / "rows.csv"))
+        await ask(pilot, "e", str(tmp_path / "orbit.svg"))
+        await ask(pilot, "e", "orbit.gif")
+        assert isinstance(app.screen, LineDialog)
+
+    chosen = Selection(statuses=(Status.ORBIT,), periods=((2, 4),))
+    drive(filled, steps, size, chosen)
+    with (tmp_path / "rows.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["code"],) for row in rows] == list(Catalogue(filled).rows(chosen, ("code",)))
+    assert float(rows[0]["length"]) == 10.4
+    assert "<polyline" in (tmp_path / "orbit.svg").read_text()
+
+
+@pytest.mark.parametrize("name", ["rows.tsv", "rows.json", "rows.jsonl", "orbit.svg", "orbit.png"])
+def test_every_kind_of_export(filled, tmp_path, name):
+    if name.endswith("png"):
+        pytest.importorskip("matplotlib")
+    catalogue, path = Catalogue(filled), tmp_path / name
+    told = export(
+        path, catalogue, Selection(periods=((2, 4),)), Ordering("length", True), catalogue.find("013", 1.6)
+    )
+    assert str(path) in told
+    if name == "rows.json":
+        rows = json.loads(path.read_text())
+        assert len(rows) == 41
+        assert [row["length"] for row in rows] == sorted((row["length"] for row in rows), reverse=True)
+    elif name == "rows.jsonl":
+        assert [json.loads(line)["p"] for line in path.read_text().splitlines()].count(4) == 32
+    elif name == "rows.tsv":
+        assert len(path.read_text().splitlines()) == 42
+    elif name == "orbit.svg":
+        corners = re.search(r'points="([^"]*)"', path.read_text())[1].split()
+        assert len(corners) == 4
+    else:
+        assert path.read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(InputError):
+        export(tmp_path / "x.svg", catalogue, Selection(), Ordering(), None)
+    with pytest.raises(InputError):
+        export(tmp_path / "x.csv", None, Selection(), Ordering(), None)
+
+
+def test_help_palette_and_themes(filled):
+    async def steps(app, pilot):
+        await press(pilot, "question_mark")
+        assert isinstance(app.screen, KeysDialog)
+        await press(pilot, "escape")
+        titles = {command.title for command in app.get_system_commands(app.screen)}
+        actions = {b.description for b in MainScreen.BINDINGS if b.description}
+        assert {text[:1].upper() + text[1:] for text in actions} <= titles
+        await press(pilot, "ctrl+p", *"time", "enter")
+        assert isinstance(app.screen, MainScreen)
+        app.theme = "textual-light"
+        await pilot.pause()
+        assert "◆" in shown(app)
+
+    drive(filled, steps)
+
+
+def test_without_colours_everything_is_told_by_its_shape(filled, monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+
+    async def steps(app, pilot):
+        assert app.no_color
+        assert {"◆", "•"} <= set(shown(app))
+        svg = app.export_screenshot().replace("#c5c8c6", "")  # of the picture's frame, not of the app
+        colours = set(re.findall(r"fill: (#\w{6})", svg))
+        assert all(colour[1:3] == colour[3:5] == colour[5:7] for colour in colours)
+
+    drive(filled, steps)
+
+
+def test_the_panels_fold(filled):
+    async def steps(app, pilot):
+        assert app.screen.query_one(FactsPanel).region.height >= 8
+        assert app.screen.query_one(OrbitDrawing).region.right <= 80
+        await pilot.resize_terminal(*LARGE)
+        await settle(pilot)
+        assert app.screen.query_one(OrbitDrawing).size.width == 90
+        assert app.screen.query_one("#rows").size.width > 60
+
+    drive(filled, steps)
+
+
+def test_it_works_beside_a_process_that_fills(tmp_path):
+    path = tmp_path / "shared.db"
+    Catalogue.create(path)
+    steps_of_fill = survey.fill(path, 1.6, range(2, 8))
+    for step in steps_of_fill:
+        if step.p == 4:
+            break
+
+    async def steps(app, pilot):
+        assert len(table_of(app).source) == 41
+        for _ in steps_of_fill:
+            pass
+        await press(pilot, "o", "j", "G")
+        assert app.screen.orbit is not None
+
+    drive(path, steps)
+
+
+def normalised(svg):
+    """Leave out what Textual makes anew every time."""
+    return re.sub(r"terminal-\d+", "terminal", svg)
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "keys"),
+    [
+        ("main", SMALL, ["j", "j", "j"]),
+        ("main-large", LARGE, ["j", "j", "j", "j"]),
+        ("phase", SMALL, ["m", "j", "m", "G", "v"]),
+        ("statistics", LARGE, ["S"]),
+        ("help", SMALL, ["question_mark"]),
+        ("empty", SMALL, []),
+    ],
+)
+def test_snapshots(filled, tmp_path, monkeypatch, name, size, keys):
+    monkeypatch.chdir(tmp_path)
+    if name != "empty":
+        Path("orbits.db").write_bytes(filled.read_bytes())
+    svgs = []
+
+    async def steps(app, pilot):
+        await press(pilot, *keys)
+        svgs.append(normalised(app.export_screenshot()))
+
+    drive(Path("orbits.db"), steps, size)
+    (svg,) = svgs
+    file = SNAPSHOTS / f"{name}.svg"
+    if os.environ.get(WRITE):
+        file.write_text(svg, encoding="utf-8")
+    assert file.exists(), f"no snapshot: look at the screen, then run the test with {WRITE}=1"
+    assert svg == file.read_text(encoding="utf-8"), f"{name} looks different; {WRITE}=1 takes the new look"
