@@ -404,7 +404,7 @@ def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
 
     async def steps(app, pilot):
         await pilot.press("f")
-        app.screen.query_one("#periods").value = "2-12"
+        app.screen.query_one("#periods").value = "2-14"
         await send(app, "enter", FillDialog)
         await until(lambda: app.fill_state is not None and app.fill_state.done)
         await send(app, "escape", MainScreen)
@@ -417,7 +417,7 @@ def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
 
     drive(path, steps)
     done = [fill.p for fill in Catalogue(path).fills(1.6) if fill.state == "done"]
-    assert 12 not in done
+    assert 14 not in done
     for _ in survey.fill(path, 1.6, range(2, 8)):
         pass
     counts = {fill.p: fill.n_c for fill in Catalogue(path).fills(1.6)}
@@ -429,7 +429,7 @@ def test_quitting_while_a_fill_runs_asks_and_keeps_what_is_stored(tmp_path):
 
     async def steps(app, pilot):
         await pilot.press("f")
-        app.screen.query_one("#periods").value = "2-12"
+        app.screen.query_one("#periods").value = "2-14"
         await send(app, "enter", FillDialog)
         await until(lambda: app.fill_state is not None)
         await send(app, "escape", MainScreen)
