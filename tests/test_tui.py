@@ -411,6 +411,7 @@ def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
         await send(app, "q", QuestionDialog)
         await send(app, "n", MainScreen)
         await send(app, "f", FillDialog)
+        await until(lambda: app.screen.query("#stop"))
         app.screen.query_one("#stop").press()
         await settle(pilot)
         assert app.fill_state.state == "stopped"
