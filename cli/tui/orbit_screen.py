@@ -100,7 +100,6 @@ class OrbitScreen(Screen[None]):
     def on_mount(self) -> None:
         """Show the first rows at once, and read the rest meanwhile."""
         self._say_reading("")
-        self.query_one(FactsPanel).border_title = "facts"
         self._show_head()
         self.refresh_catalogue()
         self.query_one(PagedTable).focus()
@@ -223,6 +222,7 @@ class OrbitScreen(Screen[None]):
         """Write what is known of the orbit."""
         if not self.is_mounted:
             return
+        self.query_one(FactsPanel).border_title = "facts"
         if orbit is None:
             self.query_one(FactsPanel).show(None)
             return
