@@ -165,6 +165,17 @@ def test_sorting_by_key_and_by_heading(filled, size):
     drive(filled, steps, size)
 
 
+def test_keys_that_come_faster_than_the_screen_are_not_lost(filled):
+    async def steps(app, pilot):
+        for key in "jjjjmjjm":
+            app.post_message(events.Key(key, key))
+        await settle(pilot)
+        words = [code for (code,) in app.catalogue.rows(Selection(), ("code",), limit=7)]
+        assert [orbit.code for orbit in app.screen.compared] == [words[4], words[6]]
+
+    drive(filled, steps)
+
+
 def test_the_cursor_stays_on_its_word_when_the_order_changes(filled):
     async def steps(app, pilot):
         await press(pilot, *"jjjjjjj")
@@ -317,9 +328,10 @@ def test_a_particle_runs_and_phase_space_compares(filled, size):
     async def steps(app, pilot):
         drawing = app.screen.query_one(OrbitDrawing)
         await pilot.press("space")
+        before = drawing.particle
         drawing.step()
-        drawing.step()
-        assert 0 < drawing.particle < 0.1
+        way = (drawing.particle - before) % 1 * app.screen.orbit.length
+        assert way == pytest.approx(0.125)  # 2.5 a second, 20 pictures a second
         await pilot.pause()
         assert "●" in shown(app)
         await pilot.press("space")
@@ -418,6 +430,7 @@ def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
         await send(app, "q", QuestionDialog)
         await send(app, "n", MainScreen)
         await send(app, "f", FillDialog)
+        await until(lambda: app.screen.query("#stop"))
         app.screen.query_one("#stop").press()
         await settle(pilot)
         assert app.fill_state.state == "stopped"

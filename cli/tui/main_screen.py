@@ -63,6 +63,7 @@ class MainScreen(OrbitScreen):
 
     def action_move_in_class(self, element: int) -> None:
         """Show the image of the orbit under a mirror or time reversal."""
+        self.catch_up()
         if self.orbit is None:
             return
         word = images_of(self.orbit.code)[element]
@@ -167,6 +168,7 @@ class MainScreen(OrbitScreen):
 
     def action_compare(self) -> None:
         """Mark the orbit to be compared in phase space, or unmark it."""
+        self.catch_up()
         if self.orbit is None or self.orbit.coordinates is None:
             return
         others = tuple(orbit for orbit in self.compared if orbit.code != self.orbit.code)
@@ -181,6 +183,7 @@ class MainScreen(OrbitScreen):
 
     def action_copy(self) -> None:
         """Copy the word."""
+        self.catch_up()
         if self.orbit is not None:
             self.app.copy_to_clipboard(self.orbit.code)
             self.notify(f"copied {self.orbit.code}", timeout=2, markup=False)
@@ -210,6 +213,7 @@ class MainScreen(OrbitScreen):
 
     def action_export(self) -> None:
         """Ask for a file and write what is shown to it."""
+        self.catch_up()
         word = self.orbit.code[:40] if self.orbit is not None else ""
 
         def take(name: str | None) -> None:
