@@ -6,6 +6,7 @@ import json
 import os
 import re
 import time
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -33,6 +34,8 @@ from orbitdb.words import least_rotation
 SMALL, LARGE = (80, 24), (160, 48)
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 WRITE = "ORBITDB_WRITE_SNAPSHOTS"
+TAKEN_WITH = "8.2"
+"""The Textual that drew the snapshots; another may draw borders or scrollbars in other ways."""
 
 both_sizes = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "160x48"])
 
@@ -162,6 +165,17 @@ def test_sorting_by_key_and_by_heading(filled, size):
     drive(filled, steps, size)
 
 
+def test_keys_that_come_faster_than_the_screen_are_not_lost(filled):
+    async def steps(app, pilot):
+        for key in "jjjjmjjm":
+            app.post_message(events.Key(key, key))
+        await settle(pilot)
+        words = [code for (code,) in app.catalogue.rows(Selection(), ("code",), limit=7)]
+        assert [orbit.code for orbit in app.screen.compared] == [words[4], words[6]]
+
+    drive(filled, steps)
+
+
 def test_the_cursor_stays_on_its_word_when_the_order_changes(filled):
     async def steps(app, pilot):
         await press(pilot, *"jjjjjjj")
@@ -180,6 +194,9 @@ def test_filter_is_checked_as_it_is_typed_and_remembered(filled, size):
         assert "no such column" in str(app.screen.query_one(".complaint").render())
         await press(pilot, "enter")
         assert isinstance(app.screen, LineDialog)
+        app.screen.query_one("Input").value = "length < 3"
+        await pilot.pause()
+        assert "where length < 3" in str(app.screen.query_one(".complaint").render())
         await press(pilot, "escape")
         await ask(pilot, "slash", "length < 11")
         chosen = Selection(where="length < 11")
@@ -301,6 +318,7 @@ def test_an_orbit_that_is_its_own_reverse_runs_the_other_way(filled):
         await press(pilot, "T")
         assert app.screen.orbit.code == images_of("0103")[REVERSE]
         assert app.screen.orbit.coordinates == pytest.approx(before.coordinates[::-1])
+        assert app.screen.query_one(FactsPanel).border_title == "its own time reverse"
 
     drive(filled, steps)
 
@@ -310,9 +328,10 @@ def test_a_particle_runs_and_phase_space_compares(filled, size):
     async def steps(app, pilot):
         drawing = app.screen.query_one(OrbitDrawing)
         await pilot.press("space")
+        before = drawing.particle
         drawing.step()
-        drawing.step()
-        assert 0 < drawing.particle < 0.1
+        way = (drawing.particle - before) % 1 * app.screen.orbit.length
+        assert way == pytest.approx(0.125)  # 2.5 a second, 20 pictures a second
         await pilot.pause()
         assert "●" in shown(app)
         await pilot.press("space")
@@ -583,10 +602,11 @@ def test_it_works_beside_a_process_that_fills(tmp_path):
 
 
 def normalised(svg):
-    """Leave out what Textual makes anew every time."""
-    return re.sub(r"terminal-\d+", "terminal", svg)
+    """Leave out what Textual makes anew every time, and the fonts it would fetch."""
+    return re.sub(r"@font-face \{.*?\}\s*", "", re.sub(r"terminal-\d+", "terminal", svg), flags=re.DOTALL)
 
 
+@pytest.mark.skipif(not version("textual").startswith(TAKEN_WITH), reason="drawn with another Textual")
 @pytest.mark.parametrize(
     ("name", "size", "keys"),
     [

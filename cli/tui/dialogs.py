@@ -82,24 +82,21 @@ class LineDialog(ModalScreen[str | None]):
             yield Label("", classes="complaint", markup=False)
 
     def on_input_changed(self, event: Input.Changed) -> None:
-        """Say at once what is wrong."""
-        complaint = self._complaint(event.value)
-        event.input.set_class(bool(complaint), "-wrong")
-        self.query_one(Label).update(complaint)
+        """Say at once what is wrong, or what it means."""
+        told, wrong = self._checked(event.value)
+        event.input.set_class(wrong, "-wrong")
+        self.query_one(Label).set_class(not wrong, "-note").update(told)
 
-    def _complaint(self, text: str) -> str:
+    def _checked(self, text: str) -> tuple[str, bool]:
+        """Return what there is to say about a line, and whether it is wrong."""
         try:
-            self.query_one(Label).remove_class("-note")
-            note = self._check(text) if text.strip() else ""
+            return (self._check(text) if text.strip() else ""), False
         except (InputError, StoreError) as error:
-            return str(error)
-        if note:
-            self.query_one(Label).add_class("-note").update(note)
-        return ""
+            return str(error), True
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         """Take the line if nothing is wrong with it."""
-        if not self._complaint(event.value):
+        if not self._checked(event.value)[1]:
             self.dismiss(event.value.strip())
 
     def action_older(self, steps: int) -> None:

@@ -11,6 +11,7 @@ from textual.widgets import Static
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.dialogs import ChoiceDialog, LineDialog
 from orbitdb.cli.tui.drawing import OrbitDrawing, View
+from orbitdb.cli.tui.facts import FactsPanel
 from orbitdb.cli.tui.filling import FillDialog, FillState
 from orbitdb.cli.tui.orbit_screen import OrbitScreen
 from orbitdb.cli.tui.source import Ordering
@@ -22,8 +23,8 @@ from orbitdb.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.words import least_rotation, parse, primitive_root
 
 _MOST_COMPARED = 6
-_ELEMENTS = {REVERSE: "time reverse", MIRROR_X: "mirror image, left and right,",
-             MIRROR_Y: "mirror image, up and down,"}  # fmt: skip
+_ELEMENTS = {REVERSE: "time reverse", MIRROR_X: "mirror image left to right",
+             MIRROR_Y: "mirror image upside down"}  # fmt: skip
 
 
 class MainScreen(OrbitScreen):
@@ -62,18 +63,15 @@ class MainScreen(OrbitScreen):
 
     def action_move_in_class(self, element: int) -> None:
         """Show the image of the orbit under a mirror or time reversal."""
+        self.catch_up()
         if self.orbit is None:
             return
         word = images_of(self.orbit.code)[element]
         same = least_rotation(word) == least_rotation(self.orbit.code)
-        self.notify(
-            f"{self.orbit.code} is its own {_ELEMENTS[element].strip(',')}"
-            if same
-            else f"{_ELEMENTS[element].strip(',')}: {least_rotation(word)}",
-            timeout=3,
-            markup=False,
-        )
+        name = _ELEMENTS[element]
+        told = f"its own {name}" if same else f"{name} of {self.orbit.code[:20]}"
         self.go_to(self.browser.find(word, self.orbit.a))
+        self.query_one(FactsPanel).border_title = told
 
     def action_code(self) -> None:
         """Ask for a code in any rotation."""
@@ -170,6 +168,7 @@ class MainScreen(OrbitScreen):
 
     def action_compare(self) -> None:
         """Mark the orbit to be compared in phase space, or unmark it."""
+        self.catch_up()
         if self.orbit is None or self.orbit.coordinates is None:
             return
         others = tuple(orbit for orbit in self.compared if orbit.code != self.orbit.code)
@@ -184,6 +183,7 @@ class MainScreen(OrbitScreen):
 
     def action_copy(self) -> None:
         """Copy the word."""
+        self.catch_up()
         if self.orbit is not None:
             self.app.copy_to_clipboard(self.orbit.code)
             self.notify(f"copied {self.orbit.code}", timeout=2, markup=False)
@@ -213,6 +213,7 @@ class MainScreen(OrbitScreen):
 
     def action_export(self) -> None:
         """Ask for a file and write what is shown to it."""
+        self.catch_up()
         word = self.orbit.code[:40] if self.orbit is not None else ""
 
         def take(name: str | None) -> None:

@@ -73,6 +73,7 @@ class OrbitScreen(Screen[None]):
         self.set_reactive(OrbitScreen.selection, selection)
         self._code = code
         self._wanted: str | None = None
+        self._caught_up: str | None = None
         self.periods: list[int] = []
 
     @property
@@ -100,7 +101,6 @@ class OrbitScreen(Screen[None]):
     def on_mount(self) -> None:
         """Show the first rows at once, and read the rest meanwhile."""
         self._say_reading("")
-        self.query_one(FactsPanel).border_title = "facts"
         self._show_head()
         self.refresh_catalogue()
         self.query_one(PagedTable).focus()
@@ -134,7 +134,7 @@ class OrbitScreen(Screen[None]):
         self.query_one(OrbitDrawing).a = selection.a
         if selection.a != old.a and self.browser.catalogue is not None:
             self.periods = [fill.p for fill in self.browser.catalogue.fills(selection.a)]
-            self.orbit, self.compared = None, ()
+            self.orbit, self.compared, self._caught_up = None, (), None
         self.say_choices()
         self._reload()
 
@@ -191,7 +191,7 @@ class OrbitScreen(Screen[None]):
         self._say_reading("")
         word = self._wanted or (table.row[0] if table.row and table.cursor else None)
         place = message.source.position(word) if word else None
-        self._wanted = None
+        self._wanted = self._caught_up = None
         if not len(message.source) and self.orbit is not None and self.orbit.stored:
             self.orbit = None
         table.show(message.source, place or 0)
@@ -207,9 +207,14 @@ class OrbitScreen(Screen[None]):
 
     def on_paged_table_highlighted(self, message: PagedTable.Highlighted) -> None:
         """Show the orbit of the row, unless it is shown in another rotation or with its reverse."""
-        table = self.query_one(PagedTable)
-        if self._wanted is None and table.row is not None and table.row[0] == message.word:
-            self.show_word(message.word)
+        self.catch_up()
+
+    def catch_up(self) -> None:
+        """Show the word under the cursor, which may have moved faster than messages go."""
+        row = self.query_one(PagedTable).row
+        if self._wanted is None and row is not None and row[0] != self._caught_up:
+            self._caught_up = row[0]
+            self.show_word(row[0])
 
     def show_word(self, word: str, anew: bool = False) -> None:
         """Show a word, as a least rotation; what is shown of it in another rotation stays, unless anew."""
@@ -223,6 +228,7 @@ class OrbitScreen(Screen[None]):
         """Write what is known of the orbit."""
         if not self.is_mounted:
             return
+        self.query_one(FactsPanel).border_title = "facts"
         if orbit is None:
             self.query_one(FactsPanel).show(None)
             return
@@ -245,6 +251,7 @@ class OrbitScreen(Screen[None]):
         word = least_rotation(orbit.code)
         place = table.source.position(word) if orbit.a == self.selection.a else None
         if place is not None:
+            self._caught_up = word
             table.cursor = place
         elif isinstance(table.source, Head):
             self._wanted = word
