@@ -37,7 +37,10 @@ WRITE = "ORBITDB_WRITE_SNAPSHOTS"
 TAKEN_WITH = "8.2"
 """The Textual that drew the snapshots; another may draw borders or scrollbars in other ways."""
 
-both_sizes = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "160x48"])
+both_sizes = pytest.mark.parametrize(
+    "size",
+    [pytest.param(SMALL, id="80x24"), pytest.param(LARGE, id="160x48", marks=pytest.mark.slow)],
+)
 
 
 @pytest.fixture(scope="session")
