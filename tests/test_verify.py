@@ -305,7 +305,7 @@ def test_a_solution_has_the_same_bits_in_any_batch(a, p):
 
 @pytest.mark.parametrize("a", [0.5, 1.6])
 def test_orbits_of_the_relaxation_get_bounds_that_hold(a):
-    """The true error is that against Newton's method, a million times better."""
+    """The true error is that against Newton's method, a million times better; bounds are not far above it."""
     stadium, words = Stadium(a), representatives(6)
     relaxed, exact = relax(words, stadium), solve(words, stadium)
     both = np.flatnonzero((relaxed.status == "orbit") & (exact.status == "orbit"))
@@ -313,7 +313,7 @@ def test_orbits_of_the_relaxation_get_bounds_that_hold(a):
     true = np.abs(bounded.coordinates - exact.coordinates).max(axis=1)
     assert 1e-8 < true.max() < 1e-4
     assert np.all(true <= bounded.error + exact.error)
-    assert np.all(bounded.error <= 100 * np.maximum(true, 1e-9))
+    assert np.median(bounded.error / true) < 30
     for name, bound in (("length", "length_error"), ("lyapunov", "lyapunov_error")):
         off = np.abs(getattr(bounded, name) - getattr(exact, name))
         assert np.all(off <= getattr(bounded, bound) + getattr(exact, bound))
