@@ -8,6 +8,7 @@ import numpy as np
 
 from orbitdb import __version__
 from orbitdb.checks import Check, Step, judged, shown
+from orbitdb.consistency import with_bounds
 from orbitdb.recomputation import prove
 from orbitdb.selection import Selection
 from orbitdb.stadium import Stadium
@@ -72,7 +73,7 @@ def _prove_block(stored: StoredBlock, p: int, stadium: Stadium) -> tuple[Check, 
     check = judged("certificates", [shown(stored.words[i]) for i in sorted(rest)], [True] * len(rest))
     if not rows:
         return check, []
-    found, proved, radius, bits = prove(stored.orbits(rows), stadium)
+    found, proved, radius, bits = prove(with_bounds(stored.orbits(rows), stadium), stadium)
     entries = zip(rows, radius.tolist(), bits, proved.tolist(), strict=True)
     certificates = [(stored.rows[i]["cycle"], size, used) for i, size, used, ok in entries if ok]
     return found.joined(check), certificates

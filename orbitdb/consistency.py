@@ -8,7 +8,7 @@ monodromy matrix and Hessian by what their formulas say.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,6 +100,29 @@ def _behind(values: Floats) -> Floats:
     return np.roll(values, -1, axis=1)
 
 
+def with_bounds(orbits: Orbits, stadium: Stadium) -> Orbits:
+    """Return orbits with error bounds where they have none, as the relaxation leaves them.
+
+    To first order the coordinates are off by the inverse Hessian times the forces; the bound is twice
+    that. Words that are too long for it keep none.
+    """
+    p = orbits.words.shape[1]
+    bare = np.flatnonzero(np.isnan(orbits.error) & np.isfinite(orbits.residual))
+    if p > MAX_DENSE or not len(bare):
+        return orbits
+    part = orbits.rows(bare)
+    size = np.abs(np.linalg.eigvalsh(hessian(stadium, part.words, part.coordinates)))
+    rounding = 4 * EPSILON * (stadium.a + 2)
+    error = 2 * np.sqrt(p) * (part.residual + 2 * rounding) / size.min(axis=1)
+    found = {"error": error, "length_error": p * (size.max(axis=1) * error**2 + 2 * rounding)}
+    part = replace(part, error=error)
+    found["lyapunov_error"] = _exponents(part, _Path.of(part, stadium))[1]
+    columns = {name: getattr(orbits, name).copy() for name in found}
+    for name, values in found.items():
+        columns[name][bare] = values
+    return replace(orbits, **columns)
+
+
 def check_consistency(orbits: Orbits, stadium: Stadium) -> Iterator[Check]:
     """Check stored orbits: walls, margin, law of reflection, length, lambda and Hessian.
 
@@ -164,11 +187,21 @@ def _length(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
 def _lambda(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
     """Check the stored lambda against the product of the monodromy matrices of all bounces.
 
+    Words whose bounces, very close on a semicircle, do not tell lambda are passed over.
+    """
+    middle, spread = _exponents(orbits, path)
+    told = np.flatnonzero(spread < _VAGUE * (1 + middle))
+    deviation, allowed = np.abs(orbits.lyapunov - middle)[told], (orbits.lyapunov_error + spread)[told]
+    return measured("lambda", [labels[row] for row in told.tolist()], deviation, allowed)
+
+
+def _exponents(orbits: Orbits, path: _Path) -> tuple[Floats, Floats]:
+    """Return lambda from the bounces and by how much it may be off, shape (N,) each.
+
     Taken between the feet of the circles' centres, the matrices of `orbitdb.stability` have no negative
     entries: every semicircle bounce is a kick 2 / sin(theta), every link a drift of its length less
     sin(theta) at each end on a semicircle (none along a chord). So the least and the greatest kicks and
-    drifts that the bounces allow give the least and the greatest lambda. Words whose bounces, very close
-    on a semicircle, do not tell lambda are passed over.
+    drifts that the bounces allow give the least and the greatest lambda.
     """
     sine = path.sine.mean(axis=0)
     angle = path.tilt.max(axis=0)
@@ -184,10 +217,8 @@ def _lambda(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
 
     least, middle, greatest = (exponents(shift) for shift in (-1, 0, 1))
     spread = np.maximum(greatest - middle, middle - least)
-    spread += 12 * orbits.words.shape[1] * EPSILON + 4 * EPSILON * middle
-    told = np.flatnonzero(spread < _VAGUE * (1 + middle))
-    deviation, allowed = np.abs(orbits.lyapunov - middle)[told], (orbits.lyapunov_error + spread)[told]
-    return measured("lambda", [labels[row] for row in told.tolist()], deviation, allowed)
+    rounding = 12 * orbits.words.shape[1] * EPSILON + 4 * EPSILON * middle
+    return middle, spread + rounding
 
 
 def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str]) -> Iterator[Check]:

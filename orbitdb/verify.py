@@ -15,7 +15,7 @@ from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
 from orbitdb.census import check_counts, check_file, check_pruned, check_words
 from orbitdb.checks import Check, Step, judged, measured, shown
-from orbitdb.consistency import check_consistency
+from orbitdb.consistency import check_consistency, with_bounds
 from orbitdb.orbits import EXISTING, Orbits
 from orbitdb.recomputation import check_against, check_bits, restart
 from orbitdb.selection import Selection
@@ -126,7 +126,7 @@ def _orbits(
         checks = [_values(stored, p)]
         rows = whole_rows(stored, p)
         if rows:
-            orbits = stored.orbits(rows)
+            orbits = with_bounds(stored.orbits(rows), stadium)
             details = [stored.rows[i] for i in rows]
             checks += _block(orbits, details, stadium, runs)
             if restarts:
@@ -150,7 +150,7 @@ def _block(
     yield check_bits(
         stored.rows(np.array(comparable, dtype=np.intp)), fresh.rows(np.array(comparable, dtype=np.intp))
     )
-    existing = np.flatnonzero(np.isin(stored.status, EXISTING))
+    existing = np.flatnonzero(np.isin(stored.status, EXISTING) & np.isfinite(stored.error))
     yield from check_consistency(stored.rows(existing), stadium)
     proofs = [i for i, row in enumerate(rows) if row["radius"] is not None]
     labels = [shown(word) for word in to_strings(stored.words[proofs])]

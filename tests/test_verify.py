@@ -13,10 +13,11 @@ from reference import refine
 from orbitdb import survey
 from orbitdb.certification import certify
 from orbitdb.checks import Check, measured
-from orbitdb.consistency import check_consistency
+from orbitdb.consistency import check_consistency, with_bounds
 from orbitdb.enumeration import admissible_words
 from orbitdb.orbits import EXISTING, NUMBERS, Orbits, Status
 from orbitdb.recomputation import restart
+from orbitdb.relaxation import relax
 from orbitdb.selection import Selection
 from orbitdb.solve import solve
 from orbitdb.stadium import Stadium
@@ -300,6 +301,35 @@ def test_a_solution_has_the_same_bits_in_any_batch(a, p):
         again = solve(words[rows], Stadium(a))
         for name in ("coordinates", "iterations", *NUMBERS):
             assert getattr(again, name).tobytes() == getattr(orbits.rows(rows), name).tobytes()
+
+
+@pytest.mark.parametrize("a", [0.5, 1.6])
+def test_orbits_of_the_relaxation_get_bounds_that_hold(a):
+    """The true error is that against Newton's method, a million times better; bounds are not far above it."""
+    stadium, words = Stadium(a), representatives(6)
+    relaxed, exact = relax(words, stadium), solve(words, stadium)
+    both = np.flatnonzero((relaxed.status == "orbit") & (exact.status == "orbit"))
+    bounded, exact = with_bounds(relaxed.rows(both), stadium), exact.rows(both)
+    true = np.abs(bounded.coordinates - exact.coordinates).max(axis=1)
+    assert 1e-8 < true.max() < 1e-4
+    assert np.all(true <= bounded.error + exact.error)
+    assert np.median(bounded.error / true) < 30
+    for name, bound in (("length", "length_error"), ("lyapunov", "lyapunov_error")):
+        off = np.abs(getattr(bounded, name) - getattr(exact, name))
+        assert np.all(off <= getattr(bounded, bound) + getattr(exact, bound))
+    assert not any(check.failures for check in check_consistency(bounded, stadium))
+    shifted = replace(bounded, coordinates=bounded.coordinates + 1e-9)
+    assert any(check.failures for check in check_consistency(shifted, stadium))
+
+
+def test_rows_without_bounds_are_the_relaxation_s_alone(small, cli):
+    nothing = "error = NULL, length_error = NULL, lyapunov_error = NULL"
+    alter(small, f"UPDATE orbit SET solver = 'relaxation', {nothing} WHERE cycle = {FIRST_ORBIT}")
+    outcome = cli("verify", "--rigorous")
+    assert outcome.code == 0
+    assert "rows are of another method" in outcome.err
+    alter(small, f"UPDATE orbit SET solver = 'newton' WHERE cycle = {FIRST_ORBIT}")
+    assert "values" in broken(small)
 
 
 def moved(orbits: Orbits, name: str, by: float) -> Orbits:

@@ -24,7 +24,7 @@ Ids = dict[int, NDArray[np.int64]]
 SYMBOLS_A_BLOCK = 1 << 17
 
 _BLOCK = 4096
-_BOUNDS = ("residual", "error", "length_error", "lyapunov_error")
+_BOUNDS = ("error", "length_error", "lyapunov_error")
 _SOLVERS = {"newton", "relaxation"}
 _WORD = re.compile("[0-5]+")
 
@@ -150,18 +150,24 @@ def is_whole(row: Mapping[str, Any], p: int) -> bool:
     if row["solver"] not in _SOLVERS:
         return False
     if row["status"] in EXISTING:
-        numbers = [row[name] for name in NUMBERS]
-        blob = row["coordinates"]
-        if blob is None or len(blob) != 8 * p or any(value is None for value in numbers):
-            return False
-        positive = min(row[name] for name in _BOUNDS) >= 0
-        places = np.frombuffer(blob, dtype="<f8")
-        return bool(positive and np.isfinite(places).all() and np.isfinite(numbers).all())
+        return _has_numbers(row, p)
     empty = all(row[name] is None for name in (*NUMBERS, "coordinates") if name != "margin")
     return empty and (
         row["status"] == Status.UNRESOLVED
         or (row["status"] == Status.DYNAMICAL and row["margin"] is not None)
     )
+
+
+def _has_numbers(row: Row, p: int) -> bool:
+    """Tell whether a row has sound coordinates and numbers; the relaxation knows no error bounds."""
+    blob = row["coordinates"]
+    bare = row["solver"] == "relaxation" and all(row[name] is None for name in _BOUNDS)
+    numbers = [row[name] for name in NUMBERS if not (bare and name in _BOUNDS)]
+    if blob is None or len(blob) != 8 * p or any(value is None for value in numbers):
+        return False
+    positive = bare or min(row[name] for name in _BOUNDS) >= 0
+    places = np.frombuffer(blob, dtype="<f8")
+    return bool(positive and row["residual"] >= 0 and np.isfinite([*places, *numbers]).all())
 
 
 def is_written(word: str, p: int) -> bool:
