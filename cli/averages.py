@@ -149,7 +149,7 @@ class _Subset:
 
         from orbitdb.orbits import Status
         from orbitdb.store.catalogue import Catalogue
-        from orbitdb.store.filling import DONE
+        from orbitdb.store.fills import DONE
 
         if not selection.statuses:
             selection = replace(selection, statuses=(Status.ORBIT,))

@@ -3,18 +3,20 @@
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from orbitdb.cli.info import bring
 from orbitdb.cli.options import Database, HalfLength
 from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
     from orbitdb.survey import Progress
+    from orbitdb.workers import Workers
 
 EXAMPLES = """
 Examples:
@@ -23,8 +25,14 @@ Examples:
 
   orbitdb fill --from 12 --p 13 --a 1
 
+  orbitdb fill --p 15 --jobs 4
+
   orbitdb fill --code 1^20(02)^5 3
 """
+
+MOST_JOBS = 1024
+WORTH_PROCESSES = 400_000
+"""Sequences from which on starting further processes pays."""
 
 
 def register(app: typer.Typer) -> None:
@@ -49,6 +57,10 @@ def fill(
     method: Annotated[
         str, typer.Option("--method", help="newton or relaxation (the paper's, slow).")
     ] = "newton",
+    jobs: Annotated[
+        int | None,
+        typer.Option("--jobs", help="Processes that solve [default: all cores where it pays]."),
+    ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would be done.")] = False,
     db: Database = None,
 ) -> None:
@@ -56,13 +68,15 @@ def fill(
 
     Goes on where it was stopped; periods that are done are passed over.
     """
-    from orbitdb import survey
+    from orbitdb.blocks import METHODS
     from orbitdb.enumeration import MAX_PERIOD
     from orbitdb.stadium import Stadium
 
     Stadium(a)
-    if method not in survey.METHODS:
-        raise InputError(f"method {method!r}: use {' or '.join(survey.METHODS)}")
+    if method not in METHODS:
+        raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
+    if jobs is not None and not 1 <= jobs <= MOST_JOBS:
+        raise InputError(f"{jobs} jobs: give a number from 1 to {MOST_JOBS}")
     if code:
         _fill_words(_words(code), a, method, db, dry_run)
         return
@@ -72,35 +86,50 @@ def fill(
         raise InputError(
             f"periods {first} to {p}: fill from 2 or more to {MAX_PERIOD} or less, in rising order"
         )
-    _fill_periods(range(first, p + 1), a, geometric, method, db, dry_run)
+    _fill_periods(range(first, p + 1), a, geometric, method, jobs, db, dry_run)
 
 
 def _fill_periods(
-    periods: range, a: float, geometric: bool, method: str, db: Path | None, dry_run: bool
+    periods: range,
+    a: float,
+    geometric: bool,
+    method: str,
+    jobs: int | None,
+    db: Path | None,
+    dry_run: bool,
 ) -> None:
     from orbitdb import survey
-    from orbitdb.enumeration import count_admissible
     from orbitdb.store.catalogue import Catalogue
-    from orbitdb.store.database import check_file, default_path
-    from orbitdb.store.filling import DONE
+    from orbitdb.store.database import default_path
+    from orbitdb.store.size import LARGE, check_room, gigabytes, need
+    from orbitdb.workers import cores
 
     path = db or default_path()
     span = f"p = {periods[0]}..{periods[-1]} at a = {a:g}"
+    coming = need(path, a, periods, jobs or cores())
+    if dry_run or coming.sequences >= LARGE:
+        time_and_room = f"about {coming.seconds:.2g} s and {gigabytes(coming.bytes)}"
+        note(f"{span}: {coming.sequences} sequences to come, {time_and_room}, in {path}")
     if dry_run:
-        fills = Catalogue(path).fills(a) if check_file(path) is not None else []
-        done = {fill.p for fill in fills if fill.state == DONE}
-        todo = [p for p in periods if p not in done]
-        note(f"{span}: {len(todo)} periods to fill, {sum(map(count_admissible, todo))} sequences, in {path}")
         return
+    check_room(path, coming)
     start = time.monotonic()
-    Catalogue.create(path)
-    with _progress() as show:
-        show(survey.fill(path, a, periods, method))
+    bring(path)
+    with _workers(jobs, coming.sequences) as workers, _progress() as show:
+        show(survey.fill(path, a, periods, method, workers))
         if geometric:
             show(survey.fill_geometric(path, periods))
     fills = [fill for fill in Catalogue(path).fills(a) if fill.p in periods]
     sequences, orbits = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))
     note(f"{span}: {sequences} sequences, {orbits} orbits, {time.monotonic() - start:.1f} s, in {path}")
+
+
+def _workers(jobs: int | None, sequences: int) -> "AbstractContextManager[Workers]":
+    """Return where the blocks of a fill are solved: in processes of their own if there is much to do."""
+    from orbitdb.workers import HERE, Processes, cores
+
+    count = jobs or (cores() if sequences >= WORTH_PROCESSES else 1)
+    return Processes(count) if count > 1 else nullcontext(HERE)
 
 
 @contextmanager
@@ -151,7 +180,6 @@ def _words(codes: list[str]) -> Iterator[str]:
 def _fill_words(codes: Iterable[str], a: float, method: str, db: Path | None, dry_run: bool) -> None:
     from orbitdb import survey
     from orbitdb.cli.query import primitive
-    from orbitdb.store.catalogue import Catalogue
     from orbitdb.store.database import default_path
 
     words = [primitive(code) for code in codes]
@@ -159,7 +187,7 @@ def _fill_words(codes: Iterable[str], a: float, method: str, db: Path | None, dr
     if dry_run:
         note(f"{len(words)} words to solve at a = {a:g}, in {path}")
         return
-    Catalogue.create(path)
+    bring(path)
     for word in words:
         found = survey.fill_word(path, word, a, method)
         kept = "" if found.stored else "; not stored"

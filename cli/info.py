@@ -1,12 +1,17 @@
 """``orbitdb info`` and ``orbitdb migrate``: where and what the database is."""
 
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
 from orbitdb.cli.render import note, write, write_facts
+
+if TYPE_CHECKING:
+    from orbitdb.store.catalogue import Catalogue
+    from orbitdb.store.migrate import Migration
 
 INFO_EXAMPLES = """
 Examples:
@@ -20,7 +25,8 @@ Example:
 
   orbitdb migrate --db old.db
 """
-COLUMNS = ("a", "p", "state", "N_t", "N_c", "boundary", "unresolved", "seconds")
+COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
+           "seconds", "enumerating", "solving", "storing")  # fmt: skip
 
 
 def register(app: typer.Typer) -> None:
@@ -34,36 +40,68 @@ def info(
     json: options.Json = False,
     db: options.Database = None,
 ) -> None:
-    """Show where the catalogue is, and what is filled."""
+    """Show where the catalogue is, what is filled, and what that took in time and room.
+
+    stored: sequences so far; seconds: as they passed; enumerating, solving, storing: seconds of
+    processors.
+    """
     from orbitdb.store.catalogue import Catalogue
     from orbitdb.store.database import check_file
 
     catalogue = Catalogue(db)
     rows: list[tuple[Any, ...]] = [
-        (a, fill.p, fill.state, fill.n_t, fill.n_c, fill.boundary, fill.unresolved, fill.seconds)
+        (
+            a, fill.p, fill.state, fill.words, fill.n_t, fill.n_c, fill.boundary, fill.unresolved,
+            fill.seconds, fill.enumerating, fill.solving, fill.storing,
+        )
         for a in catalogue.a_values()
         for fill in catalogue.fills(a)
-    ]
+    ]  # fmt: skip
     form = options.chosen(format_, json)
     if form is Format.TABLE:
-        size = catalogue.path.stat().st_size / 1e6
         write_facts([
             ("catalogue", str(catalogue.path.resolve())),
-            ("size", f"{size:.1f} MB"),
             ("schema", str(check_file(catalogue.path))),
+            *_sizes(catalogue),
         ])  # fmt: skip
         print()
     write(COLUMNS, rows, form)
 
 
+def _sizes(catalogue: "Catalogue") -> list[tuple[str, str]]:
+    """Return what the file and its rows take, in words."""
+    from orbitdb.store.size import gigabytes, room
+
+    taken = room(catalogue)
+    facts = [("size", gigabytes(catalogue.path.stat().st_size))]
+    for name, count, each in (
+        ("sequences", taken.sequences, taken.per_sequence),
+        ("orbits", taken.orbits, taken.per_orbit),
+    ):
+        facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
+    return facts
+
+
 def migrate(db: options.Database = None) -> None:
-    """Bring a catalogue to the newest schema, or make an empty one."""
+    """Bring a catalogue to the newest schema, or make an empty one.
+
+    An older catalogue is copied first; the copy is named.
+    """
     from orbitdb.store.database import default_path
-    from orbitdb.store.migrate import migrate as bring
 
     path = db or default_path()
-    before, after = bring(path)
+    before, after, _ = bring(path)
     if before == after:
         note(f"{path}: schema {after}, the newest; nothing to do")
-    else:
-        note(f"{path}: schema {before} -> {after}" if before else f"{path}: made, schema {after}")
+    elif not before:
+        note(f"{path}: made, schema {after}")
+
+
+def bring(path: Path) -> "Migration":
+    """Make a catalogue, or bring an older one to the newest schema and say where its copy is."""
+    from orbitdb.store.migrate import migrate
+
+    done = migrate(path)
+    if done.backup is not None:
+        note(f"{path}: schema {done.before} -> {done.after}; as it was, it is kept in {done.backup}")
+    return done

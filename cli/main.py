@@ -8,7 +8,7 @@ import typer
 
 from orbitdb import __version__
 from orbitdb.cli import averages, bench, browse, export, fill, info, plot, query, simulate, table, verify
-from orbitdb.errors import InputError, StoreError
+from orbitdb.errors import InputError, StoreError, WorkError
 
 DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -55,8 +55,12 @@ def _run(arguments: list[str]) -> int:
         return _say(str(error), USAGE)
     except StoreError as error:
         return _say(str(error), NO_DATABASE)
+    except WorkError as error:
+        return _say(str(error), FAILED)
     except (KeyboardInterrupt, typer.Abort):
-        return _say("interrupted; what was stored is kept, and a fill goes on from there", INTERRUPTED)
+        return _say(
+            "interrupted; nothing that was stored is lost, the same command goes on from there", INTERRUPTED
+        )
     except typer.TyperException as error:
         return _say(" ".join(error.format_message().split()) + " (--help shows the options)", USAGE)
     except ModuleNotFoundError as error:

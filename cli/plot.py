@@ -215,7 +215,7 @@ def _class_rows(catalogue: "Catalogue", chosen: "Selection") -> "tuple[ClassRows
     from dataclasses import replace
 
     from orbitdb.fixed_points import missing_periods
-    from orbitdb.store.filling import DONE
+    from orbitdb.store.fills import DONE
 
     done = [fill.p for fill in catalogue.fills(chosen.a) if fill.state == DONE]
     spans = chosen.periods or ((2, max(done, default=2)),)

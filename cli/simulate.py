@@ -4,11 +4,13 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.info import bring
 from orbitdb.cli.options import Format
 from orbitdb.cli.render import note, write
 from orbitdb.errors import InputError
@@ -65,17 +67,15 @@ def simulate(
     note(f"mean free path by the invariant measure: {stadium.mean_free_path:.6f}")
 
 
-def _store(a: float, found: "Reference", db: object) -> None:
-    from pathlib import Path
-
-    from orbitdb import __version__
-    from orbitdb.store.catalogue import Catalogue
-    from orbitdb.store.filling import Writer
+def _store(a: float, found: "Reference", db: Path | None) -> None:
+    from orbitdb.store.database import default_path
     from orbitdb.store.trajectories import add_reference
+    from orbitdb.store.writer import Writer
 
-    catalogue = Catalogue.create(db if isinstance(db, Path) else None)
+    path = db or default_path()
+    bring(path)
     parameters = {"command": "simulate", "a": a, "bounces": found.bounces, "seed": found.seed}
-    writer = Writer(catalogue.path, parameters, __version__)
+    writer = Writer(path, parameters)
     try:
         add_reference(writer, a, found)
     finally:

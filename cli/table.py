@@ -41,7 +41,7 @@ def table(
     from orbitdb.selection import parse_periods
     from orbitdb.stadium import Stadium
     from orbitdb.store.catalogue import Catalogue
-    from orbitdb.store.filling import DONE
+    from orbitdb.store.fills import DONE
 
     fills = {fill.p: fill for fill in Catalogue(db).fills(Stadium(a).a) if fill.state == DONE}
     spans = parse_periods(p) if p else ((2, max(fills, default=2)),)

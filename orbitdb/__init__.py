@@ -6,6 +6,8 @@ from orbitdb import Catalogue, Stadium, solve_word
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from orbitdb.version import __version__
+
 if TYPE_CHECKING:
     from orbitdb.orbits import Orbit, Orbits, Status
     from orbitdb.selection import Selection
@@ -13,7 +15,6 @@ if TYPE_CHECKING:
     from orbitdb.stadium import Stadium
     from orbitdb.store.catalogue import Catalogue
 
-__version__ = "0.1.0"
 __all__ = [
     "Catalogue",
     "Orbit",

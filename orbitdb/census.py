@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from orbitdb import symmetry
+from orbitdb.automaton import RULE_NUMBERS
 from orbitdb.checks import Check, Step, judged, shown
-from orbitdb.enumeration import RULE_NUMBERS, count_admissible, count_primitive
+from orbitdb.counting import count_admissible, count_primitive
 from orbitdb.orbits import Status
 from orbitdb.pruning import rule_numbers, rules_broken
 from orbitdb.selection import Selection
@@ -29,11 +30,13 @@ from orbitdb.store.blocks import (
     wanted,
 )
 from orbitdb.store.catalogue import Catalogue
-from orbitdb.store.filling import DONE, FILLING
+from orbitdb.store.fills import DONE, FILLING
 from orbitdb.words import (
+    MAX_KEYED,
     MAX_PACKED,
     from_strings,
     is_primitive,
+    key,
     least_rotation,
     least_rotations,
     pack,
@@ -134,6 +137,7 @@ def _classes(
     families = class_members([words[i] for i in sound], p)
     wrong = [
         row["word"] != min(images)
+        or (p <= MAX_KEYED and row["id"] != key(row["word"]))
         or row["p"] != p
         or row["class_size"] != len(images)
         or row["walls"] != row["word"].count("0") + row["word"].count("2")

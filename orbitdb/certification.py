@@ -16,7 +16,7 @@ from orbitdb.store.audit import stadium_id
 from orbitdb.store.blocks import StoredBlock, blocks, choose, load_orbits, whole_rows
 from orbitdb.store.catalogue import Catalogue
 from orbitdb.store.certificates import certified, replace_certificates
-from orbitdb.store.filling import Writer
+from orbitdb.store.writer import Writer
 
 _BATCH = 256
 
@@ -52,7 +52,7 @@ def certify(
         known = np.zeros(0, dtype=np.int64) if again else certified(connection, number)
     todo = {p: np.setdiff1d(those, known) for p, those in ids.items()}
     total = sum(map(len, todo.values()))
-    writer = Writer(path, {"command": "verify --rigorous", "a": selection.a}, __version__)
+    writer = Writer(path, {"command": "verify --rigorous", "a": selection.a})
     try:
         for p, block, before in blocks(todo, _BATCH):
             with catalogue.reading() as connection:

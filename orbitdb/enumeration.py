@@ -1,95 +1,100 @@
-"""Enumeration and counts of cyclic words, admissible ones above all.
+"""Enumeration of cyclic words, admissible ones above all, whole periods or parts of them.
 
-The pruning rules are a finite automaton that reads a word symbol by symbol. It is used twice: to
-prune prefixes while words are generated, and as a transfer matrix whose traces count the admissible
-words of any order without generating one.
+Words of one order stand in the order of their packed codes, which is that of their texts. A `Span` is
+a piece of this order; the pieces of a period can be enumerated apart from one another, by several
+processes, and need no memory of what came before.
 """
 
-from collections.abc import Callable, Iterator
-from functools import cache
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.pruning import RULES
+from orbitdb.automaton import automaton
 from orbitdb.words import BITS, unpack
 
 MAX_PERIOD = 20
 """The highest period that is enumerated (more than 10^9 words there)."""
 
 CHUNK = 1 << 14
-RULE_NUMBERS = frozenset(rule.number for rule in RULES)
-_INT64_LENGTH = 24  # 6^24 < 2^63
-_STRAIGHT, _LEFT = (0, 2), (1, 4)
-_NO_RIGHT, _NO_LEFT = (0, 1, 2, 4), (0, 2, 3, 5)
+
+_LAST_SYMBOLS = 5
+"""Symbols that a prefix leaves open when a period is cut into spans: some hundred words a prefix."""
+
+_CONTINUATIONS = 3.4
+"""Admissible continuations of prefixes for each that closes and is a least rotation, at most."""
 
 
-class State(NamedTuple):
-    """What a prefix decides of the symbols that may follow it.
+class Span(NamedTuple):
+    """The words of order p behind one packed word and up to another.
 
     Attributes
     ----------
-    symbol : int
-        The last symbol.
-    left : bool or None
-        Whether the last semicircle was the left one; None before the first.
-    walls : int
-        Straight bounces since then; 2 stands for more, too.
-    lone : bool
-        Whether the last symbol is a 4 or 5 that differs from the one before it.
+    p : int
+    after : int
+        The packed word behind which the span begins; -1 for the first word of all.
+    upto : int
+        The packed word at which it ends, included.
     """
 
-    symbol: int
-    left: bool | None
-    walls: int
-    lone: bool
+    p: int
+    after: int
+    upto: int
+
+    @classmethod
+    def whole(cls, p: int, after: int = -1) -> "Span":
+        """Return all words of order p, or those behind one."""
+        return cls(p, after, (1 << BITS * p) - 1)
 
 
-def _first(symbol: int) -> State:
-    """Return the state after a word's first symbol, whose left neighbour is not known yet."""
-    straight = symbol in _STRAIGHT
-    return State(symbol, None if straight else symbol in _LEFT, int(straight), False)
+def spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
+    """Cut the admissible words of order p into spans of about ``size`` words or less.
+
+    Parameters
+    ----------
+    p : int
+        Order, 1..`MAX_PERIOD`.
+    size : int
+        Wanted size. Most spans come close to it, those of high first symbols stay below: what is
+        counted are the words that continue a prefix, and there fewer of them are least rotations.
+    after : int, optional
+        Begin behind this packed word.
+
+    Yields
+    ------
+    Span
+        In order, one behind the other; the last one ends with the last word.
+    """
+    whole = Span.whole(p, after)
+    depth = p - _LAST_SYMBOLS
+    if depth < 1:
+        yield whole
+        return
+    _, table = automaton()
+    weights = _continuations(table, _LAST_SYMBOLS)
+    shift = BITS * _LAST_SYMBOLS
+    start, room = after, _CONTINUATIONS * size
+    for prefixes in _prefixes(whole, depth, table):
+        for code, weight in zip(prefixes.codes.tolist(), weights[prefixes.states].tolist(), strict=True):
+            before = (code << shift) - 1
+            if weight > room and before > start:
+                yield Span(p, start, before)
+                start, room = before, _CONTINUATIONS * size
+            room -= weight
+    yield Span(p, start, whole.upto)
 
 
-def _follow(state: State, symbol: int) -> tuple[State, set[int]]:
-    """Return the state after one more symbol, and the numbers of the rules this breaks."""
-    straight = symbol in _STRAIGHT
-    broken = set()
-    if straight and symbol == state.symbol:
-        broken.add(1)
-    if state.lone and symbol != state.symbol:
-        broken.add(2)
-    if not straight and state.left == (symbol in _LEFT):
-        if state.walls:
-            broken.add(4 if state.walls == 1 else 6)
-        elif symbol != state.symbol:
-            broken.add(5)
-    if straight:
-        return State(symbol, state.left, min(state.walls + 1, 2), False), broken
-    return State(symbol, symbol in _LEFT, 0, symbol >= 4 and symbol != state.symbol), broken
+def _continuations(table: NDArray[np.int8], symbols: int) -> NDArray[np.int64]:
+    """Return how many words of so many symbols may follow each state."""
+    steps = np.zeros((len(table), len(table)), dtype=np.int64)
+    for state, after in zip(*np.nonzero(table >= 0), strict=True):
+        steps[state, table[state, after]] += 1
+    counts: NDArray[np.int64] = np.linalg.matrix_power(steps, symbols).sum(axis=1)
+    return counts
 
 
-@cache
-def _automaton(rules: frozenset[int] = RULE_NUMBERS) -> tuple[tuple[State, ...], NDArray[np.int8]]:
-    """Return all states and the table of transitions under some rules (-1: forbidden)."""
-    states = [_first(symbol) for symbol in range(6)]
-    rows = []
-    for state in states:  # grows while it is read
-        row = []
-        for symbol in range(6):
-            new, broken = _follow(state, symbol)
-            if broken & rules:
-                row.append(-1)
-                continue
-            if new not in states:
-                states.append(new)
-            row.append(states.index(new))
-        rows.append(row)
-    return tuple(states), np.array(rows, dtype=np.int8)
-
-
-def admissible_words(p: int, after: int = -1) -> Iterator[NDArray[np.uint8]]:
+def admissible_words(p: int, after: int = -1, upto: int | None = None) -> Iterator[NDArray[np.uint8]]:
     """Generate the admissible primitive cyclic words of order p as least rotations, in order.
 
     Parameters
@@ -97,7 +102,9 @@ def admissible_words(p: int, after: int = -1) -> Iterator[NDArray[np.uint8]]:
     p : int
         Order, 1..`MAX_PERIOD`.
     after : int, optional
-        Go on behind this packed word.
+        Begin behind this packed word.
+    upto : int, optional
+        End with this packed word.
 
     Yields
     ------
@@ -110,9 +117,10 @@ def admissible_words(p: int, after: int = -1) -> Iterator[NDArray[np.uint8]]:
     time, thousands at once, by the rule of Fredricksen, Kessler and Maiorana: a prefix whose longest
     Lyndon prefix has m symbols goes on with a symbol not below the one m places back.
     """
-    states, table = _automaton()
+    states, table = automaton()
     rooted = np.array([state.left is not None for state in states])
-    for prefixes in _lyndon_words(p, table, after):
+    whole = Span.whole(p, after)
+    for prefixes in _lyndon_words(whole if upto is None else whole._replace(upto=upto), table):
         end = _read_again(prefixes, p, table)
         closed = (end >= 0) & rooted[end]  # only 02 has no root, and rule 3 forbids it
         if closed.any() and p > 1:  # of the words on one side, only 1, 3, 4 and 5 get here
@@ -122,17 +130,18 @@ def admissible_words(p: int, after: int = -1) -> Iterator[NDArray[np.uint8]]:
 def primitive_words(p: int, after: int = -1) -> Iterator[NDArray[np.uint8]]:
     """Generate all primitive cyclic words of order p, pruned or not, as `admissible_words` does."""
     free = np.tile(np.arange(6, dtype=np.int8), (6, 1))
-    for prefixes in _lyndon_words(p, free, after):
+    for prefixes in _lyndon_words(Span.whole(p, after), free):
         yield unpack(prefixes.codes, p)
 
 
-def _read_again(prefixes: "_Prefixes", p: int, table: NDArray[np.int8]) -> NDArray[np.int8]:
+def _read_again(prefixes: "_Prefixes", p: int, table: NDArray[np.int8]) -> NDArray[np.intp]:
     """Return the state after reading each word once more behind itself; -1 where a rule forbids it."""
-    dead = np.full((1, table.shape[1]), -1, dtype=np.int8)
-    table = np.concatenate([table, dead])  # the last row is also row -1
-    state = prefixes.states
+    width = table.shape[1]
+    dead = np.full(width, -1, dtype=np.intp)
+    flat = np.concatenate([table.ravel(), dead])  # the last row is also row -1, so take wraps round
+    state = prefixes.states.astype(np.intp)
     for place in range(p - 1, -1, -1):
-        state = table[state, (prefixes.codes >> BITS * place) & 7]
+        state = flat.take(width * state + ((prefixes.codes >> BITS * place) & 7), mode="wrap")
     return state
 
 
@@ -145,20 +154,27 @@ class _Prefixes(NamedTuple):
         return _Prefixes(self.codes[chosen], self.lyndon[chosen], self.states[chosen])
 
 
-def _lyndon_words(p: int, table: NDArray[np.int8], after: int) -> Iterator[_Prefixes]:
+def _lyndon_words(span: Span, table: NDArray[np.int8]) -> Iterator[_Prefixes]:
+    """Generate the Lyndon words of a span, with the states they lead to."""
+    for prefixes in _prefixes(span, span.p, table):
+        whole = (prefixes.lyndon == span.p) & (prefixes.codes > span.after)
+        if whole.any():
+            yield prefixes.rows(whole)
+
+
+def _prefixes(span: Span, length: int, table: NDArray[np.int8]) -> Iterator[_Prefixes]:
+    """Generate the prefixes of a length that Lyndon words of a span may begin with."""
     symbols = np.arange(6)
     first = _Prefixes(symbols.astype(np.int64), np.ones(6, np.int8), symbols.astype(np.int8))
     stack = [(1, first)]
     while stack:
         n, prefixes = stack.pop()
-        floor = after >> (BITS * (p - n))
-        if n == p:
-            whole = (prefixes.lyndon == p) & (prefixes.codes > after)
-            if whole.any():
-                yield prefixes.rows(whole)
-            continue
-        prefixes = prefixes.rows(prefixes.codes >= floor)
-        if len(prefixes.codes) > CHUNK:
+        rest = BITS * (span.p - n)
+        floor, ceiling = span.after >> rest, span.upto >> rest
+        prefixes = prefixes.rows((prefixes.codes >= floor) & (prefixes.codes <= ceiling))
+        if n == length:
+            yield prefixes
+        elif len(prefixes.codes) > CHUNK:
             starts = range(0, len(prefixes.codes), CHUNK)
             stack += [(n, prefixes.rows(slice(start, start + CHUNK))) for start in reversed(starts)]
         else:
@@ -177,65 +193,3 @@ def _extend(prefixes: _Prefixes, n: int, table: NDArray[np.int8]) -> _Prefixes:
         np.where(repeats, lyndon[parent], np.int8(n + 1)),
         after[parent, symbol],
     )
-
-
-def count_primitive(p: int) -> int:
-    """Count all primitive cyclic words of order p, 6 symbols (Moreau's formula)."""
-    return _count_cycles(p, lambda n: 6**n)
-
-
-def count_admissible(p: int, rules: frozenset[int] = RULE_NUMBERS) -> int:
-    """Count the primitive cyclic words of order p that break none of the rules, for any p.
-
-    Parameters
-    ----------
-    p : int
-        Order.
-    rules : frozenset of int, optional
-        Numbers of the rules that count; by default all, which makes this the paper's N_t(p).
-    """
-    return _count_cycles(p, lambda n: _count_rooted(n, rules))
-
-
-def _count_cycles(p: int, rooted: Callable[[int], int]) -> int:
-    """Return the number of primitive cyclic words, given that of closed walks of each length."""
-    return sum(_moebius(p // d) * rooted(d) for d in range(1, p + 1) if p % d == 0) // p
-
-
-def _moebius(n: int) -> int:
-    sign = 1
-    for prime in range(2, n + 1):
-        if n % prime == 0:
-            n //= prime
-            sign = -sign
-            if n % prime == 0:
-                return 0
-    return sign
-
-
-def _count_rooted(n: int, rules: frozenset[int]) -> int:
-    """Count the words of length n, all rotations and repetitions among them, that obey some rules."""
-    every = _closed_walks(n, rules, tuple(range(6)))
-    if 3 not in rules:
-        return every
-    one_sided = _closed_walks(n, rules, _NO_RIGHT) + _closed_walks(n, rules, _NO_LEFT)
-    return every - one_sided + _closed_walks(n, rules, _STRAIGHT)
-
-
-@cache
-def _closed_walks(n: int, rules: frozenset[int], symbols: tuple[int, ...]) -> int:
-    """Return the trace of the n-th power of the transfer matrix over some of the symbols.
-
-    A word with a semicircle fixes the state it returns to. A word of walls alone closes three times,
-    for either semicircle remembered and for none, and must count once.
-    """
-    states, table = _automaton(rules)
-    exact = np.int64 if n <= _INT64_LENGTH else object
-    matrix = np.zeros((len(states), len(states)), dtype=exact)
-    for row in range(len(states)):
-        for symbol in symbols:
-            if table[row, symbol] >= 0:
-                matrix[row, table[row, symbol]] += 1
-    power = np.linalg.matrix_power(matrix, n)
-    rootless = [i for i, state in enumerate(states) if state.left is None]
-    return int(np.trace(power)) - 2 * int(sum(power[i, i] for i in rootless))

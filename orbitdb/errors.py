@@ -7,3 +7,7 @@ class InputError(ValueError):
 
 class StoreError(Exception):
     """The database cannot be used; the message says why and what to do."""
+
+
+class WorkError(Exception):
+    """Work could not be done by the processes that should do it; the message says why and what to do."""

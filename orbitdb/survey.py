@@ -6,47 +6,42 @@ period has come, so that a fill can be stopped at any moment, by Ctrl-C or a kil
 
 import time
 from collections.abc import Iterable, Iterator
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
 
-import numpy as np
 import sqlalchemy as sa
-from numpy.typing import NDArray
 
-from orbitdb import __version__, symmetry
-from orbitdb.enumeration import (
-    RULE_NUMBERS,
-    admissible_words,
-    count_admissible,
-    count_primitive,
-    primitive_words,
-)
+from orbitdb import symmetry
+from orbitdb.automaton import RULE_NUMBERS
+from orbitdb.blocks import METHODS, Block, SolvedBlock, cut_into_blocks
+from orbitdb.counting import count_admissible, count_primitive
+from orbitdb.enumeration import Span, primitive_words
 from orbitdb.errors import StoreError
-from orbitdb.orbits import Orbit, Orbits, Status
+from orbitdb.orbits import Orbit, Status
 from orbitdb.pruning import FAMILY, pruned_word, rule_numbers, rules_broken
-from orbitdb.relaxation import relax
-from orbitdb.solve import solve, solve_word
+from orbitdb.solve import solve_word
 from orbitdb.stadium import Stadium
 from orbitdb.store import filling
 from orbitdb.store.catalogue import Catalogue
-from orbitdb.store.filling import DONE, Cursor, Writer
-from orbitdb.store.known import KnownClasses
-from orbitdb.symmetry import classify
-from orbitdb.words import from_strings, pack, to_strings, unpack
+from orbitdb.store.fills import DONE
+from orbitdb.store.progress import (
+    Cursor,
+    OvertakenError,
+    Spent,
+    close_fill,
+    count_statuses,
+    count_words,
+    move_cursor,
+    next_classes,
+    open_fill,
+)
+from orbitdb.store.writer import Writer
+from orbitdb.words import from_strings, key, keys, pack, to_strings
+from orbitdb.workers import HERE, Workers
 
-_BATCH = 8192
+_CLASSES_A_BLOCK = 8192
 _LAST_FULL_MASK = 64
-
-
-class Solver(Protocol):
-    """A method that turns admissible words of one order into orbits."""
-
-    def __call__(self, words: NDArray[np.uint8], stadium: Stadium) -> Orbits:
-        """Return what becomes of words, shape (N, p)."""
-
-
-METHODS: dict[str, Solver] = {"newton": solve, "relaxation": relax}
 
 
 @dataclass(frozen=True)
@@ -68,7 +63,9 @@ class Progress:
     total: int
 
 
-def fill(path: Path, a: float, periods: Iterable[int], method: str = "newton") -> Iterator[Progress]:
+def fill(
+    path: Path, a: float, periods: Iterable[int], method: str = "newton", workers: Workers = HERE
+) -> Iterator[Progress]:
     """Store all admissible words of some periods and what becomes of them at one a.
 
     Parameters
@@ -81,23 +78,28 @@ def fill(path: Path, a: float, periods: Iterable[int], method: str = "newton") -
         Periods, 2..`MAX_PERIOD`; those that are done are passed over.
     method : str, optional
         One of `METHODS`.
+    workers : Workers, optional
+        Where the words are found and solved; what is stored does not depend on it.
 
     Yields
     ------
     Progress
-        Behind every batch that is safely stored.
+        Behind every block that is safely stored.
 
     Raises
     ------
     StoreError
-        If the database cannot be written, or another process fills the same period.
+        If the database cannot be written.
+    WorkError
+        If the workers fail.
     """
     stadium = Stadium(a)
     periods = list(periods)
-    writer = Writer(path, {"command": "fill", "a": a, "periods": periods, "method": method}, __version__)
+    parameters = {"command": "fill", "a": a, "periods": periods, "method": method}
+    writer = Writer(path, parameters, references=False)
     try:
         for p in periods:
-            yield from _PeriodFill(writer, stadium, p, method).run()
+            yield from _PeriodFill(writer, stadium, p, method, workers).run()
     finally:
         writer.close()
 
@@ -105,78 +107,79 @@ def fill(path: Path, a: float, periods: Iterable[int], method: str = "newton") -
 class _PeriodFill:
     """The fill of one period at one a."""
 
-    def __init__(self, writer: Writer, stadium: Stadium, p: int, method: str) -> None:
+    def __init__(self, writer: Writer, stadium: Stadium, p: int, method: str, workers: Workers) -> None:
         self.writer, self.stadium, self.p, self.method = writer, stadium, p, method
-        self.total = self.stored = 0
+        self.total = count_admissible(p)
+        self.workers = workers if self.total > METHODS[method].words else HERE
         self.clock = time.monotonic()
 
     def run(self) -> Iterator[Progress]:
-        """Store what is missing, batch by batch."""
-        with self.writer.writing() as connection:
-            cursor = filling.open_fill(self.writer, connection, self.stadium.a, self.p)
+        """Store what is missing, block by block; go on behind another process that does the same."""
+        while True:
+            with self.writer.writing() as connection:
+                cursor = open_fill(self.writer, connection, self.stadium.a, self.p)
             if cursor.state == DONE:
                 return
-            known = KnownClasses(connection, cursor)
-        self.total = count_admissible(self.p)
-        if cursor.sequences_done:
-            batches = self._from_store(cursor, known)
-        else:
-            batches = self._from_scratch(cursor, known)
-        for _ in batches:
-            yield Progress(self.p, self.stored, self.total)
-        with self.writer.writing() as connection:
-            filling.close_fill(connection, cursor, self._counts(connection, cursor))
-
-    def _from_scratch(self, cursor: Cursor, known: KnownClasses) -> Iterator[Cursor]:
-        """Enumerate words; store them, their classes and the orbits of the classes."""
-        after = -1 if cursor.word is None else int(pack(from_strings([cursor.word]))[0])
-        for words in admissible_words(self.p, after):
-            classes = classify(words)
-            codes = pack(words)
-            least = classes.representative == codes
-            unsolved = least & ~np.isin(codes, known.solved)
-            orbits = METHODS[self.method](words[unsolved], self.stadium)
-            text = to_strings(words)
+            try:
+                for moved in self._blocks(cursor):
+                    cursor = moved
+                    yield Progress(self.p, cursor.words, self.total)
+            except OvertakenError:
+                continue
             with self.writer.writing() as connection:
-                known.refresh(connection)
-                known.add(connection, words[least], classes.stabiliser[least])
-                cycles = known.numbers(classes.representative)
-                rows = list(zip([self.p] * len(text), text, cycles, classes.element.tolist(), strict=True))
-                filling.add_sequences(connection, rows)
-                self._add_orbits(connection, cursor, known.numbers(codes[unsolved]), orbits)
-                cursor = self._advance(connection, cursor, text[-1])
-            self.stored += len(text)
+                close_fill(connection, cursor, self._counts(connection, cursor))
+            return
+
+    def _blocks(self, cursor: Cursor) -> Iterator[Cursor]:
+        """Store the blocks behind the cursor; yield where it has come to."""
+        known = cursor.sequences_done
+        blocks = (
+            self._known_classes(cursor)
+            if known
+            else cut_into_blocks(self.stadium.a, self.method, self.p, cursor.after)
+        )
+        for found in self.workers.solved(blocks):
+            begun = time.thread_time()
+            with self.writer.writing() as connection:
+                if not known:
+                    self._add_words(connection, found)
+                cycles = keys(pack(found.orbits.words), self.p).tolist()
+                filling.add_orbits(self.writer, connection, cursor.stadium, cycles, found.orbits, self.method)
+                words = count_words(connection, found.span) if known else len(found.words)
+                cursor = move_cursor(connection, cursor, found.span, words, self._spent(found, begun))
             yield cursor
 
-    def _from_store(self, cursor: Cursor, known: KnownClasses) -> Iterator[Cursor]:
-        """Solve the classes that a fill at another a has stored."""
-        after = 0 if cursor.word is None else int(pack(from_strings([cursor.word]))[0])
-        todo = known.codes[(known.codes > after) & ~np.isin(known.codes, known.solved)]
-        share = self.total / max(len(todo), 1)
-        for start in range(0, len(todo), _BATCH):
-            codes = todo[start : start + _BATCH]
-            words = unpack(codes, self.p)
-            orbits = METHODS[self.method](words, self.stadium)
-            with self.writer.writing() as connection:
-                self._add_orbits(connection, cursor, known.numbers(codes), orbits)
-                cursor = self._advance(connection, cursor, to_strings(words[-1:])[0])
-            self.stored = round((start + len(codes)) * share)
-            yield cursor
+    def _add_words(self, connection: sa.Connection, found: SolvedBlock) -> None:
+        """Store the words of a block and the classes whose least words are among them.
 
-    def _add_orbits(
-        self, connection: sa.Connection, cursor: Cursor, cycles: list[int], orbits: Orbits
-    ) -> None:
-        filling.add_orbits(self.writer, connection, cursor.stadium, cycles, orbits, self.method)
+        The classes of the other words come with smaller words, in blocks that are stored before.
+        """
+        p, least = self.p, found.orbits.words
+        filling.add_cycles(connection, keys(pack(least), p).tolist(), least, found.stabiliser)
+        classes = keys(found.classes.representative, p).tolist()
+        filling.add_sequences(connection, p, to_strings(found.words), classes, found.classes.element.tolist())
 
-    def _advance(self, connection: sa.Connection, cursor: Cursor, word: str) -> Cursor:
-        now = time.monotonic()
-        moved = filling.move_cursor(connection, cursor, word, now - self.clock)
-        self.clock = now
-        return moved
+    def _known_classes(self, cursor: Cursor) -> Iterator[Block]:
+        """Yield blocks of the classes that a fill at another a has stored."""
+        after = cursor.after
+        with closing(Catalogue(self.writer.path)) as catalogue:
+            while True:
+                with catalogue.reading() as connection:
+                    codes = next_classes(connection, self.p, after, _CLASSES_A_BLOCK)
+                if not len(codes):
+                    return
+                span = Span(self.p, after, int(codes[-1]))
+                yield Block(self.stadium.a, self.method, span, codes)
+                after = span.upto
+
+    def _spent(self, found: SolvedBlock, begun: float) -> Spent:
+        """Return the time that a block took: on its way, and since its storing was begun."""
+        before, self.clock = self.clock, time.monotonic()
+        return Spent(self.clock - before, found.enumerating, found.solving, time.thread_time() - begun)
 
     def _counts(self, connection: sa.Connection, cursor: Cursor) -> dict[str, int]:
         """Return the counts of the finished period, checked against the transfer matrix."""
-        found = filling.count_statuses(connection, cursor)
+        found = count_statuses(connection, cursor)
         words = sum(count for count, _ in found.values())
         if words != self.total:
             raise StoreError(
@@ -191,7 +194,8 @@ class _PeriodFill:
         boundary, unresolved = (found.get(s, (0, 0))[0] for s in (Status.BOUNDARY, Status.UNRESOLVED))
         return rules | {
             "primitive": primitive,
-            "n_t": self.total,
+            "words": words,
+            "n_t": words,
             "n_c": n_c,
             "classes": classes,
             "boundary": boundary,
@@ -207,7 +211,7 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Iterator[Progress]:
     Progress
         Behind every batch; all primitive words of the period are counted.
     """
-    writer = Writer(path, {"command": "fill --geometric", "periods": list(periods)}, __version__)
+    writer = Writer(path, {"command": "fill --geometric", "periods": list(periods)})
     names = [",".join(map(str, rule_numbers(mask))) for mask in range(_LAST_FULL_MASK)]
     try:
         for p in periods:
@@ -215,11 +219,11 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Iterator[Progress]:
             for words in primitive_words(p):
                 masks = rules_broken(words)
                 pruned = masks > 0
+                if p == len(FAMILY):
+                    pruned &= keys(pack(words), p) != key(FAMILY)
                 rules = [names[mask] for mask in masks[pruned].tolist()]
-                text = to_strings(words[pruned])
-                rows = [(p, *row) for row in zip(text, rules, strict=True) if row[0] != FAMILY]
                 with writer.writing() as connection:
-                    filling.add_pruned(connection, rows)
+                    filling.add_pruned(connection, p, to_strings(words[pruned]), rules)
                 done += len(words)
                 yield Progress(p, done, total)
     finally:
@@ -245,12 +249,12 @@ def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
     Orbit
         The word in the rotation asked for; the family 02 is not stored.
     """
-    writer = Writer(path, {"command": "fill", "a": a, "code": word, "method": method}, __version__)
+    writer = Writer(path, {"command": "fill", "a": a, "code": word, "method": method})
     try:
         if (pruned := pruned_word(word, a)) is not None:
             return _keep_pruned(writer, pruned)
         family = symmetry.class_of(word)
-        orbits = METHODS[method](from_strings([family.representative]), Stadium(a))
+        orbits = METHODS[method].solve(from_strings([family.representative]), Stadium(a))
         with writer.writing() as connection:
             stadium = writer.stadium_id(connection, a)
             number = filling.add_class(connection, family)
@@ -266,7 +270,7 @@ def _keep_pruned(writer: Writer, word: Orbit) -> Orbit:
         return word
     rules = ",".join(map(str, word.rules))
     with writer.writing() as connection:
-        filling.add_pruned(connection, [(word.p, word.representative, rules)])
+        filling.add_pruned(connection, word.p, [word.representative], [rules])
     return replace(word, stored=True)
 
 
@@ -282,5 +286,8 @@ def find(path: Path | None, word: str, a: float) -> Orbit:
     a : float
         The stadium.
     """
-    stored = None if path is None else Catalogue(path).find(word, a)
+    stored = None
+    if path is not None:
+        with closing(Catalogue(path)) as catalogue:
+            stored = catalogue.find(word, a)
     return solve_word(word, Stadium(a)) if stored is None else stored

@@ -159,10 +159,10 @@ def classify(words: NDArray[np.uint8]) -> Classes:
     least = own.copy()
     element = np.zeros(own.shape, dtype=np.uint8)
     stabiliser = np.ones(own.shape, dtype=np.uint8)
-    apart = _lone_apart(words)
+    apart = np.ascontiguousarray(_lone_apart(words).T, dtype=np.intp)  # bounces first: whole rows move
     for g in ELEMENTS[1:]:
-        turned = _TABLES[g][apart]
-        image = least_rotations(pack(turned[:, ::-1] if g & REVERSE else turned), p)
+        turned = _TABLES[g].take(apart)
+        image = least_rotations(pack((turned[::-1] if g & REVERSE else turned).T), p)
         stabiliser |= (image == own).astype(np.uint8) << np.uint8(g)
         element[image < least] = g
         np.minimum(least, image, out=least)

@@ -16,6 +16,9 @@ from orbitdb.errors import InputError
 SYMBOLS = "012345"
 MAX_ORDER = 1_000_000
 MAX_PACKED = 21
+MAX_KEYED = 20
+"""Words up to this order have a key."""
+
 BITS = 3
 
 _TOKEN = re.compile(r"\s*(?:([0-5])|(\()|(\))|\^\s*([0-9]+))")
@@ -210,3 +213,32 @@ def least_rotations(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
         turned |= first
         np.minimum(least, turned, out=least)
     return least
+
+
+def key(word: str) -> int:
+    """Return a word of order p <= `MAX_KEYED` as one integer, whatever its order.
+
+    Its octal digits are a 1 and the symbols: keys sort by order first, then as the words do, and
+    a key says its word.
+    """
+    return int("1" + word, 8)
+
+
+def word_of(key: int) -> str:
+    """Return the word that has a key."""
+    return f"{key:o}"[1:]
+
+
+def keys(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
+    """Return the keys of packed words of order p <= `MAX_KEYED`."""
+    return codes | np.int64(1 << BITS * p)
+
+
+def packed(keys: NDArray[np.int64], p: int) -> NDArray[np.int64]:
+    """Return the packed words of order p that have some keys."""
+    return keys ^ np.int64(1 << BITS * p)
+
+
+def keys_of_period(p: int) -> tuple[int, int]:
+    """Return a number below and one above, or equal to, the keys of all words of order p."""
+    return 1 << BITS * p, (2 << BITS * p) - 1

@@ -9,10 +9,18 @@ import pytest
 from hypothesis import settings
 
 from orbitdb import survey
+from orbitdb.blocks import METHODS, Method
+from orbitdb.solve import solve
 from orbitdb.store.catalogue import Catalogue
 
 settings.register_profile("no deadline", deadline=None)
 settings.load_profile("no deadline")
+
+
+@pytest.fixture
+def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cut periods into many blocks, so that a fill can be stopped between them."""
+    monkeypatch.setitem(METHODS, "newton", Method(solve, 64))
 
 
 class Outcome(NamedTuple):

@@ -13,7 +13,7 @@ from orbitdb.bench import (
     sample,
     work_precision,
 )
-from orbitdb.enumeration import count_admissible
+from orbitdb.counting import count_admissible
 from orbitdb.orbits import Status
 from orbitdb.solve import certificates, solve, solve_in_doubles
 from orbitdb.stadium import Stadium

@@ -30,8 +30,8 @@ def test_migration_makes_the_schema_of_the_tables(tmp_path):
     from alembic.migration import MigrationContext
 
     path = tmp_path / "new.db"
-    assert migrate(path) == (0, SCHEMA_VERSION)
-    assert migrate(path) == (SCHEMA_VERSION, SCHEMA_VERSION)
+    assert migrate(path) == (0, SCHEMA_VERSION, None)
+    assert migrate(path) == (SCHEMA_VERSION, SCHEMA_VERSION, None)
     with writing_engine(path).begin() as connection:
         context = MigrationContext.configure(connection)
         assert compare_metadata(context, metadata) == []
@@ -57,7 +57,7 @@ def test_failed_migration_leaves_nothing(tmp_path, monkeypatch):
     with pytest.raises(RuntimeError):
         module.migrate(path)
     monkeypatch.undo()
-    assert migrate(path) == (0, SCHEMA_VERSION)
+    assert migrate(path) == (0, SCHEMA_VERSION, None)
     with sqlite3.connect(path) as plain:
         assert not plain.execute("SELECT 1 FROM sqlite_master WHERE name = 'half'").fetchall()
     plain.close()

@@ -8,9 +8,9 @@ from orbitdb import survey
 from orbitdb.orbits import Status
 from orbitdb.selection import Selection, SelectionError
 from orbitdb.store.catalogue import Catalogue
-from orbitdb.store.filling import Writer
 from orbitdb.store.pages import CancelledError, certificate_of, chosen_keys, fetch, load_index
 from orbitdb.store.schema import certificate, cycle
+from orbitdb.store.writer import Writer
 
 SELECTIONS = [
     Selection(),
@@ -102,7 +102,7 @@ def test_nobody_waits(catalogues):
 def test_a_certificate_is_read_by_its_class(catalogues):
     catalogue = catalogues[0]
     assert certificate_of(catalogue, "013", 1.6) is None
-    writer = Writer(catalogue.path, {"command": "test"}, "0")
+    writer = Writer(catalogue.path, {"command": "test"})
     with writer.writing() as connection:
         number = connection.scalar(sa.select(cycle.c.id).where(cycle.c.word == "013"))
         row = {"stadium": writer.stadium_id(connection, 1.6), "cycle": number, "radius": 1e-30, "bits": 128}

@@ -116,8 +116,9 @@ def test_long_orbits_are_not_suspected(code):
     assert not any(check.failures for check in found.values())
 
 
-FIRST_ORBIT = "(SELECT min(cycle) FROM orbit WHERE status = 'orbit' AND stadium = 1)"
+FIRST_ORBIT = "(SELECT min(cycle) FROM orbit WHERE status = 'orbit' AND stadium = 1 AND cycle > 0)"
 FIRST_DYNAMICAL = "(SELECT min(cycle) FROM orbit WHERE status = 'dynamical' AND stadium = 1)"
+SOME_CLASS = "(SELECT id FROM cycle WHERE p = 6 ORDER BY id LIMIT 1 OFFSET 4)"
 SOME_WORD = "(SELECT max(word) FROM sequence WHERE p = 6 AND cycle IS NOT NULL)"
 ALTERATIONS = {
     "status of an orbit": (f"UPDATE orbit SET status = 'boundary' WHERE cycle = {FIRST_ORBIT}", "statuses"),
@@ -162,21 +163,22 @@ ALTERATIONS = {
     "a sequence too many": ("INSERT INTO sequence VALUES (6, '000000', 5, 0, NULL)", "counts"),
     "element": (f"UPDATE sequence SET element = (element + 1) % 8 WHERE word = {SOME_WORD}", "sequences"),
     "class of a sequence": (f"UPDATE sequence SET cycle = cycle - 1 WHERE word = {SOME_WORD}", "sequences"),
-    "class size": ("UPDATE cycle SET class_size = class_size % 4 + 1 WHERE id = 20", "classes"),
+    "class size": (f"UPDATE cycle SET class_size = class_size % 4 + 1 WHERE id = {SOME_CLASS}", "classes"),
     "time reversal": (
         "UPDATE cycle SET time_reversal = replace(replace(time_reversal, 'self', 'x'), 'pair', 'self')"
-        " WHERE id = 20",
+        f" WHERE id = {SOME_CLASS}",
         "classes",
     ),
-    "symmetry": ("UPDATE cycle SET symmetry = symmetry || ',y' WHERE id = 20", "classes"),
-    "walls": ("UPDATE cycle SET walls = walls + 1 WHERE id = 20", "classes"),
+    "symmetry": (f"UPDATE cycle SET symmetry = symmetry || ',y' WHERE id = {SOME_CLASS}", "classes"),
+    "walls": (f"UPDATE cycle SET walls = walls + 1 WHERE id = {SOME_CLASS}", "classes"),
+    "number of a class": (f"UPDATE cycle SET id = id + 7 WHERE id = {SOME_CLASS}", "foreign keys"),
     "a class by another word": (
-        "UPDATE cycle SET word = substr(word, 2) || substr(word, 1, 1) WHERE id = 20",
+        f"UPDATE cycle SET word = substr(word, 2) || substr(word, 1, 1) WHERE id = {SOME_CLASS}",
         "classes",
     ),
-    "a class that is no word": ("UPDATE cycle SET word = '013x' WHERE id = 5", "classes"),
-    "a class that is pruned": ("UPDATE cycle SET word = '000000' WHERE id = 20", "classes"),
-    "a missing class": ("DELETE FROM cycle WHERE id = 20", "foreign keys"),
+    "a class that is no word": (f"UPDATE cycle SET word = '013x' WHERE id = {SOME_CLASS}", "classes"),
+    "a class that is pruned": (f"UPDATE cycle SET word = '000000' WHERE id = {SOME_CLASS}", "classes"),
+    "a missing class": (f"DELETE FROM cycle WHERE id = {SOME_CLASS}", "foreign keys"),
     "a missing row": (f"DELETE FROM orbit WHERE cycle = {FIRST_ORBIT}", "fills"),
     "N_c": ("UPDATE fill SET n_c = n_c - 1 WHERE p = 6", "fills"),
     "N_t": ("UPDATE fill SET n_t = n_t + 1 WHERE p = 5", "fills"),
@@ -198,6 +200,13 @@ ALTERATIONS = {
     "a trigger": ("CREATE TRIGGER t AFTER INSERT ON run BEGIN DELETE FROM orbit; END", "schema"),
     "another a": ("UPDATE stadium SET a = 1.6000000000000003 WHERE a = 1.6", "bits"),
 }
+
+
+def test_a_class_with_all_that_is_its_own_under_another_number_is_found(small):
+    ((number,),) = ask(small, f"SELECT {SOME_CLASS}")
+    for table, column in (("cycle", "id"), ("sequence", "cycle"), ("orbit", "cycle")):
+        alter(small, f"UPDATE {table} SET {column} = {number} + 7 WHERE {column} = {number}")
+    assert broken(small) == {"classes"}
 
 
 @pytest.mark.parametrize("name", ALTERATIONS)
@@ -468,15 +477,14 @@ def test_what_cannot_be_verified_says_so(filled, cli, arguments, code, message):
     assert message in outcome.err
 
 
-def test_a_period_in_the_making_is_no_failure(tmp_path, monkeypatch):
-    monkeypatch.setattr("orbitdb.enumeration.CHUNK", 16)
+@pytest.mark.usefixtures("small_blocks")
+def test_a_period_in_the_making_is_no_failure(tmp_path):
     path = tmp_path / "half.db"
     migrate(path)
-    going = survey.fill(path, 1.6, range(2, 8))
-    for _ in range(20):
-        step = next(going)
+    going = survey.fill(path, 1.6, range(2, 9))
+    step = next(step for step in going if step.p == 8 and step.words)
     going.close()
-    assert 0 < step.words < step.total
+    assert step.words < step.total
     assert broken(path) == set()
     ((word,),) = ask(path, f"SELECT min(word) FROM sequence WHERE p = {step.p}")
     alter(path, f"DELETE FROM sequence WHERE word = '{word}'")

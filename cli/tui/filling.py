@@ -100,7 +100,7 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
 def work(path: Path, state: FillState) -> Generator[FillState, None, None]:
     """Fill, and tell how far it is behind every batch that is safely stored."""
     from orbitdb import survey
-    from orbitdb.enumeration import count_admissible
+    from orbitdb.counting import count_admissible
     from orbitdb.store.catalogue import Catalogue
 
     Catalogue.create(path)

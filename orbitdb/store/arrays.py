@@ -139,7 +139,7 @@ def _shared(catalogue: "Catalogue", a: float, known: Integers) -> dict[str, Any]
     names = ("cycle", "status", *_SHARED_TEXTS, *_SHARED_INTEGERS, *NUMBERS)
     nothing = (0, Status.GEOMETRIC.value, *[""] * len(_SHARED_TEXTS), *[0] * len(_SHARED_INTEGERS))
     rows = [(*nothing, *[None] * len(NUMBERS))] if 0 in known else []
-    rows += sorted(_rows_of_classes(catalogue, a, known[known > 0].tolist(), names))
+    rows = sorted([*rows, *_rows_of_classes(catalogue, a, known[known != 0].tolist(), names)])
     columns = dict(zip(names, zip(*rows, strict=True) if rows else [()] * len(names), strict=True))
     arrays: dict[str, Any] = {name: np.array(columns[name], _TEXT) for name in ("status", *_SHARED_TEXTS)}
     arrays |= {name: np.array(columns[name], np.int64) for name in _SHARED_INTEGERS}

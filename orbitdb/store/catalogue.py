@@ -70,6 +70,10 @@ class Catalogue:
         migrate(path)
         return cls(path, a)
 
+    def close(self) -> None:
+        """Close the file; it is opened again if something more is asked."""
+        self._engine.dispose()
+
     @contextmanager
     def reading(self) -> Iterator[sa.Connection]:
         """Give a connection inside one read transaction: all it sees is of one moment."""

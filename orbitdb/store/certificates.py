@@ -6,8 +6,8 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.store.filling import Writer
 from orbitdb.store.schema import certificate
+from orbitdb.store.writer import Writer
 
 
 def certified(connection: sa.Connection, stadium_id: int) -> NDArray[np.int64]:

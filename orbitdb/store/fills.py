@@ -1,9 +1,11 @@
 """How far periods are filled, and the counts of the finished ones."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import sqlalchemy as sa
+
+DONE, FILLING = "done", "filling"
 
 
 @dataclass(frozen=True)
@@ -16,8 +18,12 @@ class Fill:
         Period.
     state : str
         ``filling`` or ``done``; there are no counts before it is done.
+    words : int
+        Words stored so far.
     seconds : float
         Time spent.
+    enumerating, solving, storing : float
+        Time of processors spent on words and their classes, on orbits, and on the database (seconds).
     primitive : int or None
         All primitive cyclic words of the period.
     pruned : tuple of int or None
@@ -32,7 +38,11 @@ class Fill:
 
     p: int
     state: str
+    words: int
     seconds: float
+    enumerating: float
+    solving: float
+    storing: float
     primitive: int | None
     pruned: tuple[int | None, ...]
     n_t: int | None
@@ -45,6 +55,6 @@ class Fill:
 def as_fill(row: sa.Row[Any]) -> Fill:
     """Return a row of the table ``fill``."""
     values = row._mapping
-    names = ("p", "state", "seconds", "primitive", "n_t", "n_c", "classes", "boundary", "unresolved")
     pruned = tuple(values[f"rule_{number}"] for number in range(1, 7))
+    names = (each.name for each in fields(Fill) if each.name != "pruned")
     return Fill(pruned=pruned, **{name: values[name] for name in names})

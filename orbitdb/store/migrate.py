@@ -1,7 +1,10 @@
 """Bringing a database file to the newest schema."""
 
+import sqlite3
+from contextlib import closing
 from importlib import resources
 from pathlib import Path
+from typing import NamedTuple
 
 import sqlalchemy as sa
 
@@ -9,13 +12,24 @@ from orbitdb.store.database import check_file, plain_errors, writing_engine
 from orbitdb.store.schema import APPLICATION_ID, SCHEMA_VERSION
 
 
-def migrate(path: Path) -> tuple[int, int]:
-    """Create a catalogue, or bring an older one to the newest schema, in one transaction.
+class Migration(NamedTuple):
+    """What was done to a file.
 
-    Returns
-    -------
-    tuple of int
-        The schema's version before (0: there was none) and after.
+    Attributes
+    ----------
+    before, after : int
+        The schema's version; 0 if there was none.
+    backup : Path or None
+        A copy of the file as it was, if it held an older catalogue.
+    """
+
+    before: int
+    after: int
+    backup: Path | None
+
+
+def migrate(path: Path) -> Migration:
+    """Create a catalogue, or copy an older one and bring it to the newest schema, in one transaction.
 
     Raises
     ------
@@ -24,16 +38,32 @@ def migrate(path: Path) -> tuple[int, int]:
     """
     before = check_file(path) or 0
     if before == SCHEMA_VERSION:
-        return before, before
+        return Migration(before, before, None)
     with plain_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
+        backup = _back_up(path, before) if before else None
         engine = writing_engine(path)
         with engine.begin() as connection:
-            _upgrade(connection)
-            connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
-            connection.exec_driver_sql(f"PRAGMA user_version = {SCHEMA_VERSION}")
+            if connection.exec_driver_sql("PRAGMA user_version").scalar_one() == before:
+                _upgrade(connection)
+                connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
+                connection.exec_driver_sql(f"PRAGMA user_version = {SCHEMA_VERSION}")
         engine.dispose()
-    return before, SCHEMA_VERSION
+    return Migration(before, SCHEMA_VERSION, backup)
+
+
+def _back_up(path: Path, version: int) -> Path:
+    """Copy a database with all that its journal holds; the copy has its name once it is complete."""
+    backup = path.with_name(f"{path.name}.schema-{version}")
+    draft = backup.with_name(backup.name + ".part")
+    draft.unlink(missing_ok=True)
+    try:
+        with closing(sqlite3.connect(path)) as old, closing(sqlite3.connect(draft)) as copy:
+            old.backup(copy)
+        draft.replace(backup)
+    finally:
+        draft.unlink(missing_ok=True)
+    return backup
 
 
 def _upgrade(connection: sa.Connection) -> None:

@@ -8,6 +8,7 @@ primary keys of its rows, so it costs the same at the beginning and at the end o
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import groupby
 from typing import Any
 
@@ -21,12 +22,9 @@ from orbitdb.store.catalogue import Catalogue
 from orbitdb.store.schema import catalogue as view
 from orbitdb.store.schema import certificate, cycle, orbit, sequence, stadium
 from orbitdb.store.selecting import conditions_of
-from orbitdb.words import BITS, from_strings, pack
+from orbitdb.words import BITS, MAX_KEYED, from_strings, key, pack, word_of
 
 Keys = NDArray[np.int64]
-
-MAX_IN_KEY = 20
-"""Words up to this order are their own key; longer ones are numbered."""
 
 _LONG = 1 << 62
 _BLOCK = 4096
@@ -67,7 +65,7 @@ class Index:
     cycles : ndarray of int64, shape (N,)
         The number of its class; 0 for a word that is geometrically pruned.
     long_words : tuple of str
-        The words of more than `MAX_IN_KEY` symbols, in their order.
+        The words of more than `MAX_KEYED` symbols, in their order.
     """
 
     a: float
@@ -82,15 +80,15 @@ class Index:
         """Return the word, as a least rotation, that has a key."""
         if key >= _LONG:
             return self.long_words[key - _LONG]
-        return f"{key:o}"[1:]
+        return word_of(key)
 
     def position(self, keys: Keys, word: str) -> int | None:
         """Return where a least rotation stands among some of the keys, or None if it is not there."""
-        if len(word) > MAX_IN_KEY:
-            key = _LONG + self.long_words.index(word) if word in self.long_words else -1
+        if len(word) > MAX_KEYED:
+            wanted = _LONG + self.long_words.index(word) if word in self.long_words else -1
         else:
-            key = int("1" + word, 8)
-        found = np.flatnonzero(keys == key)
+            wanted = key(word)
+        found = np.flatnonzero(keys == wanted)
         return int(found[0]) if len(found) else None
 
 
@@ -115,8 +113,8 @@ def load_index(catalogue: Catalogue, a: float) -> Index:
         if connection.scalar(sa.select(stadium.c.id).where(stadium.c.a == a)) is None:
             return Index(a, np.zeros(0, np.int64), np.zeros(0, np.int64), ())
         known = np.array([0, *connection.scalars(solved)], dtype=np.int64)
-        parts = [_parse(*row) for row in connection.execute(packed.where(sequence.c.p <= MAX_IN_KEY))]
-        long_rows = connection.execute(listed.where(sequence.c.p > MAX_IN_KEY)).all()
+        parts = [_parse(*row) for row in connection.execute(packed.where(sequence.c.p <= MAX_KEYED))]
+        long_rows = connection.execute(listed.where(sequence.c.p > MAX_KEYED)).all()
     long_cycles = np.array([number for _, number in long_rows], dtype=np.int64)
     parts.append((_LONG + np.arange(len(long_rows)), long_cycles))
     keys, cycles = (np.concatenate(column) for column in zip(*parts, strict=True))
@@ -170,10 +168,10 @@ def chosen_keys(
         raise CancelledError
     if column == "p" and not descending:
         return index.keys[rows]
-    ranks = _word_ranks(index, rows) if column in ("code", "word") else _class_ranks(catalogue, index, column)
-    if ranks is None:
+    ranks = _word_ranks if column in ("code", "word") else partial(_class_ranks, catalogue, column)
+    sort_by = ranks(index, rows)
+    if sort_by is None:
         return _scanned(catalogue, index, selection, f"{column} {'desc' if descending else 'asc'}", cancelled)
-    sort_by = ranks[index.cycles[rows]] if column in _CLASS else ranks
     return index.keys[rows[np.argsort(-sort_by if descending else sort_by, kind="stable")]]
 
 
@@ -221,10 +219,12 @@ def _period(index: Index, key: int) -> int:
     return (key.bit_length() - 1) // BITS if key < _LONG else len(index.word(key))
 
 
-def _class_ranks(catalogue: Catalogue, index: Index, column: str) -> NDArray[np.float64] | None:
-    """Return a number a class that sorts as the column does; None if there is no such number.
+def _class_ranks(
+    catalogue: Catalogue, column: str, index: Index, rows: NDArray[np.intp]
+) -> NDArray[np.float64] | None:
+    """Return a number a word that sorts as a column of its class does; None if there is no such number.
 
-    Words without a class, which come first as NULL does in SQLite, have the number 0.
+    Words without a class come first, as NULL does in SQLite.
     """
     if column in ("p", "status") and (index.cycles == 0).any():
         return None
@@ -239,8 +239,10 @@ def _class_ranks(catalogue: Catalogue, index: Index, column: str) -> NDArray[np.
         order = {value: rank for rank, value in enumerate(sorted({value for value in values if value}))}
         values = [order.get(value) for value in values]
     numbers = np.array([-np.inf if value is None else value for value in values], dtype=np.float64)
-    ranks = np.full(1 + max((number for number, _ in pairs), default=0), -np.inf)
-    ranks[[number for number, _ in pairs]] = numbers
+    known = np.array([0, *(number for number, _ in pairs)], dtype=np.int64)  # 0: without a class
+    rising = np.argsort(known)
+    places = np.searchsorted(known, index.cycles[rows], sorter=rising)
+    ranks: NDArray[np.float64] = np.append(-np.inf, numbers)[rising[places]]
     return ranks
 
 
@@ -250,9 +252,9 @@ def _word_ranks(index: Index, rows: NDArray[np.intp]) -> NDArray[np.int64] | Non
         return None
     keys = index.keys[rows]
     ranks = np.empty_like(keys)
-    bounds = np.int64(1) << (BITS * np.arange(MAX_IN_KEY + 2, dtype=np.int64))
+    bounds = np.int64(1) << (BITS * np.arange(MAX_KEYED + 2, dtype=np.int64))
     periods = np.searchsorted(bounds, keys, side="right") - 1
-    ranks[:] = (keys - bounds[periods]) << (BITS * (MAX_IN_KEY - periods))
+    ranks[:] = (keys - bounds[periods]) << (BITS * (MAX_KEYED - periods))
     return ranks
 
 
@@ -265,9 +267,9 @@ def _scanned(
     for count, (word,) in enumerate(catalogue.rows(selection, ("code",), order)):
         if count % _BLOCK == 0 and cancelled():
             raise CancelledError
-        key = int("1" + word, 8) if len(word) <= MAX_IN_KEY else numbers.get(word)
-        if key is not None:
-            found.append(key)
+        number = key(word) if len(word) <= MAX_KEYED else numbers.get(word)
+        if number is not None:
+            found.append(number)
     return np.array(found, dtype=np.int64)
 
 

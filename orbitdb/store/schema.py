@@ -12,7 +12,7 @@ import sqlalchemy as sa
 APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 """The number of the newest migration; kept as SQLite's user_version."""
 
 metadata = sa.MetaData(
@@ -26,8 +26,10 @@ STRICT: dict[str, Any] = {"sqlite_strict": True}
 STRICT_ORDERED: dict[str, Any] = {"sqlite_strict": True, "sqlite_with_rowid": False}
 
 
-def _required(name: str, kind: type[sa.types.TypeEngine[Any]], *more: sa.schema.SchemaItem) -> sa.Column[Any]:
-    return sa.Column(name, kind, *more, nullable=False)
+def _required(
+    name: str, kind: type[sa.types.TypeEngine[Any]], *more: sa.schema.SchemaItem, **options: Any
+) -> sa.Column[Any]:
+    return sa.Column(name, kind, *more, nullable=False, **options)
 
 
 cycle = sa.Table(
@@ -43,7 +45,9 @@ cycle = sa.Table(
     sa.UniqueConstraint("p", "word"),
     **STRICT,
 )
-"""One symmetry class: its least word, how many words it has, and its straight bounces (`walls`)."""
+"""One symmetry class: its least word, how many words it has, and its straight bounces (`walls`).
+
+Its number is the word's key (`orbitdb.words.key`), negative for words that are too long for one."""
 
 sequence = sa.Table(
     "sequence",
@@ -113,9 +117,12 @@ fill = sa.Table(
     sa.Column("classes", sa.Integer),
     sa.Column("boundary", sa.Integer),
     sa.Column("unresolved", sa.Integer),
+    _required("words", sa.Integer, server_default="0"),
+    *(_required(name, sa.REAL, server_default="0") for name in ("enumerating", "solving", "storing")),
     **STRICT_ORDERED,
 )
-"""How far a period is filled at one a; the counts are there once the state is ``done``."""
+"""How far a period is filled at one a, what it took in seconds as they pass and seconds of processors
+by stage; the counts are there once the state is ``done``."""
 
 trajectory = sa.Table(
     "trajectory",

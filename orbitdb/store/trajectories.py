@@ -5,8 +5,8 @@ from dataclasses import asdict, fields
 import sqlalchemy as sa
 
 from orbitdb.store.catalogue import Catalogue
-from orbitdb.store.filling import Writer
 from orbitdb.store.schema import stadium, trajectory
+from orbitdb.store.writer import Writer
 from orbitdb.trajectory import Reference
 
 

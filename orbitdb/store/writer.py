@@ -1,0 +1,59 @@
+"""A catalogue opened for writing."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import sqlalchemy as sa
+
+from orbitdb.arithmetic import arithmetic
+from orbitdb.store.database import plain_errors, writing_engine
+from orbitdb.store.schema import run, stadium
+from orbitdb.version import __version__
+
+
+class Writer:
+    """A catalogue opened for writing, on behalf of one run of the program.
+
+    Parameters
+    ----------
+    path : Path
+        A catalogue of the newest schema.
+    parameters : dict
+        What the run was asked to do; kept as its provenance, with the machine's `arithmetic`.
+    references : bool, optional
+        Whether SQLite looks up every reference that is written (`writing_engine`).
+    """
+
+    def __init__(self, path: Path, parameters: dict[str, Any], references: bool = True) -> None:
+        self.path = path
+        self._engine = writing_engine(path, references)
+        provenance = parameters | {"arithmetic": arithmetic()}
+        self._run = {"version": __version__, "parameters": json.dumps(provenance, sort_keys=True)}
+        self._run_id: int | None = None
+
+    @contextmanager
+    def writing(self) -> Iterator[sa.Connection]:
+        """Give a connection that holds the write lock; all is written, or nothing."""
+        with plain_errors(self.path), self._engine.begin() as connection:
+            yield connection
+
+    def close(self) -> None:
+        """Close the file, so that no journal stays beside it."""
+        self._engine.dispose()
+
+    def run_id(self, connection: sa.Connection) -> int:
+        """Return the number of this run, noting it on its first write."""
+        if self._run_id is None:
+            started = datetime.now(UTC).isoformat(timespec="seconds")
+            fresh = sa.insert(run).values(started=started, **self._run).returning(run.c.id)
+            self._run_id = int(connection.execute(fresh).scalar_one())
+        return self._run_id
+
+    def stadium_id(self, connection: sa.Connection, a: float) -> int:
+        """Return the number of a stadium, adding it if it is new."""
+        connection.execute(sa.insert(stadium).prefix_with("OR IGNORE").values(a=a))
+        return int(connection.execute(sa.select(stadium.c.id).where(stadium.c.a == a)).scalar_one())

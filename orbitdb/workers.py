@@ -1,0 +1,174 @@
+"""Where blocks are solved: in this process, or in several processes at once.
+
+Results come in the order of the blocks, however long each takes, and only so many blocks are under
+way that memory stays bounded whatever the period.
+"""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections import deque
+from collections.abc import Iterable, Iterator
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from types import TracebackType
+from typing import Protocol, Self
+
+from orbitdb.blocks import Block, SolvedBlock, solve_block
+from orbitdb.errors import WorkError
+from orbitdb.version import __version__
+
+_AHEAD = 2
+"""Blocks under way for each worker, so that none waits for the writer."""
+
+_DEATHS = 3
+"""How often workers may die on one block."""
+
+
+class Workers(Protocol):
+    """Something that solves blocks."""
+
+    def solved(self, blocks: Iterable[Block]) -> Iterator[SolvedBlock]:
+        """Yield what became of blocks, in their order."""
+
+
+class Here:
+    """Solves blocks one after the other in this process."""
+
+    def solved(self, blocks: Iterable[Block]) -> Iterator[SolvedBlock]:
+        """Yield what became of blocks, in their order."""
+        return map(solve_block, blocks)
+
+
+HERE = Here()
+
+
+class Processes:
+    """Solves blocks in processes of their own; to be used as a context.
+
+    A process that dies costs no more than the blocks under way, which are solved again by new ones.
+
+    Parameters
+    ----------
+    jobs : int
+        Number of processes.
+    """
+
+    def __init__(self, jobs: int) -> None:
+        self.jobs = jobs
+        self._executor: Executor | None = None
+        self._lifeline: Connection | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is not None and self._lifeline is not None:
+            self._lifeline.close()  # nobody waits for what is under way
+        self._end()
+
+    def solved(self, blocks: Iterable[Block]) -> Iterator[SolvedBlock]:
+        """Yield what became of blocks, in their order."""
+        return in_order(self, blocks, _AHEAD * self.jobs)
+
+    def submit(self, block: Block) -> Future[SolvedBlock]:
+        """Begin with a block."""
+        if self._executor is None:
+            fresh = multiprocessing.get_context("spawn")  # a fork would share open databases
+            end, self._lifeline = fresh.Pipe(duplex=False)
+            self._executor = ProcessPoolExecutor(self.jobs, fresh, _begin_worker, (end,))
+        return self._executor.submit(solve_block, block)
+
+    def renew(self) -> None:
+        """Put new processes in the place of those of which one has died."""
+        self._end()
+
+    def _end(self) -> None:
+        if self._executor is not None and self._lifeline is not None:
+            self._executor.shutdown(cancel_futures=True)
+            self._lifeline.close()
+        self._executor = self._lifeline = None
+
+
+class Pool(Protocol):
+    """Something that takes blocks and promises their results."""
+
+    def submit(self, block: Block) -> Future[SolvedBlock]:
+        """Begin with a block."""
+
+    def renew(self) -> None:
+        """Make ready for new blocks after workers have died."""
+
+
+def in_order(pool: Pool, blocks: Iterable[Block], ahead: int) -> Iterator[SolvedBlock]:
+    """Solve blocks in a pool with so many under way; yield the results in the order of the blocks.
+
+    Raises
+    ------
+    WorkError
+        If workers die again and again on one block, or are of another version.
+    """
+    waiting: deque[tuple[Block, Future[SolvedBlock]]] = deque()
+    try:
+        for block in blocks:
+            waiting.append((block, _submit(pool, block)))
+            if len(waiting) > ahead:
+                yield _first_result(pool, waiting)
+        while waiting:
+            yield _first_result(pool, waiting)
+    finally:
+        for _, future in waiting:
+            future.cancel()
+
+
+def _submit(pool: Pool, block: Block) -> Future[SolvedBlock]:
+    """Begin with a block; if workers have died unnoticed, promise what tells so."""
+    try:
+        return pool.submit(block)
+    except BrokenExecutor as error:
+        broken: Future[SolvedBlock] = Future()
+        broken.set_exception(error)
+        return broken
+
+
+def _first_result(pool: Pool, waiting: deque[tuple[Block, Future[SolvedBlock]]]) -> SolvedBlock:
+    """Wait for the first block under way; begin anew with all of them if a worker has died."""
+    for _ in range(_DEATHS):
+        try:
+            result = waiting[0][1].result()
+        except BrokenExecutor:
+            pool.renew()
+            blocks = [block for block, _ in waiting]
+            waiting.clear()
+            waiting.extend((block, _submit(pool, block)) for block in blocks)
+        else:
+            waiting.popleft()
+            if result.version != __version__:
+                raise WorkError(f"a worker runs orbitdb {result.version}: install {__version__} there, too")
+            return result
+    raise WorkError(
+        f"worker processes died {_DEATHS} times on one block: if memory is short, try fewer with --jobs"
+    )
+
+
+def _begin_worker(lifeline: Connection) -> None:
+    """Leave Ctrl-C to the process that stores, and end at once when it cuts the line or is killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
+
+
+def _end_with(lifeline: Connection) -> None:
+    with suppress(EOFError, OSError):
+        lifeline.recv()
+    os._exit(1)
+
+
+def cores() -> int:
+    """Return the number of processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

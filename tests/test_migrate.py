@@ -1,0 +1,110 @@
+"""Catalogues of older schemas: copied, brought to the newest one, and sound afterwards."""
+
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from test_survey import content
+
+from orbitdb import survey
+from orbitdb.errors import StoreError
+from orbitdb.store.catalogue import Catalogue
+from orbitdb.store.migrate import migrate
+from orbitdb.store.schema import SCHEMA_VERSION
+from orbitdb.words import least_rotation, parse
+
+LONG = parse("1^30 5^29")
+
+
+def make_older(path: Path) -> None:
+    """Turn a catalogue into what schema 1 had: classes numbered as they came, fewer columns."""
+    with closing(sqlite3.connect(path, isolation_level=None)) as plain:
+        plain.execute("CREATE TEMP TABLE old (id INTEGER PRIMARY KEY, new INTEGER)")
+        plain.execute("INSERT INTO old SELECT id, row_number() OVER (ORDER BY id < 0, id) FROM cycle")
+        for table, column in (("sequence", "cycle"), ("orbit", "cycle"), ("cycle", "id")):
+            plain.execute(
+                f"UPDATE {table} SET {column} = (SELECT new FROM old WHERE id = {table}.{column})"
+                f" WHERE {column} IS NOT NULL"
+            )
+        for column in ("words", "enumerating", "solving", "storing"):
+            plain.execute(f"ALTER TABLE fill DROP COLUMN {column}")
+        plain.execute("UPDATE alembic_version SET version_num = '0001'")
+        plain.execute("PRAGMA user_version = 1")
+
+
+@pytest.fixture
+def older(varied: Path, tmp_path: Path) -> tuple[Path, dict]:
+    """A catalogue of schema 1 with two a, a long word, pruned words and a fill in the making; its content."""
+    path = tmp_path / "old.db"
+    path.write_bytes(varied.read_bytes())
+    survey.fill_word(path, LONG, 1.6)
+    before = content(path)
+    make_older(path)
+    return path, before
+
+
+def test_an_older_catalogue_is_copied_and_made_new(older, cli):
+    path, before = older
+    with pytest.raises(StoreError, match="orbitdb migrate"):
+        Catalogue(path)
+    outcome = cli("migrate", "--db", str(path))
+    backup = path.with_name("old.db.schema-1")
+    assert outcome.code == 0
+    assert outcome.err == f"{path}: schema 1 -> {SCHEMA_VERSION}; as it was, it is kept in {backup}\n"
+    assert content(path) == before
+    assert Catalogue(path).find(LONG, 1.6).length == before_length(before, LONG)
+    assert {f.p: f.words for f in Catalogue(path).fills(1.6)} == {2: 1, 3: 8, 4: 32, 5: 96, 6: 252}
+    with closing(sqlite3.connect(backup)) as plain:
+        assert plain.execute("PRAGMA user_version").fetchone() == (1,)
+        assert plain.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+    assert cli("verify", "--db", str(path)).code == 0
+
+
+def before_length(before: dict, word: str) -> float:
+    least = least_rotation(word)
+    return next(row[6] for row in before["catalogue"] if least in (row[2], row[3]))
+
+
+def test_a_fill_brings_an_older_catalogue_to_the_newest_schema(older, cli):
+    path, _ = older
+    outcome = cli("fill", "--p", "7", "--db", str(path))
+    assert outcome.code == 0
+    assert "old.db.schema-1" in outcome.err
+    assert cli("verify", "--db", str(path)).code == 0
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_a_stopped_fill_goes_on_after_the_migration(older, tmp_path):
+    path, _ = older
+    migrate(path)
+    going = survey.fill(path, 1.6, [8])
+    stored = [next(going).words for _ in range(3)][-1]
+    going.close()
+    make_older(path)
+    assert migrate(path).before == 1
+    (half,) = (fill for fill in Catalogue(path).fills(1.6) if fill.p == 8)
+    assert half.state == "filling"
+    assert 0 < half.words <= stored
+    for _ in survey.fill(path, 1.6, [7, 8]):
+        pass
+    assert {f.p: f.words for f in Catalogue(path).fills(1.6)}[8] == 2096
+
+
+def test_a_migration_that_fails_leaves_the_file_as_it_was(older, monkeypatch):
+    from orbitdb.store import migrate as module
+
+    path, _ = older
+
+    def broken(connection: object) -> None:
+        connection.exec_driver_sql("UPDATE cycle SET walls = 0")
+        raise RuntimeError("in the middle")
+
+    monkeypatch.setattr(module, "_upgrade", broken)
+    with pytest.raises(RuntimeError):
+        migrate(path)
+    monkeypatch.undo()
+    with closing(sqlite3.connect(path)) as plain:
+        assert plain.execute("PRAGMA user_version").fetchone() == (1,)
+        assert plain.execute("SELECT count(*) FROM cycle WHERE walls > 0").fetchone() > (0,)
+    assert migrate(path).after == SCHEMA_VERSION
