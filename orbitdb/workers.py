@@ -28,7 +28,15 @@ _DEATHS = 3
 
 
 class Workers(Protocol):
-    """Something that solves blocks."""
+    """Something that solves blocks.
+
+    Attributes
+    ----------
+    jobs : int
+        How many it solves at once.
+    """
+
+    jobs: int
 
     def solved(self, blocks: Iterable[Block]) -> Iterator[SolvedBlock]:
         """Yield what became of blocks, in their order."""
@@ -36,6 +44,8 @@ class Workers(Protocol):
 
 class Here:
     """Solves blocks one after the other in this process."""
+
+    jobs = 1
 
     def solved(self, blocks: Iterable[Block]) -> Iterator[SolvedBlock]:
         """Yield what became of blocks, in their order."""
