@@ -263,8 +263,8 @@ def _draw_birkhoff(catalogue: "Catalogue", chosen: "Selection", _limit: int) -> 
 
     from orbitdb.plots.curves import draw_birkhoff
     from orbitdb.plots.style import figure
-    from orbitdb.stability import Links
-    from orbitdb.stadium import ANTICLOCKWISE, Stadium
+    from orbitdb.stability import birkhoff
+    from orbitdb.stadium import Stadium
 
     stadium = Stadium(chosen.a)
     subset = catalogue.select(chosen, coordinates=True)
@@ -272,9 +272,9 @@ def _draw_birkhoff(catalogue: "Catalogue", chosen: "Selection", _limit: int) -> 
         raise InputError(f"no {chosen.describe()}: nothing to draw")
     place, sine, colour = [], [], []
     for p in np.unique(subset.p).tolist():
-        words, coordinates = subset.of_period(p)
-        place.append(stadium.arclength(words, coordinates).ravel())
-        sine.append((ANTICLOCKWISE[words] * Links.of(stadium, words, coordinates).cos_out).ravel())
+        along, sines = birkhoff(stadium, *subset.of_period(p))
+        place.append(along.ravel())
+        sine.append(sines.ravel())
         colour.append(np.repeat(subset.lambda_d[subset.p == p], p))
     with figure(7.2, 4.4) as made:
         ax = made.add_subplot()
