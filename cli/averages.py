@@ -45,16 +45,11 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=LYAPUNOV_EXAMPLES)(lyapunov)
 
 
+@options.with_choice
 def entropy(
+    *,
     a: options.HalfLength = 1.6,
-    p: options.Periods = None,
-    status: options.Statuses = None,
-    reversal: options.Reversal = None,
-    symmetry: options.Symmetry = None,
-    contains: options.Contains = None,
-    bounds: options.Bounds = None,
-    where: options.Where = None,
-    parameter: options.Parameters = None,
+    choice: options.Choice,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
     db: options.Database = None,
@@ -66,23 +61,18 @@ def entropy(
     """
     from orbitdb import averages
 
-    chosen = options.selection(a, p, status, reversal, symmetry, contains, bounds, where, parameter)
+    chosen = choice.at(a)
     subset = _Subset(chosen, db)
     found = averages.entropy(subset.rows, subset.highest)
     columns = {name: getattr(found, name).tolist() for name in ENTROPY_COLUMNS}
     subset.write(ENTROPY_COLUMNS, columns, options.chosen(format_, json))
 
 
+@options.with_choice
 def lyapunov(
+    *,
     a: options.HalfLength = 1.6,
-    p: options.Periods = None,
-    status: options.Statuses = None,
-    reversal: options.Reversal = None,
-    symmetry: options.Symmetry = None,
-    contains: options.Contains = None,
-    bounds: options.Bounds = None,
-    where: options.Where = None,
-    parameter: options.Parameters = None,
+    choice: options.Choice,
     weight: Annotated[
         str, typer.Option("--weight", help="exp: e^-lambda, as in the paper; det: 1/|det(1 - M)|.")
     ] = "exp",
@@ -106,7 +96,7 @@ def lyapunov(
 
     if weight not in set(Weight):
         raise InputError(f"weight {weight!r}: use {' or '.join(Weight)}")
-    chosen = options.selection(a, p, status, reversal, symmetry, contains, bounds, where, parameter)
+    chosen = choice.at(a)
     subset = _Subset(chosen, db)
     form = options.chosen(format_, json)
     if cut is not None:

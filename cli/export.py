@@ -37,20 +37,15 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=EXAMPLES)(export)
 
 
+@options.with_choice
 def export(
+    *,
     file: Annotated[
         Path | None,
         typer.Argument(metavar="[FILE]", help="Ends in .csv, .jsonl, .parquet or .npz; none: stdout."),
     ] = None,
     a: options.HalfLength = 1.6,
-    p: options.Periods = None,
-    status: options.Statuses = None,
-    reversal: options.Reversal = None,
-    symmetry: options.Symmetry = None,
-    contains: options.Contains = None,
-    bounds: options.Bounds = None,
-    where: options.Where = None,
-    parameter: options.Parameters = None,
+    choice: options.Choice,
     order: Annotated[
         str, typer.Option("--order", help="Columns to sort by; a falling one ends in desc.")
     ] = "p,code",
@@ -79,7 +74,7 @@ def export(
         raise InputError("name a file, such as orbits.parquet, or write to stdout with --format csv or jsonl")
     if file is not None and file.exists() and not force:
         raise InputError(f"{file} is there already: --force replaces it")
-    chosen = options.selection(a, p, status, reversal, symmetry, contains, bounds, where, parameter)
+    chosen = choice.at(a)
     names = tuple(name.strip() for name in columns.split(",")) if columns else KEYS
     catalogue = Catalogue(db)
     rows = _rows(catalogue, chosen, names, order, limit, coordinates)

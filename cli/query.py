@@ -48,19 +48,14 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=EXAMPLES)(query)
 
 
+@options.with_choice
 def query(
+    *,
     code: Annotated[
         list[str] | None, typer.Option("--code", help="A word in any rotation, stored or not; repeatable.")
     ] = None,
     a: options.HalfLength = 1.6,
-    p: options.Periods = None,
-    status: options.Statuses = None,
-    reversal: options.Reversal = None,
-    symmetry: options.Symmetry = None,
-    contains: options.Contains = None,
-    bounds: options.Bounds = None,
-    where: options.Where = None,
-    parameter: options.Parameters = None,
+    choice: options.Choice,
     order: Annotated[
         str, typer.Option("--order", help="Columns to sort by; a falling one ends in desc.")
     ] = "p,code",
@@ -87,7 +82,7 @@ def query(
         return
     from orbitdb.store.catalogue import Catalogue
 
-    chosen = options.selection(a, p, status, reversal, symmetry, contains, bounds, where, parameter)
+    chosen = choice.at(a)
     catalogue = Catalogue(db)
     names = _columns(columns, form)
     on_screen = form is Format.TABLE and limit is None

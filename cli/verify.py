@@ -34,19 +34,14 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=EXAMPLES)(verify)
 
 
+@options.with_choice
 def verify(
+    *,
     a: Annotated[
         float | None,
         typer.Option("--a", metavar="NUMBER", help="Half length of a straight wall [default: all stored]."),
     ] = None,
-    p: options.Periods = None,
-    status: options.Statuses = None,
-    reversal: options.Reversal = None,
-    symmetry: options.Symmetry = None,
-    contains: options.Contains = None,
-    bounds: options.Bounds = None,
-    where: options.Where = None,
-    parameter: options.Parameters = None,
+    choice: options.Choice,
     sample: Annotated[
         int | None, typer.Option("--sample", min=1, help="Look at so many classes, drawn at random.")
     ] = None,
@@ -80,10 +75,7 @@ def verify(
         raise InputError("--again proves certified rows again: it goes with --rigorous")
     catalogue = Catalogue(db)
     stadiums = catalogue.a_values() if a is None else [Stadium(a).a]
-    chosen = [
-        options.selection(each, p, status, reversal, symmetry, contains, bounds, where, parameter)
-        for each in stadiums
-    ]
+    chosen = [choice.at(each) for each in stadiums]
     start = time.monotonic()
 
     def work() -> "Iterator[Step]":
