@@ -12,7 +12,7 @@ import typer
 from orbitdb import __version__
 from orbitdb.cli import options
 from orbitdb.cli.query import KEYS
-from orbitdb.cli.render import note
+from orbitdb.cli.render import note, note_partial
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -64,7 +64,8 @@ def export(
 ) -> None:
     """Write symbol sequences and what is known of them to a file, every number in full.
 
-    Where they come from is noted in the file (parquet, npz) or in FILE-metadata.json beside it.
+    Where they come from is noted in the file (parquet, npz) or in FILE-metadata.json beside it, with
+    the periods among them that a fill had stored in part only.
     """
     from orbitdb import export as files
     from orbitdb.store.catalogue import Catalogue
@@ -76,18 +77,21 @@ def export(
         raise InputError(f"{file} is there already: --force replaces it")
     chosen = choice.at(a)
     names = tuple(name.strip() for name in columns.split(",")) if columns else KEYS
-    catalogue = Catalogue(db)
-    rows = _rows(catalogue, chosen, names, order, limit, coordinates)
-    first = next(rows, None)
-    if first is None:
-        note(f"no {chosen.describe()}: nothing is written")
-        raise typer.Exit(1)
-    everything = chain([first], rows)
-    names = (*names, "coordinates") if coordinates else names
-    if file is None:
-        files.TEXT_WRITERS[str(kind)](sys.stdout, names, everything)
-        return
-    files.write_file(file, str(kind), names, everything, _provenance(catalogue, chosen))
+    with Catalogue(db).at_one_moment() as catalogue:
+        partial = catalogue.partial(chosen)
+        note_partial(partial, chosen.a)
+        rows = _rows(catalogue, chosen, names, order, limit, coordinates)
+        first = next(rows, None)
+        if first is None:
+            note(f"no {chosen.describe()}: nothing is written")
+            raise typer.Exit(1)
+        everything = chain([first], rows)
+        names = (*names, "coordinates") if coordinates else names
+        if file is None:
+            files.TEXT_WRITERS[str(kind)](sys.stdout, names, everything)
+            return
+        provenance = _provenance(catalogue, chosen) | {"partial": [fill.p for fill in partial]}
+        files.write_file(file, str(kind), names, everything, provenance)
     note(f"{chosen.describe()}, in {file}")
 
 

@@ -2,15 +2,13 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from orbitdb import averages
-from orbitdb.cli.render import note
+from orbitdb.cli.render import note, note_partial
 from orbitdb.errors import InputError
-from orbitdb.fixed_points import ClassRows, missing_periods
 from orbitdb.orbits import Orbit
 from orbitdb.plots import curves, paths
 from orbitdb.plots.style import BLUE, ORANGE, figure
@@ -18,7 +16,7 @@ from orbitdb.selection import Selection
 from orbitdb.stability import birkhoff
 from orbitdb.stadium import Stadium
 from orbitdb.store.catalogue import Catalogue
-from orbitdb.store.filling import DONE
+from orbitdb.store.periods import WholePeriods, read_whole
 from orbitdb.store.trajectories import best_reference
 from orbitdb.symmetry import REVERSE, images_of
 from orbitdb.words import run_notation
@@ -67,7 +65,8 @@ def _short(code: str) -> str:
 
 
 def _draw_entropy(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
-    found = averages.entropy(*_class_rows(catalogue, chosen))
+    subset = _read(catalogue, chosen)
+    found = averages.entropy(subset.classes.rows(), subset.highest)
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
         curves.draw_entropy(ax, found.p, found.K_0, found.h_zeta, found.h_zeta_change)
@@ -76,7 +75,8 @@ def _draw_entropy(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figur
 
 
 def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
-    found = averages.lyapunov(*_class_rows(catalogue, chosen))
+    subset = _read(catalogue, chosen)
+    found = averages.lyapunov(subset.classes.rows(), subset.highest)
     known = best_reference(catalogue, chosen.a)
     if known is None:
         note(f"no trajectories at a = {chosen.a:g} to compare with: run 'orbitdb simulate --a {chosen.a:g}'")
@@ -99,25 +99,23 @@ def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
     return made
 
 
-def _class_rows(catalogue: Catalogue, chosen: Selection) -> tuple[ClassRows, int]:
-    """Return the chosen classes for averages, and the highest order; say which periods are missing."""
-    done = [fill.p for fill in catalogue.fills(chosen.a) if fill.state == DONE]
-    spans = chosen.periods or ((2, max(done, default=2)),)
-    filled = [p for p in done if any(low <= p <= high for low, high in spans)]
-    if not filled:
+def _read(catalogue: Catalogue, chosen: Selection) -> WholePeriods:
+    """Return the chosen classes of whole periods for averages; say which periods are missing."""
+    subset = read_whole(catalogue, chosen)
+    note_partial(subset.partial, chosen.a, left_out=True)
+    if not subset.fills:
         raise InputError(f"no {chosen.describe()} is filled: run 'orbitdb fill --p 11 --a {chosen.a:g}'")
-    highest = max(filled)
-    if missing := missing_periods(highest, filled):
-        note(f"left out or not filled: p = {', '.join(map(str, missing))}; averages lack their orbits")
-    rows = catalogue.classes(replace(chosen, periods=tuple((p, p) for p in filled))).rows()
-    if not len(rows):
+    if subset.missing:
+        note(f"left out or not filled: p = {', '.join(map(str, subset.missing))}; averages lack their orbits")
+    if not len(subset.classes):
         raise InputError(f"no {chosen.describe()}: nothing to draw")
-    return rows, highest
+    return subset
 
 
 def _draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
     if not chosen.periods:
         raise InputError("name a period for the sheet, such as --p 5")
+    note_partial(catalogue.partial(chosen), chosen.a)
     words = sorted(set(catalogue.select(chosen).representative.tolist()), key=lambda word: (len(word), word))
     orbits = [found for word in words[:limit] if (found := catalogue.find(word, chosen.a)) is not None]
     drawn = [found.points for found in orbits if found.points is not None]
@@ -140,6 +138,7 @@ def _draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
 
 def _draw_birkhoff(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
     stadium = Stadium(chosen.a)
+    note_partial(catalogue.partial(chosen), chosen.a)
     subset = catalogue.select(chosen, coordinates=True)
     if not len(subset):
         raise InputError(f"no {chosen.describe()}: nothing to draw")
@@ -158,6 +157,7 @@ def _draw_birkhoff(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
 
 
 def _draw_lengths(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
+    note_partial(catalogue.partial(chosen), chosen.a)
     found = catalogue.classes(chosen)
     if not len(found):
         raise InputError(f"no {chosen.describe()}: nothing to draw")

@@ -38,12 +38,12 @@ def info(
     from orbitdb.store.catalogue import Catalogue
     from orbitdb.store.database import check_file
 
-    catalogue = Catalogue(db)
-    rows: list[tuple[Any, ...]] = [
-        (a, fill.p, fill.state, fill.n_t, fill.n_c, fill.boundary, fill.unresolved, fill.seconds)
-        for a in catalogue.a_values()
-        for fill in catalogue.fills(a)
-    ]
+    with Catalogue(db).at_one_moment() as catalogue:
+        rows: list[tuple[Any, ...]] = [
+            (a, fill.p, fill.state, fill.n_t, fill.n_c, fill.boundary, fill.unresolved, fill.seconds)
+            for a in catalogue.a_values()
+            for fill in catalogue.fills(a)
+        ]
     form = options.chosen(format_, json)
     if form is Format.TABLE:
         size = catalogue.path.stat().st_size / 1e6

@@ -77,7 +77,8 @@ def plot(
         from orbitdb.store.catalogue import Catalogue
 
         chosen = replace(choice, status=choice.status or "orbit").at(a)
-        made = figures.OF_SUBSETS[kind.value](Catalogue(db), chosen, limit)
+        with Catalogue(db).at_one_moment() as catalogue:
+            made = figures.OF_SUBSETS[kind.value](catalogue, chosen, limit)
         said = chosen.describe()
     with complete(output) as draft:
         style.save(made, draft, ending, said)

@@ -8,7 +8,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import LONG_CODE, code_text, note, number, write, write_facts
+from orbitdb.cli.render import LONG_CODE, code_text, note, note_partial, number, write, write_facts
 
 if TYPE_CHECKING:
     from orbitdb.orbits import Orbit
@@ -83,14 +83,15 @@ def query(
     from orbitdb.store.catalogue import Catalogue
 
     chosen = choice.at(a)
-    catalogue = Catalogue(db)
     names = _columns(columns, form)
     on_screen = form is Format.TABLE and limit is None
     shown = _ON_SCREEN if on_screen else limit
-    rows = catalogue.rows(chosen, names, order, shown, offset)
-    count = write(names, _with_rules(names, rows), form)
+    with Catalogue(db).at_one_moment() as catalogue:
+        note_partial(catalogue.partial(chosen), chosen.a)
+        rows = catalogue.rows(chosen, names, order, shown, offset)
+        count = write(names, _with_rules(names, rows), form)
+        total = catalogue.count(chosen) if form is Format.TABLE and count == shown else count
     if form is Format.TABLE:
-        total = catalogue.count(chosen) if count == shown else count
         more = f"; {count} shown, --limit {total} shows all" if total > count else ""
         note(f"{total} {chosen.describe()}{more}")
     if not count:

@@ -1,7 +1,7 @@
 """What several test modules share: filled catalogues and the command line."""
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,6 +13,10 @@ from orbitdb.store.catalogue import Catalogue
 
 settings.register_profile("no deadline", deadline=None)
 settings.load_profile("no deadline")
+
+
+BATCH = ("orbitdb.enumeration", "CHUNK", 64)
+"""Module and name of the number that sets how much a fill stores at once, and a number for small batches."""
 
 
 class Outcome(NamedTuple):
@@ -34,6 +38,22 @@ def filled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def filled(filled_once: Path, tmp_path: Path) -> Path:
     """A catalogue with p = 2..8 at a = 1.6, the test's own."""
     return Path(shutil.copy(filled_once, tmp_path / "orbits.db"))
+
+
+@pytest.fixture
+def begin_fill(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Generator[survey.Progress]]:
+    """Begin to fill a period in small batches, and give the rest of the fill, which close() stops."""
+
+    def begin(path: Path, p: int, batches: int = 3, a: float = 1.6) -> Generator[survey.Progress]:
+        module, name, size = BATCH
+        monkeypatch.setattr(f"{module}.{name}", size)
+        going = survey.fill(path, a, [p])
+        for _ in range(batches):
+            step = next(going)
+        assert 0 < step.words < step.total
+        return going
+
+    return begin
 
 
 @pytest.fixture

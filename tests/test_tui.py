@@ -604,6 +604,47 @@ def test_it_works_beside_a_process_that_fills(tmp_path):
     drive(path, steps)
 
 
+def test_a_partial_period_is_said_to_be_one_and_a_look_shows_how_it_goes_on(filled, tmp_path, begin_fill):
+    path = tmp_path / "shared.db"
+    path.write_bytes(filled.read_bytes())
+    going = begin_fill(path, 8)
+
+    async def steps(app, pilot):
+        before = len(table_of(app).source)
+        assert before == Catalogue(path).count(Selection())
+        assert "p = 8 is partial" in shown(app)
+        for _ in range(3):
+            next(going)
+        await press(pilot, "ctrl+r")
+        after = len(table_of(app).source)
+        assert before < after == Catalogue(path).count(Selection())
+        assert "p = 8 is partial" in shown(app)
+        await press(pilot, "S")
+        assert list(app.screen.found.words) == list(range(2, 8))
+        assert "partial, left out: 8" in shown(app)
+        await press(pilot, "escape", "right_square_bracket")
+        assert "partial" not in shown(app)  # period 2 is shown, which is whole
+        for _ in going:
+            pass
+        await press(pilot, "left_square_bracket")  # any look reads anew what has been stored
+        assert len(table_of(app).source) == Catalogue(path).count(Selection()) > after
+        assert "partial" not in shown(app)
+
+    drive(path, steps, LARGE)
+
+
+def test_statistics_of_a_part_alone_say_that_there_are_none(tmp_path, begin_fill):
+    path = tmp_path / "partial.db"
+    Catalogue.create(path)
+    begin_fill(path, 8).close()
+
+    async def steps(app, pilot):
+        await press(pilot, "S")
+        assert "no orbit of a whole period is chosen" in shown(app)
+
+    drive(path, steps)
+
+
 def normalised(svg):
     """Leave out what Textual makes anew every time, and the fonts it would fetch."""
     return re.sub(r"@font-face \{.*?\}\s*", "", re.sub(r"terminal-\d+", "terminal", svg), flags=re.DOTALL)

@@ -41,6 +41,7 @@ MAIN: tuple[Group, ...] = (
     )),
     ("orbitdb", (
         ("f", "fill the catalogue"),
+        ("ctrl+r", "read the file again"),
         ("ctrl+p", "all actions, themes"),
         ("q", "quit"),
     )),

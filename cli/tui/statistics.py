@@ -92,11 +92,14 @@ class StatisticsScreen(Screen[None]):
     @work(thread=True, exclusive=True, group="numbers", exit_on_error=False)
     def _compute(self, weight: Weight) -> None:
         worker = get_current_worker()
+        found = None
         try:
             for found in statistics(self._catalogue, self._selection, weight, lambda: worker.is_cancelled):
                 if worker.is_cancelled:
                     return
                 self.post_message(self.Computed(found))
+            if found is None and not worker.is_cancelled:
+                self.post_message(self.Failed("no orbit of a whole period is chosen"))
         except (InputError, StoreError, ValueError) as error:
             self.post_message(self.Failed(str(error)))
 
@@ -118,6 +121,7 @@ class StatisticsScreen(Screen[None]):
 
     def on_statistics_screen_failed(self, message: Failed) -> None:
         """Say what went wrong."""
+        self.query_one("#numbers", Static).update(message.reason)
         self.notify(message.reason, severity="error", markup=False)
 
     def watch_found(self) -> None:
@@ -173,6 +177,8 @@ def _as_table(found: Statistics) -> Table:
         table.add_column(name.replace("lambda", "λ"), justify="right", no_wrap=True)
     for row in table_of(found):
         table.add_row(*row)
-    if found.missing:
-        table.caption = "not filled: " + ", ".join(map(str, found.missing))
+    gaps = {"not filled": found.missing, "partial, left out": found.partial}
+    table.caption = "; ".join(
+        f"{what}: {', '.join(map(str, periods))}" for what, periods in gaps.items() if periods
+    )
     return table
