@@ -56,7 +56,7 @@ class StatisticsScreen(Screen[None]):
 
     @dataclass
     class Simulated(Message):
-        """A worker has followed more trajectories."""
+        """A worker has found the stored reference, or has followed more trajectories."""
 
         reference: Reference
 
@@ -87,7 +87,7 @@ class StatisticsScreen(Screen[None]):
             self.query_one(f"#plot-{name}").border_title = title
         self.query_one("#numbers-box").focus()
         self._compute(self.weight)
-        self._simulate()
+        self._refer()
 
     @work(thread=True, exclusive=True, group="numbers", exit_on_error=False)
     def _compute(self, weight: Weight) -> None:
@@ -104,8 +104,19 @@ class StatisticsScreen(Screen[None]):
             self.post_message(self.Failed(str(error)))
 
     @work(thread=True, exclusive=True, group="trajectories", exit_on_error=False)
-    def _simulate(self) -> None:
+    def _refer(self, anew: bool = False) -> None:
+        """Take the stored reference if there is one; else, or to have one anew, follow trajectories."""
+        from orbitdb.store.trajectories import best_reference
+
         worker = get_current_worker()
+        try:
+            stored = None if anew else best_reference(self._catalogue, self._selection.a)
+        except StoreError as error:
+            self.post_message(self.Failed(str(error)))
+            return
+        if stored is not None:
+            self.post_message(self.Simulated(stored))
+            return
         for _, reference in references(Stadium(self._selection.a), _BOUNCES):
             if worker.is_cancelled:
                 return
@@ -163,8 +174,8 @@ class StatisticsScreen(Screen[None]):
         self._compute(self.weight)
 
     def action_trajectories(self) -> None:
-        """Follow the trajectories once more."""
-        self._simulate()
+        """Follow trajectories, though there may be a stored reference."""
+        self._refer(anew=True)
 
     def action_scroll(self, direction: str) -> None:
         """Scroll the numbers."""
