@@ -1,19 +1,20 @@
 """``orbitdb entropy`` and ``orbitdb lyapunov``: averages over a chosen subset of orbits."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import note, write
+from orbitdb.cli.render import note, note_partial, write
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
     from orbitdb.fixed_points import Weight
     from orbitdb.selection import Selection
+    from orbitdb.store.catalogue import Catalogue
+    from orbitdb.store.periods import WholePeriods
 
 ENTROPY_EXAMPLES = """
 Examples:
@@ -45,16 +46,11 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=LYAPUNOV_EXAMPLES)(lyapunov)
 
 
+@options.with_choice
 def entropy(
+    *,
     a: options.HalfLength = 1.6,
-    p: options.Periods = None,
-    status: options.Statuses = None,
-    reversal: options.Reversal = None,
-    symmetry: options.Symmetry = None,
-    contains: options.Contains = None,
-    bounds: options.Bounds = None,
-    where: options.Where = None,
-    parameter: options.Parameters = None,
+    choice: options.Choice,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
     db: options.Database = None,
@@ -65,24 +61,19 @@ def entropy(
     the zeta function cut off at p, which converges much faster, with its change from p - 1.
     """
     from orbitdb import averages
+    from orbitdb.store.catalogue import Catalogue
 
-    chosen = options.selection(a, p, status, reversal, symmetry, contains, bounds, where, parameter)
-    subset = _Subset(chosen, db)
-    found = averages.entropy(subset.rows, subset.highest)
+    subset = _read(Catalogue(db), choice.at(a))
+    found = averages.entropy(subset.classes.rows(), subset.highest)
     columns = {name: getattr(found, name).tolist() for name in ENTROPY_COLUMNS}
-    subset.write(ENTROPY_COLUMNS, columns, options.chosen(format_, json))
+    _write(subset, ENTROPY_COLUMNS, columns, options.chosen(format_, json))
 
 
+@options.with_choice
 def lyapunov(
+    *,
     a: options.HalfLength = 1.6,
-    p: options.Periods = None,
-    status: options.Statuses = None,
-    reversal: options.Reversal = None,
-    symmetry: options.Symmetry = None,
-    contains: options.Contains = None,
-    bounds: options.Bounds = None,
-    where: options.Where = None,
-    parameter: options.Parameters = None,
+    choice: options.Choice,
     weight: Annotated[
         str, typer.Option("--weight", help="exp: e^-lambda, as in the paper; det: 1/|det(1 - M)|.")
     ] = "exp",
@@ -102,20 +93,21 @@ def lyapunov(
     """
     from orbitdb import averages
     from orbitdb.fixed_points import Weight
+    from orbitdb.store.catalogue import Catalogue
     from orbitdb.store.trajectories import best_reference
 
     if weight not in set(Weight):
         raise InputError(f"weight {weight!r}: use {' or '.join(Weight)}")
-    chosen = options.selection(a, p, status, reversal, symmetry, contains, bounds, where, parameter)
-    subset = _Subset(chosen, db)
+    with Catalogue(db).at_one_moment() as catalogue:
+        subset = _read(catalogue, choice.at(a))
+        reference = best_reference(catalogue, subset.selection.a)
     form = options.chosen(format_, json)
     if cut is not None:
         _write_cut(subset, cut, Weight(weight), form)
         return
-    found = averages.lyapunov(subset.rows, subset.highest, Weight(weight))
+    found = averages.lyapunov(subset.classes.rows(), subset.highest, Weight(weight))
     columns = {name: getattr(found, name).tolist() for name in LYAPUNOV_COLUMNS}
     names = list(LYAPUNOV_COLUMNS)
-    reference = best_reference(subset.catalogue, chosen.a)
     if reference is None:
         note(f"no trajectory value at a = {a:g}: 'orbitdb simulate --a {a:g}' makes one")
     elif form is Format.TABLE:
@@ -127,67 +119,57 @@ def lyapunov(
         for name in ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error"):
             names.append(f"{name}_trajectory")
             columns[names[-1]] = [getattr(reference, name)] * len(columns["p"])
-    subset.write(names, columns, form)
+    _write(subset, names, columns, form)
 
 
-def _write_cut(subset: "_Subset", cut: float, weight: "Weight", form: Format) -> None:
+def _write_cut(subset: "WholePeriods", cut: float, weight: "Weight", form: Format) -> None:
     from orbitdb import averages
 
     if not cut > 0:
         raise InputError(f"cut {cut:g}: give a lambda above 0, such as 9")
-    found = averages.lyapunov_by_stability(subset.rows, cut, subset.highest, weight)
-    row = (cut, found.lambda_d, found.lambda_c, found.mean_path, found.z0)
+    found = averages.lyapunov_by_stability(subset.classes.rows(), cut, subset.highest, weight)
+    values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)
     note(subset.selection.describe())
-    write(CUT_COLUMNS, [[_known(value) for value in row]], form)
+    _note_missing(subset)
+    write(CUT_COLUMNS, [[cut, *(None if subset.missing else _known(value) for value in values)]], form)
 
 
-class _Subset:
-    """The chosen classes, and what of their periods is filled."""
+def _read(catalogue: "Catalogue", chosen: "Selection") -> "WholePeriods":
+    """Return the chosen classes of whole periods; say what is left out, and leave if there is none."""
+    from orbitdb.store.periods import read_whole
 
-    def __init__(self, selection: "Selection", db: Any) -> None:
-        import numpy as np
+    subset = read_whole(catalogue, chosen)
+    note_partial(subset.partial, chosen.a, left_out=True)
+    if not len(subset.classes):
+        note(f"no {subset.selection.describe()} in filled periods: 'orbitdb info' shows what is filled")
+        raise typer.Exit(1)
+    return subset
 
-        from orbitdb.orbits import Status
-        from orbitdb.store.catalogue import Catalogue
-        from orbitdb.store.fills import DONE
 
-        if not selection.statuses:
-            selection = replace(selection, statuses=(Status.ORBIT,))
-        self.selection = selection
-        self.catalogue: Catalogue = Catalogue(db)
-        spans = selection.periods or ((2, 10**9),)
-        self.have = [
-            fill.p
-            for fill in self.catalogue.fills(selection.a)
-            if fill.state == DONE and any(low <= fill.p <= high for low, high in spans)
-        ]
-        rows = self.catalogue.classes(selection).rows()
-        self.rows = rows.rows(np.isin(rows.period, self.have))
-        self.highest = max(self.have, default=0)
-        if not self.highest or not len(self.rows):
-            note(f"no {selection.describe()} in filled periods: 'orbitdb info' shows what is filled")
-            raise typer.Exit(1)
+def _write(subset: "WholePeriods", names: Sequence[str], columns: dict[str, list[Any]], form: Format) -> None:
+    """Write one row a filled period; what periods that are not there would change is left out."""
+    from orbitdb.fixed_points import missing_divisors, missing_periods
 
-    def write(self, names: Sequence[str], columns: dict[str, list[Any]], form: Format) -> None:
-        """Write one row a filled period; what periods that are not there would change is left out."""
-        from orbitdb.fixed_points import missing_divisors, missing_periods
+    note(subset.selection.describe())
+    rows = []
+    for i, p in enumerate(columns["p"]):
+        if p not in subset.periods:
+            continue
+        gaps, holes = missing_divisors(p, subset.periods), missing_periods(p, subset.periods)
+        if gaps:
+            note(f"p = {p}: the sums over fixed points lack the periods {_listed(gaps)}")
+        row = []
+        for name in names:
+            lost = gaps if name in _FIXED_POINTS else holes if name != "p" else []
+            row.append(None if lost and not name.endswith("trajectory") else _known(columns[name][i]))
+        rows.append(row)
+    _note_missing(subset)
+    write(names, rows, form)
 
-        note(self.selection.describe())
-        rows = []
-        for i, p in enumerate(columns["p"]):
-            if p not in self.have:
-                continue
-            gaps, holes = missing_divisors(p, self.have), missing_periods(p, self.have)
-            if gaps:
-                note(f"p = {p}: the sums over fixed points lack the periods {_listed(gaps)}")
-            row = []
-            for name in names:
-                lost = gaps if name in _FIXED_POINTS else holes if name != "p" else []
-                row.append(None if lost and not name.endswith("trajectory") else _known(columns[name][i]))
-            rows.append(row)
-        if missing := missing_periods(self.highest, self.have):
-            note(f"the zeta function lacks the periods {_listed(missing)}")
-        write(names, rows, form)
+
+def _note_missing(subset: "WholePeriods") -> None:
+    if subset.missing:
+        note(f"the zeta function lacks the periods {_listed(subset.missing)}")
 
 
 def _listed(periods: list[int]) -> str:

@@ -25,24 +25,19 @@ def register(app: typer.Typer) -> None:
     app.command("tui", hidden=True, epilog=EXAMPLES)(browse)
 
 
+@options.with_choice
 def browse(
+    *,
     code: Annotated[str | None, typer.Option("--code", help="Open at this word, in any rotation.")] = None,
     a: options.HalfLength = 1.6,
-    p: options.Periods = None,
-    status: options.Statuses = None,
-    reversal: options.Reversal = None,
-    symmetry: options.Symmetry = None,
-    contains: options.Contains = None,
-    bounds: options.Bounds = None,
-    where: options.Where = None,
-    parameter: options.Parameters = None,
+    choice: options.Choice,
     db: options.Database = None,
 ) -> None:
     """Browse the catalogue in the terminal: look at orbits, choose subsets, compute (? shows the keys)."""
     from orbitdb.store.database import default_path
     from orbitdb.words import parse
 
-    chosen = options.selection(a, p, status, reversal, symmetry, contains, bounds, where, parameter)
+    chosen = choice.at(a)
     if code is not None:
         parse(code)
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
@@ -50,6 +45,6 @@ def browse(
     from orbitdb.cli.tui.app import BrowseApp
 
     app = BrowseApp(db or default_path(), chosen, code)
-    if where is not None:
-        app.check_filter(where, dict(chosen.parameters))
+    if chosen.where is not None:
+        app.check_filter(chosen.where, dict(chosen.parameters))
     app.run()

@@ -12,7 +12,7 @@ import typer
 from orbitdb import __version__
 from orbitdb.cli import options
 from orbitdb.cli.query import KEYS
-from orbitdb.cli.render import note
+from orbitdb.cli.render import note, note_partial
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -37,20 +37,15 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=EXAMPLES)(export)
 
 
+@options.with_choice
 def export(
+    *,
     file: Annotated[
         Path | None,
         typer.Argument(metavar="[FILE]", help="Ends in .csv, .jsonl, .parquet or .npz; none: stdout."),
     ] = None,
     a: options.HalfLength = 1.6,
-    p: options.Periods = None,
-    status: options.Statuses = None,
-    reversal: options.Reversal = None,
-    symmetry: options.Symmetry = None,
-    contains: options.Contains = None,
-    bounds: options.Bounds = None,
-    where: options.Where = None,
-    parameter: options.Parameters = None,
+    choice: options.Choice,
     order: Annotated[
         str, typer.Option("--order", help="Columns to sort by; a falling one ends in desc.")
     ] = "p,code",
@@ -69,7 +64,8 @@ def export(
 ) -> None:
     """Write symbol sequences and what is known of them to a file, every number in full.
 
-    Where they come from is noted in the file (parquet, npz) or in FILE-metadata.json beside it.
+    Where they come from is noted in the file (parquet, npz) or in FILE-metadata.json beside it, with
+    the periods among them that a fill had stored in part only.
     """
     from orbitdb import export as files
     from orbitdb.store.catalogue import Catalogue
@@ -79,20 +75,23 @@ def export(
         raise InputError("name a file, such as orbits.parquet, or write to stdout with --format csv or jsonl")
     if file is not None and file.exists() and not force:
         raise InputError(f"{file} is there already: --force replaces it")
-    chosen = options.selection(a, p, status, reversal, symmetry, contains, bounds, where, parameter)
+    chosen = choice.at(a)
     names = tuple(name.strip() for name in columns.split(",")) if columns else KEYS
-    catalogue = Catalogue(db)
-    rows = _rows(catalogue, chosen, names, order, limit, coordinates)
-    first = next(rows, None)
-    if first is None:
-        note(f"no {chosen.describe()}: nothing is written")
-        raise typer.Exit(1)
-    everything = chain([first], rows)
-    names = (*names, "coordinates") if coordinates else names
-    if file is None:
-        files.TEXT_WRITERS[str(kind)](sys.stdout, names, everything)
-        return
-    files.write_file(file, str(kind), names, everything, _provenance(catalogue, chosen))
+    with Catalogue(db).at_one_moment() as catalogue:
+        partial = catalogue.partial(chosen)
+        note_partial(partial, chosen.a)
+        rows = _rows(catalogue, chosen, names, order, limit, coordinates)
+        first = next(rows, None)
+        if first is None:
+            note(f"no {chosen.describe()}: nothing is written")
+            raise typer.Exit(1)
+        everything = chain([first], rows)
+        names = (*names, "coordinates") if coordinates else names
+        if file is None:
+            files.TEXT_WRITERS[str(kind)](sys.stdout, names, everything)
+            return
+        provenance = _provenance(catalogue, chosen) | {"partial": [fill.p for fill in partial]}
+        files.write_file(file, str(kind), names, everything, provenance)
     note(f"{chosen.describe()}, in {file}")
 
 

@@ -46,34 +46,35 @@ def info(
     processors.
     """
     from orbitdb.store.catalogue import Catalogue
-    from orbitdb.store.database import check_file
 
-    catalogue = Catalogue(db)
-    rows: list[tuple[Any, ...]] = [
-        (
-            a, fill.p, fill.state, fill.words, fill.n_t, fill.n_c, fill.boundary, fill.unresolved,
-            fill.seconds, fill.enumerating, fill.solving, fill.storing,
-        )
-        for a in catalogue.a_values()
-        for fill in catalogue.fills(a)
-    ]  # fmt: skip
     form = options.chosen(format_, json)
-    if form is Format.TABLE:
-        write_facts([
-            ("catalogue", str(catalogue.path.resolve())),
-            ("schema", str(check_file(catalogue.path))),
-            *_sizes(catalogue),
-        ])  # fmt: skip
+    with Catalogue(db).at_one_moment() as catalogue:
+        rows: list[tuple[Any, ...]] = [
+            (
+                a, fill.p, fill.state, fill.words, fill.n_t, fill.n_c, fill.boundary, fill.unresolved,
+                fill.seconds, fill.enumerating, fill.solving, fill.storing,
+            )
+            for a in catalogue.a_values()
+            for fill in catalogue.fills(a)
+        ]  # fmt: skip
+        facts = _facts(catalogue) if form is Format.TABLE else []
+    if facts:
+        write_facts(facts)
         print()
     write(COLUMNS, rows, form)
 
 
-def _sizes(catalogue: "Catalogue") -> list[tuple[str, str]]:
-    """Return what the file and its rows take, in words."""
+def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
+    """Return where the catalogue is and what it takes, in words."""
+    from orbitdb.store.schema import SCHEMA_VERSION
     from orbitdb.store.size import gigabytes, room
 
     taken = room(catalogue)
-    facts = [("size", gigabytes(catalogue.path.stat().st_size))]
+    facts = [
+        ("catalogue", str(catalogue.path.resolve())),
+        ("schema", str(SCHEMA_VERSION)),
+        ("size", gigabytes(catalogue.path.stat().st_size)),
+    ]
     for name, count, each in (
         ("sequences", taken.sequences, taken.per_sequence),
         ("orbits", taken.orbits, taken.per_orbit),

@@ -1,8 +1,12 @@
 """Options that several commands share."""
 
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from enum import StrEnum
+from functools import wraps
+from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -30,79 +34,98 @@ HalfLength = Annotated[float, typer.Option("--a", metavar="NUMBER", help="Half l
 OutputFormat = Annotated[Format, typer.Option("--format", help="How to write the result.")]
 Json = Annotated[bool, typer.Option("--json", help="The same as --format json.")]
 Periods = Annotated[str | None, typer.Option("--p", metavar="PERIODS", help="Periods: 11, 2-8 or 2,3,5-7.")]
-Statuses = Annotated[
-    str | None,
-    typer.Option(
-        "--status", help="orbit, geometric, dynamical, boundary or unresolved; several with commas; all."
-    ),
-]
-Reversal = Annotated[
-    str | None,
-    typer.Option(
-        "--reversal", metavar="self|pair", help="Orbits that retrace their path, or those that do not."
-    ),
-]
-Symmetry = Annotated[
-    str | None,
-    typer.Option("--symmetry", metavar="LABEL", help="Exact symmetry, such as x,T,xT; 1 for none."),
-]
-Contains = Annotated[
-    str | None,
-    typer.Option("--contains", metavar="SYMBOLS", help="Words with these symbols in a row, in any rotation."),
-]
-Bounds = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--range",
-        metavar="NAME=LOW:HIGH",
-        help="Bounds on length, lyapunov, lambda_d, lambda_c or margin; repeatable.",
-    ),
-]
-Where = Annotated[
-    str | None,
-    typer.Option("--where", metavar="SQL", help="An SQL expression over the columns of the catalogue."),
-]
-Parameters = Annotated[
-    list[str] | None,
-    typer.Option("-P", metavar="NAME=VALUE", help="What :name in --where stands for; repeatable."),
-]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The options that choose a subset of the catalogue, as they were typed; their help says what they take.
+
+    A command takes all of them by one parameter, ``choice: Choice``, and the decorator `with_choice`.
+    """
+
+    p: Periods = None
+    status: Annotated[
+        str | None,
+        typer.Option(
+            "--status", help="orbit, geometric, dynamical, boundary or unresolved; several with commas; all."
+        ),
+    ] = None
+    reversal: Annotated[
+        str | None,
+        typer.Option(
+            "--reversal", metavar="self|pair", help="Orbits that retrace their path, or those that do not."
+        ),
+    ] = None
+    symmetry: Annotated[
+        str | None,
+        typer.Option("--symmetry", metavar="LABEL", help="Exact symmetry, such as x,T,xT; 1 for none."),
+    ] = None
+    contains: Annotated[
+        str | None,
+        typer.Option(
+            "--contains", metavar="SYMBOLS", help="Words with these symbols in a row, in any rotation."
+        ),
+    ] = None
+    bounds: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--range",
+            metavar="NAME=LOW:HIGH",
+            help="Bounds on length, lyapunov, lambda_d, lambda_c or margin; repeatable.",
+        ),
+    ] = None
+    where: Annotated[
+        str | None,
+        typer.Option("--where", metavar="SQL", help="An SQL expression over the columns of the catalogue."),
+    ] = None
+    parameters: Annotated[
+        list[str] | None,
+        typer.Option("-P", metavar="NAME=VALUE", help="What :name in --where stands for; repeatable."),
+    ] = None
+
+    def at(self, a: float) -> "Selection":
+        """Return the subset at one a.
+
+        Raises
+        ------
+        InputError
+            If an option cannot be read.
+        """
+        from orbitdb import selection as sel
+        from orbitdb.stadium import Stadium
+        from orbitdb.words import parse
+
+        return sel.Selection(
+            a=Stadium(a).a,
+            periods=sel.parse_periods(self.p) if self.p else (),
+            statuses=sel.parse_statuses(self.status) if self.status else (),
+            time_reversal=sel.parse_reversal(self.reversal) if self.reversal else None,
+            symmetry=self.symmetry,
+            contains=parse(self.contains) if self.contains else None,
+            ranges=dict(sel.parse_bound(bound) for bound in self.bounds or ()),
+            where=self.where,
+            parameters=dict(sel.parse_parameter(parameter) for parameter in self.parameters or ()),
+        )
+
+
+def with_choice(command: Callable[..., None]) -> Callable[..., None]:
+    """Show Typer the options of `Choice` in the place of a command's parameter ``choice``."""
+
+    @wraps(command)
+    def run(**given: Any) -> None:
+        command(choice=Choice(**{each.name: given.pop(each.name) for each in fields(Choice)}), **given)
+
+    parameters = list(signature(command).parameters.values())
+    place = [parameter.name for parameter in parameters].index("choice")
+    parameters[place : place + 1] = [
+        Parameter(each.name, Parameter.KEYWORD_ONLY, default=each.default, annotation=each.type)
+        for each in fields(Choice)
+    ]
+    shown = [parameter.replace(kind=Parameter.KEYWORD_ONLY) for parameter in parameters]
+    run.__signature__ = Signature(shown)  # type: ignore[attr-defined]  # what Typer reads
+    return run
 
 
 def chosen(format_: Format, json: bool) -> Format:
     """Return the output format, --json winning."""
     return Format.JSON if json else format_
-
-
-def selection(
-    a: float,
-    periods: str | None,
-    statuses: str | None,
-    reversal: str | None,
-    symmetry: str | None,
-    contains: str | None,
-    bounds: list[str] | None,
-    where: str | None,
-    parameters: list[str] | None,
-) -> "Selection":
-    """Return the chosen subset that the options name.
-
-    Raises
-    ------
-    SelectionError
-        If one of them cannot be read.
-    """
-    from orbitdb import selection as sel
-    from orbitdb.stadium import Stadium
-    from orbitdb.words import parse
-
-    return sel.Selection(
-        a=Stadium(a).a,
-        periods=sel.parse_periods(periods) if periods else (),
-        statuses=sel.parse_statuses(statuses) if statuses else (),
-        time_reversal=sel.parse_reversal(reversal) if reversal else None,
-        symmetry=symmetry,
-        contains=parse(contains) if contains else None,
-        ranges=dict(sel.parse_bound(bound) for bound in bounds or ()),
-        where=where,
-        parameters=dict(sel.parse_parameter(parameter) for parameter in parameters or ()),
-    )

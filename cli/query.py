@@ -8,7 +8,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import LONG_CODE, code_text, note, number, write, write_facts
+from orbitdb.cli.render import LONG_CODE, code_text, note, note_partial, number, write, write_facts
 
 if TYPE_CHECKING:
     from orbitdb.orbits import Orbit
@@ -48,19 +48,14 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=EXAMPLES)(query)
 
 
+@options.with_choice
 def query(
+    *,
     code: Annotated[
         list[str] | None, typer.Option("--code", help="A word in any rotation, stored or not; repeatable.")
     ] = None,
     a: options.HalfLength = 1.6,
-    p: options.Periods = None,
-    status: options.Statuses = None,
-    reversal: options.Reversal = None,
-    symmetry: options.Symmetry = None,
-    contains: options.Contains = None,
-    bounds: options.Bounds = None,
-    where: options.Where = None,
-    parameter: options.Parameters = None,
+    choice: options.Choice,
     order: Annotated[
         str, typer.Option("--order", help="Columns to sort by; a falling one ends in desc.")
     ] = "p,code",
@@ -87,15 +82,16 @@ def query(
         return
     from orbitdb.store.catalogue import Catalogue
 
-    chosen = options.selection(a, p, status, reversal, symmetry, contains, bounds, where, parameter)
-    catalogue = Catalogue(db)
+    chosen = choice.at(a)
     names = _columns(columns, form)
     on_screen = form is Format.TABLE and limit is None
     shown = _ON_SCREEN if on_screen else limit
-    rows = catalogue.rows(chosen, names, order, shown, offset)
-    count = write(names, _with_rules(names, rows), form)
+    with Catalogue(db).at_one_moment() as catalogue:
+        note_partial(catalogue.partial(chosen), chosen.a)
+        rows = catalogue.rows(chosen, names, order, shown, offset)
+        count = write(names, _with_rules(names, rows), form)
+        total = catalogue.count(chosen) if form is Format.TABLE and count == shown else count
     if form is Format.TABLE:
-        total = catalogue.count(chosen) if count == shown else count
         more = f"; {count} shown, --limit {total} shows all" if total > count else ""
         note(f"{total} {chosen.describe()}{more}")
     if not count:

@@ -5,9 +5,12 @@ import json
 import math
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli.options import Format
+
+if TYPE_CHECKING:
+    from orbitdb.store.fills import Fill
 
 _DECIMALS = {
     "a": 6,
@@ -35,6 +38,14 @@ _TIMES = ("seconds", "enumeration", "classification", "cutting", "newton", "asse
 def note(message: str) -> None:
     """Tell the user something that is not data."""
     print(message, file=sys.stderr)
+
+
+def note_partial(fills: "Sequence[Fill]", a: float, left_out: bool = False) -> None:
+    """Say which periods are stored in part, if there are any."""
+    if fills:
+        from orbitdb.store.fills import describe_partial
+
+        note(describe_partial(fills, a, left_out))
 
 
 def number(name: str, value: Any) -> str:

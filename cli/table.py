@@ -7,7 +7,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import note, write
+from orbitdb.cli.render import note, note_partial, write
 
 EXAMPLES = """
 Examples:
@@ -38,17 +38,16 @@ def table(
     K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
     """
     from orbitdb.fixed_points import divisors, missing_divisors
-    from orbitdb.selection import parse_periods
-    from orbitdb.stadium import Stadium
     from orbitdb.store.catalogue import Catalogue
-    from orbitdb.store.fills import DONE
 
-    fills = {fill.p: fill for fill in Catalogue(db).fills(Stadium(a).a) if fill.state == DONE}
-    spans = parse_periods(p) if p else ((2, max(fills, default=2)),)
-    wanted = [period for period in sorted(fills) if any(low <= period <= high for low, high in spans)]
+    chosen = options.Choice(p=p).at(a)
+    known = Catalogue(db).fills(chosen.a)
+    note_partial([fill for fill in known if chosen.includes(fill.p) and not fill.whole], a, left_out=True)
+    fills = {fill.p: fill for fill in known if fill.whole}
     rows: list[tuple[Any, ...]] = []
-    for period in wanted:
-        fill = fills[period]
+    for period, fill in fills.items():
+        if not chosen.includes(period):
+            continue
         missing = missing_divisors(period, fills)
         if missing:
             note(f"p = {period}: N needs the periods {', '.join(map(str, missing))}, which are not filled")

@@ -10,11 +10,12 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import note, write
+from orbitdb.cli.render import note, note_partial, write
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
     from orbitdb.checks import Check, Step
+    from orbitdb.store.fills import Fill
 
 EXAMPLES = """
 Examples:
@@ -34,19 +35,14 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=EXAMPLES)(verify)
 
 
+@options.with_choice
 def verify(
+    *,
     a: Annotated[
         float | None,
         typer.Option("--a", metavar="NUMBER", help="Half length of a straight wall [default: all stored]."),
     ] = None,
-    p: options.Periods = None,
-    status: options.Statuses = None,
-    reversal: options.Reversal = None,
-    symmetry: options.Symmetry = None,
-    contains: options.Contains = None,
-    bounds: options.Bounds = None,
-    where: options.Where = None,
-    parameter: options.Parameters = None,
+    choice: options.Choice,
     sample: Annotated[
         int | None, typer.Option("--sample", min=1, help="Look at so many classes, drawn at random.")
     ] = None,
@@ -69,7 +65,8 @@ def verify(
 
     One line a promise: rows looked at, rows that break it, the worst deviation found, its share of what
     rounding and the row's error bound allow (above 1 is a failure), and the first row that is wrong.
-    The exit code is 1 if there is one. Counts are checked for whole periods, rows for the chosen ones.
+    The exit code is 1 if there is one. Counts are checked for whole periods, rows for the chosen ones;
+    of a period that is partial, what is stored.
     """
     from orbitdb.stadium import Stadium
     from orbitdb.store.catalogue import Catalogue
@@ -79,15 +76,15 @@ def verify(
     if again and not rigorous:
         raise InputError("--again proves certified rows again: it goes with --rigorous")
     catalogue = Catalogue(db)
-    stadiums = catalogue.a_values() if a is None else [Stadium(a).a]
-    chosen = [
-        options.selection(each, p, status, reversal, symmetry, contains, bounds, where, parameter)
-        for each in stadiums
-    ]
     start = time.monotonic()
+    partial: dict[float, list[Fill]] = {}
 
     def work() -> "Iterator[Step]":
-        yield from steps(catalogue.path, chosen, sample, restarts, seed)
+        with catalogue.at_one_moment() as still:
+            stadiums = still.a_values() if a is None else [Stadium(a).a]
+            chosen = [choice.at(each) for each in stadiums]
+            partial.update((selection.a, still.partial(selection)) for selection in chosen)
+            yield from steps(still, chosen, sample, restarts, seed)
         if rigorous:
             from orbitdb.certification import certify
 
@@ -95,6 +92,8 @@ def verify(
                 yield from certify(catalogue.path, selection, sample, seed, again)
 
     found = report(_watched(work()))
+    for each, fills in partial.items():
+        note_partial(fills, each)
     write(COLUMNS, ([getattr(check, key) for key in _KEYS] for check in found), options.chosen(format_, json))
     _finish(found, catalogue.path, time.monotonic() - start, restarts)
 

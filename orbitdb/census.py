@@ -27,7 +27,6 @@ from orbitdb.store.blocks import (
     load_classes,
     load_sequences,
     sound_words,
-    wanted,
 )
 from orbitdb.store.catalogue import Catalogue
 from orbitdb.store.fills import DONE, FILLING
@@ -63,10 +62,10 @@ def check_counts(connection: "sa.Connection", selections: Sequence[Selection]) -
     fills, words = audit.fills(connection), audit.word_counts(connection)
     chosen = {s.a: s for s in selections}
     for p in sorted({fill["p"] for fill in fills} | words.keys()):
-        if any(wanted(p, selection) for selection in selections):
+        if any(selection.includes(p) for selection in selections):
             yield _count(p, {fill["state"] for fill in fills if fill["p"] == p}, *words.get(p, (0, 0, 0)))
     for fill in fills:
-        if fill["a"] in chosen and wanted(fill["p"], chosen[fill["a"]]):
+        if fill["a"] in chosen and chosen[fill["a"]].includes(fill["p"]):
             statuses = audit.status_counts(connection, fill["stadium"], fill["p"])
             classes = words.get(fill["p"], (0, 0, 0))[1]
             wrong = list(_wrong_counts(fill, statuses, classes))

@@ -9,6 +9,8 @@ the larger angle and lengthens it. At rest all bounces reflect.
 Source: Biham and Kvale, eq. (2) and section II, with C = 1, h = 0.1 and fourth order Runge-Kutta.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +26,9 @@ EPSILON = 1e-7
 
 STEP = 0.1
 MAX_STEPS = 200_000
+_STEPS_BETWEEN_TELLING = 1000
+_SHIFT = 1e-6
+"""By how much coordinates are shifted to differentiate the velocity: it is good to about 1e-10 then."""
 
 
 def relax(
@@ -32,6 +37,7 @@ def relax(
     epsilon: float = EPSILON,
     max_steps: int = MAX_STEPS,
     start: Floats | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Orbits:
     """Find the orbits of admissible words by the paper's artificial dynamics.
 
@@ -46,6 +52,8 @@ def relax(
         Runge-Kutta steps after which a word is given up and stays unresolved.
     start : ndarray, shape (N, p), optional
         Coordinates to start from; `starting_points` by default.
+    progress : callable, optional
+        Called now and then with the number of steps taken and of words that still move.
 
     Returns
     -------
@@ -67,6 +75,8 @@ def relax(
             symbols, x = symbols.take(going, axis=1), x.take(going, axis=1)
         if not len(active):
             break
+        if progress is not None and step % _STEPS_BETWEEN_TELLING == 0:
+            progress(step, len(active))
         x = _runge_kutta_step(stadium, symbols, x, velocity)
     orbits.iterations[active] = max_steps
     return orbits
@@ -87,6 +97,31 @@ def starting_points(words: NDArray[np.uint8], stadium: Stadium) -> Floats:
         ahead = 1.0 - 2.0 * (legs.run % 2)
         start[rows] = (spread * np.where(legs.straight, stadium.a * ahead, HALF_PI * legs.d[here])).T
     return start
+
+
+def slowest_rates(words: NDArray[np.uint8], stadium: Stadium, coordinates: Floats) -> Floats:
+    """Return how fast words come to rest in the end, shape (N,): deviations fall like exp(-rate t).
+
+    The slowest rate of the linearised dynamics at its fixed points; not positive where one is unstable.
+    A Runge-Kutta step takes the time `STEP`, and a force f that is left means a deviation of f / rate.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    stadium : Stadium
+    coordinates : ndarray, shape (N, p)
+        Of the words at rest.
+    """
+    symbols, x = np.ascontiguousarray(words.T), coordinates.T
+    p, n = symbols.shape
+    jacobian = np.empty((n, p, p))
+    for bounce in range(p):
+        shift = np.zeros((p, 1))
+        shift[bounce] = _SHIFT
+        change = _velocity(stadium, symbols, x + shift) - _velocity(stadium, symbols, x - shift)
+        jacobian[:, :, bounce] = change.T / (2 * _SHIFT)
+    rates: Floats = -np.linalg.eigvals(jacobian).real.max(axis=1)
+    return rates
 
 
 def _velocity(stadium: Stadium, symbols: NDArray[np.uint8], x: Floats) -> Floats:

@@ -55,6 +55,10 @@ class Selection:
     where: str | None = None
     parameters: Mapping[str, str | int | float] = field(default_factory=dict)
 
+    def includes(self, p: int) -> bool:
+        """Tell whether words of a period are asked for."""
+        return not self.periods or any(low <= p <= high for low, high in self.periods)
+
     def describe(self) -> str:
         """Return the selection as one line of English."""
         subject = " and ".join(_SUBJECTS[status] for status in self.statuses) or "symbol sequences"

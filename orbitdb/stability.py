@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.legs import Chain, Derivatives, add_up, following, preceding
-from orbitdb.stadium import STRAIGHT, Stadium
+from orbitdb.stadium import ANTICLOCKWISE, STRAIGHT, Stadium
 
 Floats = NDArray[np.float64]
 
@@ -172,3 +172,13 @@ def forces(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> F
     """
     links = Links.of(stadium, words, coordinates)
     return links.cos_in - links.cos_out
+
+
+def birkhoff(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> tuple[Floats, Floats]:
+    """Return the bounces of closed paths in phase space, two arrays of shape (N, p).
+
+    Arc length as `Stadium.arclength` counts it, and the sine of the angle between the path that leaves
+    and the normal, positive where it goes anticlockwise.
+    """
+    leaving = Links.of(stadium, words, coordinates).cos_out
+    return stadium.arclength(words, coordinates), ANTICLOCKWISE[words] * leaving

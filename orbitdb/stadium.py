@@ -22,8 +22,6 @@ STRAIGHT = np.array([True, False, True, False, False, False])
 ANTICLOCKWISE = np.array([1.0, -1.0, -1.0, 1.0, -1.0, 1.0])
 """+1 where a coordinate grows anticlockwise along the boundary, -1 where clockwise, by symbol."""
 _WALL_Y = np.array([-1.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-DIRECTION = np.array([1.0, -1.0, -1.0, 1.0, -1.0, 1.0])
-"""Whether the coordinate of a symbol's wall grows (1) or falls (-1) counterclockwise."""
 _SEGMENT = np.array([0, 1, 2, 3, 1, 3])
 _OUTWARD = np.array([0.0, -1.0, 0.0, 1.0, -1.0, 1.0])
 
@@ -104,30 +102,12 @@ class Stadium:
     def arclength(self, symbols: NDArray[np.uint8], coordinates: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the place of bounces along the boundary, in units of the radius, from 0 to the perimeter.
 
-        Anticlockwise from the left end of the bottom wall: bottom, right, top, left. Symbols and
-        coordinates have any one shape; the result has the same.
+        Anticlockwise from the left end of the bottom wall: bottom, right, top, left; the joints lie at
+        0, 2a, 2a + pi and 4a + pi. Symbols and coordinates have any one shape; the result has the same.
         """
         a = self.a
-        start = np.array([a, 4 * a + 1.5 * math.pi, 3 * a + math.pi, 2 * a + HALF_PI])
-        return start[[0, 1, 2, 3, 1, 3]][symbols] + ANTICLOCKWISE[symbols] * coordinates
-
-    def along_boundary(
-        self, symbols: NDArray[np.uint8], coordinates: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """Return the way along the boundary to each bounce, counterclockwise, in 0..perimeter.
-
-        It begins at the left end of the bottom wall; the joints lie at 0, 2a, 2a + pi and 4a + pi.
-
-        Parameters
-        ----------
-        symbols : ndarray of uint8, any shape
-            The wall of each bounce.
-        coordinates : ndarray, same shape
-            The coordinate of each bounce.
-        """
-        half, rising = np.array([self.a, HALF_PI]), DIRECTION[symbols]
-        start = np.array([0.0, 4 * self.a + math.pi, 2 * self.a + math.pi, 2 * self.a])[_SEGMENT[symbols]]
-        return start + half[_SEGMENT[symbols] % 2] + rising * coordinates
+        middle = np.array([a, 4 * a + 1.5 * math.pi, 3 * a + math.pi, 2 * a + HALF_PI])
+        return middle[_SEGMENT[symbols]] + ANTICLOCKWISE[symbols] * coordinates
 
     def outline(self, n: int = 64) -> NDArray[np.float64]:
         """Return the boundary as a closed polygon, n points a semicircle, shape (2n + 1, 2)."""

@@ -6,7 +6,6 @@ The words must be all there (`orbitdb.census`); what is stored of an orbit must 
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -68,7 +67,7 @@ def report(steps: Iterable[Step]) -> list[Check]:
 
 
 def verify(
-    path: Path,
+    catalogue: Catalogue,
     selections: Sequence[Selection],
     sample: int | None = None,
     restarts: int = 0,
@@ -78,8 +77,8 @@ def verify(
 
     Parameters
     ----------
-    path : Path
-        A catalogue of the newest schema.
+    catalogue : Catalogue
+        All is read from it as it is at one moment.
     selections : sequence of Selection
         What to check, one for each a. File, schema and counts are always checked for whole periods;
         rows only of the chosen classes: a class is chosen if one of its words is.
@@ -101,14 +100,13 @@ def verify(
         If the database cannot be read.
     """
     rng = np.random.default_rng(seed)
-    catalogue = Catalogue(path)
-    chosen = {s.a: choose(catalogue, s, sample, rng) for s in selections}
-    with catalogue.reading() as connection:
+    with catalogue.at_one_moment() as still, still.reading() as connection:
+        chosen = {s.a: choose(still, s, sample, rng) for s in selections}
         yield Step("file", 0, 1, tuple(check_file(connection)))
         yield Step("counts", 0, 1, tuple(check_counts(connection, selections)))
         yield from check_words(connection, chosen.values())
         if sample is None and selections:
-            yield from check_pruned(catalogue, selections[0])
+            yield from check_pruned(still, selections[0])
         for a, ids in chosen.items():
             yield from _orbits(connection, a, ids, restarts, rng)
 

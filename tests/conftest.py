@@ -1,7 +1,7 @@
 """What several test modules share: filled catalogues and the command line."""
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +15,14 @@ from orbitdb.store.catalogue import Catalogue
 
 settings.register_profile("no deadline", deadline=None)
 settings.load_profile("no deadline")
+
+
+SMALL_BLOCKS = """
+from orbitdb import blocks
+from orbitdb.solve import solve
+blocks.METHODS["newton"] = blocks.Method(solve, 64)
+"""
+"""Cuts periods into many blocks, in a process that begins with it."""
 
 
 @pytest.fixture
@@ -42,6 +50,21 @@ def filled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def filled(filled_once: Path, tmp_path: Path) -> Path:
     """A catalogue with p = 2..8 at a = 1.6, the test's own."""
     return Path(shutil.copy(filled_once, tmp_path / "orbits.db"))
+
+
+@pytest.fixture
+def begin_fill(small_blocks: None) -> Callable[..., Generator[survey.Progress]]:
+    """Begin to fill a period in small blocks, and give the rest of the fill, which close() stops."""
+
+    def begin(path: Path, p: int, batches: int = 3, a: float = 1.6) -> Generator[survey.Progress]:
+        going = survey.fill(path, a, [p])
+        full = (step for step in going if step.words)  # a block of high first symbols may be empty
+        for _ in range(batches):
+            step = next(full)
+        assert step.words < step.total
+        return going
+
+    return begin
 
 
 @pytest.fixture

@@ -265,13 +265,22 @@ def test_every_command_has_help_with_an_example_and_stands_in_the_readme(cli, co
     assert f"orbitdb {command}" in (ROOT / "README.md").read_text()
 
 
+@pytest.mark.parametrize("command", ["query", "entropy", "lyapunov", "export", "plot", "verify", "browse"])
+def test_subsets_are_chosen_by_the_same_options_everywhere(cli, command):
+    text = cli(command, "--help").out
+    names = ["--p", "--status", "--reversal", "--symmetry", "--contains", "--range", "--where", "-P"]
+    places = [text.index(f"\n  {name} ") for name in names]
+    assert places == sorted(places)
+    assert text.index("--a ") < places[0]
+
+
 def test_help_and_version_load_nothing_heavy():
     script = (
         "import sys; from orbitdb.cli.main import _run; _run(sys.argv[1:]);"
         "heavy = ('numpy', 'scipy', 'sqlalchemy', 'textual', 'alembic', 'flint');"
         "print([name for name in heavy if name in sys.modules])"
     )
-    for option in (["--help"], ["--version"], ["fill", "--help"], ["query", "--help"]):
+    for option in (["--help"], ["--version"], ["fill", "--help"], ["query", "--help"], ["plot", "--help"]):
         result = subprocess.run(
             [sys.executable, "-P", "-c", script, *option], capture_output=True, text=True, check=True
         )

@@ -42,17 +42,6 @@ def test_every_bounce_is_numbered_once_outside_the_stadium(word):
         assert np.hypot(x - np.clip(x, -1.6, 1.6), y) == pytest.approx(1.2)
 
 
-def test_arclength_is_the_distance_along_the_boundary():
-    stadium = Stadium(1.3)
-    symbols = np.array([0, 0, 3, 5, 3, 2, 2, 1, 4, 1], dtype=np.uint8)
-    ends = np.pi / 2
-    places = np.array([-1.3, 1.3, -ends, 0.0, ends, 1.3, -1.3, ends, 0.0, -ends])
-    along = stadium.arclength(symbols, places)
-    steps = [2.6, 0, ends, ends, 0, 2.6, 0, ends, ends]
-    np.testing.assert_allclose(along, np.concatenate([[0], np.cumsum(steps)]), atol=1e-15)
-    assert along[-1] == pytest.approx(stadium.perimeter)
-
-
 def test_entropy_figure_holds_the_numbers(ax):
     p = np.arange(2, 6)
     k_0, h = np.array([0.3466, 1.059, 1.216, 1.198]), np.array([0.35, 1.0, 1.1, 1.19])

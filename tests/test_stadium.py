@@ -54,6 +54,17 @@ def test_walls_and_semicircles_meet_at_the_joints():
         assert np.abs(first - second).max() < 1e-15
 
 
+def test_arclength_is_the_distance_along_the_boundary():
+    stadium = Stadium(1.3)
+    symbols = np.array([0, 0, 3, 5, 3, 2, 2, 1, 4, 1], dtype=np.uint8)
+    ends = math.pi / 2
+    places = np.array([-1.3, 1.3, -ends, 0.0, ends, 1.3, -1.3, ends, 0.0, -ends])
+    along = stadium.arclength(symbols, places)
+    steps = [2.6, 0, ends, ends, 0, 2.6, 0, ends, ends]
+    np.testing.assert_allclose(along, np.concatenate([[0], np.cumsum(steps)]), atol=1e-15)
+    assert along[-1] == pytest.approx(stadium.perimeter)
+
+
 @pytest.mark.parametrize("a", [0.01, 1.0, 1.6, 50.0])
 def test_area_and_perimeter_are_those_of_the_outline(a):
     stadium = Stadium(a)

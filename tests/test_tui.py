@@ -28,7 +28,10 @@ from orbitdb.errors import InputError
 from orbitdb.orbits import Status
 from orbitdb.selection import Selection
 from orbitdb.store.catalogue import Catalogue
+from orbitdb.store.trajectories import add_reference
+from orbitdb.store.writer import Writer
 from orbitdb.symmetry import REVERSE, images_of
+from orbitdb.trajectory import Reference
 from orbitdb.words import least_rotation
 
 SMALL, LARGE = (80, 24), (160, 48)
@@ -372,6 +375,24 @@ def test_statistics_are_those_of_the_averages(filled, size):
     drive(filled, steps, size)
 
 
+def test_statistics_show_the_stored_reference_until_new_trajectories_are_wanted(filled, tmp_path):
+    path = tmp_path / "orbits.db"
+    path.write_bytes(filled.read_bytes())
+    kept = Reference(0.8867, 0.0001, 0.3752, 0.0001, 2.3, 0.1, 10**9, 16, 5)
+    writer = Writer(path, {"command": "test"})
+    add_reference(writer, 1.6, kept)
+    writer.close()
+
+    async def steps(app, pilot):
+        await press(pilot, "S")
+        assert app.screen.reference == kept
+        await press(pilot, "t")
+        assert app.screen.reference.bounces < 10**7
+        assert app.screen.reference.lambda_d == pytest.approx(kept.lambda_d, abs=0.01)
+
+    drive(path, steps, LARGE)
+
+
 def test_statistics_of_chosen_words_count_those_words_alone(filled):
     from orbitdb.cli.tui.numbers import curves_of, statistics, table_of
     from orbitdb.fixed_points import ClassRows
@@ -513,7 +534,7 @@ def test_copy_and_export(filled, tmp_path, size):
         rows = list(csv.DictReader(file))
     assert [(row["code"],) for row in rows] == list(Catalogue(filled).rows(chosen, ("code",)))
     assert float(rows[0]["length"]) == 10.4
-    assert "<polyline" in (tmp_path / "orbit.svg").read_text()
+    assert "<polygon" in (tmp_path / "orbit.svg").read_text()
 
 
 @pytest.mark.parametrize("name", ["rows.tsv", "rows.json", "rows.jsonl", "orbit.svg", "orbit.png"])
@@ -534,8 +555,8 @@ def test_every_kind_of_export(filled, tmp_path, name):
     elif name == "rows.tsv":
         assert len(path.read_text().splitlines()) == 42
     elif name == "orbit.svg":
-        corners = re.search(r'points="([^"]*)"', path.read_text())[1].split()
-        assert len(corners) == 4
+        corners = re.search(r'<polygon points="([^"]*)"', path.read_text())[1].split()
+        assert len(corners) == 3
     else:
         assert path.read_bytes().startswith(b"\x89PNG")
     with pytest.raises(InputError):
@@ -600,6 +621,49 @@ def test_it_works_beside_a_process_that_fills(tmp_path):
             pass
         await press(pilot, "o", "j", "G")
         assert app.screen.orbit is not None
+
+    drive(path, steps)
+
+
+def test_a_partial_period_is_said_to_be_one_and_a_look_shows_how_it_goes_on(filled, tmp_path, begin_fill):
+    path = tmp_path / "shared.db"
+    path.write_bytes(filled.read_bytes())
+    going = begin_fill(path, 8)
+
+    async def steps(app, pilot):
+        before = len(table_of(app).source)
+        assert before == Catalogue(path).count(Selection())
+        assert "p = 8 is partial" in shown(app)
+        for _ in range(3):
+            next(going)
+        await press(pilot, "ctrl+r")
+        after = len(table_of(app).source)
+        assert before < after == Catalogue(path).count(Selection())
+        assert "p = 8 is partial" in shown(app)
+        told = export(tmp_path / "rows.csv", app.catalogue, Selection(), Ordering(), None)
+        assert "period 8 at a = 1.6 is partial" in told
+        await press(pilot, "S")
+        assert list(app.screen.found.words) == list(range(2, 8))
+        assert "partial, left out: 8" in shown(app)
+        await press(pilot, "escape", "right_square_bracket")
+        assert "partial" not in shown(app)  # period 2 is shown, which is whole
+        for _ in going:
+            pass
+        await press(pilot, "left_square_bracket")  # any look reads anew what has been stored
+        assert len(table_of(app).source) == Catalogue(path).count(Selection()) > after
+        assert "partial" not in shown(app)
+
+    drive(path, steps, LARGE)
+
+
+def test_statistics_of_a_part_alone_say_that_there_are_none(tmp_path, begin_fill):
+    path = tmp_path / "partial.db"
+    Catalogue.create(path)
+    begin_fill(path, 8).close()
+
+    async def steps(app, pilot):
+        await press(pilot, "S")
+        assert "no orbit of a whole period is chosen" in shown(app)
 
     drive(path, steps)
 

@@ -109,18 +109,6 @@ def test_the_picture_marks_start_direction_and_particle():
     assert {"wall", "path", "start", "arrow", "particle", "trail"} <= set(picture.styles.ravel())
 
 
-def test_the_way_along_the_boundary_is_its_arc_length():
-    stadium = Stadium(A)
-    symbols = np.array([0, 0, 3, 3, 2, 2, 1, 1], dtype=np.uint8)
-    ends = np.array([-A, A, -math.pi / 2, math.pi / 2, A, -A, math.pi / 2, -math.pi / 2])
-    joints = [0, 2 * A, 2 * A, 2 * A + math.pi, 2 * A + math.pi, 4 * A + math.pi, 4 * A + math.pi]
-    assert stadium.along_boundary(symbols, ends) == pytest.approx([*joints, stadium.perimeter])
-    down = np.array([5, 4], dtype=np.uint8)
-    up = np.array([3, 1], dtype=np.uint8)
-    places = np.array([0.3, -0.7])
-    assert (stadium.along_boundary(down, places) == stadium.along_boundary(up, places)).all()
-
-
 @pytest.mark.parametrize("word", WORDS)
 def test_time_reversal_turns_the_sine_and_keeps_the_place(word):
     points = phase_points(solved(word))

@@ -48,7 +48,7 @@ def ask(path: Path, query: str) -> list[tuple]:
 
 
 def checks(path: Path, selection: Selection | None = None, **options) -> dict[str, Check]:
-    steps = verify(path, [selection or Selection()], **options)
+    steps = verify(Catalogue(path), [selection or Selection()], **options)
     return {check.name: check for check in report(steps)}
 
 

@@ -24,6 +24,7 @@ from orbitdb.selection import Selection
 
 if TYPE_CHECKING:
     from orbitdb.store.catalogue import Catalogue
+    from orbitdb.store.fills import Fill
     from orbitdb.store.pages import Index
 
 _SECONDS_BETWEEN_LOOKS = 2.0
@@ -76,7 +77,7 @@ class BrowseApp(App[None]):
         self.title = f"orbitdb {path.name}"
         self.catalogue = _opened(path)
         self._selection, self._code = selection, code
-        self._index: Index | None = None
+        self._known: tuple[list[Fill], Index] | None = None
         self._shown_at = 0.0
         self._leaving = False
 
@@ -86,15 +87,23 @@ class BrowseApp(App[None]):
 
     # the catalogue, for the screens
 
-    def index(self, a: float) -> "Index":
-        """Return the index of the sequences at one a; it is read when it is first asked for."""
+    def index(self, catalogue: "Catalogue", a: float) -> "Index":
+        """Return the index of the sequences at one a; it is read anew when a fill has come further."""
         from orbitdb.store.pages import load_index
 
-        index = self._index
-        if index is None or index.a != a:
-            assert self.catalogue is not None
-            index = self._index = load_index(self.catalogue, a)
-        return index
+        fills = catalogue.fills(a)
+        if self._known is None or self._known[0] != fills or self._known[1].a != a:
+            self._known = fills, load_index(catalogue, a)
+        return self._known[1]
+
+    def look_again(self) -> None:
+        """Read the file anew."""
+        if self.catalogue is None:
+            self.catalogue = _opened(self.path)
+        self._known = None
+        main = self.screen_stack[0]
+        assert isinstance(main, MainScreen)
+        main.refresh_catalogue()
 
     def find(self, word: str, a: float) -> Orbit:
         """Return what is stored of a word, or solve it."""
@@ -169,8 +178,7 @@ class BrowseApp(App[None]):
         main.follow_fill(state)
         if not state.runs or now - self._shown_at > _SECONDS_BETWEEN_LOOKS:
             self._shown_at = now
-            self._index = None
-            main.refresh_catalogue()
+            self.look_again()
         if not state.runs:
             self.notify(
                 f"fill {state.sentence()}",

@@ -5,19 +5,24 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
+import numpy as np
+from numpy.typing import NDArray
+
 from orbitdb.cli.query import KEYS
-from orbitdb.cli.tui.pictures import path_of
 from orbitdb.cli.tui.source import Ordering
 from orbitdb.errors import InputError
 from orbitdb.orbits import Orbit
 from orbitdb.selection import Selection
 from orbitdb.stadium import Stadium
+from orbitdb.store.fills import describe_partial
+from orbitdb.svg import orbit_svg
 
 if TYPE_CHECKING:
     from orbitdb.store.catalogue import Catalogue
 
 ROWS = {".csv": ",", ".tsv": "\t", ".json": "", ".jsonl": ""}
 PICTURES = (".svg", ".png")
+_WIDTH = 800
 
 
 def kind_of(path: Path) -> str:
@@ -53,16 +58,27 @@ def export(
     if path.suffix in ROWS:
         if catalogue is None:
             raise InputError("there are no rows to write")
-        with path.open("w", encoding="utf-8", newline="") as file:
-            count = _write_rows(file, path.suffix, catalogue, selection, ordering)
-        return f"{count:,} rows written to {path}"
-    if orbit is None or orbit.coordinates is None:
+        with catalogue.at_one_moment() as still, path.open("w", encoding="utf-8", newline="") as file:
+            count = _write_rows(file, path.suffix, still, selection, ordering)
+            partial = still.partial(selection)
+        said = f"{count:,} rows written to {path}"
+        return f"{said}; {describe_partial(partial, selection.a)}" if partial else said
+    if orbit is None or orbit.points is None:
         raise InputError("there is no orbit to draw")
-    if path.suffix == ".svg":
-        path.write_text(as_svg(orbit), encoding="utf-8")
-    else:
-        _write_png(path, orbit)
+    _draw(path, orbit, orbit.points, f"The orbit {orbit.code} at a = {orbit.a:g}")
     return f"{orbit.code} drawn in {path}"
+
+
+def _draw(path: Path, orbit: Orbit, points: NDArray[np.float64], title: str) -> None:
+    if path.suffix == ".svg":
+        path.write_text(orbit_svg(Stadium(orbit.a), points, title, _WIDTH) + "\n", encoding="utf-8")
+        return
+    try:
+        from orbitdb.cli import figures
+        from orbitdb.plots import style
+    except ImportError:
+        raise InputError("PNG needs matplotlib: install orbitdb[plot], or write an .svg") from None
+    style.save(figures.draw_orbit(orbit), path, "png", title)
 
 
 def _write_rows(
@@ -85,38 +101,3 @@ def _write_rows(
         count += 1
     file.write(closing)
     return count
-
-
-def as_svg(orbit: Orbit, width: int = 800) -> str:
-    """Return an orbit in its stadium as an SVG picture."""
-    a = Stadium(orbit.a).a
-    scale = width / (2 * a + 2.2)
-    height = round(2.2 * scale)
-    wall = f"M {-a} 1 L {a} 1 A 1 1 0 0 0 {a} -1 L {-a} -1 A 1 1 0 0 0 {-a} 1 Z"
-    points = " ".join(f"{x:.6f},{-y:.6f}" for x, y in path_of(orbit))
-    start = path_of(orbit)[0]
-    line = 1.5 / scale
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}"'
-        f' viewBox="{-a - 1.1} -1.1 {2 * a + 2.2} 2.2" fill="none" stroke-width="{line:.6f}">\n'
-        f"  <title>{orbit.code} at a = {orbit.a:g}</title>\n"
-        f'  <path d="{wall}" stroke="#334155"/>\n'
-        f'  <polyline points="{points}" stroke="#c2410c"/>\n'
-        f'  <circle cx="{start[0]:.6f}" cy="{-start[1]:.6f}" r="{3 * line:.6f}" fill="#15803d"/>\n'
-        "</svg>\n"
-    )
-
-
-def _write_png(path: Path, orbit: Orbit) -> None:
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise InputError("PNG needs matplotlib: install orbitdb[plot], or write an .svg") from None
-    a = orbit.a
-    figure = Figure(figsize=(8, 8 * 2.2 / (2 * a + 2.2)))
-    axes = figure.add_axes((0, 0, 1, 1))
-    axes.set_axis_off()
-    axes.set_aspect("equal")
-    axes.plot(*Stadium(a).outline(200).T, color="#334155", linewidth=1.2)
-    axes.plot(*path_of(orbit).T, color="#c2410c", linewidth=1.2)
-    figure.savefig(path, dpi=200)

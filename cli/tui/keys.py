@@ -41,6 +41,7 @@ MAIN: tuple[Group, ...] = (
     )),
     ("orbitdb", (
         ("f", "fill the catalogue"),
+        ("ctrl+r", "read the file again"),
         ("ctrl+p", "all actions, themes"),
         ("q", "quit"),
     )),
@@ -50,7 +51,7 @@ STATISTICS: tuple[Group, ...] = (
     ("statistics", (
         ("j k ↓ ↑", "scroll the numbers"),
         ("w", "weight: e^-λ or 1/|det(1 - M)|"),
-        ("t", "follow the trajectories again"),
+        ("t", "follow trajectories, whatever is stored"),
         ("escape q", "back to the orbits"),
     )),
     ("orbitdb", (("ctrl+p", "all actions, themes"), ("?", "these keys"))),

@@ -45,6 +45,7 @@ class MainScreen(OrbitScreen):
         Binding("right_square_bracket", "period(1)", "next period", show=False, key_display="]"),
         Binding("left_square_bracket", "period(-1)", "period before", show=False, key_display="["),
         Binding("a", "choose_a", "another a", show=False),
+        Binding("ctrl+r,f5", "look_again", "read the file again", show=False, key_display="ctrl+r"),
         Binding("R", "reverse_order", "turn the order round", show=False),
         Binding("T,t", f"move_in_class({REVERSE})", "time reverse", show=False),
         Binding("X,x", f"move_in_class({MIRROR_X})", "mirror left and right", show=False),
@@ -189,6 +190,10 @@ class MainScreen(OrbitScreen):
             self.notify(f"copied {self.orbit.code}", timeout=2, markup=False)
 
     # computing and taking away
+
+    def action_look_again(self) -> None:
+        """Show what other processes have stored meanwhile."""
+        self.browser.look_again()
 
     def action_fill(self) -> None:
         """Open the fill dialog."""

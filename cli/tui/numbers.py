@@ -18,8 +18,6 @@ from orbitdb.trajectory import Reference
 if TYPE_CHECKING:
     from orbitdb.store.catalogue import Catalogue
 
-_DONE = "done"
-
 
 @dataclass(frozen=True)
 class Statistics:
@@ -35,6 +33,8 @@ class Statistics:
     lyapunov : Lyapunov
     missing : tuple of int
         Periods that are not filled, without which the zeta functions are not whole.
+    partial : tuple of int
+        Chosen periods that are stored in part, and left out.
     """
 
     selection: Selection
@@ -44,6 +44,7 @@ class Statistics:
     entropy: Entropy
     lyapunov: Lyapunov
     missing: tuple[int, ...]
+    partial: tuple[int, ...]
 
 
 def statistics(
@@ -52,44 +53,33 @@ def statistics(
     weight: Weight = Weight.EXPONENTIAL,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Iterator[Statistics]:
-    """Yield the averages over a subset's orbits up to each filled period, as the periods are read."""
+    """Yield the averages over a subset's orbits up to each whole period, as the periods are read.
+
+    All is of one moment; periods that are stored in part are left out.
+    """
     if not selection.statuses:
         selection = replace(selection, statuses=(Status.ORBIT,))
-    spans = selection.periods or ((2, 10**9),)
-    fills = [
-        fill
-        for fill in catalogue.fills(selection.a)
-        if fill.state == _DONE and any(low <= fill.p <= high for low, high in spans)
-    ]
-    words: dict[int, int] = {}
-    parts: list[ClassRows] = []
-    for fill in fills:
-        if cancelled():
-            return
-        part, words[fill.p] = _classes_of(catalogue, replace(selection, periods=((fill.p, fill.p),)))
-        parts.append(part)
-        rows = _joined(parts)
-        if len(rows):
-            done = [known for known in fills if known.p <= fill.p]
-            yield Statistics(
-                selection=selection,
-                words=dict(words),
-                classes={known.p: len(of_p) for known, of_p in zip(done, parts, strict=True)},
-                admissible={known.p: known.n_t or 0 for known in done},
-                entropy=entropy(rows, fill.p),
-                lyapunov=lyapunov(rows, fill.p, weight),
-                missing=tuple(missing_periods(fill.p, words)),
-            )
-
-
-def _classes_of(catalogue: "Catalogue", selection: Selection) -> tuple[ClassRows, int]:
-    """Return the classes of the chosen words, each with the number of them that are chosen."""
-    columns = ("cycle", "p", "walls", "length", "lyapunov")
-    data = np.array(list(catalogue.rows(selection, columns)), dtype=float).reshape(-1, len(columns))
-    data = data[np.isfinite(data).all(axis=1)]
-    _, first, counts = np.unique(data[:, 0], return_index=True, return_counts=True)
-    _, p, walls, length, exponent = data[first].T
-    return ClassRows(p.astype(np.int64), counts, length, exponent, walls % 2 == 1), len(data)
+    with catalogue.at_one_moment() as still:
+        partial = tuple(fill.p for fill in still.partial(selection))
+        fills = [fill for fill in still.fills(selection.a) if fill.whole and selection.includes(fill.p)]
+        parts: list[ClassRows] = []
+        for count, fill in enumerate(fills, 1):
+            if cancelled():
+                return
+            parts.append(still.classes(replace(selection, periods=((fill.p, fill.p),))).rows())
+            rows = _joined(parts)
+            if len(rows):
+                known = fills[:count]
+                yield Statistics(
+                    selection=selection,
+                    words={fill.p: int(part.size.sum()) for fill, part in zip(known, parts, strict=True)},
+                    classes={fill.p: len(part) for fill, part in zip(known, parts, strict=True)},
+                    admissible={fill.p: fill.n_t or 0 for fill in known},
+                    entropy=entropy(rows, fill.p),
+                    lyapunov=lyapunov(rows, fill.p, weight),
+                    missing=tuple(missing_periods(fill.p, [fill.p for fill in known])),
+                    partial=partial,
+                )
 
 
 def _joined(parts: list[ClassRows]) -> ClassRows:

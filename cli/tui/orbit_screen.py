@@ -53,6 +53,7 @@ class OrbitScreen(Screen[None]):
         """A worker has read the rows of a subset."""
 
         source: Source
+        partial: list[int]
         selection: Selection
         ordering: Ordering
 
@@ -111,7 +112,9 @@ class OrbitScreen(Screen[None]):
         """Show the first rows in the first frame, where that takes no search."""
         catalogue = self.browser.catalogue
         if catalogue is not None and self.selection == Selection(self.selection.a):
-            self.query_one(PagedTable).show(head_of(catalogue, self.selection, NAMES, _HEAD))
+            with catalogue.at_one_moment() as still:
+                self._say_partial([fill.p for fill in still.partial(self.selection)])
+                self.query_one(PagedTable).show(head_of(still, self.selection, NAMES, _HEAD))
 
     def refresh_catalogue(self) -> None:
         """Look at the file again: at the beginning, and when something has been stored."""
@@ -159,6 +162,12 @@ class OrbitScreen(Screen[None]):
     def _say_reading(self, what: str) -> None:
         self.query_one("#rows").border_title = what or "sequences"
 
+    def _say_partial(self, periods: list[int]) -> None:
+        """Say which of the periods shown are stored in part."""
+        listed = ", ".join(map(str, periods))
+        verb = "are" if len(periods) > 1 else "is"
+        self.query_one("#rows").border_subtitle = f"p = {listed} {verb} partial" if periods else ""
+
     @work(thread=True, exclusive=True, group="rows", exit_on_error=False)
     def _read_rows(self, selection: Selection, ordering: Ordering) -> None:
         from orbitdb.store.pages import CancelledError, chosen_keys
@@ -171,8 +180,10 @@ class OrbitScreen(Screen[None]):
             return worker.is_cancelled
 
         try:
-            index = self.browser.index(selection.a)
-            keys = chosen_keys(catalogue, index, selection, ordering.column, ordering.descending, cancelled)
+            with catalogue.at_one_moment() as still:
+                partial = [fill.p for fill in still.partial(selection)]
+                index = self.browser.index(still, selection.a)
+                keys = chosen_keys(still, index, selection, ordering.column, ordering.descending, cancelled)
         except CancelledError:
             return
         except (InputError, StoreError) as error:
@@ -180,7 +191,8 @@ class OrbitScreen(Screen[None]):
                 self.post_message(self.Failed(str(error)))
             return
         if not worker.is_cancelled:
-            self.post_message(self.RowsRead(Pages(catalogue, index, keys, NAMES), selection, ordering))
+            pages = Pages(catalogue, index, keys, NAMES)
+            self.post_message(self.RowsRead(pages, partial, selection, ordering))
 
     def on_orbit_screen_rows_read(self, message: RowsRead) -> None:
         """Show the rows; the cursor stays on its word if it is among them, and at the top if it was there."""
@@ -189,6 +201,7 @@ class OrbitScreen(Screen[None]):
         table = self.query_one(PagedTable)
         table.ordering = message.ordering
         self._say_reading("")
+        self._say_partial(message.partial)
         word = self._wanted or (table.row[0] if table.row and table.cursor else None)
         place = message.source.position(word) if word else None
         self._wanted = self._caught_up = None

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from orbitdb.cli.tui.braille import DOTS_X, DOTS_Y, Frame, Layer, Mark, Picture, draw, polyline
 from orbitdb.orbits import Orbit
-from orbitdb.stability import Links
-from orbitdb.stadium import DIRECTION, Stadium
+from orbitdb.stability import birkhoff
+from orbitdb.stadium import Stadium
 from orbitdb.words import from_strings
 
 Floats = NDArray[np.float64]
@@ -100,19 +100,11 @@ def _arrow(frame: Frame, path: Floats) -> Mark:
 
 
 def phase_points(orbit: Orbit) -> Floats:
-    """Return the bounces of an orbit in phase space, shape (p, 2).
-
-    The way along the boundary (counterclockwise from the left end of the bottom wall), and the sine of
-    the angle between the path that leaves and the normal: positive where it goes counterclockwise.
-    """
+    """Return the bounces of an orbit in phase space, shape (p, 2): arc length and sine (`birkhoff`)."""
     if orbit.coordinates is None:
         return np.zeros((0, 2))
-    stadium, words = Stadium(orbit.a), from_strings([orbit.code])
-    cosines = Links.of(stadium, words, orbit.coordinates[None]).cos_out[0]
-    symbols = words[0]
-    return np.stack(
-        [stadium.along_boundary(symbols, orbit.coordinates), DIRECTION[symbols] * cosines], axis=1
-    )
+    words = from_strings([orbit.code])
+    return np.concatenate(birkhoff(Stadium(orbit.a), words, orbit.coordinates[None])).T
 
 
 def draw_phase(

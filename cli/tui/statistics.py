@@ -56,7 +56,7 @@ class StatisticsScreen(Screen[None]):
 
     @dataclass
     class Simulated(Message):
-        """A worker has followed more trajectories."""
+        """A worker has found the stored reference, or has followed more trajectories."""
 
         reference: Reference
 
@@ -87,22 +87,36 @@ class StatisticsScreen(Screen[None]):
             self.query_one(f"#plot-{name}").border_title = title
         self.query_one("#numbers-box").focus()
         self._compute(self.weight)
-        self._simulate()
+        self._refer()
 
     @work(thread=True, exclusive=True, group="numbers", exit_on_error=False)
     def _compute(self, weight: Weight) -> None:
         worker = get_current_worker()
+        found = None
         try:
             for found in statistics(self._catalogue, self._selection, weight, lambda: worker.is_cancelled):
                 if worker.is_cancelled:
                     return
                 self.post_message(self.Computed(found))
+            if found is None and not worker.is_cancelled:
+                self.post_message(self.Failed("no orbit of a whole period is chosen"))
         except (InputError, StoreError, ValueError) as error:
             self.post_message(self.Failed(str(error)))
 
     @work(thread=True, exclusive=True, group="trajectories", exit_on_error=False)
-    def _simulate(self) -> None:
+    def _refer(self, anew: bool = False) -> None:
+        """Take the stored reference if there is one; else, or to have one anew, follow trajectories."""
+        from orbitdb.store.trajectories import best_reference
+
         worker = get_current_worker()
+        try:
+            stored = None if anew else best_reference(self._catalogue, self._selection.a)
+        except StoreError as error:
+            self.post_message(self.Failed(str(error)))
+            return
+        if stored is not None:
+            self.post_message(self.Simulated(stored))
+            return
         for _, reference in references(Stadium(self._selection.a), _BOUNCES):
             if worker.is_cancelled:
                 return
@@ -118,6 +132,7 @@ class StatisticsScreen(Screen[None]):
 
     def on_statistics_screen_failed(self, message: Failed) -> None:
         """Say what went wrong."""
+        self.query_one("#numbers", Static).update(message.reason)
         self.notify(message.reason, severity="error", markup=False)
 
     def watch_found(self) -> None:
@@ -159,8 +174,8 @@ class StatisticsScreen(Screen[None]):
         self._compute(self.weight)
 
     def action_trajectories(self) -> None:
-        """Follow the trajectories once more."""
-        self._simulate()
+        """Follow trajectories, though there may be a stored reference."""
+        self._refer(anew=True)
 
     def action_scroll(self, direction: str) -> None:
         """Scroll the numbers."""
@@ -173,6 +188,8 @@ def _as_table(found: Statistics) -> Table:
         table.add_column(name.replace("lambda", "λ"), justify="right", no_wrap=True)
     for row in table_of(found):
         table.add_row(*row)
-    if found.missing:
-        table.caption = "not filled: " + ", ".join(map(str, found.missing))
+    gaps = {"not filled": found.missing, "partial, left out": found.partial}
+    table.caption = "; ".join(
+        f"{what}: {', '.join(map(str, periods))}" for what, periods in gaps.items() if periods
+    )
     return table

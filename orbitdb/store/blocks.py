@@ -34,7 +34,7 @@ def choose(catalogue: Catalogue, selection: Selection, sample: int | None, rng: 
     if replace(selection, periods=()) == Selection(a=selection.a):
         with catalogue.reading() as connection:
             ids = _class_ids(connection, selection.a)
-        ids = {p: those for p, those in ids.items() if wanted(p, selection)}
+        ids = {p: those for p, those in ids.items() if selection.includes(p)}
     else:
         rows = catalogue.rows(selection, ("p", "cycle"))
         ids = by_period([row for row in rows if row[1] is not None])
@@ -42,11 +42,6 @@ def choose(catalogue: Catalogue, selection: Selection, sample: int | None, rng: 
         return ids
     pairs = np.concatenate([np.stack([np.full(len(those), p), those], axis=1) for p, those in ids.items()])
     return by_period(pairs[rng.choice(total, sample, replace=False)].tolist())
-
-
-def wanted(p: int, selection: Selection) -> bool:
-    """Tell whether a selection has a period."""
-    return not selection.periods or any(low <= p <= high for low, high in selection.periods)
 
 
 def blocks(ids: Ids, size: int = _BLOCK) -> Iterator[tuple[int, NDArray[np.int64], int]]:

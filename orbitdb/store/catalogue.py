@@ -1,27 +1,24 @@
 """Catalogue: a database of periodic orbits, opened for reading."""
 
-import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import sqlalchemy as sa
 
-from orbitdb import symmetry
 from orbitdb.errors import StoreError
-from orbitdb.orbits import NUMBERS, Orbit, Status
-from orbitdb.pruning import pruned_word
+from orbitdb.orbits import Orbit, Status
 from orbitdb.selection import Selection, SelectionError, choose
 from orbitdb.stadium import Stadium
-from orbitdb.store import where as free
 from orbitdb.store.database import check_file, default_path, plain_errors, reading_engine
 from orbitdb.store.fills import Fill, as_fill
+from orbitdb.store.lookup import find_word
 from orbitdb.store.migrate import migrate
-from orbitdb.store.schema import SCHEMA_VERSION, catalogue, cycle, fill, orbit, sequence, stadium
-from orbitdb.store.selecting import COLUMNS, Columns, column_of, conditions_of, ordering_of
+from orbitdb.store.schema import SCHEMA_VERSION, catalogue, cycle, fill, orbit, stadium
+from orbitdb.store.selecting import COLUMNS, Columns, answering, column_of, conditions_of, ordering_of
 from orbitdb.words import SYMBOLS, is_primitive, parse
 
 if TYPE_CHECKING:
@@ -62,6 +59,7 @@ class Catalogue:
         if version < SCHEMA_VERSION:
             raise StoreError(f"{self.path} has the older schema {version}: run 'orbitdb migrate' first")
         self._engine = reading_engine(self.path)
+        self._moment: sa.Connection | None = None
 
     @classmethod
     def create(cls, path: Path | str | None = None, a: float = 1.6) -> "Catalogue":
@@ -77,8 +75,22 @@ class Catalogue:
     @contextmanager
     def reading(self) -> Iterator[sa.Connection]:
         """Give a connection inside one read transaction: all it sees is of one moment."""
+        if self._moment is not None:
+            yield self._moment
+            return
         with plain_errors(self.path), self._engine.begin() as connection:
             yield connection
+
+    @contextmanager
+    def at_one_moment(self) -> Iterator["Catalogue"]:
+        """Give the catalogue as it is when it is first read: its numbers, from however many queries, agree.
+
+        What a fill stores meanwhile is seen behind the block.
+        """
+        with self.reading() as connection:
+            still = copy(self)
+            still._moment = connection
+            yield still
 
     def a_values(self) -> list[float]:
         """Return the values of a that the catalogue knows, in order."""
@@ -91,6 +103,15 @@ class Catalogue:
         with self.reading() as connection:
             return [as_fill(row) for row in connection.execute(query)]
 
+    def partial(self, selection: Selection | None = None, **criteria: Any) -> list[Fill]:
+        """Return those periods of a subset that are stored in part: a fill goes on, or was stopped.
+
+        The parameters are those of `select`. Rows of such periods are among those that `select`,
+        `classes`, `rows` and `count` give; read both in one block of `at_one_moment`.
+        """
+        chosen = self._chosen(selection, criteria)
+        return [fill for fill in self.fills(chosen.a) if not fill.whole and chosen.includes(fill.p)]
+
     def find(self, word: str, a: float) -> Orbit | None:
         """Return a primitive word's stored orbit, in the rotation asked for, or None.
 
@@ -101,43 +122,8 @@ class Catalogue:
         a : float
             The stadium.
         """
-        if (pruned := pruned_word(word, a)) is not None:
-            return self._find_pruned(pruned)
-        family = symmetry.class_of(word)
-        query = (
-            sa.select(cycle, orbit)
-            .join(orbit, orbit.c.cycle == cycle.c.id)
-            .join(stadium, stadium.c.id == orbit.c.stadium)
-            .where(cycle.c.p == len(word), cycle.c.word == family.representative, stadium.c.a == a)
-        )
         with self.reading() as connection:
-            row = connection.execute(query).mappings().first()
-        if row is None:
-            return None
-        blob = row["coordinates"]
-        coordinates = None
-        if blob is not None:
-            places = np.frombuffer(blob, dtype="<f8")[None, :]
-            least = [family.representative]
-            coordinates = symmetry.image_coordinates([word], least, family.element, places)[0]
-        return Orbit(
-            code=word,
-            representative=family.representative,
-            a=a,
-            status=Status(row["status"]),
-            time_reversal=row["time_reversal"],
-            symmetry=row["symmetry"],
-            class_size=row["class_size"],
-            coordinates=coordinates,
-            stored=True,
-            **{name: row[name] for name in NUMBERS},
-        )
-
-    def _find_pruned(self, pruned: Orbit) -> Orbit | None:
-        key = (sequence.c.p == pruned.p, sequence.c.word == pruned.representative)
-        with self.reading() as connection:
-            known = connection.scalar(sa.select(sequence.c.p).where(*key))
-        return None if known is None else replace(pruned, stored=True)
+            return find_word(connection, word, a)
 
     def __contains__(self, word: object) -> bool:
         """Tell whether what becomes of a word is stored, in any rotation and with any status."""
@@ -258,10 +244,16 @@ class Catalogue:
         query = sa.select(*(column_of(name) for name in columns)).order_by(*ordering_of(order))
         if limit is not None or offset:
             query = query.limit(-1 if limit is None else limit).offset(offset)
-        with self.selecting(selection) as (connection, conditions):
-            result = connection.execute(query.where(*conditions))
-            while block := result.fetchmany(_BLOCK):
-                yield from map(tuple, block)
+        with self.reading() as connection:
+            query = query.where(*conditions_of(selection))
+            with answering(connection, selection):
+                result = connection.execute(query)
+            while True:
+                with answering(connection, selection):
+                    block = result.fetchmany(_BLOCK)
+                if not block:
+                    return
+                yield from map(tuple, block)  # the connection is free for other queries meanwhile
 
     @contextmanager
     def selecting(
@@ -270,12 +262,5 @@ class Catalogue:
         """Give a connection for one query over a subset, confined if it has a free expression."""
         with self.reading() as connection:
             conditions = conditions_of(selection, columns)
-            if selection.where is None:
+            with answering(connection, selection):
                 yield connection, conditions
-                return
-            free.check(selection.where, dict(selection.parameters))
-            try:
-                with free.confined(connection):
-                    yield connection, conditions
-            except (sa.exc.DBAPIError, sqlite3.Error) as error:
-                raise free.refusal(selection.where, str(getattr(error, "orig", error))) from error

@@ -1,5 +1,6 @@
 """How far periods are filled, and the counts of the finished ones."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -51,6 +52,11 @@ class Fill:
     boundary: int | None
     unresolved: int | None
 
+    @property
+    def whole(self) -> bool:
+        """Whether all words of the period are stored; if not, a fill goes on or was stopped."""
+        return self.state == DONE
+
 
 def as_fill(row: sa.Row[Any]) -> Fill:
     """Return a row of the table ``fill``."""
@@ -58,3 +64,24 @@ def as_fill(row: sa.Row[Any]) -> Fill:
     pruned = tuple(values[f"rule_{number}"] for number in range(1, 7))
     names = (each.name for each in fields(Fill) if each.name != "pruned")
     return Fill(pruned=pruned, **{name: values[name] for name in names})
+
+
+def describe_partial(fills: Sequence[Fill], a: float, left_out: bool = False) -> str:
+    """Say in one line that periods are stored in part, and what completes them.
+
+    Parameters
+    ----------
+    fills : sequence of Fill
+        One period or more at one a, none of them whole.
+    a : float
+        The stadium.
+    left_out : bool, optional
+        Whether what is shown does without them.
+    """
+    many = len(fills) > 1
+    periods = ", ".join(str(fill.p) for fill in fills)
+    return (
+        f"period{'s' * many} {periods} at a = {a:g} {'are' if many else 'is'} partial"
+        f"{' and left out' * left_out}: a fill goes on or was stopped; "
+        f"'orbitdb fill --p {max(fill.p for fill in fills)} --a {a:g}' completes {'them' if many else 'it'}"
+    )

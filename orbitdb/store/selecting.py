@@ -1,6 +1,9 @@
 """Selections as SQL: conditions, columns and sort keys over the view ``catalogue``."""
 
 import re
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, TypeAlias
 
 import sqlalchemy as sa
@@ -20,7 +23,13 @@ _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
 def conditions_of(
     selection: Selection, view: Columns = catalogue.c
 ) -> list[sa.ColumnElement[bool] | sa.TextClause]:
-    """Return a selection as conditions on the view ``catalogue``, or on columns of the same names."""
+    """Return a selection as conditions on the view ``catalogue``, or on columns of the same names.
+
+    Raises
+    ------
+    SelectionError
+        If its free expression is refused.
+    """
     found: list[sa.ColumnElement[bool] | sa.TextClause] = [view.a == selection.a]
     if selection.periods:
         found.append(sa.or_(*(view.p.between(low, high) for low, high in selection.periods)))
@@ -35,10 +44,30 @@ def conditions_of(
     for name, (low, high) in selection.ranges.items():
         found += [] if low is None else [view[name] >= low]
         found += [] if high is None else [view[name] <= high]
-    if selection.where:
+    if selection.where is not None:
+        free.check(selection.where, dict(selection.parameters))
         clause = free.expression(selection.where, set(selection.parameters))
         found.append(clause.bindparams(**selection.parameters))
     return found
+
+
+@contextmanager
+def answering(connection: sa.Connection, selection: Selection) -> Iterator[None]:
+    """Let a connection answer a query over a subset; where that has a free expression, it is confined.
+
+    Raises
+    ------
+    SelectionError
+        If the expression is refused, or takes too long.
+    """
+    if selection.where is None:
+        yield
+        return
+    try:
+        with free.confined(connection):
+            yield
+    except (sa.exc.DBAPIError, sqlite3.Error) as error:
+        raise free.refusal(selection.where, str(getattr(error, "orig", error))) from error
 
 
 def column_of(name: str) -> sa.ColumnElement[Any]:

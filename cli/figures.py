@@ -1,0 +1,179 @@
+"""Figures of orbits and of chosen subsets, from what the catalogue holds of them."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from orbitdb import averages
+from orbitdb.cli.render import note, note_partial
+from orbitdb.errors import InputError
+from orbitdb.orbits import Orbit
+from orbitdb.plots import curves, paths
+from orbitdb.plots.style import BLUE, ORANGE, figure
+from orbitdb.selection import Selection
+from orbitdb.stability import birkhoff
+from orbitdb.stadium import Stadium
+from orbitdb.store.catalogue import Catalogue
+from orbitdb.store.periods import WholePeriods, read_whole
+from orbitdb.store.trajectories import best_reference
+from orbitdb.symmetry import REVERSE, images_of
+from orbitdb.words import run_notation
+
+
+def draw_orbit(found: Orbit) -> Figure:
+    """Draw the path of an orbit that has coordinates in its stadium."""
+    with figure(6.4, _height(found.a, 6.4)) as made:
+        ax = made.add_subplot()
+        assert found.points is not None
+        paths.draw_orbit(ax, Stadium(found.a), found.points)
+        ax.set_title(_caption(found))
+    return made
+
+
+def draw_reverse(found: Orbit) -> Figure:
+    """Draw an orbit above its time reverse, whose bounces are those of the orbit backwards."""
+    reverse = images_of(found.code)[REVERSE]
+    same = found.time_reversal == "self"
+    kind = "the same orbit: it retraces its path" if same else "another orbit, counted, too"
+    with figure(6.4, 2 * _height(found.a, 6.4)) as made:
+        above, below = made.subplots(2, 1)
+        assert found.points is not None
+        paths.draw_orbit(above, Stadium(found.a), found.points)
+        above.set_title(f"(a) {_caption(found)}")
+        paths.draw_orbit(below, Stadium(found.a), found.points[::-1], BLUE if same else ORANGE)
+        below.set_title(f"(b) its time reverse {_short(reverse)}: {kind}")
+    return made
+
+
+def _height(a: float, width: float) -> float:
+    """Return the height in inches of a stadium drawn this wide, with its title and axis."""
+    return max(2.0, (width - 0.8) * 2.7 / (2 * a + 2.7) + 0.9)
+
+
+def _caption(found: Orbit) -> str:
+    numbers = f"$a = {found.a:g}$,  $L = {found.length:.4f}\\,R$,  $\\lambda = {found.lyapunov:.4f}$"
+    return f"{_short(found.code)},  {numbers}"
+
+
+def _short(code: str) -> str:
+    if len(code) <= 30:
+        return code
+    text = run_notation(code)
+    return text if len(text) <= 40 else f"{text[:37]}..."
+
+
+def _draw_entropy(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
+    subset = _read(catalogue, chosen)
+    found = averages.entropy(subset.classes.rows(), subset.highest)
+    with figure(6.4, 4.2) as made:
+        ax = made.add_subplot()
+        curves.draw_entropy(ax, found.p, found.K_0, found.h_zeta, found.h_zeta_change)
+        ax.set_title(chosen.describe())
+    return made
+
+
+def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
+    subset = _read(catalogue, chosen)
+    found = averages.lyapunov(subset.classes.rows(), subset.highest)
+    known = best_reference(catalogue, chosen.a)
+    if known is None:
+        note(f"no trajectories at a = {chosen.a:g} to compare with: run 'orbitdb simulate --a {chosen.a:g}'")
+    lines = (
+        (None, None)
+        if known is None
+        else (
+            curves.Line(known.lambda_d, known.lambda_d_error),
+            curves.Line(known.lambda_c, known.lambda_c_error),
+        )
+    )
+    discrete = curves.LyapunovRows(found.lambda_d, found.lambda_d_pair, found.lambda_d_zeta, lines[0])
+    continuous = curves.LyapunovRows(found.lambda_c, found.lambda_c_pair, found.lambda_c_zeta, lines[1])
+    with figure(6.4, 6.4) as made:
+        above, below = made.subplots(2, 1, sharex=True)
+        curves.draw_lyapunov(above, found.p, discrete, r"\lambda_d", "per bounce")
+        curves.draw_lyapunov(below, found.p, continuous, r"\lambda_c", "per length $R$")
+        above.set(xlabel="", title=chosen.describe())
+        above.legend(loc="upper right")
+    return made
+
+
+def _read(catalogue: Catalogue, chosen: Selection) -> WholePeriods:
+    """Return the chosen classes of whole periods for averages; say which periods are missing."""
+    subset = read_whole(catalogue, chosen)
+    note_partial(subset.partial, chosen.a, left_out=True)
+    if not subset.fills:
+        raise InputError(f"no {chosen.describe()} is filled: run 'orbitdb fill --p 11 --a {chosen.a:g}'")
+    if subset.missing:
+        note(f"left out or not filled: p = {', '.join(map(str, subset.missing))}; averages lack their orbits")
+    if not len(subset.classes):
+        raise InputError(f"no {chosen.describe()}: nothing to draw")
+    return subset
+
+
+def _draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
+    if not chosen.periods:
+        raise InputError("name a period for the sheet, such as --p 5")
+    note_partial(catalogue.partial(chosen), chosen.a)
+    words = sorted(set(catalogue.select(chosen).representative.tolist()), key=lambda word: (len(word), word))
+    orbits = [found for word in words[:limit] if (found := catalogue.find(word, chosen.a)) is not None]
+    drawn = [found.points for found in orbits if found.points is not None]
+    if not drawn:
+        raise InputError(f"no {chosen.describe()}: nothing to draw")
+    if len(words) > limit:
+        note(f"{limit} of {len(words)} classes are drawn; --limit {len(words)} draws all")
+    stadium = Stadium(chosen.a)
+    wide, high = paths.cell_size(stadium)
+    columns = max(1, math.ceil(math.sqrt(0.8 * len(drawn) * high / wide)))
+    rows = math.ceil(len(drawn) / columns)
+    labels = [f"{_short(found.code)} ({found.class_size})" for found in orbits if found.points is not None]
+    unit = 0.26
+    with figure(max(4.0, columns * wide * unit), rows * high * unit + 0.6) as made:
+        ax = made.add_subplot()
+        paths.draw_sheet(ax, stadium, drawn, labels, columns)
+        ax.set_title(f"Classes of {chosen.describe()}: least word (class size)")
+    return made
+
+
+def _draw_birkhoff(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
+    stadium = Stadium(chosen.a)
+    note_partial(catalogue.partial(chosen), chosen.a)
+    subset = catalogue.select(chosen, coordinates=True)
+    if not len(subset):
+        raise InputError(f"no {chosen.describe()}: nothing to draw")
+    place, sine, colour = [], [], []
+    for p in np.unique(subset.p).tolist():
+        along, sines = birkhoff(stadium, *subset.of_period(p))
+        place.append(along.ravel())
+        sine.append(sines.ravel())
+        colour.append(np.repeat(subset.lambda_d[subset.p == p], p))
+    with figure(7.2, 4.4) as made:
+        ax = made.add_subplot()
+        dots = curves.draw_birkhoff(ax, stadium, *map(np.concatenate, (place, sine, colour)))
+        made.colorbar(dots, ax=ax, label=r"$\lambda_d$ (per bounce)", pad=0.01, extend="both")
+        made.suptitle(chosen.describe(), fontsize=10)
+    return made
+
+
+def _draw_lengths(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
+    note_partial(catalogue.partial(chosen), chosen.a)
+    found = catalogue.classes(chosen)
+    if not len(found):
+        raise InputError(f"no {chosen.describe()}: nothing to draw")
+    with figure(6.4, 6.0) as made:
+        above, below = made.subplots(2, 1, sharex=True)
+        curves.draw_staircase(above, found.length, found.chosen)
+        curves.draw_density(below, found.p, found.length, found.chosen)
+        above.set(xlabel="", title=chosen.describe())
+    return made
+
+
+OF_SUBSETS: dict[str, Callable[[Catalogue, Selection, int], Figure]] = {
+    "entropy": _draw_entropy,
+    "lyapunov": _draw_lyapunov,
+    "sheet": _draw_sheet,
+    "birkhoff": _draw_birkhoff,
+    "lengths": _draw_lengths,
+}
+"""How each figure of a subset is drawn, with at most so many orbits on a sheet."""
