@@ -9,7 +9,7 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import suppress
 from multiprocessing.connection import Connection
@@ -73,7 +73,7 @@ class Processes:
 
     def solved(self, blocks: Iterable[Block]) -> Iterator[SolvedBlock]:
         """Yield what became of blocks, in their order."""
-        return in_order(self, blocks, _AHEAD * self.jobs)
+        return in_order(self, blocks, lambda: _AHEAD * self.jobs)
 
     def submit(self, block: Block) -> Future[SolvedBlock]:
         """Begin with a block."""
@@ -104,8 +104,16 @@ class Pool(Protocol):
         """Make ready for new blocks after workers have died."""
 
 
-def in_order(pool: Pool, blocks: Iterable[Block], ahead: int) -> Iterator[SolvedBlock]:
-    """Solve blocks in a pool with so many under way; yield the results in the order of the blocks.
+def in_order(pool: Pool, blocks: Iterable[Block], ahead: Callable[[], int]) -> Iterator[SolvedBlock]:
+    """Solve blocks in a pool; yield the results in the order of the blocks.
+
+    Parameters
+    ----------
+    pool : Pool
+    blocks : iterable of Block
+    ahead : callable
+        Says how many blocks may be under way beside the one that is waited for; it is asked before
+        every block, as a pool may grow.
 
     Raises
     ------
@@ -116,7 +124,7 @@ def in_order(pool: Pool, blocks: Iterable[Block], ahead: int) -> Iterator[Solved
     try:
         for block in blocks:
             waiting.append((block, _submit(pool, block)))
-            if len(waiting) > ahead:
+            while len(waiting) > ahead():
                 yield _first_result(pool, waiting)
         while waiting:
             yield _first_result(pool, waiting)

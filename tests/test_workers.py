@@ -98,7 +98,7 @@ def test_results_come_in_order_and_few_are_under_way():
     blocks = list(cut_into_blocks(1.6, "newton", 9))
     assert len(blocks) > 30
     pool = Backwards()
-    found = list(in_order(pool, iter(blocks), 5))
+    found = list(in_order(pool, iter(blocks), lambda: 5))
     assert [result.span for result in found] == [block.span for block in blocks]
     assert pool.most == 6
 
@@ -141,7 +141,7 @@ def test_a_block_that_kills_every_worker_is_given_up():
 def test_a_worker_of_another_version_is_refused(monkeypatch):
     monkeypatch.setattr("orbitdb.workers.__version__", "9.9")
     with pytest.raises(WorkError, match=r"install 9\.9 there"):
-        list(in_order(Backwards(), cut_into_blocks(1.6, "newton", 5), 2))
+        list(in_order(Backwards(), cut_into_blocks(1.6, "newton", 5), lambda: 2))
 
 
 FILL = """
