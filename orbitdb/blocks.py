@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arithmetic import arithmetic
 from orbitdb.enumeration import Span, admissible_words, spans
 from orbitdb.orbits import Orbits
 from orbitdb.relaxation import relax
@@ -81,8 +82,8 @@ class SolvedBlock:
         Their stabilisers; empty if the block named its classes.
     enumerating, solving : float
         Processor time spent on words and classes, and on their orbits (seconds).
-    version : str
-        Of the orbitdb that solved it.
+    version, arithmetic : str
+        Of the orbitdb that solved it, and what computed there (`orbitdb.arithmetic.arithmetic`).
     """
 
     span: Span
@@ -93,6 +94,7 @@ class SolvedBlock:
     enumerating: float
     solving: float
     version: str
+    arithmetic: str
 
 
 def cut_into_blocks(a: float, method: str, p: int, after: int = -1) -> Iterator[Block]:
@@ -110,8 +112,8 @@ def solve_block(block: Block) -> SolvedBlock:
     orbits = METHODS[block.method].solve(chosen, Stadium(block.a))
     clock.append(thread_time())
     enumerating, solving = np.diff(clock).tolist()
-    stabiliser = classes.stabiliser[least]
-    return SolvedBlock(block.span, words, classes, orbits, stabiliser, enumerating, solving, __version__)
+    stabiliser, by = classes.stabiliser[least], (__version__, arithmetic())
+    return SolvedBlock(block.span, words, classes, orbits, stabiliser, enumerating, solving, *by)
 
 
 def _enumerate(block: Block) -> tuple[NDArray[np.uint8], Classes]:

@@ -68,11 +68,17 @@ class Cluster:
     scheduler : str
         Address of its scheduler, such as ``tcp://host:8786``, or path of the file that the scheduler
         has written (``--scheduler-file``). TLS is used as dask's configuration says.
+
+    Attributes
+    ----------
+    jobs : int
+        Processes that it had when it was connected to, or 1.
     """
 
     def __init__(self, scheduler: str) -> None:
         self.scheduler = scheduler
         self._fetching = asyncio.Semaphore(_FETCHED)
+        self.jobs = 1
         self._client: Client
         self._size: Size
         self._counted = -math.inf
@@ -86,6 +92,7 @@ class Cluster:
             If there is none, or dask is not installed.
         """
         self._client = _connect(self.scheduler)
+        self.jobs = max(self.size().workers, 1)
         return self
 
     def __exit__(

@@ -8,11 +8,14 @@ import sys
 import time
 from concurrent.futures import Future
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from test_verify import checks
 
 from orbitdb import survey
+from orbitdb.arithmetic import arithmetic
 from orbitdb.blocks import Block, cut_into_blocks, solve_block
 from orbitdb.errors import WorkError
 from orbitdb.store.migrate import migrate
@@ -142,6 +145,29 @@ def test_a_worker_of_another_version_is_refused(monkeypatch):
     monkeypatch.setattr("orbitdb.workers.__version__", "9.9")
     with pytest.raises(WorkError, match=r"install 9\.9 there"):
         list(in_order(Backwards(), cut_into_blocks(1.6, "newton", 5), lambda: 2))
+
+
+class Mixed:
+    """Solves every second block as if on another processor."""
+
+    jobs = 1
+
+    def solved(self, blocks):
+        for number, block in enumerate(blocks):
+            found = solve_block(block)
+            yield found if number % 2 else replace(found, arithmetic="an abacus")
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_every_orbit_knows_what_computed_it(tmp_path):
+    path = filled_by(Mixed(), tmp_path / "mixed.db", periods=(8,))
+    counts = (
+        "SELECT parameters ->> 'arithmetic', count(*) FROM orbit JOIN run ON run.id = orbit.run GROUP BY 1"
+    )
+    with closing(sqlite3.connect(path)) as plain:
+        shares = dict(plain.execute(counts))
+    assert set(shares) == {"an abacus", arithmetic()}
+    assert checks(path)["bits"].rows == shares[arithmetic()]
 
 
 FILL = """
