@@ -3,7 +3,7 @@
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -27,7 +27,7 @@ Examples:
 
   orbitdb fill --p 15 --jobs 4
 
-  orbitdb fill --p 11 --method relaxation --scheduler tcp://node1:8786
+  orbitdb fill --p 10 --method relaxation --scheduler tcp://node1:8786
 
   orbitdb fill --code 1^20(02)^5 3
 """
@@ -128,7 +128,8 @@ def _fill_periods(
             show(survey.fill(path, a, periods, method, workers))
             if geometric:
                 show(survey.fill_geometric(path, periods))
-    fills = [fill for fill in Catalogue(path).fills(a) if fill.p in periods]
+    with closing(Catalogue(path)) as catalogue:
+        fills = [fill for fill in catalogue.fills(a) if fill.p in periods]
     sequences, orbits = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))
     note(f"{span}: {sequences} sequences, {orbits} orbits, {time.monotonic() - start:.1f} s, in {path}")
 

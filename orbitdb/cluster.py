@@ -114,6 +114,8 @@ class Cluster:
         """Count the workers there are."""
         if time.monotonic() >= self._counted + _COUNTED:
             try:
+                if self._client.status != "running":
+                    raise ConnectionError  # else the question would wait for the scheduler to come back
                 threads = self._client.nthreads().values()
             except Exception as error:
                 raise _failure(error) from error
