@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from orbitdb.cli.endings import with_other_processes
 from orbitdb.cli.info import bring
 from orbitdb.cli.options import Database, HalfLength
 from orbitdb.cli.render import code_text, note
@@ -115,7 +116,7 @@ def _fill_periods(
     check_room(path, coming)
     start = time.monotonic()
     bring(path)
-    with _workers(jobs, coming.sequences) as workers, _progress() as show:
+    with with_other_processes(), _workers(jobs, coming.sequences) as workers, _progress() as show:
         show(survey.fill(path, a, periods, method, workers))
         if geometric:
             show(survey.fill_geometric(path, periods))
