@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from orbitdb.cli.endings import with_other_processes
 from orbitdb.cli.info import bring
 from orbitdb.cli.options import Database, HalfLength
 from orbitdb.cli.render import code_text, note
@@ -122,7 +123,7 @@ def _fill_periods(
         return
     check_room(path, coming)
     start = time.monotonic()
-    with solvers.at_work(coming.sequences) as workers:
+    with with_other_processes(), solvers.at_work(coming.sequences) as workers:
         bring(path)
         with _progress() as show:
             show(survey.fill(path, a, periods, method, workers))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
+from orbitdb.counting import count_admissible
 from orbitdb.enumeration import Span, admissible_words, spans
 from orbitdb.orbits import Orbits
 from orbitdb.relaxation import relax
@@ -37,6 +38,8 @@ class Method:
     solve: Solver
     words: int
 
+
+_BLOCKS_A_JOB = 8
 
 METHODS = {"newton": Method(solve, 1 << 16), "relaxation": Method(relax, 1 << 8)}
 
@@ -97,9 +100,14 @@ class SolvedBlock:
     arithmetic: str
 
 
-def cut_into_blocks(a: float, method: str, p: int, after: int = -1) -> Iterator[Block]:
-    """Cut a period, or what of it is behind a packed word, into blocks, in order."""
-    return (Block(a, method, span) for span in spans(p, METHODS[method].words, after))
+def cut_into_blocks(a: float, method: str, p: int, after: int = -1, jobs: int = 1) -> Iterator[Block]:
+    """Cut a period, or what of it is behind a packed word, into blocks, in order.
+
+    For several jobs a small period makes smaller blocks, so that all of them have work till its end.
+    """
+    most = METHODS[method].words
+    size = most if jobs == 1 else min(most, max(count_admissible(p) // (_BLOCKS_A_JOB * jobs), most // 8))
+    return (Block(a, method, span) for span in spans(p, size, after))
 
 
 def solve_block(block: Block) -> SolvedBlock:

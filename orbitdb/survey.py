@@ -40,7 +40,6 @@ from orbitdb.store.writer import Writer
 from orbitdb.words import from_strings, key, keys, pack, to_strings
 from orbitdb.workers import HERE, Workers
 
-_CLASSES_A_BLOCK = 8192
 _LAST_FULL_MASK = 64
 
 
@@ -136,7 +135,7 @@ class _PeriodFill:
         blocks = (
             self._known_classes(cursor)
             if known
-            else cut_into_blocks(self.stadium.a, self.method, self.p, cursor.after)
+            else cut_into_blocks(self.stadium.a, self.method, self.p, cursor.after, self.workers.jobs)
         )
         for found in self.workers.solved(blocks):
             begun = time.thread_time()
@@ -170,10 +169,11 @@ class _PeriodFill:
     def _known_classes(self, cursor: Cursor) -> Iterator[Block]:
         """Yield blocks of the classes that a fill at another a has stored."""
         after = cursor.after
+        count = METHODS[self.method].words // len(symmetry.ELEMENTS)
         with closing(Catalogue(self.writer.path)) as catalogue:
             while True:
                 with catalogue.reading() as connection:
-                    codes = next_classes(connection, self.p, after, _CLASSES_A_BLOCK)
+                    codes = next_classes(connection, self.p, after, count)
                 if not len(codes):
                     return
                 span = Span(self.p, after, int(codes[-1]))

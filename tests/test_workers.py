@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from contents import rows
 from test_verify import checks
 
 from orbitdb import survey
@@ -21,14 +22,6 @@ from orbitdb.errors import WorkError
 from orbitdb.store.migrate import migrate
 from orbitdb.workers import HERE, Processes, Workers, in_order
 
-TABLES = {
-    "cycle": "*",
-    "sequence": "*",
-    "stadium": "*",
-    "orbit": "*",
-    "fill": "stadium, p, state, cursor, words, primitive, rule_1, rule_6, n_t, n_c, classes, boundary",
-}
-
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
 
@@ -37,15 +30,6 @@ def filled_by(workers: Workers, path: Path, a: float = 1.6, periods=(8, 9)) -> P
     for _ in survey.fill(path, a, periods, workers=workers):
         pass
     return path
-
-
-def rows(path: Path) -> dict[str, list[tuple]]:
-    """Every row but times and provenance, with the numbers of its rows, in the order they are stored."""
-    with closing(sqlite3.connect(path)) as plain:
-        assert plain.execute("PRAGMA foreign_key_check").fetchall() == []
-        return {
-            table: plain.execute(f"SELECT {names} FROM {table}").fetchall() for table, names in TABLES.items()
-        }
 
 
 def workers_of(process: int) -> list[int]:
