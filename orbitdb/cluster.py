@@ -9,6 +9,7 @@ its futures wait for ever if a result cannot be read.)
 import asyncio
 import json
 import math
+import os
 import pickle
 import threading
 import time
@@ -192,13 +193,12 @@ def _connect(scheduler: str) -> "Client":
 
 def _address(scheduler: str) -> str:
     """Return the address that a scheduler's file holds, or the address given."""
-    path = Path(scheduler)
-    if not path.is_file():
+    if not os.path.isfile(scheduler):
         return scheduler
     try:
-        return str(json.loads(path.read_text())["address"])
+        return str(json.loads(Path(scheduler).read_text())["address"])
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{path} is not a file that a dask scheduler has written") from error
+        raise InputError(f"{scheduler} is not a file that a dask scheduler has written") from error
 
 
 def _failure(error: Exception) -> WorkError:

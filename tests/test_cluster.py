@@ -232,7 +232,7 @@ def test_where_no_scheduler_is(tmp_path, monkeypatch, cli, listens):
     assert not (tmp_path / "orbits.db").exists()
 
 
-@pytest.mark.parametrize("scheduler", ["rubbish", "foo://there:1", "tls://there:1"])
+@pytest.mark.parametrize("scheduler", ["", "rubbish", "foo://there:1", "tls://there:1", "x" * 5000])
 def test_addresses_that_are_none(scheduler):
     with pytest.raises(InputError, match="no dask scheduler answers"), Cluster(scheduler):
         pass
