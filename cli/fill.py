@@ -3,20 +3,21 @@
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from orbitdb.cli.endings import with_other_processes
 from orbitdb.cli.info import bring
 from orbitdb.cli.options import Database, HalfLength
 from orbitdb.cli.render import code_text, note
+from orbitdb.cli.solvers import Executor, Solvers
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
     from orbitdb.survey import Progress
-    from orbitdb.workers import Workers
 
 EXAMPLES = """
 Examples:
@@ -27,12 +28,10 @@ Examples:
 
   orbitdb fill --p 15 --jobs 4
 
+  orbitdb fill --p 10 --method relaxation --scheduler tcp://node1:8786
+
   orbitdb fill --code 1^20(02)^5 3
 """
-
-MOST_JOBS = 1024
-WORTH_PROCESSES = 400_000
-"""Sequences from which on starting further processes pays."""
 
 
 def register(app: typer.Typer) -> None:
@@ -61,6 +60,16 @@ def fill(
         int | None,
         typer.Option("--jobs", help="Processes that solve [default: all cores where it pays]."),
     ] = None,
+    executor: Annotated[
+        Executor | None,
+        typer.Option("--executor", help="Solve in processes here [default], or on a dask cluster."),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler", metavar="ADDRESS|FILE", help="The scheduler of the dask cluster, or its file."
+        ),
+    ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would be done.")] = False,
     db: Database = None,
 ) -> None:
@@ -75,9 +84,10 @@ def fill(
     Stadium(a)
     if method not in METHODS:
         raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
-    if jobs is not None and not 1 <= jobs <= MOST_JOBS:
-        raise InputError(f"{jobs} jobs: give a number from 1 to {MOST_JOBS}")
+    solvers = Solvers.chosen(executor, scheduler, jobs)
     if code:
+        if solvers.scheduler:
+            raise InputError("--code solves single words here: leave out --scheduler")
         _fill_words(_words(code), a, method, db, dry_run)
         return
     if p is None:
@@ -86,7 +96,7 @@ def fill(
         raise InputError(
             f"periods {first} to {p}: fill from 2 or more to {MAX_PERIOD} or less, in rising order"
         )
-    _fill_periods(range(first, p + 1), a, geometric, method, jobs, db, dry_run)
+    _fill_periods(range(first, p + 1), a, geometric, method, solvers, db, dry_run)
 
 
 def _fill_periods(
@@ -94,7 +104,7 @@ def _fill_periods(
     a: float,
     geometric: bool,
     method: str,
-    jobs: int | None,
+    solvers: Solvers,
     db: Path | None,
     dry_run: bool,
 ) -> None:
@@ -102,11 +112,10 @@ def _fill_periods(
     from orbitdb.store.catalogue import Catalogue
     from orbitdb.store.database import default_path
     from orbitdb.store.size import LARGE, check_room, gigabytes, need
-    from orbitdb.workers import cores
 
     path = db or default_path()
     span = f"p = {periods[0]}..{periods[-1]} at a = {a:g}"
-    coming = need(path, a, periods, jobs or cores())
+    coming = need(path, a, periods, solvers.number())
     if dry_run or coming.sequences >= LARGE:
         time_and_room = f"about {coming.seconds:.2g} s and {gigabytes(coming.bytes)}"
         note(f"{span}: {coming.sequences} sequences to come, {time_and_room}, in {path}")
@@ -114,22 +123,16 @@ def _fill_periods(
         return
     check_room(path, coming)
     start = time.monotonic()
-    bring(path)
-    with _workers(jobs, coming.sequences) as workers, _progress() as show:
-        show(survey.fill(path, a, periods, method, workers))
-        if geometric:
-            show(survey.fill_geometric(path, periods))
-    fills = [fill for fill in Catalogue(path).fills(a) if fill.p in periods]
+    with with_other_processes(), solvers.at_work(coming.sequences) as workers:
+        bring(path)
+        with _progress() as show:
+            show(survey.fill(path, a, periods, method, workers))
+            if geometric:
+                show(survey.fill_geometric(path, periods))
+    with closing(Catalogue(path)) as catalogue:
+        fills = [fill for fill in catalogue.fills(a) if fill.p in periods]
     sequences, orbits = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))
     note(f"{span}: {sequences} sequences, {orbits} orbits, {time.monotonic() - start:.1f} s, in {path}")
-
-
-def _workers(jobs: int | None, sequences: int) -> "AbstractContextManager[Workers]":
-    """Return where the blocks of a fill are solved: in processes of their own if there is much to do."""
-    from orbitdb.workers import HERE, Processes, cores
-
-    count = jobs or (cores() if sequences >= WORTH_PROCESSES else 1)
-    return Processes(count) if count > 1 else nullcontext(HERE)
 
 
 @contextmanager

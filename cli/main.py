@@ -1,6 +1,5 @@
 """The command ``orbitdb``: one module a group of commands, and what happens when one fails."""
 
-import signal
 import sys
 from typing import Annotated
 
@@ -8,9 +7,12 @@ import typer
 
 from orbitdb import __version__
 from orbitdb.cli import averages, bench, browse, export, fill, info, plot, query, simulate, table, verify
+from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed
 from orbitdb.errors import InputError, StoreError, WorkError
 
 DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
+_SIGNALLED = 128
+_GOES_ON = "nothing that was stored is lost, the same command goes on from there"
 
 app = typer.Typer(
     name="orbitdb",
@@ -40,9 +42,10 @@ def _options(
 
 def run() -> None:
     """Run the command line; every failure becomes one line on stderr and an exit code."""
-    if hasattr(signal, "SIGPIPE"):
-        signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # so that "| head" ends quietly
-    sys.exit(_run(sys.argv[1:] or ["--help"]))
+    end_as_users_expect()
+    code = _run(sys.argv[1:] or ["--help"])
+    end_undisturbed()
+    sys.exit(code)
 
 
 def _run(arguments: list[str]) -> int:
@@ -58,9 +61,9 @@ def _run(arguments: list[str]) -> int:
     except WorkError as error:
         return _say(str(error), FAILED)
     except (KeyboardInterrupt, typer.Abort):
-        return _say(
-            "interrupted; nothing that was stored is lost, the same command goes on from there", INTERRUPTED
-        )
+        return _say(f"interrupted; {_GOES_ON}", INTERRUPTED)
+    except Terminated as end:
+        return _say(f"terminated; {_GOES_ON}", _SIGNALLED + end.number)
     except typer.TyperException as error:
         return _say(" ".join(error.format_message().split()) + " (--help shows the options)", USAGE)
     except ModuleNotFoundError as error:

@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arithmetic import arithmetic
 from orbitdb.counting import count_admissible
 from orbitdb.enumeration import Span, admissible_words, spans
 from orbitdb.orbits import Orbits
@@ -84,8 +85,8 @@ class SolvedBlock:
         Their stabilisers; empty if the block named its classes.
     enumerating, solving : float
         Processor time spent on words and classes, and on their orbits (seconds).
-    version : str
-        Of the orbitdb that solved it.
+    version, arithmetic : str
+        Of the orbitdb that solved it, and what computed there (`orbitdb.arithmetic.arithmetic`).
     """
 
     span: Span
@@ -96,6 +97,7 @@ class SolvedBlock:
     enumerating: float
     solving: float
     version: str
+    arithmetic: str
 
 
 def cut_into_blocks(a: float, method: str, p: int, after: int = -1, jobs: int = 1) -> Iterator[Block]:
@@ -118,8 +120,8 @@ def solve_block(block: Block) -> SolvedBlock:
     orbits = METHODS[block.method].solve(chosen, Stadium(block.a))
     clock.append(thread_time())
     enumerating, solving = np.diff(clock).tolist()
-    stabiliser = classes.stabiliser[least]
-    return SolvedBlock(block.span, words, classes, orbits, stabiliser, enumerating, solving, __version__)
+    stabiliser, by = classes.stabiliser[least], (__version__, arithmetic())
+    return SolvedBlock(block.span, words, classes, orbits, stabiliser, enumerating, solving, *by)
 
 
 def _enumerate(block: Block) -> tuple[NDArray[np.uint8], Classes]:

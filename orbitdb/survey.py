@@ -143,7 +143,15 @@ class _PeriodFill:
                 if not known:
                     self._add_words(connection, found)
                 cycles = keys(pack(found.orbits.words), self.p).tolist()
-                filling.add_orbits(self.writer, connection, cursor.stadium, cycles, found.orbits, self.method)
+                filling.add_orbits(
+                    self.writer,
+                    connection,
+                    cursor.stadium,
+                    cycles,
+                    found.orbits,
+                    self.method,
+                    found.arithmetic,
+                )
                 words = count_words(connection, found.span) if known else len(found.words)
                 cursor = move_cursor(connection, cursor, found.span, words, self._spent(found, begun))
             yield cursor

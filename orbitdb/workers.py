@@ -9,9 +9,9 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from types import TracebackType
 from typing import Protocol, Self
@@ -25,6 +25,8 @@ _AHEAD = 2
 
 _DEATHS = 3
 """How often workers may die on one block."""
+
+_HELD_BACK = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
 class Workers(Protocol):
@@ -83,7 +85,7 @@ class Processes:
 
     def solved(self, blocks: Iterable[Block]) -> Iterator[SolvedBlock]:
         """Yield what became of blocks, in their order."""
-        return in_order(self, blocks, _AHEAD * self.jobs)
+        return in_order(self, blocks, lambda: _AHEAD * self.jobs)
 
     def submit(self, block: Block) -> Future[SolvedBlock]:
         """Begin with a block."""
@@ -91,7 +93,8 @@ class Processes:
             fresh = multiprocessing.get_context("spawn")  # a fork would share open databases
             end, self._lifeline = fresh.Pipe(duplex=False)
             self._executor = ProcessPoolExecutor(self.jobs, fresh, _begin_worker, (end,))
-        return self._executor.submit(solve_block, block)
+        with _signals_held_back():  # this may start a process
+            return self._executor.submit(solve_block, block)
 
     def renew(self) -> None:
         """Put new processes in the place of those of which one has died."""
@@ -114,32 +117,41 @@ class Pool(Protocol):
         """Make ready for new blocks after workers have died."""
 
 
-def in_order(pool: Pool, blocks: Iterable[Block], ahead: int) -> Iterator[SolvedBlock]:
-    """Solve blocks in a pool with so many under way; yield the results in the order of the blocks.
+def in_order(pool: Pool, blocks: Iterable[Block], ahead: Callable[[], int]) -> Iterator[SolvedBlock]:
+    """Solve blocks in a pool; yield the results in the order of the blocks.
+
+    Parameters
+    ----------
+    pool : Pool
+    blocks : iterable of Block
+    ahead : callable
+        Says how many blocks may be under way beside the one that is waited for; it is asked before
+        every block, as a pool may grow.
 
     Raises
     ------
     WorkError
         If workers die again and again on one block, or are of another version.
+
+    Notes
+    -----
+    Blocks under way are not cancelled when nobody wants them any more: the executor of Python 3.11 fails
+    if one of its processes dies while it holds a cancelled future.
     """
     waiting: deque[tuple[Block, Future[SolvedBlock]]] = deque()
-    try:
-        for block in blocks:
-            waiting.append((block, _submit(pool, block)))
-            if len(waiting) > ahead:
-                yield _first_result(pool, waiting)
-        while waiting:
+    for block in blocks:
+        waiting.append((block, _submit(pool, block)))
+        while len(waiting) > ahead():
             yield _first_result(pool, waiting)
-    finally:
-        for _, future in waiting:
-            future.cancel()
+    while waiting:
+        yield _first_result(pool, waiting)
 
 
 def _submit(pool: Pool, block: Block) -> Future[SolvedBlock]:
     """Begin with a block; if workers have died unnoticed, promise what tells so."""
     try:
         return pool.submit(block)
-    except BrokenExecutor as error:
+    except (BrokenExecutor, BrokenPipeError) as error:
         broken: Future[SolvedBlock] = Future()
         broken.set_exception(error)
         return broken
@@ -150,7 +162,7 @@ def _first_result(pool: Pool, waiting: deque[tuple[Block, Future[SolvedBlock]]])
     for _ in range(_DEATHS):
         try:
             result = waiting[0][1].result()
-        except BrokenExecutor:
+        except (BrokenExecutor, BrokenPipeError):
             pool.renew()
             blocks = [block for block, _ in waiting]
             waiting.clear()
@@ -165,9 +177,24 @@ def _first_result(pool: Pool, waiting: deque[tuple[Block, Future[SolvedBlock]]])
     )
 
 
+@contextmanager
+def _signals_held_back() -> Iterator[None]:
+    """Deliver Ctrl-C and the like afterwards, lest they tear a process that is just being started."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _begin_worker(lifeline: Connection) -> None:
     """Leave Ctrl-C to the process that stores, and end at once when it cuts the line or is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _HELD_BACK)  # the process began with the mask above
     threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
 
 

@@ -5,7 +5,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from test_survey import content
+from contents import content
 
 from orbitdb import survey
 from orbitdb.errors import StoreError

@@ -10,6 +10,7 @@ from itertools import zip_longest
 from pathlib import Path
 
 import pytest
+from contents import content
 
 from orbitdb import survey
 from orbitdb.counting import count_admissible, count_primitive
@@ -25,27 +26,6 @@ TABLE_1 = {2: (1, 1), 3: (8, 8), 4: (32, 32), 5: (96, 80), 6: (252, 188), 7: (71
 def fill(path: Path, a: float = 1.6, periods=range(2, 9), **options) -> None:
     for _ in survey.fill(path, a, periods, **options):
         pass
-
-
-def content(path: Path) -> dict[str, list[tuple]]:
-    """Everything stored but times, row numbers and provenance."""
-    with sqlite3.connect(path) as plain:
-        found = {
-            "catalogue": plain.execute(
-                "SELECT a, p, word, representative, status, rules, length, lyapunov, margin, element"
-                " FROM catalogue ORDER BY a, p, word"
-            ).fetchall(),
-            "coordinates": plain.execute(
-                "SELECT a, word, coordinates FROM orbit JOIN cycle ON cycle.id = orbit.cycle"
-                " JOIN stadium ON stadium.id = orbit.stadium ORDER BY a, p, word"
-            ).fetchall(),
-            "fill": plain.execute(
-                "SELECT stadium, p, state, n_t, n_c, classes, boundary FROM fill"
-            ).fetchall(),
-        }
-        assert plain.execute("PRAGMA foreign_key_check").fetchall() == []
-    plain.close()
-    return found
 
 
 def test_counts_are_those_of_table_1(filled):

@@ -8,23 +8,19 @@ import sys
 import time
 from concurrent.futures import Future
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from contents import rows
+from test_verify import checks
 
 from orbitdb import survey
+from orbitdb.arithmetic import arithmetic
 from orbitdb.blocks import Block, cut_into_blocks, solve_block
 from orbitdb.errors import WorkError
 from orbitdb.store.migrate import migrate
 from orbitdb.workers import HERE, Processes, Workers, in_order
-
-TABLES = {
-    "cycle": "*",
-    "sequence": "*",
-    "stadium": "*",
-    "orbit": "*",
-    "fill": "stadium, p, state, cursor, words, primitive, rule_1, rule_6, n_t, n_c, classes, boundary",
-}
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
@@ -34,15 +30,6 @@ def filled_by(workers: Workers, path: Path, a: float = 1.6, periods=(8, 9)) -> P
     for _ in survey.fill(path, a, periods, workers=workers):
         pass
     return path
-
-
-def rows(path: Path) -> dict[str, list[tuple]]:
-    """Every row but times and provenance, with the numbers of its rows, in the order they are stored."""
-    with closing(sqlite3.connect(path)) as plain:
-        assert plain.execute("PRAGMA foreign_key_check").fetchall() == []
-        return {
-            table: plain.execute(f"SELECT {names} FROM {table}").fetchall() for table, names in TABLES.items()
-        }
 
 
 def workers_of(process: int) -> list[int]:
@@ -98,7 +85,7 @@ def test_results_come_in_order_and_few_are_under_way():
     blocks = list(cut_into_blocks(1.6, "newton", 9))
     assert len(blocks) > 30
     pool = Backwards()
-    found = list(in_order(pool, iter(blocks), 5))
+    found = list(in_order(pool, iter(blocks), lambda: 5))
     assert [result.span for result in found] == [block.span for block in blocks]
     assert pool.most == 6
 
@@ -141,7 +128,30 @@ def test_a_block_that_kills_every_worker_is_given_up():
 def test_a_worker_of_another_version_is_refused(monkeypatch):
     monkeypatch.setattr("orbitdb.workers.__version__", "9.9")
     with pytest.raises(WorkError, match=r"install 9\.9 there"):
-        list(in_order(Backwards(), cut_into_blocks(1.6, "newton", 5), 2))
+        list(in_order(Backwards(), cut_into_blocks(1.6, "newton", 5), lambda: 2))
+
+
+class Mixed:
+    """Solves every second block as if on another processor."""
+
+    jobs = 1
+
+    def solved(self, blocks):
+        for number, block in enumerate(blocks):
+            found = solve_block(block)
+            yield found if number % 2 else replace(found, arithmetic="an abacus")
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_every_orbit_knows_what_computed_it(tmp_path):
+    path = filled_by(Mixed(), tmp_path / "mixed.db", periods=(8,))
+    counts = (
+        "SELECT parameters ->> 'arithmetic', count(*) FROM orbit JOIN run ON run.id = orbit.run GROUP BY 1"
+    )
+    with closing(sqlite3.connect(path)) as plain:
+        shares = dict(plain.execute(counts))
+    assert set(shares) == {"an abacus", arithmetic()}
+    assert checks(path)["bits"].rows == shares[arithmetic()]
 
 
 FILL = """

@@ -81,14 +81,18 @@ def add_orbits(
     cycles: Sequence[int],
     orbits: Orbits,
     solver: str,
+    computed: str | None = None,
 ) -> None:
-    """Store what became of some classes; ``orbits`` holds their least words."""
+    """Store what became of some classes, with the arithmetic that computed it, this machine's by default.
+
+    ``orbits`` holds their least words.
+    """
     kept = np.isin(orbits.status, EXISTING)
     numbers = (_or_null(getattr(orbits, name), kept | (name == "margin")) for name in NUMBERS)
     n = len(orbits)
     columns = (
         [stadium_id] * n, cycles, orbits.status.tolist(), _blobs(orbits.coordinates, kept), *numbers,
-        orbits.iterations.tolist(), [solver] * n, [writer.run_id(connection)] * n,
+        orbits.iterations.tolist(), [solver] * n, [writer.run_id(connection, computed)] * n,
     )  # fmt: skip
     marks = ", ".join("?" * len(columns))
     _insert(connection, f"INSERT OR IGNORE INTO orbit VALUES ({marks})", columns)

@@ -24,7 +24,7 @@ _ENOUGH = 50_000
 """Sequences that a catalogue must have for rates of its own."""
 
 _JOURNAL = 64 << 20
-"""Room for what is written ahead of the database."""
+"""Room for what is written ahead of the database, at most."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def check_room(path: Path, needed: Need) -> None:
     """
     folder = next(parent for parent in path.resolve().parents if parent.exists())
     free = shutil.disk_usage(folder).free
-    if needed.bytes + _JOURNAL > free:
+    if needed.bytes + min(needed.bytes, _JOURNAL) > free:
         raise StoreError(
             f"no room for {path}: {needed.sequences} sequences take about {gigabytes(needed.bytes)}, "
             f"{gigabytes(free)} are free: free some, or name a file on another disk with --db"

@@ -23,7 +23,7 @@ class Writer:
     path : Path
         A catalogue of the newest schema.
     parameters : dict
-        What the run was asked to do; kept as its provenance, with the machine's `arithmetic`.
+        What the run was asked to do; kept as its provenance, with the `arithmetic` that computed it.
     references : bool, optional
         Whether SQLite looks up every reference that is written (`writing_engine`).
     """
@@ -31,9 +31,8 @@ class Writer:
     def __init__(self, path: Path, parameters: dict[str, Any], references: bool = True) -> None:
         self.path = path
         self._engine = writing_engine(path, references)
-        provenance = parameters | {"arithmetic": arithmetic()}
-        self._run = {"version": __version__, "parameters": json.dumps(provenance, sort_keys=True)}
-        self._run_id: int | None = None
+        self._parameters = parameters
+        self._run_ids: dict[str, int] = {}
 
     @contextmanager
     def writing(self) -> Iterator[sa.Connection]:
@@ -45,13 +44,20 @@ class Writer:
         """Close the file, so that no journal stays beside it."""
         self._engine.dispose()
 
-    def run_id(self, connection: sa.Connection) -> int:
-        """Return the number of this run, noting it on its first write."""
-        if self._run_id is None:
+    def run_id(self, connection: sa.Connection, computed: str | None = None) -> int:
+        """Return the number of this run, noting it on its first write.
+
+        A run whose workers differ has several, one for each `arithmetic` that computed something; by
+        default it is this machine's.
+        """
+        computed = computed or arithmetic()
+        if computed not in self._run_ids:
+            provenance = json.dumps(self._parameters | {"arithmetic": computed}, sort_keys=True)
             started = datetime.now(UTC).isoformat(timespec="seconds")
-            fresh = sa.insert(run).values(started=started, **self._run).returning(run.c.id)
-            self._run_id = int(connection.execute(fresh).scalar_one())
-        return self._run_id
+            values = {"started": started, "version": __version__, "parameters": provenance}
+            fresh = sa.insert(run).values(**values).returning(run.c.id)
+            self._run_ids[computed] = int(connection.execute(fresh).scalar_one())
+        return self._run_ids[computed]
 
     def stadium_id(self, connection: sa.Connection, a: float) -> int:
         """Return the number of a stadium, adding it if it is new."""

@@ -1,0 +1,76 @@
+"""How a command ends before its time: Ctrl-C, a signal to terminate, a pipe that nobody reads."""
+
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from types import FrameType
+
+_PATIENCE = 5.0
+"""Seconds in which a further Ctrl-C does not disturb what the first one has set going."""
+
+_TERMINATING = ("SIGTERM", "SIGHUP")
+
+
+class Terminated(BaseException):
+    """The process has been told to end; everything is to be closed on the way.
+
+    Attributes
+    ----------
+    number : int
+        Of the signal.
+    """
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+
+
+def end_as_users_expect() -> None:
+    """Take Ctrl-C once however often it is pressed, and end quietly before ``| head``."""
+    if hasattr(signal, "SIGPIPE"):
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _InterruptOnce())
+
+
+def end_undisturbed() -> None:
+    """Be deaf to Ctrl-C from here on: all is said, and only the interpreter is still to close."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+class _InterruptOnce:
+    def __init__(self) -> None:
+        self.last = -_PATIENCE
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        now = time.monotonic()
+        if now - self.last >= _PATIENCE:
+            self.last = now
+            raise KeyboardInterrupt
+
+
+@contextmanager
+def with_other_processes() -> Iterator[None]:
+    """Close other processes when this one is told to end, and survive their deaths.
+
+    Raises
+    ------
+    Terminated
+        On a signal to terminate.
+    """
+    wanted = dict.fromkeys(_TERMINATING, _terminate) | {"SIGPIPE": signal.SIG_IGN}
+    numbers = {getattr(signal, name): action for name, action in wanted.items() if hasattr(signal, name)}
+    numbers = {each: action for each, action in numbers.items() if signal.getsignal(each) == signal.SIG_DFL}
+    for number, action in numbers.items():
+        signal.signal(number, action)
+    try:
+        yield
+    finally:
+        for number in numbers:
+            with suppress(ValueError):
+                signal.signal(number, signal.SIG_DFL)
+
+
+def _terminate(number: int, frame: FrameType | None) -> None:
+    signal.signal(number, signal.SIG_IGN)
+    raise Terminated(number)

@@ -1,0 +1,51 @@
+"""What a catalogue holds, in forms that can be compared."""
+
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+_TABLES = {
+    "cycle": "*",
+    "sequence": "*",
+    "stadium": "*",
+    "orbit": "stadium, cycle, status, coordinates, length, lyapunov, margin, residual, error, length_error,"
+    " lyapunov_error, iterations, solver",
+    "fill": "stadium, p, state, cursor, words, primitive, rule_1, rule_6, n_t, n_c, classes, boundary",
+}
+
+
+def content(path: Path) -> dict[str, list[tuple]]:
+    """Everything stored but times, row numbers and provenance."""
+    with closing(sqlite3.connect(path)) as plain:
+        found = {
+            "catalogue": plain.execute(
+                "SELECT a, p, word, representative, status, rules, length, lyapunov, margin, element"
+                " FROM catalogue ORDER BY a, p, word"
+            ).fetchall(),
+            "coordinates": plain.execute(
+                "SELECT a, word, coordinates FROM orbit JOIN cycle ON cycle.id = orbit.cycle"
+                " JOIN stadium ON stadium.id = orbit.stadium ORDER BY a, p, word"
+            ).fetchall(),
+            "fill": plain.execute(
+                "SELECT a, p, state, n_t, n_c, classes, boundary FROM fill"
+                " JOIN stadium ON stadium.id = fill.stadium ORDER BY a, p"
+            ).fetchall(),
+        }
+        assert plain.execute("PRAGMA foreign_key_check").fetchall() == []
+    return found
+
+
+def rows(path: Path) -> dict[str, list[tuple]]:
+    """Every row but times and provenance, with the numbers of its rows, in the order they are stored."""
+    with closing(sqlite3.connect(path)) as plain:
+        assert plain.execute("PRAGMA foreign_key_check").fetchall() == []
+        return {
+            table: plain.execute(f"SELECT {names} FROM {table}").fetchall()
+            for table, names in _TABLES.items()
+        }
+
+
+def is_sound(path: Path) -> bool:
+    """Tell whether SQLite finds the file sound, after taking up what its journal holds."""
+    with closing(sqlite3.connect(path)) as plain:
+        return plain.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
