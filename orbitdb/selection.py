@@ -12,6 +12,7 @@ MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
 """The columns that a selection can bound from below and above."""
 
 _PERIODS = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
+_LARGEST_INTEGER = 2**63
 _RANGE = re.compile(r"([^:]*):([^:]*)")
 
 
@@ -147,9 +148,11 @@ def parse_parameter(text: str) -> tuple[str, str | int | float]:
         raise SelectionError(f"-P {text!r}: write it as name=value")
     for kind in (int, float):
         try:
-            return name, kind(value)
+            number = kind(value)
         except ValueError:
             continue
+        if kind is float or abs(number) < _LARGEST_INTEGER:
+            return name, number
     return name, value
 
 

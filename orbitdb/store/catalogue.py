@@ -1,5 +1,6 @@
 """Catalogue: a database of periodic orbits, opened for reading."""
 
+import math
 import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -17,6 +18,7 @@ from orbitdb.pruning import pruned_word
 from orbitdb.selection import Selection, SelectionError, choose
 from orbitdb.stadium import Stadium
 from orbitdb.store import where as free
+from orbitdb.store.confinement import Patience, confined
 from orbitdb.store.database import check_file, default_path, plain_errors, reading_engine
 from orbitdb.store.fills import Fill, as_fill
 from orbitdb.store.migrate import migrate
@@ -62,6 +64,8 @@ class Catalogue:
         if version < SCHEMA_VERSION:
             raise StoreError(f"{self.path} has the older schema {version}: run 'orbitdb migrate' first")
         self._engine = reading_engine(self.path)
+        with plain_errors(self.path), self._engine.connect():
+            pass  # so that a file that is damaged or tampered with is refused now, and not in mid-use
 
     @classmethod
     def create(cls, path: Path | str | None = None, a: float = 1.6) -> "Catalogue":
@@ -223,7 +227,7 @@ class Catalogue:
     def count(self, selection: Selection) -> int:
         """Return the number of rows in a chosen subset."""
         query = sa.select(sa.func.count()).select_from(catalogue)
-        with self.selecting(selection) as (connection, conditions):
+        with self.selecting(selection) as (connection, conditions, _):
             return connection.scalar(query.where(*conditions)) or 0
 
     def rows(
@@ -254,24 +258,27 @@ class Catalogue:
         query = sa.select(*(column_of(name) for name in columns)).order_by(*ordering_of(order))
         if limit is not None or offset:
             query = query.limit(-1 if limit is None else limit).offset(offset)
-        with self.selecting(selection) as (connection, conditions):
+        with self.selecting(selection) as (connection, conditions, patience):
             result = connection.execute(query.where(*conditions))
             while block := result.fetchmany(_BLOCK):
-                yield from map(tuple, block)
+                with patience.resting():
+                    yield from map(tuple, block)
 
     @contextmanager
     def selecting(
         self, selection: Selection, columns: Columns = catalogue.c
-    ) -> Iterator[tuple[sa.Connection, list[sa.ColumnElement[bool] | sa.TextClause]]]:
+    ) -> Iterator[tuple[sa.Connection, list[sa.ColumnElement[bool] | sa.TextClause], Patience]]:
         """Give a connection for one query over a subset, confined if it has a free expression."""
         with self.reading() as connection:
-            conditions = conditions_of(selection, columns)
             if selection.where is None:
-                yield connection, conditions
+                yield connection, conditions_of(selection, columns), Patience(math.inf)
                 return
             free.check(selection.where, dict(selection.parameters))
-            try:
-                with free.confined(connection):
-                    yield connection, conditions
-            except (sa.exc.DBAPIError, sqlite3.Error) as error:
-                raise free.refusal(selection.where, str(getattr(error, "orig", error))) from error
+            with confined(connection) as patience:
+                try:
+                    yield connection, conditions_of(selection, columns), patience
+                except (sa.exc.DBAPIError, sqlite3.Error) as error:
+                    message = str(getattr(error, "orig", error))
+                    if "interrupted" in message and not patience.ended:
+                        raise KeyboardInterrupt from error  # SQLite, asked for the time, swallows it
+                    raise free.refusal(selection.where, message) from error

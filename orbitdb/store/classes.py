@@ -93,7 +93,7 @@ def read_classes(catalogue: "Catalogue", selection: Selection) -> ChosenClasses:
         query = sa.select().select_from(view).group_by(view.c.cycle)
     names = ("p", "class_size", "walls", "length", "lyapunov")
     query = query.add_columns(chosen, *(source[name] for name in names))
-    with catalogue.selecting(selection, source) as (connection, conditions):
+    with catalogue.selecting(selection, source) as (connection, conditions, _):
         rows = connection.execute(query.where(*conditions, source.length.is_not(None))).cursor.fetchall()
     columns = np.array(rows, dtype=np.float64).reshape(-1, 1 + len(names)).T
     chosen_words, p, size, walls = columns[:4].astype(np.int64)

@@ -36,8 +36,7 @@ def conditions_of(
         found += [] if low is None else [view[name] >= low]
         found += [] if high is None else [view[name] <= high]
     if selection.where:
-        clause = free.expression(selection.where, set(selection.parameters))
-        found.append(clause.bindparams(**selection.parameters))
+        found.append(free.expression(selection.where, dict(selection.parameters)))
     return found
 
 
