@@ -172,21 +172,21 @@ def _short(code: str) -> str:
 def _draw_entropy(catalogue: "Catalogue", chosen: "Selection", _limit: int) -> "Figure":
     from orbitdb.averages import entropy
     from orbitdb.plots.curves import draw_entropy
-    from orbitdb.plots.style import figure
+    from orbitdb.plots.style import figure, plain
 
     rows, highest = _class_rows(catalogue, chosen)
     found = entropy(rows, highest)
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
         draw_entropy(ax, found.p, found.K_0, found.h_zeta, found.h_zeta_change)
-        ax.set_title(chosen.describe())
+        ax.set_title(plain(chosen.describe()))
     return made
 
 
 def _draw_lyapunov(catalogue: "Catalogue", chosen: "Selection", _limit: int) -> "Figure":
     from orbitdb.averages import lyapunov
     from orbitdb.plots.curves import Line, LyapunovRows, draw_lyapunov
-    from orbitdb.plots.style import figure
+    from orbitdb.plots.style import figure, plain
     from orbitdb.store.trajectories import best_reference
 
     rows, highest = _class_rows(catalogue, chosen)
@@ -205,7 +205,7 @@ def _draw_lyapunov(catalogue: "Catalogue", chosen: "Selection", _limit: int) -> 
         above, below = made.subplots(2, 1, sharex=True)
         draw_lyapunov(above, found.p, discrete, r"\lambda_d", "per bounce")
         draw_lyapunov(below, found.p, continuous, r"\lambda_c", "per length $R$")
-        above.set(xlabel="", title=chosen.describe())
+        above.set(xlabel="", title=plain(chosen.describe()))
         above.legend(loc="upper right")
     return made
 
@@ -233,7 +233,7 @@ def _class_rows(catalogue: "Catalogue", chosen: "Selection") -> "tuple[ClassRows
 
 def _draw_sheet(catalogue: "Catalogue", chosen: "Selection", limit: int) -> "Figure":
     from orbitdb.plots.paths import cell_size, draw_sheet
-    from orbitdb.plots.style import figure
+    from orbitdb.plots.style import figure, plain
     from orbitdb.stadium import Stadium
 
     if not chosen.periods:
@@ -254,7 +254,7 @@ def _draw_sheet(catalogue: "Catalogue", chosen: "Selection", limit: int) -> "Fig
     with figure(max(4.0, columns * wide * unit), rows * high * unit + 0.6) as made:
         ax = made.add_subplot()
         draw_sheet(ax, stadium, paths, labels, columns)
-        ax.set_title(f"Classes of {chosen.describe()}: least word (class size)")
+        ax.set_title(f"Classes of {plain(chosen.describe())}: least word (class size)")
     return made
 
 
@@ -262,7 +262,7 @@ def _draw_birkhoff(catalogue: "Catalogue", chosen: "Selection", _limit: int) -> 
     import numpy as np
 
     from orbitdb.plots.curves import draw_birkhoff
-    from orbitdb.plots.style import figure
+    from orbitdb.plots.style import figure, plain
     from orbitdb.stability import Links
     from orbitdb.stadium import ANTICLOCKWISE, Stadium
 
@@ -280,13 +280,13 @@ def _draw_birkhoff(catalogue: "Catalogue", chosen: "Selection", _limit: int) -> 
         ax = made.add_subplot()
         dots = draw_birkhoff(ax, stadium, *map(np.concatenate, (place, sine, colour)))
         made.colorbar(dots, ax=ax, label=r"$\lambda_d$ (per bounce)", pad=0.01, extend="both")
-        made.suptitle(chosen.describe(), fontsize=10)
+        made.suptitle(plain(chosen.describe()), fontsize=10)
     return made
 
 
 def _draw_lengths(catalogue: "Catalogue", chosen: "Selection", _limit: int) -> "Figure":
     from orbitdb.plots.curves import draw_density, draw_staircase
-    from orbitdb.plots.style import figure
+    from orbitdb.plots.style import figure, plain
 
     found = catalogue.classes(chosen)
     if not len(found):
@@ -295,7 +295,7 @@ def _draw_lengths(catalogue: "Catalogue", chosen: "Selection", _limit: int) -> "
         above, below = made.subplots(2, 1, sharex=True)
         draw_staircase(above, found.length, found.chosen)
         draw_density(below, found.p, found.length, found.chosen)
-        above.set(xlabel="", title=chosen.describe())
+        above.set(xlabel="", title=plain(chosen.describe()))
     return made
 
 

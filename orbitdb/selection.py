@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from orbitdb.errors import InputError
 from orbitdb.orbits import Status
+from orbitdb.plaintext import printable
 from orbitdb.words import parse
 
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
@@ -74,7 +75,7 @@ class Selection:
         if self.where:
             values = ", ".join(f"{name} = {value!r}" for name, value in self.parameters.items())
             parts.append(f"where {self.where}" + (f" ({values})" if values else ""))
-        return " ".join(parts)
+        return printable(" ".join(parts))
 
 
 _SUBJECTS = {

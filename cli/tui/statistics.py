@@ -118,7 +118,7 @@ class StatisticsScreen(Screen[None]):
 
     def on_statistics_screen_failed(self, message: Failed) -> None:
         """Say what went wrong."""
-        self.notify(message.reason, severity="error", markup=False)
+        self.notify(message.reason, severity="error")
 
     def watch_found(self) -> None:
         """Show the numbers."""

@@ -129,9 +129,7 @@ def _acts(kind: str, name: str, text: str, newest: bool) -> bool:
 
 def _computes(found: list[Token]) -> bool:
     """Tell whether a DEFAULT is an expression in brackets."""
-    return any(
-        token.keyword == "DEFAULT" and behind.text == "(" for token, behind in pairwise(found)
-    )
+    return any(token.keyword == "DEFAULT" and behind.text == "(" for token, behind in pairwise(found))
 
 
 def _misshapen(connection: sqlite3.Connection, schema: dict[tuple[str, str], str]) -> list[str]:

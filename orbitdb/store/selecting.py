@@ -5,6 +5,8 @@ from typing import Any, TypeAlias
 
 import sqlalchemy as sa
 
+from orbitdb.errors import StoreError
+from orbitdb.pruning import RULES
 from orbitdb.selection import Selection, SelectionError
 from orbitdb.store import where as free
 from orbitdb.store.schema import catalogue
@@ -14,6 +16,7 @@ COLUMNS = tuple(catalogue.c.keys())
 
 Columns: TypeAlias = sa.ColumnCollection[str, Any]
 
+_RULES = {str(rule.number) for rule in RULES}
 _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
 
 
@@ -51,6 +54,20 @@ def column_of(name: str) -> sa.ColumnElement[Any]:
     if name not in COLUMNS:
         raise SelectionError(f"column {name!r}: the columns are {', '.join(COLUMNS)}")
     return catalogue.c[name]
+
+
+def rules_of(text: str | None) -> list[int]:
+    """Return the numbers of the rules broken from the column ``rules``.
+
+    Raises
+    ------
+    StoreError
+        If it holds something else.
+    """
+    parts = text.split(",") if text else []
+    if not all(part in _RULES for part in parts):
+        raise StoreError(f"rules {text!r} in the catalogue are none: 'orbitdb verify' tells what is wrong")
+    return [int(part) for part in parts]
 
 
 def ordering_of(order: str) -> list[sa.ColumnElement[Any]]:
