@@ -9,6 +9,7 @@ import typer
 from orbitdb import __version__
 from orbitdb.cli import averages, bench, browse, export, fill, info, plot, query, simulate, table, verify
 from orbitdb.errors import InputError, StoreError
+from orbitdb.plaintext import printable
 
 DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -64,5 +65,5 @@ def _run(arguments: list[str]) -> int:
 
 
 def _say(message: str, code: int) -> int:
-    print(f"orbitdb: {message}", file=sys.stderr)
+    print(f"orbitdb: {printable(message)}", file=sys.stderr)
     return code

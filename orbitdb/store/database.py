@@ -2,7 +2,8 @@
 
 import os
 import sqlite3
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from urllib.parse import quote
@@ -11,6 +12,8 @@ import sqlalchemy as sa
 from sqlalchemy import event
 
 from orbitdb.errors import StoreError
+from orbitdb.store.confinement import tame
+from orbitdb.store.guard import refuse_tampered
 from orbitdb.store.schema import APPLICATION_ID, SCHEMA_VERSION
 
 BUSY_TIMEOUT = 5.0
@@ -63,32 +66,59 @@ def check_file(path: Path) -> int | None:
 
 
 def reading_engine(path: Path) -> sa.Engine:
-    """Return an engine that cannot write; it works in a read-only folder and beside a writer."""
+    """Return an engine that cannot write; it works in a read-only folder and beside a writer.
+
+    What it connects to must be a catalogue of the newest schema and hold nothing that acts
+    (`orbitdb.store.guard`).
+    """
     uri = f"file:{quote(str(path.resolve()))}?mode=ro"
     frozen = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
-    return _engine(uri + ("&immutable=1" if frozen else ""), "BEGIN")
+
+    def connect() -> sqlite3.Connection:
+        connection = _connect(uri + ("&immutable=1" if frozen else ""), path, newest=True)
+        connection.execute("PRAGMA query_only = ON")
+        tame(connection)
+        return connection
+
+    return _engine(connect, "BEGIN")
 
 
 def writing_engine(path: Path) -> sa.Engine:
-    """Return an engine whose every transaction takes the write lock at once."""
-    engine = _engine(f"file:{quote(str(path.resolve()))}?mode=rwc", "BEGIN IMMEDIATE")
+    """Return an engine whose every transaction takes the write lock at once.
 
-    @event.listens_for(engine, "connect")
-    def configure(connection: sqlite3.Connection, _record: object) -> None:
+    What it connects to must hold nothing that acts; it may be new, or older than the newest schema.
+    """
+    uri = f"file:{quote(str(path.resolve()))}?mode=rwc"
+    newest = check_file(path) == SCHEMA_VERSION
+
+    def connect() -> sqlite3.Connection:
+        connection = _connect(uri, path, newest)
+        connection.execute("PRAGMA foreign_keys = ON")
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = NORMAL")
-
-    return engine
-
-
-def _engine(uri: str, begin: str) -> sa.Engine:
-    def connect() -> sqlite3.Connection:
-        connection = sqlite3.connect(
-            uri, uri=True, timeout=BUSY_TIMEOUT, isolation_level=None, check_same_thread=False
-        )
-        connection.execute("PRAGMA foreign_keys = ON")
         return connection
 
+    return _engine(connect, "BEGIN IMMEDIATE")
+
+
+def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
+    """Connect so that nothing in the file acts, and refuse a file in which something would."""
+    connection = sqlite3.connect(
+        uri, uri=True, timeout=BUSY_TIMEOUT, isolation_level=None, check_same_thread=False
+    )
+    try:
+        connection.execute("PRAGMA trusted_schema = OFF")
+        connection.execute("PRAGMA cell_size_check = ON")
+        if sys.version_info >= (3, 12):
+            connection.setconfig(sqlite3.SQLITE_DBCONFIG_DEFENSIVE)
+        refuse_tampered(connection, path, newest)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> sa.Engine:
     engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.pool.QueuePool)
 
     @event.listens_for(engine, "begin")
