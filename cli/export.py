@@ -114,6 +114,8 @@ def _rows(
     coordinates: bool,
 ) -> Iterator[list[Any]]:
     """Yield rows with the rules broken as lists, and the coordinates behind them if they are wanted."""
+    from orbitdb.store.selecting import rules_of
+
     wanted = (*names, *_HOW) if coordinates else names
     rows = catalogue.rows(chosen, wanted, order, limit)
     rules = [place for place, name in enumerate(names) if name == "rules"]
@@ -122,7 +124,7 @@ def _rows(
         for row, place in zip(block, places, strict=True):
             values = [*row[: len(names)], place] if coordinates else list(row)
             for k in rules:
-                values[k] = [int(rule) for rule in (values[k] or "").split(",") if rule]
+                values[k] = rules_of(values[k])
             yield values
 
 

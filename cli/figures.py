@@ -11,7 +11,7 @@ from orbitdb.cli.render import note, note_partial
 from orbitdb.errors import InputError
 from orbitdb.orbits import Orbit
 from orbitdb.plots import curves, paths
-from orbitdb.plots.style import BLUE, ORANGE, figure
+from orbitdb.plots.style import BLUE, ORANGE, figure, plain
 from orbitdb.selection import Selection
 from orbitdb.stability import birkhoff
 from orbitdb.stadium import Stadium
@@ -70,7 +70,7 @@ def _draw_entropy(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figur
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
         curves.draw_entropy(ax, found.p, found.K_0, found.h_zeta, found.h_zeta_change)
-        ax.set_title(chosen.describe())
+        ax.set_title(plain(chosen.describe()))
     return made
 
 
@@ -94,7 +94,7 @@ def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
         above, below = made.subplots(2, 1, sharex=True)
         curves.draw_lyapunov(above, found.p, discrete, r"\lambda_d", "per bounce")
         curves.draw_lyapunov(below, found.p, continuous, r"\lambda_c", "per length $R$")
-        above.set(xlabel="", title=chosen.describe())
+        above.set(xlabel="", title=plain(chosen.describe()))
         above.legend(loc="upper right")
     return made
 
@@ -132,7 +132,7 @@ def _draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
     with figure(max(4.0, columns * wide * unit), rows * high * unit + 0.6) as made:
         ax = made.add_subplot()
         paths.draw_sheet(ax, stadium, drawn, labels, columns)
-        ax.set_title(f"Classes of {chosen.describe()}: least word (class size)")
+        ax.set_title(f"Classes of {plain(chosen.describe())}: least word (class size)")
     return made
 
 
@@ -152,7 +152,7 @@ def _draw_birkhoff(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
         ax = made.add_subplot()
         dots = curves.draw_birkhoff(ax, stadium, *map(np.concatenate, (place, sine, colour)))
         made.colorbar(dots, ax=ax, label=r"$\lambda_d$ (per bounce)", pad=0.01, extend="both")
-        made.suptitle(chosen.describe(), fontsize=10)
+        made.suptitle(plain(chosen.describe()), fontsize=10)
     return made
 
 
@@ -165,7 +165,7 @@ def _draw_lengths(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figur
         above, below = made.subplots(2, 1, sharex=True)
         curves.draw_staircase(above, found.length, found.chosen)
         curves.draw_density(below, found.p, found.length, found.chosen)
-        above.set(xlabel="", title=chosen.describe())
+        above.set(xlabel="", title=plain(chosen.describe()))
     return made
 
 

@@ -9,6 +9,7 @@ from orbitdb import __version__
 from orbitdb.cli import averages, bench, browse, export, fill, info, plot, query, simulate, table, verify
 from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed
 from orbitdb.errors import InputError, StoreError, WorkError
+from orbitdb.plaintext import printable
 
 DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
 _SIGNALLED = 128
@@ -71,5 +72,5 @@ def _run(arguments: list[str]) -> int:
 
 
 def _say(message: str, code: int) -> int:
-    print(f"orbitdb: {message}", file=sys.stderr)
+    print(f"orbitdb: {printable(message)}", file=sys.stderr)
     return code

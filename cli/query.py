@@ -89,7 +89,7 @@ def query(
     with Catalogue(db).at_one_moment() as catalogue:
         note_partial(catalogue.partial(chosen), chosen.a)
         rows = catalogue.rows(chosen, names, order, shown, offset)
-        count = write(names, _with_rules(names, rows), form)
+        count = write(names, with_rules(names, rows), form)
         total = catalogue.count(chosen) if form is Format.TABLE and count == shown else count
     if form is Format.TABLE:
         more = f"; {count} shown, --limit {total} shows all" if total > count else ""
@@ -104,15 +104,16 @@ def _columns(text: str | None, form: Format) -> tuple[str, ...]:
     return TABLE_COLUMNS if form is Format.TABLE else KEYS
 
 
-def _with_rules(names: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:
+def with_rules(names: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:
     """Give the rules broken as a list of numbers."""
+    from orbitdb.store.selecting import rules_of
+
     if "rules" not in names:
         yield from rows
         return
     place = names.index("rules")
     for row in rows:
-        rules = [int(rule) for rule in (row[place] or "").split(",") if rule]
-        yield (*row[:place], rules, *row[place + 1 :])
+        yield (*row[:place], rules_of(row[place]), *row[place + 1 :])
 
 
 def primitive(code: str) -> str:

@@ -1,13 +1,13 @@
 """Writing data to stdout, in the format asked for, and notes to stderr."""
 
-import csv
-import json
 import math
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli.options import Format
+from orbitdb.export import json_object, write_csv
+from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
     from orbitdb.store.fills import Fill
@@ -37,7 +37,7 @@ _TIMES = ("seconds", "enumeration", "classification", "cutting", "newton", "asse
 
 def note(message: str) -> None:
     """Tell the user something that is not data."""
-    print(message, file=sys.stderr)
+    print(printable(message), file=sys.stderr)
 
 
 def note_partial(fills: "Sequence[Fill]", a: float, left_out: bool = False) -> None:
@@ -63,7 +63,7 @@ def number(name: str, value: Any) -> str:
         return f"{value:g}" if name == "a" else f"{value:.{decimals}f}"
     if isinstance(value, list | tuple):
         return " ".join(number(name, item) for item in value)
-    return str(value)
+    return printable(str(value))
 
 
 def code_text(code: str) -> str:
@@ -82,28 +82,7 @@ def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -
         return _write_table(columns, rows)
     if form in (Format.JSON, Format.JSONL):
         return _write_json(columns, rows, form)
-    writer = csv.writer(sys.stdout, delimiter="\t" if form is Format.TSV else ",", lineterminator="\n")
-    writer.writerow(columns)
-    counted = _Counted(rows)
-    writer.writerows([_plain(value) for value in row] for row in counted)
-    return counted.count
-
-
-class _Counted:
-    """Rows that are counted as they pass."""
-
-    def __init__(self, rows: Iterable[Sequence[Any]]) -> None:
-        self.rows = rows
-        self.count = 0
-
-    def __iter__(self) -> Iterator[Sequence[Any]]:
-        for row in self.rows:
-            self.count += 1
-            yield row
-
-
-def _plain(value: Any) -> Any:
-    return " ".join(map(str, value)) if isinstance(value, list | tuple) else value
+    return write_csv(sys.stdout, columns, rows, "\t" if form is Format.TSV else ",")
 
 
 def _write_json(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
@@ -112,7 +91,7 @@ def _write_json(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: For
     count = 0
     for row in rows:
         sys.stdout.write(between if count else opening)
-        sys.stdout.write(json.dumps(dict(zip(columns, row, strict=True)), ensure_ascii=False))
+        sys.stdout.write(json_object(columns, row))
         count += 1
     if count or array:
         sys.stdout.write(closing if count else "[]\n")
@@ -155,4 +134,4 @@ def write_facts(facts: Sequence[tuple[str, str]]) -> None:
     """Write names and what is said of them, aligned."""
     width = max(len(name) for name, _ in facts)
     for name, text in facts:
-        sys.stdout.write(f"{name.ljust(width)}  {text}\n")
+        sys.stdout.write(f"{name.ljust(width)}  {printable(text)}\n")

@@ -68,15 +68,24 @@ def verify(
     The exit code is 1 if there is one. Counts are checked for whole periods, rows for the chosen ones;
     of a period that is partial, what is stored.
     """
+    from orbitdb.checks import Check
     from orbitdb.stadium import Stadium
     from orbitdb.store.catalogue import Catalogue
+    from orbitdb.store.database import default_path
+    from orbitdb.store.guard import TamperedError
     from orbitdb.verify import report
     from orbitdb.verify import verify as steps
 
     if again and not rigorous:
         raise InputError("--again proves certified rows again: it goes with --rigorous")
-    catalogue = Catalogue(db)
-    start = time.monotonic()
+    start, form = time.monotonic(), options.chosen(format_, json)
+    try:
+        catalogue = Catalogue(db)
+    except TamperedError as error:
+        broken = Check("schema", error.parts, len(error.faults), first=error.faults[0])
+        note(str(error))
+        _report([broken], db or default_path(), start, restarts, form)
+        return
     partial: dict[float, list[Fill]] = {}
 
     def work() -> "Iterator[Step]":
@@ -94,15 +103,15 @@ def verify(
     found = report(_watched(work()))
     for each, fills in partial.items():
         note_partial(fills, each)
-    write(COLUMNS, ([getattr(check, key) for key in _KEYS] for check in found), options.chosen(format_, json))
-    _finish(found, catalogue.path, time.monotonic() - start, restarts)
+    _report(found, catalogue.path, start, restarts, form)
 
 
 _KEYS = ("name", *COLUMNS[1:])
 
 
-def _finish(found: "list[Check]", path: Path, seconds: float, restarts: int) -> None:
-    """Say in one line what came of it, and leave with code 1 if it is not good."""
+def _report(found: "list[Check]", path: Path, start: float, restarts: int, form: Format) -> None:
+    """Write what was found, say in one line what came of it, and leave with code 1 if it is not good."""
+    write(COLUMNS, ([getattr(check, key) for key in _KEYS] for check in found), form)
     rows = {check.name: check.rows for check in found}
     classes = rows.get("values", 0)
     if (unsettled := restarts * rows.get("statuses", 0) - rows.get("restarts", 0)) > 0:
@@ -119,7 +128,7 @@ def _finish(found: "list[Check]", path: Path, seconds: float, restarts: int) -> 
         raise typer.Exit(1)
     if (foreign := rows.get("statuses", 0) - rows.get("bits", 0)) > 0:
         note(f"{foreign} rows are of another method, version or machine: their last bits were not compared")
-    note(f"{path}: all is well with {classes} classes, {seconds:.1f} s")
+    note(f"{path}: all is well with {classes} classes, {time.monotonic() - start:.1f} s")
 
 
 def _watched(steps: "Iterable[Step]") -> "Iterator[Step]":

@@ -8,6 +8,7 @@ theirs in a second file, named as the W3C's "CSV on the Web" names it: ``orbits.
 import contextlib
 import csv
 import json
+import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import IO, Any, TextIO
 
 from orbitdb.errors import InputError
+from orbitdb.plaintext import cell
 
 Row = Sequence[Any]
 Metadata = Mapping[str, Any]
@@ -41,22 +43,36 @@ def kind_of(column: str) -> str:
     return TYPES.get(column, "number")
 
 
-def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Row]) -> None:
-    """Write one line a row under a line of names; lists with blanks between, nothing for None."""
-    writer = csv.writer(file, lineterminator="\n")
+def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Row], delimiter: str = ",") -> int:
+    """Write one line a row under a line of names, and return how many rows there were.
+
+    Lists have blanks between, None is empty, and no text is a formula (`orbitdb.plaintext.cell`).
+    """
+    writer = csv.writer(file, delimiter=delimiter, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows(
-        [" ".join(map(str, value)) if isinstance(value, list) else value for value in row] for row in rows
-    )
-
-
-def write_jsonl(file: TextIO, columns: Sequence[str], rows: Iterable[Row]) -> None:
-    """Write one JSON object a row."""
+    count = 0
     for row in rows:
-        file.write(json.dumps(dict(zip(columns, row, strict=True)), allow_nan=False) + "\n")
+        writer.writerow([cell(value) for value in row])
+        count += 1
+    return count
 
 
-TEXT_WRITERS: dict[str, Callable[[TextIO, Sequence[str], Iterable[Row]], None]] = {
+def write_jsonl(file: TextIO, columns: Sequence[str], rows: Iterable[Row]) -> int:
+    """Write one JSON object a row, and return how many there were."""
+    count = 0
+    for row in rows:
+        file.write(json_object(columns, row) + "\n")
+        count += 1
+    return count
+
+
+def json_object(columns: Sequence[str], row: Row) -> str:
+    """Return a row as a JSON object in ASCII; numbers that JSON does not have become null."""
+    values = (None if isinstance(value, float) and not math.isfinite(value) else value for value in row)
+    return json.dumps(dict(zip(columns, values, strict=True)))
+
+
+TEXT_WRITERS: dict[str, Callable[[TextIO, Sequence[str], Iterable[Row]], int]] = {
     "csv": write_csv,
     "jsonl": write_jsonl,
 }

@@ -6,12 +6,14 @@ from dataclasses import dataclass, field
 
 from orbitdb.errors import InputError
 from orbitdb.orbits import Status
+from orbitdb.plaintext import printable
 from orbitdb.words import parse
 
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
 """The columns that a selection can bound from below and above."""
 
 _PERIODS = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
+_LARGEST_INTEGER = 2**63
 _RANGE = re.compile(r"([^:]*):([^:]*)")
 
 
@@ -77,7 +79,7 @@ class Selection:
         if self.where:
             values = ", ".join(f"{name} = {value!r}" for name, value in self.parameters.items())
             parts.append(f"where {self.where}" + (f" ({values})" if values else ""))
-        return " ".join(parts)
+        return printable(" ".join(parts))
 
 
 _SUBJECTS = {
@@ -151,9 +153,11 @@ def parse_parameter(text: str) -> tuple[str, str | int | float]:
         raise SelectionError(f"-P {text!r}: write it as name=value")
     for kind in (int, float):
         try:
-            return name, kind(value)
+            number = kind(value)
         except ValueError:
             continue
+        if kind is float or abs(number) < _LARGEST_INTEGER:
+            return name, number
     return name, value
 
 

@@ -217,10 +217,10 @@ def test_every_part_of_a_selection_selects(filled):
         ("1; DROP TABLE orbit", "one statement"),
         ("1 ORDER BY p", "syntax"),
         ("colour = 'blue'", "no such column"),
-        ("load_extension('evil')", "nothing else"),
+        ("load_extension('evil')", r"load_extension\(\) may not be called"),
         ("p = :missing", "-P name=value"),
-        (f"({BOMB}) > 0", "nothing else"),
-        ("length(zeroblob(100000000)) > 0", "too big"),
+        (f"({BOMB}) > 0", "WITH may not be used"),
+        ("length(zeroblob(100000000)) > 0", r"zeroblob\(\) may not be called"),
         ("", "incomplete"),
         ("p = ", "incomplete"),
     ],
@@ -235,8 +235,7 @@ def test_a_slow_expression_is_stopped(filled, monkeypatch):
     from orbitdb.store import where
 
     monkeypatch.setattr(where, "SECONDS", 0.2)
-    size = " + ".join(f"{table}.{name}" for table in "bcd" for name in ("a", "p", "class_size", "length"))
-    slow = f"(SELECT sum({size}) FROM catalogue AS b, catalogue AS c, catalogue AS d) > 0"
+    slow = "(SELECT sum(b.length * catalogue.length * b.lyapunov) FROM catalogue AS b) < 0"
     with pytest.raises(SelectionError, match=r"more than 0\.2 s"):
         list(Catalogue(filled).rows(Selection(where=slow)))
 

@@ -9,6 +9,7 @@ from textual import work
 from textual.app import App, SystemCommand
 from textual.binding import Binding, BindingType
 from textual.message import Message
+from textual.notifications import SeverityLevel
 from textual.reactive import reactive
 from textual.screen import Screen
 from textual.worker import get_current_worker
@@ -20,6 +21,7 @@ from orbitdb.cli.tui.filling import work as fill_steps
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits import Orbit
+from orbitdb.plaintext import printable
 from orbitdb.selection import Selection
 
 if TYPE_CHECKING:
@@ -74,7 +76,7 @@ class BrowseApp(App[None]):
     def __init__(self, path: Path, selection: Selection, code: str | None = None) -> None:
         super().__init__()
         self.path = path
-        self.title = f"orbitdb {path.name}"
+        self.title = printable(f"orbitdb {path.name}")
         self.catalogue = _opened(path)
         self._selection, self._code = selection, code
         self._known: tuple[list[Fill], Index] | None = None
@@ -183,7 +185,6 @@ class BrowseApp(App[None]):
             self.notify(
                 f"fill {state.sentence()}",
                 severity="error" if state.state == "failed" else "information",
-                markup=False,
             )
 
     def action_stop_fill(self) -> None:
@@ -196,13 +197,25 @@ class BrowseApp(App[None]):
 
     # habits
 
+    def notify(
+        self,
+        message: str,
+        *,
+        title: str = "",
+        severity: SeverityLevel = "information",
+        timeout: float | None = None,
+        markup: bool = True,
+    ) -> None:
+        """Say something, never as markup: errors and paths may look like it."""
+        super().notify(printable(message), title=title, severity=severity, timeout=timeout, markup=False)
+
     def tell(self, text: str) -> None:
         """Say something, from any thread."""
         self.post_message(self.Told(text))
 
     def on_browse_app_told(self, message: Told) -> None:
         """Say it."""
-        self.notify(message.text, markup=False)
+        self.notify(message.text)
 
     def action_keys(self) -> None:
         """Show the keys that matter here."""

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from orbitdb.orbits import Status
+from orbitdb.plaintext import printable
 from orbitdb.selection import Selection
 
 _STATUSES: tuple[tuple[Status, ...], ...] = (
@@ -47,10 +48,11 @@ def chips(selection: Selection, a_values: int) -> str:
         ("period(1)", f"p {spans or 'all'}"),
         ("status", status),
         ("reversal", reversal[selection.time_reversal]),
-        ("filter", "where " + _escaped(selection.where) if selection.where else "no filter"),
+        ("filter", "where " + escaped(selection.where) if selection.where else "no filter"),
     ]
     return " │ ".join(f"[@click=screen.{action}]{text}[/]" for action, text in parts)
 
 
-def _escaped(text: str) -> str:
-    return text.replace("\\", "\\\\").replace("[", "\\[")
+def escaped(text: str) -> str:
+    """Return a text that stands for itself where markup is read."""
+    return printable(text).replace("\\", "\\\\").replace("[", "\\[")

@@ -1,16 +1,15 @@
 """Taking away what is shown: the rows as csv, tsv, json or jsonl, the orbit as SVG or PNG."""
 
-import csv
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.cli.query import KEYS
+from orbitdb.cli.query import KEYS, with_rules
 from orbitdb.cli.tui.source import Ordering
 from orbitdb.errors import InputError
+from orbitdb.export import json_object, write_csv, write_jsonl
 from orbitdb.orbits import Orbit
 from orbitdb.selection import Selection
 from orbitdb.stadium import Stadium
@@ -85,19 +84,15 @@ def _write_rows(
     file: TextIO, suffix: str, catalogue: "Catalogue", selection: Selection, ordering: Ordering
 ) -> int:
     order = f"{ordering.column} {'desc' if ordering.descending else 'asc'}"
-    count = 0
-    rows = catalogue.rows(selection, KEYS, order)
+    rows = with_rules(KEYS, catalogue.rows(selection, KEYS, order))
     if ROWS[suffix]:
-        writer = csv.writer(file, delimiter=ROWS[suffix], lineterminator="\n")
-        writer.writerow(KEYS)
-        for row in rows:
-            writer.writerow(row)
-            count += 1
-        return count
-    between, opening, closing = (",\n", "[\n", "\n]\n") if suffix == ".json" else ("\n", "", "\n")
-    file.write(opening)
+        return write_csv(file, KEYS, rows, ROWS[suffix])
+    if suffix == ".jsonl":
+        return write_jsonl(file, KEYS, rows)
+    count = 0
+    file.write("[\n")
     for row in rows:
-        file.write((between if count else "") + json.dumps(dict(zip(KEYS, row, strict=True))))
+        file.write((",\n" if count else "") + json_object(KEYS, row))
         count += 1
-    file.write(closing)
+    file.write("\n]\n")
     return count

@@ -11,6 +11,7 @@ from textual.strip import Strip
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.pictures import phase_points
 from orbitdb.orbits import Orbit
+from orbitdb.plaintext import printable
 from orbitdb.pruning import RULES
 from orbitdb.words import run_notation
 
@@ -49,7 +50,7 @@ def facts_of(orbit: Orbit, certificate: Certificate = None) -> list[tuple[str, s
         )
         facts.append(("certificate", proof))
     facts.append(("stored", "yes" if orbit.stored else "no: solved on the spot"))
-    return facts
+    return [(name, printable(sentence)) for name, sentence in facts]
 
 
 def _numbers(orbit: Orbit) -> list[tuple[str, str]]:

@@ -187,7 +187,7 @@ class MainScreen(OrbitScreen):
         self.catch_up()
         if self.orbit is not None:
             self.app.copy_to_clipboard(self.orbit.code)
-            self.notify(f"copied {self.orbit.code}", timeout=2, markup=False)
+            self.notify(f"copied {self.orbit.code}", timeout=2)
 
     # computing and taking away
 

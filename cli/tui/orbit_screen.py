@@ -87,7 +87,7 @@ class OrbitScreen(Screen[None]):
         yield Header()
         yield Static(id="chips")
         with Vertical(id="greeting"):
-            yield Static(GREETING.format(path=self.browser.path))
+            yield Static(GREETING.format(path=choices.escaped(str(self.browser.path))))
         with Horizontal(id="body"):
             with Vertical(id="rows"):
                 yield PagedTable(id="table")
@@ -212,7 +212,7 @@ class OrbitScreen(Screen[None]):
     def on_orbit_screen_failed(self, message: Failed) -> None:
         """Say what went wrong."""
         self._say_reading("")
-        self.notify(message.reason, severity="error", markup=False)
+        self.notify(message.reason, severity="error")
 
     def on_paged_table_moved(self, message: PagedTable.Moved) -> None:
         """Say where the cursor is."""
@@ -276,7 +276,7 @@ class OrbitScreen(Screen[None]):
         word = parse(code)
         root = primitive_root(word)
         if root != word:
-            self.notify(f"{code} is {root} {len(word) // len(root)} times over", markup=False)
+            self.notify(f"{code} is {root} {len(word) // len(root)} times over")
         self._find(root, self.selection.a)
 
     @work(thread=True, exclusive=True, group="find", exit_on_error=False)

@@ -133,7 +133,7 @@ class StatisticsScreen(Screen[None]):
     def on_statistics_screen_failed(self, message: Failed) -> None:
         """Say what went wrong."""
         self.query_one("#numbers", Static).update(message.reason)
-        self.notify(message.reason, severity="error", markup=False)
+        self.notify(message.reason, severity="error")
 
     def watch_found(self) -> None:
         """Show the numbers."""

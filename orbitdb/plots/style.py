@@ -42,6 +42,11 @@ def figure(width: float, height: float) -> Iterator[Figure]:
         yield Figure(figsize=(width, height), layout="constrained")
 
 
+def plain(text: str) -> str:
+    """Return a text to be drawn as it is: dollars are no formulas, and every letter is in the font."""
+    return text.encode("ascii", "backslashreplace").decode("ascii").replace("$", r"\$")
+
+
 def check_ending(path: Path) -> str:
     """Return the format of a figure by its file's ending.
 

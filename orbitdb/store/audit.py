@@ -35,16 +35,17 @@ def row_count(connection: sa.Connection) -> int:
 
 
 def schema_differences(connection: sa.Connection) -> tuple[int, list[str]]:
-    """Compare tables, views, indexes and triggers with those of a new catalogue.
+    """Compare tables and view, with their columns, keys and references, with those of a new catalogue.
+
+    What somebody has added beside them is no difference.
 
     Returns
     -------
     tuple of int and list of str
-        How many there are in either, and the names of those that differ.
+        How many there are, and the names of those that differ.
     """
-    found, expected = _schema(connection), _new_schema()
-    names = sorted(found.keys() | expected.keys())
-    return len(names), [name for name in names if found.get(name) != expected.get(name)]
+    expected = _new_schema()
+    return len(expected), [name for name, parts in expected.items() if _parts(connection, name) != parts]
 
 
 @cache
@@ -54,28 +55,21 @@ def _new_schema() -> dict[str, Any]:
         migrate(path)
         engine = reading_engine(path)
         with engine.begin() as fresh:
-            schema = _schema(fresh)
+            names = fresh.exec_driver_sql(
+                "SELECT name FROM sqlite_master WHERE type IN ('table', 'view') ORDER BY name"
+            ).scalars()
+            schema = {name: _parts(fresh, name) for name in names}
         engine.dispose()
     return schema
 
 
-def _schema(connection: sa.Connection) -> dict[str, Any]:
-    """Return what is in the schema by name: of tables their structure, of the rest its text."""
-    parts: dict[str, Any] = {}
-    query = "SELECT name, type, sql FROM sqlite_master WHERE type IN ('view', 'trigger')"
-    for name, kind, text in connection.exec_driver_sql(query):
-        parts[name] = (kind, " ".join(text.split()))
-    tables = connection.exec_driver_sql("SELECT * FROM pragma_table_list WHERE schema = 'main'").all()
-    for _, name, kind, *options in tables:
-        if kind == "table" and not name.startswith("sqlite_"):
-            pragmas = ("table_xinfo", "foreign_key_list", "index_list")
-            parts[name] = (options, *(_pragma(connection, pragma, name) for pragma in pragmas))
-    return parts
-
-
-def _pragma(connection: sa.Connection, pragma: str, name: str) -> list[tuple[Any, ...]]:
-    quoted = name.replace('"', '""')
-    return sorted(map(tuple, connection.exec_driver_sql(f'PRAGMA {pragma}("{quoted}")')), key=repr)
+def _parts(connection: sa.Connection, name: str) -> list[list[tuple[Any, ...]]]:
+    """Return the columns of a table or view, its references, and the indexes that its keys have made."""
+    columns, references, indexes = (
+        sorted(map(tuple, connection.exec_driver_sql(f'PRAGMA {pragma}("{name}")')), key=repr)
+        for pragma in ("table_xinfo", "foreign_key_list", "index_list")
+    )
+    return [columns, references, [index[1:] for index in indexes if index[3] != "c"]]
 
 
 def stadium_id(connection: sa.Connection, a: float) -> int | None:

@@ -13,6 +13,7 @@ from orbitdb.errors import StoreError
 from orbitdb.orbits import Orbit, Status
 from orbitdb.selection import Selection, SelectionError, choose
 from orbitdb.stadium import Stadium
+from orbitdb.store.confinement import Patience
 from orbitdb.store.database import check_file, default_path, plain_errors, reading_engine
 from orbitdb.store.fills import Fill, as_fill
 from orbitdb.store.lookup import find_word
@@ -59,6 +60,8 @@ class Catalogue:
         if version < SCHEMA_VERSION:
             raise StoreError(f"{self.path} has the older schema {version}: run 'orbitdb migrate' first")
         self._engine = reading_engine(self.path)
+        with plain_errors(self.path), self._engine.connect():
+            pass  # so that a file that is damaged or tampered with is refused now, and not in mid-use
         self._moment: sa.Connection | None = None
 
     @classmethod
@@ -245,11 +248,11 @@ class Catalogue:
         if limit is not None or offset:
             query = query.limit(-1 if limit is None else limit).offset(offset)
         with self.reading() as connection:
-            query = query.where(*conditions_of(selection))
-            with answering(connection, selection):
+            query, patience = query.where(*conditions_of(selection)), Patience()
+            with answering(connection, selection, patience):
                 result = connection.execute(query)
             while True:
-                with answering(connection, selection):
+                with answering(connection, selection, patience):
                     block = result.fetchmany(_BLOCK)
                 if not block:
                     return
@@ -262,5 +265,5 @@ class Catalogue:
         """Give a connection for one query over a subset, confined if it has a free expression."""
         with self.reading() as connection:
             conditions = conditions_of(selection, columns)
-            with answering(connection, selection):
+            with answering(connection, selection, Patience()):
                 yield connection, conditions

@@ -2,8 +2,9 @@
 
 import os
 import sqlite3
-from collections.abc import Iterator
-from contextlib import contextmanager
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from urllib.parse import quote
 
@@ -11,6 +12,8 @@ import sqlalchemy as sa
 from sqlalchemy import event
 
 from orbitdb.errors import StoreError
+from orbitdb.store.confinement import tame
+from orbitdb.store.guard import refuse_tampered
 from orbitdb.store.schema import APPLICATION_ID, SCHEMA_VERSION
 
 BUSY_TIMEOUT = 5.0
@@ -66,25 +69,41 @@ def check_file(path: Path) -> int | None:
 
 def _marks(path: Path) -> tuple[int, int]:
     """Return the version of the schema and the mark of the program, what is in the journal included."""
-    engine = reading_engine(path)
-    with plain_errors(path), engine.connect() as connection:
-        version, application = (
-            int(connection.exec_driver_sql(f"PRAGMA {name}").scalar_one())
+    with plain_errors(path), closing(sqlite3.connect(_uri(path, "ro"), uri=True)) as connection:
+        marks = [
+            int(connection.execute(f"PRAGMA {name}").fetchone()[0])
             for name in ("user_version", "application_id")
-        )
-    engine.dispose()
-    return version, application
+        ]
+    return marks[0], marks[1]
+
+
+def _uri(path: Path, mode: str) -> str:
+    return f"file:{quote(str(path.resolve()))}?mode={mode}"
 
 
 def reading_engine(path: Path) -> sa.Engine:
-    """Return an engine that cannot write; it works in a read-only folder and beside a writer."""
-    uri = f"file:{quote(str(path.resolve()))}?mode=ro"
+    """Return an engine that cannot write; it works in a read-only folder and beside a writer.
+
+    What it connects to must be a catalogue of the newest schema and hold nothing that acts
+    (`orbitdb.store.guard`).
+    """
+    uri = _uri(path, "ro")
     frozen = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
-    return _engine(uri + ("&immutable=1" if frozen else ""), "BEGIN")
+
+    def connect() -> sqlite3.Connection:
+        connection = _connect(uri + ("&immutable=1" if frozen else ""), path, newest=True)
+        connection.execute("PRAGMA query_only = ON")
+        tame(connection)
+        return connection
+
+    return _engine(connect, "BEGIN")
 
 
 def writing_engine(path: Path, references: bool = True) -> sa.Engine:
     """Return an engine whose every transaction takes the write lock at once.
+
+
+    What it connects to must hold nothing that acts; it may be new, or older than the newest schema.
 
     Parameters
     ----------
@@ -94,23 +113,37 @@ def writing_engine(path: Path, references: bool = True) -> sa.Engine:
         Whether SQLite looks up every reference that is written. A fill knows that its references are
         right, they being keys of words, and the random lookups would take a third of its time.
     """
-    engine = _engine(f"file:{quote(str(path.resolve()))}?mode=rwc", "BEGIN IMMEDIATE")
+    uri = _uri(path, "rwc")
+    newest = check_file(path) == SCHEMA_VERSION
 
-    @event.listens_for(engine, "connect")
-    def configure(connection: sqlite3.Connection, _record: object) -> None:
+    def connect() -> sqlite3.Connection:
+        connection = _connect(uri, path, newest)
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = NORMAL")
         connection.execute(f"PRAGMA foreign_keys = {'ON' if references else 'OFF'}")
+        return connection
 
-    return engine
+    return _engine(connect, "BEGIN IMMEDIATE")
 
 
-def _engine(uri: str, begin: str) -> sa.Engine:
-    def connect() -> sqlite3.Connection:
-        return sqlite3.connect(
-            uri, uri=True, timeout=BUSY_TIMEOUT, isolation_level=None, check_same_thread=False
-        )
+def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
+    """Connect so that nothing in the file acts, and refuse a file in which something would."""
+    connection = sqlite3.connect(
+        uri, uri=True, timeout=BUSY_TIMEOUT, isolation_level=None, check_same_thread=False
+    )
+    try:
+        connection.execute("PRAGMA trusted_schema = OFF")
+        connection.execute("PRAGMA cell_size_check = ON")
+        if sys.version_info >= (3, 12):
+            connection.setconfig(sqlite3.SQLITE_DBCONFIG_DEFENSIVE)
+        refuse_tampered(connection, path, newest)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
 
+
+def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> sa.Engine:
     engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.pool.QueuePool)
 
     @event.listens_for(engine, "begin")

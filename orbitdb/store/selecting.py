@@ -8,8 +8,11 @@ from typing import Any, TypeAlias
 
 import sqlalchemy as sa
 
+from orbitdb.errors import StoreError
+from orbitdb.pruning import RULES
 from orbitdb.selection import Selection, SelectionError
 from orbitdb.store import where as free
+from orbitdb.store.confinement import Patience, confined
 from orbitdb.store.schema import catalogue
 
 COLUMNS = tuple(catalogue.c.keys())
@@ -17,6 +20,7 @@ COLUMNS = tuple(catalogue.c.keys())
 
 Columns: TypeAlias = sa.ColumnCollection[str, Any]
 
+_RULES = {str(rule.number) for rule in RULES}
 _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
 
 
@@ -46,14 +50,21 @@ def conditions_of(
         found += [] if high is None else [view[name] <= high]
     if selection.where is not None:
         free.check(selection.where, dict(selection.parameters))
-        clause = free.expression(selection.where, set(selection.parameters))
-        found.append(clause.bindparams(**selection.parameters))
+        found.append(free.expression(selection.where, dict(selection.parameters)))
     return found
 
 
 @contextmanager
-def answering(connection: sa.Connection, selection: Selection) -> Iterator[None]:
+def answering(connection: sa.Connection, selection: Selection, patience: Patience) -> Iterator[None]:
     """Let a connection answer a query over a subset; where that has a free expression, it is confined.
+
+    Parameters
+    ----------
+    connection : Connection
+        Free for other queries behind the block, though rows may be left to be fetched in another one.
+    selection : Selection
+    patience : Patience
+        Of the whole query.
 
     Raises
     ------
@@ -64,10 +75,13 @@ def answering(connection: sa.Connection, selection: Selection) -> Iterator[None]
         yield
         return
     try:
-        with free.confined(connection):
+        with confined(connection, patience):
             yield
     except (sa.exc.DBAPIError, sqlite3.Error) as error:
-        raise free.refusal(selection.where, str(getattr(error, "orig", error))) from error
+        message = str(getattr(error, "orig", error))
+        if "interrupted" in message and not patience.ended:
+            raise KeyboardInterrupt from error  # SQLite, asked for the time, swallows it
+        raise free.refusal(selection.where, message) from error
 
 
 def column_of(name: str) -> sa.ColumnElement[Any]:
@@ -81,6 +95,20 @@ def column_of(name: str) -> sa.ColumnElement[Any]:
     if name not in COLUMNS:
         raise SelectionError(f"column {name!r}: the columns are {', '.join(COLUMNS)}")
     return catalogue.c[name]
+
+
+def rules_of(text: str | None) -> list[int]:
+    """Return the numbers of the rules broken from the column ``rules``.
+
+    Raises
+    ------
+    StoreError
+        If it holds something else.
+    """
+    parts = text.split(",") if text else []
+    if not all(part in _RULES for part in parts):
+        raise StoreError(f"rules {text!r} in the catalogue are none: 'orbitdb verify' tells what is wrong")
+    return [int(part) for part in parts]
 
 
 def ordering_of(order: str) -> list[sa.ColumnElement[Any]]:

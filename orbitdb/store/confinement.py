@@ -1,0 +1,94 @@
+"""Running free expressions: for a limited time, and on texts of limited size."""
+
+import sqlite3
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import sqlalchemy as sa
+
+from orbitdb.store import where as free
+
+_LONGEST_PATTERN = 500
+_LONGEST_TEXT = 10_000_000
+"""Room for a row with every text of a word of a million symbols."""
+
+_STEPS_BETWEEN_LOOKS = 1_000
+_TABLES_OF_VIEW = {"sequence", "cycle", "stadium", "orbit"}
+
+
+class Patience:
+    """How long a query may still work; the time of those who use its rows does not count.
+
+    Attributes
+    ----------
+    left : float
+        Seconds, until `started`; by default `where.SECONDS`.
+    started : float
+        When it began to work, on the monotonic clock.
+    """
+
+    def __init__(self, seconds: float | None = None) -> None:
+        self.left = free.SECONDS if seconds is None else seconds
+        self.started = time.monotonic()
+
+    @property
+    def ended(self) -> bool:
+        """Whether there is no time left."""
+        return time.monotonic() - self.started > self.left
+
+    @contextmanager
+    def working(self) -> Iterator[None]:
+        """Let the clock run."""
+        self.started = time.monotonic()
+        try:
+            yield
+        finally:
+            if not self.ended:
+                self.left -= time.monotonic() - self.started
+                self.started = time.monotonic()
+
+
+def tame(connection: sqlite3.Connection) -> None:
+    """Let no function of `where.FUNCTIONS` make a text longer; while a query runs, SQLite changes none."""
+    connection.create_function("replace", 3, _shortened, deterministic=True)
+
+
+@contextmanager
+def confined(connection: sa.Connection, patience: Patience) -> Iterator[None]:
+    """Let a connection run a checked expression, for a limited time and with texts of limited size."""
+    driver = connection.connection.driver_connection
+    assert isinstance(driver, sqlite3.Connection)
+    sizes = {
+        sqlite3.SQLITE_LIMIT_LENGTH: _LONGEST_TEXT,
+        sqlite3.SQLITE_LIMIT_LIKE_PATTERN_LENGTH: _LONGEST_PATTERN,
+    }
+    before = {limit: driver.setlimit(limit, size) for limit, size in sizes.items()}
+    driver.set_authorizer(_authorize_checked)
+    driver.set_progress_handler(lambda: patience.ended, _STEPS_BETWEEN_LOOKS)
+    try:
+        with patience.working():
+            yield
+    finally:
+        driver.set_progress_handler(None, 0)
+        driver.set_authorizer(None)
+        for limit, size in before.items():
+            driver.setlimit(limit, size)
+
+
+def _shortened(text: object, part: object, by: object) -> str | None:
+    """Return what SQLite's replace does, where that is no longer than the text."""
+    if text is None or part is None or by is None:
+        return None
+    if any(isinstance(value, bytes) for value in (text, part, by)) or len(str(by)) > len(str(part)):
+        raise ValueError
+    return str(text).replace(str(part), str(by)) if part != "" else str(text)
+
+
+def _authorize_checked(
+    action: int, first: str | None, second: str | None, base: str | None, view: str | None
+) -> int:
+    """Allow, too, what a query over a checked expression needs: the view and its tables."""
+    if action == sqlite3.SQLITE_READ and first in _TABLES_OF_VIEW:
+        return sqlite3.SQLITE_OK
+    return free.authorize(action, first, second, base, view)

@@ -1,0 +1,46 @@
+"""SQL text as SQLite takes it apart, for those who must know what is in it before SQLite does."""
+
+import re
+from typing import NamedTuple
+
+_TOKEN = re.compile(
+    r"""
+      (?P<blank>   [ \t\n\f\r]+ | --[^\n]* | /\*.*?\*/ )
+    | (?P<string>  '(?:[^']|'')*' )
+    | (?P<name>    "(?:[^"]|"")*" | `(?:[^`]|``)*` | \[[^\]]*\] )
+    | (?P<value>   :[A-Za-z0-9_]+(?![$:(A-Za-z0-9_\x80-\U0010ffff]) )
+    | (?P<number>  \.?[0-9][0-9A-Za-z_.]* )
+    | (?P<word>    [A-Za-z_\x80-\U0010ffff][A-Za-z0-9_$\x80-\U0010ffff]* )
+    | (?P<sign>    . )
+    """,
+    re.VERBOSE | re.DOTALL,
+)
+
+
+class Token(NamedTuple):
+    """A piece of SQL: its kind and its text.
+
+    The kinds are ``blank`` (a comment, too), ``string``, ``name`` (in quotes), ``value`` (as in
+    ``:name``), ``number``, ``word`` (a keyword or a bare name) and ``sign``.
+    """
+
+    kind: str
+    text: str
+
+    @property
+    def keyword(self) -> str:
+        """The word in capitals; empty for what is no word."""
+        return self.text.upper() if self.kind == "word" else ""
+
+
+def tokens(text: str) -> list[Token]:
+    """Take SQL apart; joined, the texts of the tokens are what was given.
+
+    What SQLite would not take for a token, such as a quote without its partner, is a sign.
+    """
+    return [Token(found.lastgroup or "", found[0]) for found in _TOKEN.finditer(text)]
+
+
+def meaningful(text: str) -> list[Token]:
+    """Return the tokens that are not blank."""
+    return [token for token in tokens(text) if token.kind != "blank"]
