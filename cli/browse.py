@@ -53,3 +53,5 @@ def browse(
     if where is not None:
         app.check_filter(where, dict(chosen.parameters))
     app.run()
+    if app.failure is not None:
+        raise app.failure

@@ -274,7 +274,8 @@ def _draw_birkhoff(catalogue: "Catalogue", chosen: "Selection", _limit: int) -> 
     for p in np.unique(subset.p).tolist():
         words, coordinates = subset.of_period(p)
         place.append(stadium.arclength(words, coordinates).ravel())
-        sine.append((ANTICLOCKWISE[words] * Links.of(stadium, words, coordinates).cos_out).ravel())
+        with np.errstate(all="ignore"):  # bounces of an altered row may be on one point
+            sine.append((ANTICLOCKWISE[words] * Links.of(stadium, words, coordinates).cos_out).ravel())
         colour.append(np.repeat(subset.lambda_d[subset.p == p], p))
     with figure(7.2, 4.4) as made:
         ax = made.add_subplot()

@@ -22,6 +22,7 @@ from orbitdb.store.confinement import Patience, confined
 from orbitdb.store.database import check_file, default_path, plain_errors, reading_engine
 from orbitdb.store.fills import Fill, as_fill
 from orbitdb.store.migrate import migrate
+from orbitdb.store.rows import is_whole, unsound
 from orbitdb.store.schema import SCHEMA_VERSION, catalogue, cycle, fill, orbit, sequence, stadium
 from orbitdb.store.selecting import COLUMNS, Columns, column_of, conditions_of, ordering_of
 from orbitdb.words import SYMBOLS, is_primitive, parse
@@ -114,6 +115,8 @@ class Catalogue:
             row = connection.execute(query).mappings().first()
         if row is None:
             return None
+        if not is_whole({str(name): row[name] for name in row}, len(word)):
+            raise unsound("a row without what its status demands, of", family.representative)
         blob = row["coordinates"]
         coordinates = None
         if blob is not None:

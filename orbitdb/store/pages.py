@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from orbitdb.orbits import Status
 from orbitdb.selection import Selection
 from orbitdb.store.catalogue import Catalogue
+from orbitdb.store.rows import is_written, need_words, unsound
 from orbitdb.store.schema import catalogue as view
 from orbitdb.store.schema import certificate, cycle, orbit, sequence, stadium
 from orbitdb.store.selecting import conditions_of
@@ -29,6 +30,7 @@ MAX_IN_KEY = 20
 """Words up to this order are their own key; longer ones are numbered."""
 
 _LONG = 1 << 62
+_MOST_CLASSES = 1 << 27
 _BLOCK = 4096
 _IN_CYCLE = {"class_size": cycle.c.class_size, "walls": cycle.c.walls, "time_reversal": cycle.c.time_reversal,
              "symmetry": cycle.c.symmetry, "representative": cycle.c.word}  # fmt: skip
@@ -110,26 +112,32 @@ def load_index(catalogue: Catalogue, a: float) -> Index:
     number = sa.func.coalesce(sequence.c.cycle, 0)
     words = sa.func.group_concat(sequence.c.word, "")
     packed = sa.select(sequence.c.p, words, sa.func.group_concat(number)).group_by(sequence.c.p)
-    listed = sa.select(sequence.c.word, number).order_by(sequence.c.p, sequence.c.word)
+    listed = sa.select(sequence.c.p, sequence.c.word, number).order_by(sequence.c.p, sequence.c.word)
     with catalogue.reading() as connection:
         if connection.scalar(sa.select(stadium.c.id).where(stadium.c.a == a)) is None:
             return Index(a, np.zeros(0, np.int64), np.zeros(0, np.int64), ())
         known = np.array([0, *connection.scalars(solved)], dtype=np.int64)
         parts = [_parse(*row) for row in connection.execute(packed.where(sequence.c.p <= MAX_IN_KEY))]
         long_rows = connection.execute(listed.where(sequence.c.p > MAX_IN_KEY)).all()
-    long_cycles = np.array([number for _, number in long_rows], dtype=np.int64)
+    need_words([word for _, word, _ in long_rows], [p for p, _, _ in long_rows])
+    long_cycles = np.array([number for *_, number in long_rows], dtype=np.int64)
     parts.append((_LONG + np.arange(len(long_rows)), long_cycles))
     keys, cycles = (np.concatenate(column) for column in zip(*parts, strict=True))
     here = np.isin(cycles, known)
-    return Index(a, keys[here], cycles[here], tuple(word for word, _ in long_rows))
+    return Index(a, keys[here], cycles[here], tuple(word for _, word, _ in long_rows))
 
 
 def _parse(p: int, words: str, cycles: str) -> tuple[Keys, NDArray[np.int64]]:
     """Return the keys of the words of one period, joined, in rising order, and their classes."""
+    numbers = np.fromstring(cycles, dtype=np.int64, sep=",")
+    if p < 1 or len(words) != p * len(numbers) or not is_written(words, len(words)):
+        raise unsound("words that are none, of period", p)
+    if (numbers < 0).any() or (numbers > _MOST_CLASSES).any():
+        raise unsound("impossible numbers of classes, of period", p)
     symbols = from_strings([words]).reshape(-1, p)
     keys = pack(symbols) + (1 << BITS * p)
     order = np.argsort(keys, kind="stable")
-    return keys[order], np.fromstring(cycles, dtype=np.int64, sep=",")[order]
+    return keys[order], numbers[order]
 
 
 def chosen_keys(
@@ -239,7 +247,10 @@ def _class_ranks(catalogue: Catalogue, index: Index, column: str) -> NDArray[np.
         order = {value: rank for rank, value in enumerate(sorted({value for value in values if value}))}
         values = [order.get(value) for value in values]
     numbers = np.array([-np.inf if value is None else value for value in values], dtype=np.float64)
-    ranks = np.full(1 + max((number for number, _ in pairs), default=0), -np.inf)
+    if any(not 0 < number <= _MOST_CLASSES for number, _ in pairs):
+        raise unsound("impossible numbers of classes, sorted by", column)
+    highest = max((number for number, _ in pairs), default=0)
+    ranks = np.full(1 + max(highest, int(index.cycles.max(initial=0))), -np.inf)
     ranks[[number for number, _ in pairs]] = numbers
     return ranks
 
