@@ -98,12 +98,12 @@ def _compare(periods: list[int], stadium: "Stadium", form: Format, picture: Path
     from orbitdb.plots.work import draw_work_precision
 
     ending = style.check_ending(picture)
-    rows = list(work_precision(sample(periods[0], stadium)))
-    with style.figure(6, 4.2) as made:
-        axes = made.subplots()
-        draw_work_precision(axes, rows)
-        axes.set_title(f"run time against error, {said}")
     with complete(picture) as draft:
+        rows = list(work_precision(sample(periods[0], stadium)))
+        with style.figure(6, 4.2) as made:
+            axes = made.subplots()
+            draw_work_precision(axes, rows)
+            axes.set_title(f"run time against error, {said}")
         style.save(made, draft, ending, said)
     note(f"{said}, in {picture}")
     _write(WorkPrecision, rows, form)

@@ -9,7 +9,7 @@ import typer
 from orbitdb import __version__
 from orbitdb.cli import averages, bench, browse, export, fill, info, plot, query, simulate, table, verify
 from orbitdb.errors import InputError, StoreError
-from orbitdb.plaintext import printable
+from orbitdb.plaintext import line
 
 DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -47,6 +47,8 @@ def run() -> None:
 
 
 def _run(arguments: list[str]) -> int:
+    if any("\0" in argument for argument in arguments):
+        return _say("an argument has a NUL character in it", USAGE)
     try:
         result = app(arguments, prog_name="orbitdb", standalone_mode=False)
         if result == INTERRUPTED:
@@ -65,5 +67,5 @@ def _run(arguments: list[str]) -> int:
 
 
 def _say(message: str, code: int) -> int:
-    print(f"orbitdb: {printable(message)}", file=sys.stderr)
+    print(f"orbitdb: {line(message)}", file=sys.stderr)
     return code

@@ -100,9 +100,9 @@ def selection(
         periods=sel.parse_periods(periods) if periods else (),
         statuses=sel.parse_statuses(statuses) if statuses else (),
         time_reversal=sel.parse_reversal(reversal) if reversal else None,
-        symmetry=symmetry,
+        symmetry=sel.parse_symmetry(symmetry) if symmetry else None,
         contains=parse(contains) if contains else None,
-        ranges=dict(sel.parse_bound(bound) for bound in bounds or ()),
+        ranges=sel.parse_bounds(bounds or ()),
         where=where,
         parameters=dict(sel.parse_parameter(parameter) for parameter in parameters or ()),
     )

@@ -103,8 +103,10 @@ def query(
 
 
 def _columns(text: str | None, form: Format) -> tuple[str, ...]:
-    if text:
-        return tuple(name.strip() for name in text.split(","))
+    from orbitdb.store.selecting import parse_columns
+
+    if text is not None:
+        return parse_columns(text)
     return TABLE_COLUMNS if form is Format.TABLE else KEYS
 
 

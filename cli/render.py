@@ -7,7 +7,7 @@ from typing import Any
 
 from orbitdb.cli.options import Format
 from orbitdb.export import json_object, write_csv
-from orbitdb.plaintext import printable
+from orbitdb.plaintext import line, printable
 
 _DECIMALS = {
     "a": 6,
@@ -34,7 +34,7 @@ _TIMES = ("seconds", "enumeration", "classification", "cutting", "newton", "asse
 
 def note(message: str) -> None:
     """Tell the user something that is not data."""
-    print(printable(message), file=sys.stderr)
+    print(line(message), file=sys.stderr)
 
 
 def number(name: str, value: Any) -> str:
@@ -92,10 +92,10 @@ def _write_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> int:
     texts = [[number(name, value) for name, value in zip(columns, row, strict=True)] for row in rows]
     lines = [list(columns), *texts]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    for line in lines:
+    for values in lines:
         cells = (
             text.ljust(width) if name in _LEFT_ALIGNED else text.rjust(width)
-            for name, text, width in zip(columns, line, widths, strict=True)
+            for name, text, width in zip(columns, values, widths, strict=True)
         )
         sys.stdout.write("  ".join(cells).rstrip() + "\n")
     return len(texts)

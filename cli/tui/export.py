@@ -7,7 +7,7 @@ from orbitdb.cli.query import KEYS, with_rules
 from orbitdb.cli.tui.pictures import path_of
 from orbitdb.cli.tui.source import Ordering
 from orbitdb.errors import InputError
-from orbitdb.export import json_object, write_csv, write_jsonl
+from orbitdb.export import complete, json_object, write_csv, write_jsonl
 from orbitdb.orbits import Orbit
 from orbitdb.selection import Selection
 from orbitdb.stadium import Stadium
@@ -52,15 +52,16 @@ def export(
     if path.suffix in ROWS:
         if catalogue is None:
             raise InputError("there are no rows to write")
-        with path.open("w", encoding="utf-8", newline="") as file:
+        with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
             count = _write_rows(file, path.suffix, catalogue, selection, ordering)
         return f"{count:,} rows written to {path}"
     if orbit is None or orbit.coordinates is None:
         raise InputError("there is no orbit to draw")
-    if path.suffix == ".svg":
-        path.write_text(as_svg(orbit), encoding="utf-8")
-    else:
-        _write_png(path, orbit)
+    with complete(path) as draft:
+        if path.suffix == ".svg":
+            draft.write_text(as_svg(orbit), encoding="utf-8")
+        else:
+            _write_png(draft, orbit)
     return f"{orbit.code} drawn in {path}"
 
 
@@ -114,4 +115,4 @@ def _write_png(path: Path, orbit: Orbit) -> None:
     axes.set_aspect("equal")
     axes.plot(*Stadium(a).outline(200).T, color="#334155", linewidth=1.2)
     axes.plot(*path_of(orbit).T, color="#c2410c", linewidth=1.2)
-    figure.savefig(path, dpi=200)
+    figure.savefig(path, format="png", dpi=200)

@@ -2,6 +2,7 @@
 
 import os
 import sqlite3
+import stat
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -42,9 +43,15 @@ def check_file(path: Path) -> int | None:
         If it is not a catalogue, or one that a newer orbitdb has written.
     """
     try:
-        if path.is_dir():
+        try:
+            found = path.stat()
+        except (FileNotFoundError, NotADirectoryError):
+            return None
+        if stat.S_ISDIR(found.st_mode):
             raise StoreError(f"{path} is a folder: name a file with --db")
-        if not path.exists() or path.stat().st_size == 0:
+        if not stat.S_ISREG(found.st_mode):
+            raise StoreError(f"{path} is no ordinary file: name another with --db")
+        if found.st_size == 0:
             return None
         with path.open("rb") as file:
             header = file.read(100)
@@ -70,7 +77,7 @@ def reading_engine(path: Path) -> sa.Engine:
     What it connects to must be a catalogue of the newest schema and hold nothing that acts
     (`orbitdb.store.guard`).
     """
-    uri = f"file:{quote(str(path.resolve()))}?mode=ro"
+    uri = f"file:{_quoted(path)}?mode=ro"
     frozen = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
 
     def connect() -> sqlite3.Connection:
@@ -86,7 +93,7 @@ def writing_engine(path: Path) -> sa.Engine:
 
     What it connects to must hold nothing that acts; it may be new, or older than the newest schema.
     """
-    uri = f"file:{quote(str(path.resolve()))}?mode=rwc"
+    uri = f"file:{_quoted(path)}?mode=rwc"
     newest = check_file(path) == SCHEMA_VERSION
 
     def connect() -> sqlite3.Connection:
@@ -97,6 +104,11 @@ def writing_engine(path: Path) -> sa.Engine:
         return connection
 
     return _engine(connect, "BEGIN IMMEDIATE")
+
+
+def _quoted(path: Path) -> str:
+    """Return the whole path for a URI; a name need not be UTF-8."""
+    return quote(os.fsencode(os.path.realpath(path)))
 
 
 def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
@@ -128,12 +140,14 @@ def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> sa.Engine:
 
 @contextmanager
 def plain_errors(path: Path) -> Iterator[None]:
-    """Turn what SQLite raises into a `StoreError` with a remedy."""
+    """Turn what SQLite or the file system raises into a `StoreError` with a remedy."""
     try:
         yield
     except (sa.exc.DBAPIError, sqlite3.Error) as error:
         cause = error.orig if isinstance(error, sa.exc.DBAPIError) else error
         raise StoreError(_remedy(path, str(cause))) from error
+    except OSError as error:
+        raise StoreError(_remedy(path, f"unable to open ({error.strerror})")) from error
 
 
 def _remedy(path: Path, message: str) -> str:
