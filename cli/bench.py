@@ -77,9 +77,13 @@ def bench(
     elif kind is Kind.STAGES:
         from orbitdb.stages import StageTimes, stage_times
 
-        _write(StageTimes, (stage_times(period, stadium) for period in _periods(p or "2-11")), form)
+        _write(
+            StageTimes,
+            (stage_times(period, stadium) for period in _periods("2-11" if p is None else p)),
+            form,
+        )
     else:
-        _compare(_periods(p or "9"), stadium, form, picture)
+        _compare(_periods("9" if p is None else p), stadium, form, picture)
 
 
 def _compare(periods: list[int], stadium: "Stadium", form: Format, picture: Path | None) -> None:

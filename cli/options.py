@@ -97,11 +97,11 @@ def selection(
 
     return sel.Selection(
         a=Stadium(a).a,
-        periods=sel.parse_periods(periods) if periods else (),
-        statuses=sel.parse_statuses(statuses) if statuses else (),
-        time_reversal=sel.parse_reversal(reversal) if reversal else None,
-        symmetry=sel.parse_symmetry(symmetry) if symmetry else None,
-        contains=parse(contains) if contains else None,
+        periods=() if periods is None else sel.parse_periods(periods),
+        statuses=() if statuses is None else sel.parse_statuses(statuses),
+        time_reversal=None if reversal is None else sel.parse_reversal(reversal),
+        symmetry=None if symmetry is None else sel.parse_symmetry(symmetry),
+        contains=None if contains is None else parse(contains),
         ranges=sel.parse_bounds(bounds or ()),
         where=where,
         parameters=dict(sel.parse_parameter(parameter) for parameter in parameters or ()),

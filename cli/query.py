@@ -138,6 +138,7 @@ def _show_words(codes: list[str], a: float, db: Path | None, form: Format) -> No
     from orbitdb import survey
     from orbitdb.stadium import Stadium
     from orbitdb.store.database import check_file, default_path
+    from orbitdb.words import parse
 
     Stadium(a)
     path = db or default_path()
@@ -147,6 +148,8 @@ def _show_words(codes: list[str], a: float, db: Path | None, form: Format) -> No
         known = None
     else:
         known = path
+    for code in codes:
+        parse(code)  # so that a wrong one is all that is told
     found = [survey.find(known, primitive(code), a) for code in codes]
     if form is Format.TABLE:
         for orbit in found:

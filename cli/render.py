@@ -1,5 +1,6 @@
 """Writing data to stdout, in the format asked for, and notes to stderr."""
 
+import contextlib
 import math
 import sys
 from collections.abc import Iterable, Sequence
@@ -33,8 +34,9 @@ _TIMES = ("seconds", "enumeration", "classification", "cutting", "newton", "asse
 
 
 def note(message: str) -> None:
-    """Tell the user something that is not data."""
-    print(line(message), file=sys.stderr)
+    """Tell the user something that is not data, in one line, if there is somebody to be told."""
+    with contextlib.suppress(OSError):
+        print(line(message), file=sys.stderr)
 
 
 def number(name: str, value: Any) -> str:

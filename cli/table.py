@@ -44,7 +44,7 @@ def table(
     from orbitdb.store.filling import DONE
 
     fills = {fill.p: fill for fill in Catalogue(db).fills(Stadium(a).a) if fill.state == DONE}
-    spans = parse_periods(p) if p else ((2, max(fills, default=2)),)
+    spans = ((2, max(fills, default=2)),) if p is None else parse_periods(p)
     wanted = [period for period in sorted(fills) if any(low <= period <= high for low, high in spans)]
     rows: list[tuple[Any, ...]] = []
     for period in wanted:
