@@ -37,6 +37,8 @@ LYAPUNOV_COLUMNS = (
     "p", "lambda_d", "lambda_c", "lambda_d_pair", "lambda_c_pair", "lambda_d_zeta", "lambda_c_zeta", "z0",
 )  # fmt: skip
 CUT_COLUMNS = ("cut", "lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
+_LARGEST_CUT = 1000
+_MOST_FACTORS = 100_000
 _FIXED_POINTS = {"N", "K_0", "lambda_d", "lambda_c"}
 
 
@@ -124,10 +126,14 @@ def lyapunov(
 
 def _write_cut(subset: "WholePeriods", cut: float, weight: "Weight", form: Format) -> None:
     from orbitdb import averages
+    from orbitdb.fixed_points import Weight
 
-    if not cut > 0:
-        raise InputError(f"cut {cut:g}: give a lambda above 0, such as 9")
-    found = averages.lyapunov_by_stability(subset.classes.rows(), cut, subset.highest, weight)
+    if not 0 < cut <= _LARGEST_CUT:
+        raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
+    rows = subset.classes.rows()
+    if weight is Weight.DETERMINANT and (cut / rows.lyapunov).sum() > _MOST_FACTORS:
+        raise InputError(f"cut {cut:g} has too many terms with --weight det: give a smaller one, such as 9")
+    found = averages.lyapunov_by_stability(rows, cut, subset.highest, weight)
     values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)
     note(subset.selection.describe())
     _note_missing(subset)

@@ -86,11 +86,12 @@ def bench(
     elif kind is Kind.STAGES:
         from orbitdb.stages import StageTimes, stage_times
 
-        _write(StageTimes, (stage_times(period, stadium) for period in _periods(p or "2-11")), form)
+        periods = _periods("2-11" if p is None else p)
+        _write(StageTimes, (stage_times(period, stadium) for period in periods), form)
     elif kind is Kind.STATUSES:
-        _agree(_periods(p or "2-8"), stadium, form)
+        _agree(_periods("2-8" if p is None else p), stadium, form)
     else:
-        _compare(_periods(p or "9"), stadium, form, picture)
+        _compare(_periods("9" if p is None else p), stadium, form, picture)
 
 
 def _compare(periods: list[int], stadium: "Stadium", form: Format, picture: Path | None) -> None:
@@ -109,12 +110,12 @@ def _compare(periods: list[int], stadium: "Stadium", form: Format, picture: Path
     from orbitdb.plots.work import draw_work_precision
 
     ending = style.check_ending(picture)
-    rows = list(work_precision(sample(periods[0], stadium)))
-    with style.figure(6, 4.2) as made:
-        axes = made.subplots()
-        draw_work_precision(axes, rows)
-        axes.set_title(f"run time against error, {said}")
     with complete(picture) as draft:
+        rows = list(work_precision(sample(periods[0], stadium)))
+        with style.figure(6, 4.2) as made:
+            axes = made.subplots()
+            draw_work_precision(axes, rows)
+            axes.set_title(f"run time against error, {said}")
         style.save(made, draft, ending, said)
     note(f"{said}, in {picture}")
     _write(WorkPrecision, rows, form)

@@ -48,3 +48,5 @@ def browse(
     if chosen.where is not None:
         app.check_filter(chosen.where, dict(chosen.parameters))
     app.run()
+    if app.failure is not None:
+        raise app.failure

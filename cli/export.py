@@ -69,14 +69,15 @@ def export(
     """
     from orbitdb import export as files
     from orbitdb.store.catalogue import Catalogue
+    from orbitdb.store.selecting import parse_columns
 
     kind = files.form_of(file, form) if file is not None else form
     if file is None and kind not in files.TEXT_WRITERS:
         raise InputError("name a file, such as orbits.parquet, or write to stdout with --format csv or jsonl")
-    if file is not None and file.exists() and not force:
-        raise InputError(f"{file} is there already: --force replaces it")
+    if file is not None:
+        files.check_target(file, force)
     chosen = choice.at(a)
-    names = tuple(name.strip() for name in columns.split(",")) if columns else KEYS
+    names = KEYS if columns is None else parse_columns(columns)
     with Catalogue(db).at_one_moment() as catalogue:
         partial = catalogue.partial(chosen)
         note_partial(partial, chosen.a)

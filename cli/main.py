@@ -1,5 +1,6 @@
 """The command ``orbitdb``: one module a group of commands, and what happens when one fails."""
 
+import os
 import sys
 from typing import Annotated
 
@@ -8,8 +9,8 @@ import typer
 from orbitdb import __version__
 from orbitdb.cli import averages, bench, browse, export, fill, info, plot, query, simulate, table, verify
 from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed
+from orbitdb.cli.render import note
 from orbitdb.errors import InputError, StoreError, WorkError
-from orbitdb.plaintext import printable
 
 DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
 _SIGNALLED = 128
@@ -44,12 +45,21 @@ def _options(
 def run() -> None:
     """Run the command line; every failure becomes one line on stderr and an exit code."""
     end_as_users_expect()
+    nowhere = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, for as long as the process lives
+    sys.stdout, sys.stderr = sys.stdout or nowhere, sys.stderr or nowhere  # None where they are closed
     code = _run(sys.argv[1:] or ["--help"])
     end_undisturbed()
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        code = code or _say(_unwritten(error), FAILED)
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())  # for the flush at the end of the process
     sys.exit(code)
 
 
 def _run(arguments: list[str]) -> int:
+    if any("\0" in argument for argument in arguments):
+        return _say("an argument has a NUL character in it", USAGE)
     try:
         result = app(arguments, prog_name="orbitdb", standalone_mode=False)
         if result == INTERRUPTED:
@@ -67,10 +77,16 @@ def _run(arguments: list[str]) -> int:
         return _say(f"terminated; {_GOES_ON}", _SIGNALLED + end.number)
     except typer.TyperException as error:
         return _say(" ".join(error.format_message().split()) + " (--help shows the options)", USAGE)
+    except OSError as error:
+        return _say(_unwritten(error), FAILED)
     except ModuleNotFoundError as error:
         return _say(f"{error}; it comes with an extra, see 'Install' in the README", FAILED)
 
 
+def _unwritten(error: OSError) -> str:
+    return f"{error.filename or 'the output'} cannot be read or written ({error.strerror})"
+
+
 def _say(message: str, code: int) -> int:
-    print(f"orbitdb: {printable(message)}", file=sys.stderr)
+    note(f"orbitdb: {message}")
     return code

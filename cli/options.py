@@ -97,12 +97,12 @@ class Choice:
 
         return sel.Selection(
             a=Stadium(a).a,
-            periods=sel.parse_periods(self.p) if self.p else (),
-            statuses=sel.parse_statuses(self.status) if self.status else (),
-            time_reversal=sel.parse_reversal(self.reversal) if self.reversal else None,
-            symmetry=self.symmetry,
-            contains=parse(self.contains) if self.contains else None,
-            ranges=dict(sel.parse_bound(bound) for bound in self.bounds or ()),
+            periods=() if self.p is None else sel.parse_periods(self.p),
+            statuses=() if self.status is None else sel.parse_statuses(self.status),
+            time_reversal=None if self.reversal is None else sel.parse_reversal(self.reversal),
+            symmetry=None if self.symmetry is None else sel.parse_symmetry(self.symmetry),
+            contains=None if self.contains is None else parse(self.contains),
+            ranges=sel.parse_bounds(self.bounds or ()),
             where=self.where,
             parameters=dict(sel.parse_parameter(parameter) for parameter in self.parameters or ()),
         )

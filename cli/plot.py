@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.render import note
+from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def plot(
     else:
         from orbitdb.store.catalogue import Catalogue
 
-        chosen = replace(choice, status=choice.status or "orbit").at(a)
+        chosen = replace(choice, status="orbit" if choice.status is None else choice.status).at(a)
         with Catalogue(db).at_one_moment() as catalogue:
             made = figures.OF_SUBSETS[kind.value](catalogue, chosen, limit)
         said = chosen.describe()
@@ -97,10 +97,12 @@ def _orbit(code: str, a: float, db: Path | None) -> "Orbit":
     from orbitdb.cli.query import primitive
     from orbitdb.stadium import Stadium
     from orbitdb.store.database import check_file, default_path
+    from orbitdb.words import parse, primitive_root
 
     Stadium(a)
     path = db or default_path()
-    found = survey.find(None if check_file(path) is None else path, primitive(code), a)
+    found = survey.find(None if check_file(path) is None else path, primitive_root(parse(code)), a)
     if found.coordinates is None:
-        raise InputError(f"{code} at a = {a:g} cannot be drawn: {found.status.sentence}")
+        raise InputError(f"{code_text(found.code)} at a = {a:g} cannot be drawn: {found.status.sentence}")
+    primitive(code)  # tells of a code that repeats a shorter one
     return found

@@ -99,8 +99,10 @@ def query(
 
 
 def _columns(text: str | None, form: Format) -> tuple[str, ...]:
-    if text:
-        return tuple(name.strip() for name in text.split(","))
+    from orbitdb.store.selecting import parse_columns
+
+    if text is not None:
+        return parse_columns(text)
     return TABLE_COLUMNS if form is Format.TABLE else KEYS
 
 
@@ -132,6 +134,7 @@ def _show_words(codes: list[str], a: float, db: Path | None, form: Format) -> No
     from orbitdb import survey
     from orbitdb.stadium import Stadium
     from orbitdb.store.database import check_file, default_path
+    from orbitdb.words import parse
 
     Stadium(a)
     path = db or default_path()
@@ -141,6 +144,8 @@ def _show_words(codes: list[str], a: float, db: Path | None, form: Format) -> No
         known = None
     else:
         known = path
+    for code in codes:
+        parse(code)  # so that a wrong one is all that is told
     found = [survey.find(known, primitive(code), a) for code in codes]
     if form is Format.TABLE:
         for orbit in found:

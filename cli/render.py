@@ -1,5 +1,6 @@
 """Writing data to stdout, in the format asked for, and notes to stderr."""
 
+import contextlib
 import math
 import sys
 from collections.abc import Iterable, Sequence
@@ -7,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli.options import Format
 from orbitdb.export import json_object, write_csv
-from orbitdb.plaintext import printable
+from orbitdb.plaintext import line, printable
 
 if TYPE_CHECKING:
     from orbitdb.store.fills import Fill
@@ -36,8 +37,9 @@ _TIMES = ("seconds", "enumeration", "classification", "cutting", "newton", "asse
 
 
 def note(message: str) -> None:
-    """Tell the user something that is not data."""
-    print(printable(message), file=sys.stderr)
+    """Tell the user something that is not data, in one line, if there is somebody to be told."""
+    with contextlib.suppress(OSError):
+        print(line(message), file=sys.stderr)
 
 
 def note_partial(fills: "Sequence[Fill]", a: float, left_out: bool = False) -> None:
@@ -103,10 +105,10 @@ def _write_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> int:
     texts = [[number(name, value) for name, value in zip(columns, row, strict=True)] for row in rows]
     lines = [list(columns), *texts]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    for line in lines:
+    for values in lines:
         cells = (
             text.ljust(width) if name in _LEFT_ALIGNED else text.rjust(width)
-            for name, text, width in zip(columns, line, widths, strict=True)
+            for name, text, width in zip(columns, values, widths, strict=True)
         )
         sys.stdout.write("  ".join(cells).rstrip() + "\n")
     return len(texts)

@@ -47,7 +47,10 @@ def verify(
         int | None, typer.Option("--sample", min=1, help="Look at so many classes, drawn at random.")
     ] = None,
     restarts: Annotated[
-        int, typer.Option("--restarts", min=0, help="Solve every word again from so many random starts.")
+        int,
+        typer.Option(
+            "--restarts", min=0, max=1000, help="Solve every word again from so many random starts."
+        ),
     ] = 0,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of sample and restarts.")] = 0,
     rigorous: Annotated[

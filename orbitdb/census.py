@@ -23,13 +23,12 @@ from orbitdb.store.blocks import (
     SYMBOLS_A_BLOCK,
     Ids,
     blocks,
-    is_written,
     load_classes,
     load_sequences,
-    sound_words,
 )
 from orbitdb.store.catalogue import Catalogue
 from orbitdb.store.fills import DONE, FILLING
+from orbitdb.store.rows import is_written, sound_words
 from orbitdb.words import (
     MAX_KEYED,
     MAX_PACKED,

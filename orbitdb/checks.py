@@ -72,7 +72,7 @@ def judged(name: str, labels: Sequence[str], wrong: NDArray[np.bool_] | Sequence
 
 def shares(deviation: NDArray[np.float64], allowed: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return deviations over those that are allowed: 0 where there is none, infinite for NaN."""
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         share = np.where(deviation == 0, 0.0, deviation / allowed)
     return np.where(np.isnan(share), np.inf, share)
 

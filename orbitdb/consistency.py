@@ -100,6 +100,15 @@ def _behind(values: Floats) -> Floats:
     return np.roll(values, -1, axis=1)
 
 
+def _finite(matrices: Floats) -> Floats:
+    """Return matrices, shape (N, p, p), with zeros for those that are not finite and have no eigenvalues.
+
+    They are those of bounces on one point; zeros tell nothing of any sign.
+    """
+    finite: Floats = np.where(np.isfinite(matrices).all(axis=(1, 2), keepdims=True), matrices, 0.0)
+    return finite
+
+
 def with_bounds(orbits: Orbits, stadium: Stadium) -> Orbits:
     """Return orbits with error bounds where they have none, as the relaxation leaves them.
 
@@ -111,7 +120,7 @@ def with_bounds(orbits: Orbits, stadium: Stadium) -> Orbits:
     if p > MAX_DENSE or not len(bare):
         return orbits
     part = orbits.rows(bare)
-    size = np.abs(np.linalg.eigvalsh(hessian(stadium, part.words, part.coordinates)))
+    size = np.abs(np.linalg.eigvalsh(_finite(hessian(stadium, part.words, part.coordinates))))
     rounding = 4 * EPSILON * (stadium.a + 2)
     error = 2 * np.sqrt(p) * (part.residual + 2 * rounding) / size.min(axis=1)
     found = {"error": error, "length_error": p * (size.max(axis=1) * error**2 + 2 * rounding)}
@@ -234,7 +243,7 @@ def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str
     scale = 1 / np.sqrt(own + sines)
     beside = scale * _behind(scale)
     matrix = hessian(stadium, words, orbits.coordinates) * scale[:, :, None] * scale[:, None, :]
-    eigenvalues = np.linalg.eigvalsh(matrix)
+    eigenvalues = np.linalg.eigvalsh(_finite(matrix))
     off, loose_off = coupling * beside, loose_coupling * beside
     norm = (loose * scale**2 + loose_off + _before(loose_off)).max(axis=1)
     norm += 4 * p * EPSILON * (1 + off + _before(off)).max(axis=1)

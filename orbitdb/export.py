@@ -10,6 +10,7 @@ import csv
 import json
 import math
 import os
+import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import chain, islice
@@ -128,6 +129,26 @@ def write_file(
         (write_parquet if form == "parquet" else write_npz)(binary, columns, rows, metadata)
 
 
+def check_target(path: Path, replace: bool = True) -> None:
+    """Refuse what is no ordinary file, and, unless it may be replaced, a file that is there already.
+
+    Raises
+    ------
+    ExportError
+        With the reason.
+    """
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise ExportError(f"{path} cannot be written ({error.strerror})") from error
+    if not stat.S_ISREG(mode):
+        raise ExportError(f"{path} is a folder or a device: name a file")
+    if not replace:
+        raise ExportError(f"{path} is there already: --force replaces it")
+
+
 def metadata_path(path: Path) -> Path:
     """Return where the provenance of a csv or jsonl file is."""
     return path.with_name(path.name + "-metadata.json")
@@ -137,11 +158,13 @@ def metadata_path(path: Path) -> Path:
 def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
     """Give a name in the same folder for a file that takes its own name once it is written.
 
-    Errors name the file that was wanted, if it is another.
+    What cannot be written is refused at once. Errors name the file that was wanted, if it is another.
     """
+    check_target(path)
     draft = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         try:
+            draft.touch()
             yield draft
             with open(draft, "rb") as file:
                 os.fsync(file.fileno())

@@ -7,6 +7,9 @@ _FORMULA = tuple("=+-@＝＋－＠")
 """What a spreadsheet takes for the beginning of a formula, in full width, too."""
 
 
+_LONGEST, _END = 1000, 300
+
+
 def printable(text: str) -> str:
     """Return a text in one line without control characters, which stand there as escapes.
 
@@ -17,6 +20,12 @@ def printable(text: str) -> str:
     return "".join(
         symbol if symbol.isprintable() else symbol.encode("unicode_escape").decode("ascii") for symbol in text
     )
+
+
+def line(text: str) -> str:
+    """Return a message as one line that a screen can hold; its end, which may say what to do, stays."""
+    shown = printable(text)
+    return shown if len(shown) <= _LONGEST else f"{shown[: _LONGEST - _END]} ... {shown[-_END:]}"
 
 
 def cell(value: object) -> object:

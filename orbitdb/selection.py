@@ -1,18 +1,21 @@
 """Selection: a chosen subset of a catalogue, which describes itself in words."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from orbitdb.errors import InputError
 from orbitdb.orbits import Status
 from orbitdb.plaintext import printable
+from orbitdb.symmetry import NAMES
 from orbitdb.words import parse
 
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
 """The columns that a selection can bound from below and above."""
 
 _PERIODS = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
+_SHOWN = 60
+_MOST_RANGES = 100
 _LARGEST_INTEGER = 2**63
 _RANGE = re.compile(r"([^:]*):([^:]*)")
 
@@ -74,7 +77,8 @@ class Selection:
         if self.symmetry:
             parts.append("without symmetry" if self.symmetry == "1" else f"with symmetry {self.symmetry}")
         if self.contains:
-            parts.append(f"containing {self.contains}")
+            shown = self.contains if len(self.contains) <= _SHOWN else f"{self.contains[:_SHOWN]}..."
+            parts.append(f"containing {shown}")
         parts += [f"with {_span(name, *bounds)}" for name, bounds in self.ranges.items()]
         if self.where:
             values = ", ".join(f"{name} = {value!r}" for name, value in self.parameters.items())
@@ -116,6 +120,8 @@ def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
         if low > high:
             raise SelectionError(f"periods {part.strip()!r} run backwards: write {high}-{low}")
         ranges.append((low, high))
+    if len(ranges) > _MOST_RANGES:
+        raise SelectionError(f"periods: {len(ranges)} ranges, more than {_MOST_RANGES}; join some, as in 2-8")
     return tuple(ranges)
 
 
@@ -135,9 +141,30 @@ def parse_bound(text: str) -> tuple[str, tuple[float | None, float | None]]:
         if found is None or not (found[1].strip() or found[2].strip()):
             raise ValueError(text)
         low, high = (float(part) if part.strip() else None for part in found.groups())
+        if low != low or high != high:
+            raise ValueError(text)
     except ValueError:
         raise SelectionError(f"range {text!r}: write it as {name}=3:10, {name}=3: or {name}=:10") from None
     return name.strip(), (low, high)
+
+
+def parse_bounds(texts: Iterable[str]) -> dict[str, tuple[float | None, float | None]]:
+    """Read bounds on measures; those on the same one hold together.
+
+    Raises
+    ------
+    SelectionError
+        If one of them cannot be read (`parse_bound`).
+    """
+    found: dict[str, tuple[float | None, float | None]] = {}
+    for text in texts:
+        name, bounds = parse_bound(text)
+        low, high = zip(found.get(name, (None, None)), bounds, strict=True)
+        found[name] = (
+            max((bound for bound in low if bound is not None), default=None),
+            min((bound for bound in high if bound is not None), default=None),
+        )
+    return found
 
 
 def parse_parameter(text: str) -> tuple[str, str | int | float]:
@@ -174,6 +201,20 @@ def parse_reversal(text: str) -> str:
     return text
 
 
+def parse_symmetry(text: str) -> str:
+    """Read a symmetry label such as ``x,T,xT``, its elements in any order, or ``1`` for none.
+
+    Raises
+    ------
+    SelectionError
+        If one of them is no symmetry of the stadium.
+    """
+    names = {part.strip() for part in text.split(",")}
+    if names != {"1"} and not names <= set(NAMES[1:]):
+        raise SelectionError(f"symmetry {text!r}: use 1, or some of {', '.join(NAMES[1:])} with commas")
+    return "1" if names == {"1"} else ",".join(name for name in NAMES if name in names)
+
+
 def parse_statuses(text: str) -> tuple[Status, ...]:
     """Read statuses separated by commas; ``all`` stands for every one.
 
@@ -185,7 +226,7 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
     if text.strip() == "all":
         return ()
     try:
-        return tuple(Status(part.strip()) for part in text.split(","))
+        return tuple(dict.fromkeys(Status(part.strip()) for part in text.split(",")))
     except ValueError:
         known = ", ".join(Status)
         raise SelectionError(f"status {text!r}: use {known}, some of them with commas, or all") from None
@@ -233,7 +274,7 @@ def choose(
         periods=() if p is None else parse_periods(str(p)),
         statuses=() if status is None else parse_statuses(str(status)),
         time_reversal=None if time_reversal is None else parse_reversal(time_reversal),
-        symmetry=symmetry,
+        symmetry=None if symmetry is None else parse_symmetry(symmetry),
         contains=None if contains is None else parse(contains),
         ranges=ranges,
         where=where,

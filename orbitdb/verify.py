@@ -21,8 +21,9 @@ from orbitdb.selection import Selection
 from orbitdb.solve import solve
 from orbitdb.stadium import Stadium
 from orbitdb.store import audit
-from orbitdb.store.blocks import Ids, StoredBlock, blocks, choose, is_whole, load_orbits, whole_rows
+from orbitdb.store.blocks import Ids, StoredBlock, blocks, choose, load_orbits, whole_rows
 from orbitdb.store.catalogue import Catalogue
+from orbitdb.store.rows import is_whole
 from orbitdb.words import to_strings
 
 if TYPE_CHECKING:
@@ -124,9 +125,10 @@ def _orbits(
         checks = [_values(stored, p)]
         rows = whole_rows(stored, p)
         if rows:
-            orbits = with_bounds(stored.orbits(rows), stadium)
             details = [stored.rows[i] for i in rows]
-            checks += _block(orbits, details, stadium, runs)
+            with np.errstate(all="ignore"):  # what is stored may be any number
+                orbits = with_bounds(stored.orbits(rows), stadium)
+                checks += _block(orbits, details, stadium, runs)
             if restarts:
                 checks.append(restart(orbits.words, stadium, restarts, rng))
         named = (replace(check, first=check.first and f"{check.first} at a = {a:g}") for check in checks)

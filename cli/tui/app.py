@@ -82,6 +82,7 @@ class BrowseApp(App[None]):
         self._known: tuple[list[Fill], Index] | None = None
         self._shown_at = 0.0
         self._leaving = False
+        self.failure: StoreError | None = None
 
     def get_default_screen(self) -> Screen[None]:
         """Begin with the main screen."""
@@ -196,6 +197,14 @@ class BrowseApp(App[None]):
             self.workers.cancel_group(self, "fill")
 
     # habits
+
+    def _handle_exception(self, error: Exception) -> None:
+        """Leave in good order if the database fails while it is shown; the command says why."""
+        if isinstance(error, StoreError):
+            self.failure = self.failure or error
+            self._close_messages_no_wait()
+        else:
+            super()._handle_exception(error)
 
     def notify(
         self,

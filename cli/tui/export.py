@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from orbitdb.cli.query import KEYS, with_rules
 from orbitdb.cli.tui.source import Ordering
 from orbitdb.errors import InputError
-from orbitdb.export import json_object, write_csv, write_jsonl
+from orbitdb.export import complete, json_object, write_csv, write_jsonl
 from orbitdb.orbits import Orbit
 from orbitdb.selection import Selection
 from orbitdb.stadium import Stadium
@@ -57,19 +57,24 @@ def export(
     if path.suffix in ROWS:
         if catalogue is None:
             raise InputError("there are no rows to write")
-        with catalogue.at_one_moment() as still, path.open("w", encoding="utf-8", newline="") as file:
+        with (
+            catalogue.at_one_moment() as still,
+            complete(path) as draft,
+            draft.open("w", encoding="utf-8", newline="") as file,
+        ):
             count = _write_rows(file, path.suffix, still, selection, ordering)
             partial = still.partial(selection)
         said = f"{count:,} rows written to {path}"
         return f"{said}; {describe_partial(partial, selection.a)}" if partial else said
     if orbit is None or orbit.points is None:
         raise InputError("there is no orbit to draw")
-    _draw(path, orbit, orbit.points, f"The orbit {orbit.code} at a = {orbit.a:g}")
+    with complete(path) as draft:
+        _draw(draft, path.suffix, orbit, orbit.points, f"The orbit {orbit.code} at a = {orbit.a:g}")
     return f"{orbit.code} drawn in {path}"
 
 
-def _draw(path: Path, orbit: Orbit, points: NDArray[np.float64], title: str) -> None:
-    if path.suffix == ".svg":
+def _draw(path: Path, suffix: str, orbit: Orbit, points: NDArray[np.float64], title: str) -> None:
+    if suffix == ".svg":
         path.write_text(orbit_svg(Stadium(orbit.a), points, title, _WIDTH) + "\n", encoding="utf-8")
         return
     try:

@@ -20,6 +20,7 @@ from orbitdb.cli.tui.table import NAMES, PagedTable, Position
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits import Orbit
 from orbitdb.selection import Selection
+from orbitdb.store.rows import need_words
 from orbitdb.words import least_rotation, parse, primitive_root
 
 if TYPE_CHECKING:
@@ -235,7 +236,12 @@ class OrbitScreen(Screen[None]):
             shown = self.orbit.code
             if len(shown) == len(word) and least_rotation(shown) == word and self.orbit.stored:
                 return
-        self.orbit = self.browser.find(word, self.selection.a)
+        try:
+            need_words([word], [len(word)])
+            self.orbit = self.browser.find(word, self.selection.a)
+        except StoreError as error:
+            self.orbit = None
+            self.notify(str(error), severity="error")
 
     def watch_orbit(self, orbit: Orbit | None) -> None:
         """Write what is known of the orbit."""

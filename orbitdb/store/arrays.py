@@ -18,6 +18,7 @@ from orbitdb import symmetry
 from orbitdb.orbits import NUMBERS, Status
 from orbitdb.selection import Selection
 from orbitdb.store.classes import class_view
+from orbitdb.store.rows import coordinates_of, need_elements, need_words, unsound
 from orbitdb.words import from_strings
 
 if TYPE_CHECKING:
@@ -118,6 +119,7 @@ def read_subset(catalogue: "Catalogue", selection: Selection, order: str, coordi
     """Return the chosen sequences as arrays (`Catalogue.select`)."""
     rows = list(catalogue.rows(selection, ("code", "p", "cycle", "element"), order))
     words, p, cycles, elements = zip(*rows, strict=True) if rows else ((), (), (), ())
+    need_words(words, p)
     keys = np.array([key or 0 for key in cycles], dtype=np.int64)
     known, place = np.unique(keys, return_inverse=True)
     shared = _shared(catalogue, selection.a, known)
@@ -140,10 +142,18 @@ def _shared(catalogue: "Catalogue", a: float, known: Integers) -> dict[str, Any]
     nothing = (0, Status.GEOMETRIC.value, *[""] * len(_SHARED_TEXTS), *[0] * len(_SHARED_INTEGERS))
     rows = [(*nothing, *[None] * len(NUMBERS))] if 0 in known else []
     rows = sorted([*rows, *_rows_of_classes(catalogue, a, known[known != 0].tolist(), names)])
+    if len(rows) != len(known):
+        raise unsound("no row for some of the classes", f"{known[0]} to {known[-1]}")
     columns = dict(zip(names, zip(*rows, strict=True) if rows else [()] * len(names), strict=True))
+    least = [word for word in columns["representative"] if word]
+    need_words(least, [len(word) for word in least])
     arrays: dict[str, Any] = {name: np.array(columns[name], _TEXT) for name in ("status", *_SHARED_TEXTS)}
     arrays |= {name: np.array(columns[name], np.int64) for name in _SHARED_INTEGERS}
-    return arrays | {name: np.array(columns[name], np.float64) for name in NUMBERS}
+    numbers = {name: np.array(columns[name], np.float64) for name in NUMBERS}
+    for name, values in numbers.items():
+        if np.isinf(values).any():
+            raise unsound("infinite numbers in the column", name)
+    return arrays | numbers
 
 
 def _rows_of_classes(
@@ -181,6 +191,7 @@ def read_coordinates(
     numbers = {number for number in cycles if number is not None}
     rows = _rows_of_classes(catalogue, a, numbers, ("cycle", "representative", "coordinates"))
     stored = {number: (least, blob) for number, least, blob in rows if blob is not None}
+    need_elements(elements)
     groups: dict[tuple[int, int], list[int]] = {}
     for row, (word, number, element) in enumerate(zip(words, cycles, elements, strict=True)):
         if number in stored:
@@ -189,7 +200,11 @@ def read_coordinates(
     flat = np.full(start[-1], np.nan)
     for (p, element), members in groups.items():
         least, blobs = zip(*(stored[cycles[row] or 0] for row in members), strict=True)
-        places = np.frombuffer(b"".join(blobs), dtype="<f8").reshape(-1, p)
-        images = symmetry.image_coordinates([words[row] for row in members], least, element, places)
+        need_words(least, [p] * len(least))
+        places = coordinates_of(blobs, p)
+        try:
+            images = symmetry.image_coordinates([words[row] for row in members], least, element, places)
+        except ValueError as error:
+            raise unsound("a symmetry element that leads to another word:", element) from error
         flat[start[members][:, None] + np.arange(p)] = images
     return flat

@@ -1,8 +1,7 @@
 """Reading chosen classes block by block: their words and orbits as they are stored, right or wrong."""
 
 import json
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,23 +9,19 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.orbits import EXISTING, NUMBERS, Orbits, Status
-from orbitdb.pruning import rules_broken
+from orbitdb.orbits import NUMBERS, Orbits
 from orbitdb.selection import Selection
 from orbitdb.store.catalogue import Catalogue
+from orbitdb.store.rows import Row, is_whole, sound_words
 from orbitdb.store.schema import certificate, cycle, orbit, sequence, stadium
-from orbitdb.words import from_strings, is_primitive
+from orbitdb.words import from_strings
 
-Row = Mapping[str, Any]
 Ids = dict[int, NDArray[np.int64]]
 """The numbers of classes, by period."""
 
 SYMBOLS_A_BLOCK = 1 << 17
 
 _BLOCK = 4096
-_BOUNDS = ("error", "length_error", "lyapunov_error")
-_SOLVERS = {"newton", "relaxation"}
-_WORD = re.compile("[0-5]+")
 
 
 def choose(catalogue: Catalogue, selection: Selection, sample: int | None, rng: np.random.Generator) -> Ids:
@@ -138,44 +133,3 @@ def load_orbits(connection: sa.Connection, stadium: int, ids: NDArray[np.int64])
 def whole_rows(stored: StoredBlock, p: int) -> list[int]:
     """Return the places of the rows of sound words that have what their status demands."""
     return [int(i) for i in sound_words(stored.words, p) if is_whole(stored.rows[i], p)]
-
-
-def is_whole(row: Mapping[str, Any], p: int) -> bool:
-    """Tell whether a row of `orbit` has what its status demands."""
-    if row["solver"] not in _SOLVERS:
-        return False
-    if row["status"] in EXISTING:
-        return _has_numbers(row, p)
-    empty = all(row[name] is None for name in (*NUMBERS, "coordinates") if name != "margin")
-    return empty and (
-        row["status"] == Status.UNRESOLVED
-        or (row["status"] == Status.DYNAMICAL and row["margin"] is not None)
-    )
-
-
-def _has_numbers(row: Row, p: int) -> bool:
-    """Tell whether a row has sound coordinates and numbers; the relaxation knows no error bounds."""
-    blob = row["coordinates"]
-    bare = row["solver"] == "relaxation" and all(row[name] is None for name in _BOUNDS)
-    numbers = [row[name] for name in NUMBERS if not (bare and name in _BOUNDS)]
-    if blob is None or len(blob) != 8 * p or any(value is None for value in numbers):
-        return False
-    positive = bare or min(row[name] for name in _BOUNDS) >= 0
-    places = np.frombuffer(blob, dtype="<f8")
-    return bool(positive and row["residual"] >= 0 and np.isfinite([*places, *numbers]).all())
-
-
-def is_written(word: str, p: int) -> bool:
-    """Tell whether a text is a word of order p."""
-    return len(word) == p and _WORD.fullmatch(word) is not None
-
-
-def sound_words(words: Sequence[str], p: int) -> NDArray[np.intp]:
-    """Return the places of those words that are admissible, primitive, and of order p."""
-    written = [i for i, word in enumerate(words) if is_written(word, p)]
-    if not written:
-        return np.zeros(0, dtype=np.intp)
-    fine = rules_broken(from_strings([words[i] for i in written])) == 0
-    return np.array(
-        [i for i, ok in zip(written, fine, strict=True) if ok and is_primitive(words[i])], np.intp
-    )

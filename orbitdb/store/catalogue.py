@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from orbitdb.store.classes import ChosenClasses
 
 _BLOCK = 2000
+_ALL = 2**63 - 1
+"""SQLite's largest integer."""
 
 
 class Catalogue:
@@ -246,7 +248,7 @@ class Catalogue:
         """
         query = sa.select(*(column_of(name) for name in columns)).order_by(*ordering_of(order))
         if limit is not None or offset:
-            query = query.limit(-1 if limit is None else limit).offset(offset)
+            query = query.limit(-1 if limit is None else min(limit, _ALL)).offset(min(offset, _ALL))
         with self.reading() as connection:
             query, patience = query.where(*conditions_of(selection)), Patience()
             with answering(connection, selection, patience):

@@ -11,6 +11,7 @@ from orbitdb.fixed_points import ClassRows
 from orbitdb.orbits import NUMBERS
 from orbitdb.selection import Selection
 from orbitdb.store import where as free
+from orbitdb.store.rows import unsound
 from orbitdb.store.schema import catalogue as view
 from orbitdb.store.schema import cycle, orbit, sequence, stadium
 
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+
+_IMPOSSIBLE = 1e15
+"""A thousand times the length of an orbit of a million bounces at the largest a."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,8 @@ def read_classes(catalogue: "Catalogue", selection: Selection) -> ChosenClasses:
     with catalogue.selecting(selection, source) as (connection, conditions):
         rows = connection.execute(query.where(*conditions, source.length.is_not(None))).cursor.fetchall()
     columns = np.array(rows, dtype=np.float64).reshape(-1, 1 + len(names)).T
+    if not ((columns[[0, 1, 2, 4, 5]] > 1 / _IMPOSSIBLE).all() and (abs(columns) < _IMPOSSIBLE).all()):
+        raise unsound("impossible numbers among", selection.describe())
     chosen_words, p, size, walls = columns[:4].astype(np.int64)
     return ChosenClasses(p, size, chosen_words, columns[4].copy(), columns[5].copy(), walls)
 

@@ -2,6 +2,7 @@
 
 import os
 import sqlite3
+import stat
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
@@ -43,9 +44,15 @@ def check_file(path: Path) -> int | None:
         If it is not a catalogue, or one that a newer orbitdb has written.
     """
     try:
-        if path.is_dir():
+        try:
+            found = path.stat()
+        except (FileNotFoundError, NotADirectoryError):
+            return None
+        if stat.S_ISDIR(found.st_mode):
             raise StoreError(f"{path} is a folder: name a file with --db")
-        if not path.exists() or path.stat().st_size == 0:
+        if not stat.S_ISREG(found.st_mode):
+            raise StoreError(f"{path} is no ordinary file: name another with --db")
+        if found.st_size == 0:
             return None
         with path.open("rb") as file:
             header = file.read(100)
@@ -78,7 +85,7 @@ def _marks(path: Path) -> tuple[int, int]:
 
 
 def _uri(path: Path, mode: str) -> str:
-    return f"file:{quote(str(path.resolve()))}?mode={mode}"
+    return f"file:{_quoted(path)}?mode={mode}"
 
 
 def reading_engine(path: Path) -> sa.Engine:
@@ -102,7 +109,6 @@ def reading_engine(path: Path) -> sa.Engine:
 def writing_engine(path: Path, references: bool = True) -> sa.Engine:
     """Return an engine whose every transaction takes the write lock at once.
 
-
     What it connects to must hold nothing that acts; it may be new, or older than the newest schema.
 
     Parameters
@@ -124,6 +130,11 @@ def writing_engine(path: Path, references: bool = True) -> sa.Engine:
         return connection
 
     return _engine(connect, "BEGIN IMMEDIATE")
+
+
+def _quoted(path: Path) -> str:
+    """Return the whole path for a URI; a name need not be UTF-8."""
+    return quote(os.fsencode(os.path.realpath(path)))
 
 
 def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
@@ -155,12 +166,14 @@ def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> sa.Engine:
 
 @contextmanager
 def plain_errors(path: Path) -> Iterator[None]:
-    """Turn what SQLite raises into a `StoreError` with a remedy."""
+    """Turn what SQLite or the file system raises into a `StoreError` with a remedy."""
     try:
         yield
     except (sa.exc.DBAPIError, sqlite3.Error) as error:
         cause = error.orig if isinstance(error, sa.exc.DBAPIError) else error
         raise StoreError(_remedy(path, str(cause))) from error
+    except OSError as error:
+        raise StoreError(_remedy(path, f"unable to open ({error.strerror})")) from error
 
 
 def _remedy(path: Path, message: str) -> str:

@@ -6,6 +6,9 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from orbitdb.store.rows import unsound
+from orbitdb.words import MAX_PACKED
+
 DONE, FILLING = "done", "filling"
 
 
@@ -59,8 +62,16 @@ class Fill:
 
 
 def as_fill(row: sa.Row[Any]) -> Fill:
-    """Return a row of the table ``fill``."""
+    """Return a row of the table ``fill``.
+
+    Raises
+    ------
+    StoreError
+        If its period cannot have been filled.
+    """
     values = row._mapping
+    if not 2 <= values["p"] <= MAX_PACKED:
+        raise unsound("a filled period of", values["p"])
     pruned = tuple(values[f"rule_{number}"] for number in range(1, 7))
     names = (each.name for each in fields(Fill) if each.name != "pruned")
     return Fill(pruned=pruned, **{name: values[name] for name in names})

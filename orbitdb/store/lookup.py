@@ -8,6 +8,7 @@ import sqlalchemy as sa
 from orbitdb import symmetry
 from orbitdb.orbits import NUMBERS, Orbit, Status
 from orbitdb.pruning import pruned_word
+from orbitdb.store.rows import is_whole, unsound
 from orbitdb.store.schema import cycle, orbit, sequence, stadium
 
 
@@ -25,6 +26,8 @@ def find_word(connection: sa.Connection, word: str, a: float) -> Orbit | None:
     row = connection.execute(query).mappings().first()
     if row is None:
         return None
+    if not is_whole({str(name): row[name] for name in row}, len(word)):
+        raise unsound("a row without what its status demands, of", family.representative)
     coordinates = None
     if row["coordinates"] is not None:
         places = np.frombuffer(row["coordinates"], dtype="<f8")[None, :]

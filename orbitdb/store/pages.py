@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from orbitdb.orbits import Status
 from orbitdb.selection import Selection
 from orbitdb.store.catalogue import Catalogue
+from orbitdb.store.rows import is_written, need_words, unsound
 from orbitdb.store.schema import catalogue as view
 from orbitdb.store.schema import certificate, cycle, orbit, sequence, stadium
 from orbitdb.store.selecting import conditions_of
-from orbitdb.words import BITS, MAX_KEYED, from_strings, key, pack, word_of
+from orbitdb.words import BITS, MAX_KEYED, from_strings, key, keys_of_period, pack, word_of
 
 Keys = NDArray[np.int64]
 
@@ -108,26 +109,33 @@ def load_index(catalogue: Catalogue, a: float) -> Index:
     number = sa.func.coalesce(sequence.c.cycle, 0)
     words = sa.func.group_concat(sequence.c.word, "")
     packed = sa.select(sequence.c.p, words, sa.func.group_concat(number)).group_by(sequence.c.p)
-    listed = sa.select(sequence.c.word, number).order_by(sequence.c.p, sequence.c.word)
+    listed = sa.select(sequence.c.p, sequence.c.word, number).order_by(sequence.c.p, sequence.c.word)
     with catalogue.reading() as connection:
         if connection.scalar(sa.select(stadium.c.id).where(stadium.c.a == a)) is None:
             return Index(a, np.zeros(0, np.int64), np.zeros(0, np.int64), ())
         known = np.array([0, *connection.scalars(solved)], dtype=np.int64)
         parts = [_parse(*row) for row in connection.execute(packed.where(sequence.c.p <= MAX_KEYED))]
         long_rows = connection.execute(listed.where(sequence.c.p > MAX_KEYED)).all()
-    long_cycles = np.array([number for _, number in long_rows], dtype=np.int64)
+    need_words([word for _, word, _ in long_rows], [p for p, _, _ in long_rows])
+    long_cycles = np.array([number for *_, number in long_rows], dtype=np.int64)
     parts.append((_LONG + np.arange(len(long_rows)), long_cycles))
     keys, cycles = (np.concatenate(column) for column in zip(*parts, strict=True))
     here = np.isin(cycles, known)
-    return Index(a, keys[here], cycles[here], tuple(word for word, _ in long_rows))
+    return Index(a, keys[here], cycles[here], tuple(word for _, word, _ in long_rows))
 
 
 def _parse(p: int, words: str, cycles: str) -> tuple[Keys, NDArray[np.int64]]:
     """Return the keys of the words of one period, joined, in rising order, and their classes."""
+    numbers = np.fromstring(cycles, dtype=np.int64, sep=",")
+    if p < 1 or len(words) != p * len(numbers) or not is_written(words, len(words)):
+        raise unsound("words that are none, of period", p)
+    low, high = keys_of_period(p)
+    if ((numbers != 0) & ((numbers < low) | (numbers > high))).any():
+        raise unsound("impossible numbers of classes, of period", p)
     symbols = from_strings([words]).reshape(-1, p)
     keys = pack(symbols) + (1 << BITS * p)
     order = np.argsort(keys, kind="stable")
-    return keys[order], np.fromstring(cycles, dtype=np.int64, sep=",")[order]
+    return keys[order], numbers[order]
 
 
 def chosen_keys(
@@ -242,6 +250,8 @@ def _class_ranks(
     known = np.array([0, *(number for number, _ in pairs)], dtype=np.int64)  # 0: without a class
     rising = np.argsort(known)
     places = np.searchsorted(known, index.cycles[rows], sorter=rising)
+    if (places == len(known)).any() or (known[rising[places]] != index.cycles[rows]).any():
+        raise unsound("words without their classes, sorted by", column)
     ranks: NDArray[np.float64] = np.append(-np.inf, numbers)[rising[places]]
     return ranks
 

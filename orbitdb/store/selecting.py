@@ -84,6 +84,23 @@ def answering(connection: sa.Connection, selection: Selection, patience: Patienc
         raise free.refusal(selection.where, message) from error
 
 
+def parse_columns(text: str) -> tuple[str, ...]:
+    """Read names of columns of the view, with commas between.
+
+    Raises
+    ------
+    SelectionError
+        If one of them is not there, or is named twice.
+    """
+    names = tuple(name.strip() for name in text.split(","))
+    for name in names:
+        column_of(name)
+    if len(set(names)) < len(names):
+        twice = next(name for place, name in enumerate(names) if name in names[:place])
+        raise SelectionError(f"column {twice!r} is named twice")
+    return names
+
+
 def column_of(name: str) -> sa.ColumnElement[Any]:
     """Return a column of the view.
 
@@ -119,11 +136,12 @@ def ordering_of(order: str) -> list[sa.ColumnElement[Any]]:
     SelectionError
         If the order cannot be read, or names what is not a column.
     """
-    keys = []
+    keys: dict[str, sa.ColumnElement[Any]] = {}
     for part in order.split(","):
         found = _ORDER.fullmatch(part.strip())
         if found is None:
             raise SelectionError(f"order {order!r}: write columns such as 'length' or 'p,lambda_c desc'")
         falling = bool(found[1]) != ((found[3] or "").lower() == "desc")
-        keys.append(column_of(found[2]).desc() if falling else column_of(found[2]))
-    return [*keys, catalogue.c.p, catalogue.c.word]
+        column = column_of(found[2])
+        keys.setdefault(found[2], column.desc() if falling else column)
+    return [*keys.values(), catalogue.c.p, catalogue.c.word]

@@ -5,6 +5,7 @@ from dataclasses import asdict, fields
 import sqlalchemy as sa
 
 from orbitdb.store.catalogue import Catalogue
+from orbitdb.store.rows import unsound
 from orbitdb.store.schema import stadium, trajectory
 from orbitdb.store.writer import Writer
 from orbitdb.trajectory import Reference
@@ -30,4 +31,8 @@ def best_reference(catalogue: Catalogue, a: float) -> Reference | None:
     )
     with catalogue.reading() as connection:
         row = connection.execute(query).mappings().first()
-    return None if row is None else Reference(**{**row, "seed": int(row["seed"])})
+    if row is None:
+        return None
+    if not row["seed"].isdecimal():
+        raise unsound("a seed that is none:", row["seed"])
+    return Reference(**{**row, "seed": int(row["seed"])})
