@@ -64,6 +64,7 @@ class Catalogue:
         self._engine = reading_engine(self.path)
         with plain_errors(self.path), self._engine.connect():
             pass  # so that a file that is damaged or tampered with is refused now, and not in mid-use
+        self._engine.dispose()
         self._moment: sa.Connection | None = None
 
     @classmethod
