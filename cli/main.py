@@ -1,5 +1,6 @@
 """The command ``orbitdb``: one module a group of commands, and what happens when one fails."""
 
+import os
 import sys
 from typing import Annotated
 
@@ -8,7 +9,7 @@ import typer
 from orbitdb import __version__
 from orbitdb.cli import averages, bench, browse, export, fill, info, plot, query, simulate, table, verify
 from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed
-from orbitdb.errors import InputError, StoreError, WorkError
+from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
 
 DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
 _SIGNALLED = 128
@@ -45,6 +46,11 @@ def run() -> None:
     end_as_users_expect()
     code = _run(sys.argv[1:] or ["--help"])
     end_undisturbed()
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        code = code or _no_output(error)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for the flush at the very end
     sys.exit(code)
 
 
@@ -64,10 +70,18 @@ def _run(arguments: list[str]) -> int:
         return _say(f"interrupted; {_GOES_ON}", INTERRUPTED)
     except Terminated as end:
         return _say(f"terminated; {_GOES_ON}", _SIGNALLED + end.number)
+    except OSError as error:
+        if error.errno not in DISK_TROUBLE:
+            raise
+        return _no_output(error)
     except typer.TyperException as error:
         return _say(" ".join(error.format_message().split()) + " (--help shows the options)", USAGE)
     except ModuleNotFoundError as error:
         return _say(f"{error}; it comes with an extra, see 'Install' in the README", FAILED)
+
+
+def _no_output(error: OSError) -> int:
+    return _say(f"{error.filename or 'the output'} cannot be written ({error.strerror})", NO_DATABASE)
 
 
 def _say(message: str, code: int) -> int:

@@ -15,7 +15,7 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import IO, Any, TextIO
 
-from orbitdb.errors import InputError
+from orbitdb.errors import DISK_TROUBLE, InputError, StoreError
 
 Row = Sequence[Any]
 Metadata = Mapping[str, Any]
@@ -100,6 +100,8 @@ def write_file(
     ------
     ExportError
         If the file cannot be written.
+    StoreError
+        If the disk has no room for it.
     """
     if form in TEXT_WRITERS:
         described = dict(metadata) | {"columns": {name: kind_of(name) for name in columns}}
@@ -122,6 +124,13 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
     """Give a name in the same folder for a file that takes its own name once it is written.
 
     Errors name the file that was wanted, if it is another.
+
+    Raises
+    ------
+    ExportError
+        If the file cannot be written.
+    StoreError
+        If the disk has no room for it.
     """
     draft = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
@@ -131,7 +140,8 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
                 os.fsync(file.fileno())
             os.replace(draft, path)
         except OSError as error:
-            raise ExportError(
+            kind = StoreError if error.errno in DISK_TROUBLE else ExportError
+            raise kind(
                 f"{wanted or path} cannot be written ({error.strerror or error}); nothing was kept"
             ) from error
     finally:

@@ -2,14 +2,12 @@
 
 import os
 import signal
-import sqlite3
 import sys
 import time
-from contextlib import closing
 from pathlib import Path
 
 import pytest
-from contents import content, is_sound, rows
+from contents import agrees, content, is_sound, rows
 from processes import alive, kill_group, run, seeded, small_blocks, start, wait_until_ready, workers_of
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
@@ -39,30 +37,6 @@ def killed_and_resumed(path: Path, arguments: list[str], command: list[str], kil
             agrees(path)
     done = run(*arguments, "--db", path, command=command)
     assert done.returncode == 0, done.stderr
-
-
-def agrees(path: Path) -> None:
-    """Check that the words stored are those that the cursors say, with their classes and orbits."""
-    with closing(sqlite3.connect(path, timeout=30, isolation_level=None)) as plain:
-        if not plain.execute("PRAGMA user_version").fetchone()[0]:
-            return
-        plain.execute("BEGIN")
-        fills = plain.execute("SELECT stadium, p, state, cursor, words, n_t FROM fill").fetchall()
-        for stadium, p, state, cursor, words, n_t in fills:
-            stored = plain.execute(
-                "SELECT count(*), count(cycle.id), count(orbit.cycle) FROM sequence"
-                " LEFT JOIN cycle ON cycle.id = sequence.cycle"
-                " LEFT JOIN orbit ON orbit.cycle = sequence.cycle AND orbit.stadium = ?"
-                " WHERE sequence.p = ? AND sequence.word <= ?",
-                (stadium, p, cursor or ""),
-            ).fetchone()
-            beyond = plain.execute(
-                "SELECT count(*) FROM sequence WHERE p = ? AND word > ?", (p, cursor or "")
-            ).fetchone()
-            assert stored == (words, words, words)
-            assert beyond == (0,)
-            assert (state == "done") == (n_t is not None)
-            assert n_t in (None, words)
 
 
 def test_a_fill_that_is_killed_goes_on_as_if_never(filled, tmp_path):

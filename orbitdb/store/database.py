@@ -2,8 +2,9 @@
 
 import os
 import sqlite3
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from urllib.parse import quote
 
@@ -14,7 +15,6 @@ from orbitdb.errors import StoreError
 from orbitdb.store.schema import APPLICATION_ID, SCHEMA_VERSION
 
 BUSY_TIMEOUT = 5.0
-_MAGIC = b"SQLite format 3\x00"
 
 
 def default_path() -> Path:
@@ -44,15 +44,11 @@ def check_file(path: Path) -> int | None:
             raise StoreError(f"{path} is a folder: name a file with --db")
         if not path.exists() or path.stat().st_size == 0:
             return None
-        with path.open("rb") as file:
-            header = file.read(100)
     except OSError as error:
         raise StoreError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
-    if len(header) < 100 or not header.startswith(_MAGIC):
-        raise StoreError(f"{path} is not an orbitdb catalogue: name another file with --db")
-    pages, version, application = (int.from_bytes(header[i : i + 4], "big") for i in (28, 60, 68))
-    if path.with_name(path.name + "-wal").exists():
-        version, application = _marks(path)  # the newest ones may not have come into the file yet
+    if not os.access(path, os.R_OK):
+        raise StoreError(f"{path} cannot be read: check its permissions")
+    pages, version, application = _marks(path)
     if not application and not version and pages <= 1:
         return None  # a database without a table, as a creation that was killed leaves it
     if application != APPLICATION_ID:
@@ -64,23 +60,35 @@ def check_file(path: Path) -> int | None:
     return version
 
 
-def _marks(path: Path) -> tuple[int, int]:
-    """Return the version of the schema and the mark of the program, what is in the journal included."""
-    engine = reading_engine(path)
-    with plain_errors(path), engine.connect() as connection:
-        version, application = (
-            int(connection.exec_driver_sql(f"PRAGMA {name}").scalar_one())
-            for name in ("user_version", "application_id")
-        )
-    engine.dispose()
-    return version, application
+def _marks(path: Path) -> tuple[int, ...]:
+    """Return the number of pages, the version of the schema and the mark of the program.
+
+    What the journal holds is taken up; where there is none, the file is only looked at.
+
+    Read by SQLite and nobody else: a process that closes a file loses all its locks on it (POSIX), those
+    of SQLite's connections among them, and other processes would take the journal away from under them.
+    """
+    if not path.with_name(path.name + "-wal").exists():
+        with suppress(sqlite3.Error):  # a writer may come at this very moment
+            return _pragmas(_uri(path) + "&immutable=1")
+    with plain_errors(path):
+        return _pragmas(_uri(path))
+
+
+def _pragmas(uri: str) -> tuple[int, ...]:
+    with closing(_connect(uri)) as connection:
+        names = ("page_count", "user_version", "application_id")
+        return tuple(int(connection.execute(f"PRAGMA {name}").fetchone()[0]) for name in names)
+
+
+def _uri(path: Path, mode: str = "ro") -> str:
+    return f"file:{quote(str(path.resolve()))}?mode={mode}"
 
 
 def reading_engine(path: Path) -> sa.Engine:
     """Return an engine that cannot write; it works in a read-only folder and beside a writer."""
-    uri = f"file:{quote(str(path.resolve()))}?mode=ro"
     frozen = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
-    return _engine(uri + ("&immutable=1" if frozen else ""), "BEGIN")
+    return _engine(_uri(path) + ("&immutable=1" if frozen else ""), "BEGIN")
 
 
 def writing_engine(path: Path, references: bool = True) -> sa.Engine:
@@ -94,24 +102,36 @@ def writing_engine(path: Path, references: bool = True) -> sa.Engine:
         Whether SQLite looks up every reference that is written. A fill knows that its references are
         right, they being keys of words, and the random lookups would take a third of its time.
     """
-    engine = _engine(f"file:{quote(str(path.resolve()))}?mode=rwc", "BEGIN IMMEDIATE")
+    engine = _engine(_uri(path, "rwc"), "BEGIN IMMEDIATE")
 
     @event.listens_for(engine, "connect")
     def configure(connection: sqlite3.Connection, _record: object) -> None:
-        connection.execute("PRAGMA journal_mode = WAL")
+        _write_ahead(connection)
         connection.execute("PRAGMA synchronous = NORMAL")
         connection.execute(f"PRAGMA foreign_keys = {'ON' if references else 'OFF'}")
 
     return engine
 
 
-def _engine(uri: str, begin: str) -> sa.Engine:
-    def connect() -> sqlite3.Connection:
-        return sqlite3.connect(
-            uri, uri=True, timeout=BUSY_TIMEOUT, isolation_level=None, check_same_thread=False
-        )
+def _write_ahead(connection: sqlite3.Connection) -> None:
+    """Turn on the write-ahead journal; SQLite itself does not wait for others that do so, too."""
+    deadline = time.monotonic() + BUSY_TIMEOUT
+    while True:
+        try:
+            connection.execute("PRAGMA journal_mode = WAL")
+            return
+        except sqlite3.OperationalError as error:
+            if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() > deadline:
+                raise
+        time.sleep(0.01)
 
-    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.pool.QueuePool)
+
+def _connect(uri: str) -> sqlite3.Connection:
+    return sqlite3.connect(uri, uri=True, timeout=BUSY_TIMEOUT, isolation_level=None, check_same_thread=False)
+
+
+def _engine(uri: str, begin: str) -> sa.Engine:
+    engine = sa.create_engine("sqlite+pysqlite://", creator=lambda: _connect(uri), poolclass=sa.pool.QueuePool)
 
     @event.listens_for(engine, "begin")
     def take_lock(connection: sa.Connection) -> None:
@@ -137,8 +157,9 @@ def _remedy(path: Path, message: str) -> str:
         "unable to open": f"{path} cannot be opened: check that its folder exists and may be written",
         "disk is full": f"no space left for {path}: free some, then run the same command again to go on",
         "malformed": f"{path} is damaged: restore a copy, or move it away and fill anew",
+        "decode to UTF-8": f"{path} is damaged: restore a copy, or move it away and fill anew",
         "not a database": f"{path} is not an orbitdb catalogue: name another file with --db",
-        "disk I/O": f"{path} cannot be read or written (disk I/O error): check the disk",
+        "disk I/O": f"{path} cannot be read or written (disk I/O error): check that the disk has room",
     }
     for part, remedy in remedies.items():
         if part in message:

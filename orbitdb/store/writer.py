@@ -37,8 +37,13 @@ class Writer:
     @contextmanager
     def writing(self) -> Iterator[sa.Connection]:
         """Give a connection that holds the write lock; all is written, or nothing."""
-        with plain_errors(self.path), self._engine.begin() as connection:
-            yield connection
+        noted = self._run_id
+        try:
+            with plain_errors(self.path), self._engine.begin() as connection:
+                yield connection
+        except BaseException:
+            self._run_id = noted  # what was noted since is gone with the rest
+            raise
 
     def close(self) -> None:
         """Close the file, so that no journal stays beside it."""

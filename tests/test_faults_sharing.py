@@ -1,0 +1,125 @@
+"""Several processes at one file: fills side by side, readers beside a fill, and locks."""
+
+import re
+import sqlite3
+import sys
+import threading
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from contents import agrees, content, is_sound
+from processes import run, small_blocks, start, wait_until_ready
+
+from orbitdb.store.catalogue import Catalogue
+from orbitdb.store.database import reading_engine, writing_engine
+from orbitdb.store.migrate import migrate
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the processes are stopped with POSIX signals")
+
+
+def all_end_well(*processes) -> None:
+    for process in processes:
+        _, err = process.communicate(timeout=200)
+        assert process.returncode == 0, err
+        assert len(err.splitlines()) == 1
+
+
+def test_settings(filled):
+    with closing(sqlite3.connect(filled)) as plain:
+        assert plain.execute("PRAGMA journal_mode").fetchone() == ("wal",)
+    with writing_engine(filled).begin() as connection:
+        settings = {name: connection.exec_driver_sql(f"PRAGMA {name}").scalar() for name in (
+            "journal_mode", "synchronous", "foreign_keys", "busy_timeout"
+        )}  # fmt: skip
+    assert settings == {"journal_mode": "wal", "synchronous": 1, "foreign_keys": 1, "busy_timeout": 5000}
+    with reading_engine(filled).begin() as connection:
+        assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
+
+
+@pytest.mark.parametrize("options", [[], pytest.param(["--jobs", "2"], marks=pytest.mark.slow)])
+def test_a_commit_holds_rows_and_cursor(filled, tmp_path, options):
+    """Whoever looks at whatever moment sees the words that the cursor says, with classes and orbits."""
+    path = tmp_path / "new.db"
+    migrate(path)
+    process = start("fill", "--p", "8", *options, "--db", path, command=small_blocks(16))
+    wait_until_ready(process)
+    looks = set()
+    while process.poll() is None:
+        looks.add(agrees(path))
+    all_end_well(process)
+    assert len(looks) > 5
+    assert content(path) == content(filled)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("turn", range(3))
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_two_fills_at_once(filled, tmp_path, jobs, turn):
+    """They make the same new file, fill the same periods, and one of them at another a."""
+    path, expected = tmp_path / "shared.db", tmp_path / "expected.db"
+    arguments = ["fill", "--p", "8", "--jobs", jobs, "--db", path]
+    commands = [arguments, arguments, [*arguments, "--a", "1"]]
+    processes = [start(*each, command=small_blocks(16 + 8 * turn)) for each in commands]
+    for process in processes:
+        wait_until_ready(process)
+    all_end_well(*processes)
+    for a in ("1.6", "1"):
+        assert run("fill", "--p", "8", "--a", a, "--db", expected).returncode == 0
+    assert content(path) == content(expected)
+    assert run("verify", "--db", path).returncode == 0
+
+
+def test_two_processes_make_one_file(tmp_path):
+    path = tmp_path / "new.db"
+    processes = [start("fill", "--p", "5", "--db", path) for _ in range(3)]
+    all_end_well(*processes)
+    assert is_sound(path)
+    assert {fill.p: fill.words for fill in Catalogue(path).fills(1.6)} == {2: 1, 3: 8, 4: 32, 5: 96}
+
+
+def test_a_lock_that_is_given_back_in_time(filled):
+    with closing(sqlite3.connect(filled, isolation_level=None, check_same_thread=False)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        process = start("fill", "--p", "8", "--a", "1", "--db", filled, command=small_blocks())
+        wait_until_ready(process)
+        giving_back = threading.Timer(1.5, other.execute, ["ROLLBACK"])
+        giving_back.start()
+        all_end_well(process)
+        giving_back.join()
+
+
+def test_a_lock_that_is_kept(filled):
+    before = content(filled)
+    with closing(sqlite3.connect(filled, isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        done = run("fill", "--p", "8", "--a", "1", "--db", filled)
+        other.execute("ROLLBACK")
+    assert done.returncode == 3
+    assert done.stderr.splitlines() == [
+        f"orbitdb: {filled} is in use by another process that writes: try again when it has finished"
+    ]
+    assert content(filled) == before
+
+
+@pytest.mark.slow
+def test_readers_beside_a_fill(tmp_path):
+    """Queries, averages and verification again and again while periods come in, block by block."""
+    path = tmp_path / "orbits.db"
+    assert run("fill", "--p", "5", "--db", path).returncode == 0
+    filling = start("fill", "--p", "10", "--jobs", "2", "--db", path, command=small_blocks(128))
+    wait_until_ready(filling)
+    counts = []
+    while filling.poll() is None:
+        readers = [
+            start("query", "--p", "2-11", "--status", "all", "--limit", "1", "--db", path),
+            start("entropy", "--json", "--db", path),
+            start("verify", "--db", path),
+        ]
+        for reader in readers:
+            _, err = reader.communicate(timeout=200)
+            assert reader.returncode == 0, err
+            counts += [int(n) for n in re.findall(r"(\d+) symbol sequences", err)]
+    all_end_well(filling)
+    assert counts == sorted(counts)
+    assert run("verify", "--db", path).returncode == 0
