@@ -52,7 +52,7 @@ def is_sound(path: Path) -> bool:
 
 
 def agrees(path: Path) -> int:
-    """Check that the words stored are those that the cursors say, with classes and orbits; return how many."""
+    """Check that the words stored are those of the cursors, with classes and orbits; return how many."""
     with closing(sqlite3.connect(path, timeout=30, isolation_level=None)) as plain:
         if not plain.execute("PRAGMA user_version").fetchone()[0]:
             return 0

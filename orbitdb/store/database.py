@@ -3,7 +3,7 @@
 import os
 import sqlite3
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from urllib.parse import quote
@@ -15,6 +15,12 @@ from orbitdb.errors import StoreError
 from orbitdb.store.schema import APPLICATION_ID, SCHEMA_VERSION
 
 BUSY_TIMEOUT = 5.0
+"""How long SQLite waits for a lock (seconds)."""
+
+_TURNS = 12
+"""How often it waits so long to write: fills side by side hold the lock most of the time."""
+
+_STEPS_BETWEEN_LOOKS = 1_000_000
 
 
 def default_path() -> Path:
@@ -106,36 +112,45 @@ def writing_engine(path: Path, references: bool = True) -> sa.Engine:
 
     @event.listens_for(engine, "connect")
     def configure(connection: sqlite3.Connection, _record: object) -> None:
-        _write_ahead(connection)
+        _waiting(lambda: connection.execute("PRAGMA journal_mode = WAL"))
         connection.execute("PRAGMA synchronous = NORMAL")
         connection.execute(f"PRAGMA foreign_keys = {'ON' if references else 'OFF'}")
 
     return engine
 
 
-def _write_ahead(connection: sqlite3.Connection) -> None:
-    """Turn on the write-ahead journal; SQLite itself does not wait for others that do so, too."""
-    deadline = time.monotonic() + BUSY_TIMEOUT
+def _waiting(ask: Callable[[], object]) -> None:
+    """Ask for a lock until it is there; between the turns Ctrl-C is heard."""
+    deadline = time.monotonic() + _TURNS * BUSY_TIMEOUT
     while True:
         try:
-            connection.execute("PRAGMA journal_mode = WAL")
+            ask()
             return
         except sqlite3.OperationalError as error:
-            if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() > deadline:
+            if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() >= deadline:
                 raise
-        time.sleep(0.01)
+        time.sleep(0.01)  # where SQLite itself does not wait, as for the change to another journal
 
 
 def _connect(uri: str) -> sqlite3.Connection:
-    return sqlite3.connect(uri, uri=True, timeout=BUSY_TIMEOUT, isolation_level=None, check_same_thread=False)
+    """Connect to a database; long queries give way to Ctrl-C."""
+    connection = sqlite3.connect(
+        uri, uri=True, timeout=BUSY_TIMEOUT, isolation_level=None, check_same_thread=False
+    )
+    connection.set_progress_handler(lambda: 0, _STEPS_BETWEEN_LOOKS)  # Python sees signals when it is called
+    return connection
 
 
 def _engine(uri: str, begin: str) -> sa.Engine:
-    engine = sa.create_engine("sqlite+pysqlite://", creator=lambda: _connect(uri), poolclass=sa.pool.QueuePool)
+    engine = sa.create_engine(
+        "sqlite+pysqlite://", creator=lambda: _connect(uri), poolclass=sa.pool.QueuePool
+    )
 
     @event.listens_for(engine, "begin")
     def take_lock(connection: sa.Connection) -> None:
-        connection.exec_driver_sql(begin)
+        driver = connection.connection.driver_connection
+        assert isinstance(driver, sqlite3.Connection)
+        _waiting(lambda: driver.execute(begin))
 
     return engine
 
@@ -147,6 +162,8 @@ def plain_errors(path: Path) -> Iterator[None]:
         yield
     except (sa.exc.DBAPIError, sqlite3.Error) as error:
         cause = error.orig if isinstance(error, sa.exc.DBAPIError) else error
+        if str(cause) == "interrupted":  # by what a signal raised while SQLite was at work
+            raise KeyboardInterrupt from error
         raise StoreError(_remedy(path, str(cause))) from error
 
 

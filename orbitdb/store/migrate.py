@@ -50,7 +50,8 @@ def migrate(path: Path) -> Migration:
     with plain_errors(path):
         engine = writing_engine(path)
         with engine.begin() as connection:
-            if connection.exec_driver_sql("PRAGMA user_version").scalar_one() == before:
+            before = int(connection.exec_driver_sql("PRAGMA user_version").scalar_one())
+            if before != SCHEMA_VERSION:  # else another process has done it meanwhile
                 backup = _back_up(path, before) if before else None  # while nobody else can write
                 _upgrade(connection)
                 connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
