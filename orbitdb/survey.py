@@ -126,9 +126,7 @@ class _PeriodFill:
             except OvertakenError:
                 continue
             with closing(Catalogue(self.writer.path)) as catalogue, catalogue.reading() as connection:
-                counts = self._counts(
-                    connection, cursor
-                )  # long for a large period: others may write meanwhile
+                counts = self._counts(connection, cursor)  # it takes long: others may write meanwhile
             with self.writer.writing() as connection:
                 close_fill(connection, cursor, counts)
             return
