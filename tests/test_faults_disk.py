@@ -219,4 +219,7 @@ def test_a_folder_that_cannot_be_made_is_named(locked):
     deeper = locked.parent / "deeper" / "new.db"
     fails(run("fill", "--p", "3", "--db", deeper, preexec_fn=drop_rights), "cannot be made")
     fails(run("fill", "--p", "3", "--db", locked / "new.db"), "cannot be made")
-    fails(run("fill", "--p", "3", "--db", locked.parent / "new.db", preexec_fn=drop_rights), "may be written")
+    fails(
+        run("fill", "--p", "3", "--db", locked.parent / "new.db", preexec_fn=drop_rights),
+        "permissions, and those of its folder",
+    )

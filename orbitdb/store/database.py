@@ -52,8 +52,6 @@ def check_file(path: Path) -> int | None:
             return None
     except OSError as error:
         raise StoreError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
-    if not os.access(path, os.R_OK):
-        raise StoreError(f"{path} cannot be read: check its permissions")
     pages, version, application = _marks(path)
     if not application and not version and pages <= 1:
         return None  # a database without a table, as a creation that was killed leaves it
@@ -171,7 +169,7 @@ def _remedy(path: Path, message: str) -> str:
     remedies = {
         "locked": f"{path} is in use by another process that writes: try again when it has finished",
         "readonly": f"{path} cannot be written: check its permissions, or name another file with --db",
-        "unable to open": f"{path} cannot be opened: check that its folder exists and may be written",
+        "unable to open": f"{path} cannot be opened: check its permissions, and those of its folder",
         "disk is full": f"no space left for {path}: free some, then run the same command again to go on",
         "malformed": f"{path} is damaged: restore a copy, or move it away and fill anew",
         "decode to UTF-8": f"{path} is damaged: restore a copy, or move it away and fill anew",
