@@ -10,7 +10,7 @@ from orbitdb import __version__
 from orbitdb.cli import averages, bench, browse, export, fill, info, plot, query, simulate, table, verify
 from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed
 from orbitdb.cli.render import note
-from orbitdb.errors import InputError, StoreError, WorkError
+from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
 
 DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
 _SIGNALLED = 128
@@ -52,7 +52,7 @@ def run() -> None:
     try:
         sys.stdout.flush()
     except OSError as error:
-        code = code or _say(_unwritten(error), FAILED)
+        code = code or _unwritten(error)
         os.dup2(nowhere.fileno(), sys.stdout.fileno())  # for the flush at the end of the process
     sys.exit(code)
 
@@ -78,13 +78,16 @@ def _run(arguments: list[str]) -> int:
     except typer.TyperException as error:
         return _say(" ".join(error.format_message().split()) + " (--help shows the options)", USAGE)
     except OSError as error:
-        return _say(_unwritten(error), FAILED)
+        return _unwritten(error)
     except ModuleNotFoundError as error:
         return _say(f"{error}; it comes with an extra, see 'Install' in the README", FAILED)
 
 
-def _unwritten(error: OSError) -> str:
-    return f"{error.filename or 'the output'} cannot be read or written ({error.strerror})"
+def _unwritten(error: OSError) -> int:
+    where = error.filename or "the output"
+    if error.errno in DISK_TROUBLE:
+        return _say(f"{where} cannot be written ({error.strerror})", NO_DATABASE)
+    return _say(f"{where} cannot be read or written ({error.strerror})", FAILED)
 
 
 def _say(message: str, code: int) -> int:

@@ -27,7 +27,10 @@ class Format(StrEnum):
 Database = Annotated[
     Path | None,
     typer.Option(
-        "--db", metavar="PATH", help="The catalogue [default: ORBITDB_DB, or the user's data folder]."
+        "--db",
+        metavar="PATH",
+        readable=False,  # the store says what is wrong with a file
+        help="The catalogue [default: ORBITDB_DB, or the user's data folder].",
     ),
 ]
 HalfLength = Annotated[float, typer.Option("--a", metavar="NUMBER", help="Half length of a straight wall.")]

@@ -52,28 +52,30 @@ def simulate(
     """
     from orbitdb import trajectory
     from orbitdb.stadium import Stadium
+    from orbitdb.store.database import default_path
 
     if not 1 <= bounces <= _MOST:
         raise InputError(f"bounces {bounces}: give 1 to {_MOST:g}")
     if seed < 0:
         raise InputError(f"seed {seed}: give 0 or more")
     stadium = Stadium(a)
+    if store:
+        bring(db or default_path())  # what is wrong with the catalogue is to be known before
     with _progress() as show:
         found = trajectory.simulate(stadium, bounces, seed, progress=show)
-    if store:
-        _store(a, found, db)
     values = {"a": a, **asdict(found)}
-    write(COLUMNS, [[values[name] for name in COLUMNS]], options.chosen(format_, json))
+    try:
+        if store:
+            _store(a, found, db or default_path())
+    finally:
+        write(COLUMNS, [[values[name] for name in COLUMNS]], options.chosen(format_, json))
     note(f"mean free path by the invariant measure: {stadium.mean_free_path:.6f}")
 
 
-def _store(a: float, found: "Reference", db: Path | None) -> None:
-    from orbitdb.store.database import default_path
+def _store(a: float, found: "Reference", path: Path) -> None:
     from orbitdb.store.trajectories import add_reference
     from orbitdb.store.writer import Writer
 
-    path = db or default_path()
-    bring(path)
     parameters = {"command": "simulate", "a": a, "bounces": found.bounces, "seed": found.seed}
     writer = Writer(path, parameters)
     try:

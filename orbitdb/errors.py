@@ -1,12 +1,17 @@
 """What can be wrong with what a user gives: errors whose message is one line with the remedy."""
 
+import errno
+
+DISK_TROUBLE = {getattr(errno, name, errno.EIO) for name in ("ENOSPC", "EDQUOT", "EFBIG", "EIO")}
+"""What the system reports when a disk is full or fails."""
+
 
 class InputError(ValueError):
     """A value cannot be used; the message says why and how to write it."""
 
 
 class StoreError(Exception):
-    """The database cannot be used; the message says why and what to do."""
+    """The database, or the disk under a file, cannot be used; the message says why and what to do."""
 
 
 class WorkError(Exception):

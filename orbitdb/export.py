@@ -17,7 +17,7 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import IO, Any, TextIO
 
-from orbitdb.errors import InputError
+from orbitdb.errors import DISK_TROUBLE, InputError, StoreError
 from orbitdb.plaintext import cell
 
 Row = Sequence[Any]
@@ -117,6 +117,8 @@ def write_file(
     ------
     ExportError
         If the file cannot be written.
+    StoreError
+        If the disk has no room for it.
     """
     if form in TEXT_WRITERS:
         described = dict(metadata) | {"columns": {name: kind_of(name) for name in columns}}
@@ -159,6 +161,13 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
     """Give a name in the same folder for a file that takes its own name once it is written.
 
     What cannot be written is refused at once. Errors name the file that was wanted, if it is another.
+
+    Raises
+    ------
+    ExportError
+        If the file cannot be written.
+    StoreError
+        If the disk has no room for it.
     """
     check_target(path)
     draft = path.with_name(f".{path.name}.{os.getpid()}.part")
@@ -170,7 +179,8 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
                 os.fsync(file.fileno())
             os.replace(draft, path)
         except OSError as error:
-            raise ExportError(
+            kind = StoreError if error.errno in DISK_TROUBLE else ExportError
+            raise kind(
                 f"{wanted or path} cannot be written ({error.strerror or error}); nothing was kept"
             ) from error
     finally:

@@ -125,8 +125,10 @@ class _PeriodFill:
                     yield Progress(self.p, cursor.words, self.total)
             except OvertakenError:
                 continue
+            with closing(Catalogue(self.writer.path)) as catalogue, catalogue.reading() as connection:
+                counts = self._counts(connection, cursor)  # it takes long: others may write meanwhile
             with self.writer.writing() as connection:
-                close_fill(connection, cursor, self._counts(connection, cursor))
+                close_fill(connection, cursor, counts)
             return
 
     def _blocks(self, cursor: Cursor) -> Iterator[Cursor]:

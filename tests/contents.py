@@ -49,3 +49,28 @@ def is_sound(path: Path) -> bool:
     """Tell whether SQLite finds the file sound, after taking up what its journal holds."""
     with closing(sqlite3.connect(path)) as plain:
         return plain.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
+
+
+def agrees(path: Path) -> int:
+    """Check that the words stored are those of the cursors, with classes and orbits; return how many."""
+    with closing(sqlite3.connect(path, timeout=30, isolation_level=None)) as plain:
+        if not plain.execute("PRAGMA user_version").fetchone()[0]:
+            return 0
+        plain.execute("BEGIN")
+        fills = plain.execute("SELECT stadium, p, state, cursor, words, n_t FROM fill").fetchall()
+        for stadium, p, state, cursor, words, n_t in fills:
+            stored = plain.execute(
+                "SELECT count(*), count(cycle.id), count(orbit.cycle) FROM sequence"
+                " LEFT JOIN cycle ON cycle.id = sequence.cycle"
+                " LEFT JOIN orbit ON orbit.cycle = sequence.cycle AND orbit.stadium = ?"
+                " WHERE sequence.p = ? AND sequence.word <= ?",
+                (stadium, p, cursor or ""),
+            ).fetchone()
+            beyond = plain.execute(
+                "SELECT count(*) FROM sequence WHERE p = ? AND word > ?", (p, cursor or "")
+            ).fetchone()
+            assert stored == (words, words, words)
+            assert beyond == (0,)
+            assert (state == "done") == (n_t is not None)
+            assert n_t in (None, words)
+    return sum(words for *_, words, _ in fills)

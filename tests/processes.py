@@ -1,5 +1,6 @@
 """orbitdb as users start it, in processes of its own that can be stopped, killed and starved."""
 
+import json
 import os
 import random
 import signal
@@ -80,3 +81,22 @@ def seeded(seed: int) -> random.Random:
     """Return a source of random moments; the seed is printed, and shown if the test fails."""
     print(f"seed {seed}")
     return random.Random(seed)
+
+
+_SEVERAL = """
+import contextlib, io, json, sys
+from orbitdb.cli.main import _run
+for arguments in json.loads(sys.argv[1]):
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = _run(arguments)
+    print(json.dumps([arguments, code, err.getvalue()]))
+"""
+
+
+def run_several(commands: Sequence[Sequence[str]], path: Path, **options) -> list[tuple[list[str], int, str]]:
+    """Run commands one after the other in one process; return what each was, its exit code and stderr."""
+    asked = json.dumps([[*arguments, "--db", str(path)] for arguments in commands])
+    done = run(asked, command=[sys.executable, "-P", "-c", _SEVERAL], **options)
+    assert done.returncode == 0, done.stderr
+    return [tuple(json.loads(line)) for line in done.stdout.splitlines()]

@@ -207,12 +207,12 @@ def test_an_interrupted_export_leaves_what_was_there(tmp_path, form, trouble):
 WRITE = """
 import random, sys
 from pathlib import Path
-from orbitdb import export
+from orbitdb import errors, export
 random.seed(1)
 rows = [["13", random.random()] for _ in range(50_000)]
 try:
     export.write_file(Path(sys.argv[1]), sys.argv[2], ("code", "length"), rows, {})
-except export.ExportError as error:
+except errors.StoreError as error:
     print(error)
 """
 

@@ -2,14 +2,12 @@
 
 import os
 import signal
-import sqlite3
 import sys
 import time
-from contextlib import closing
 from pathlib import Path
 
 import pytest
-from contents import content, is_sound, rows
+from contents import agrees, content, is_sound, rows
 from processes import alive, kill_group, run, seeded, small_blocks, start, wait_until_ready, workers_of
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
@@ -18,76 +16,44 @@ GOES_ON = "nothing that was stored is lost, the same command goes on from there"
 UNWATCHED = "sequences to come"
 
 
-@pytest.fixture(scope="session")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A catalogue of p = 2..10 that was filled in one go."""
-    path = tmp_path_factory.mktemp("whole") / "orbits.db"
-    assert run("fill", "--p", "10", "--db", path).returncode == 0
-    return path
-
-
-def killed_and_resumed(path: Path, arguments: list[str], command: list[str], kills: int, longest: float):
+def killed_and_resumed(path: Path, jobs: list[str], kills: int, longest: float) -> None:
     """Kill a fill again and again at random moments, then let it end; each time the file must be sound."""
     moments = seeded(20260720)
-    for _ in range(kills):
-        process = start(*arguments, "--db", path, command=command)
+    for turn in range(kills):
+        count = jobs[turn % len(jobs)]
+        process = start("fill", "--p", "8", "--jobs", count, "--db", path, command=small_blocks(8))
         wait_until_ready(process)
-        time.sleep(moments.uniform(0.0, longest))
+        time.sleep(moments.uniform(0.0, longest * int(count)))
         kill_group(process)
         if path.exists() and path.stat().st_size:
             assert is_sound(path)
             agrees(path)
-    done = run(*arguments, "--db", path, command=command)
+    done = run("fill", "--p", "8", "--db", path)
     assert done.returncode == 0, done.stderr
-
-
-def agrees(path: Path) -> None:
-    """Check that the words stored are those that the cursors say, with their classes and orbits."""
-    with closing(sqlite3.connect(path, timeout=30, isolation_level=None)) as plain:
-        if not plain.execute("PRAGMA user_version").fetchone()[0]:
-            return
-        plain.execute("BEGIN")
-        fills = plain.execute("SELECT stadium, p, state, cursor, words, n_t FROM fill").fetchall()
-        for stadium, p, state, cursor, words, n_t in fills:
-            stored = plain.execute(
-                "SELECT count(*), count(cycle.id), count(orbit.cycle) FROM sequence"
-                " LEFT JOIN cycle ON cycle.id = sequence.cycle"
-                " LEFT JOIN orbit ON orbit.cycle = sequence.cycle AND orbit.stadium = ?"
-                " WHERE sequence.p = ? AND sequence.word <= ?",
-                (stadium, p, cursor or ""),
-            ).fetchone()
-            beyond = plain.execute(
-                "SELECT count(*) FROM sequence WHERE p = ? AND word > ?", (p, cursor or "")
-            ).fetchone()
-            assert stored == (words, words, words)
-            assert beyond == (0,)
-            assert (state == "done") == (n_t is not None)
-            assert n_t in (None, words)
 
 
 def test_a_fill_that_is_killed_goes_on_as_if_never(filled, tmp_path):
     path = tmp_path / "killed.db"
-    killed_and_resumed(path, ["fill", "--p", "8"], small_blocks(16), 3, 0.3)
+    killed_and_resumed(path, ["1"], 2, 0.4)
     assert content(path) == content(filled)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("jobs", "longest"), [("1", 0.3), ("2", 1.2)])
-def test_twenty_kills_lose_nothing(whole, tmp_path, jobs, longest):
+def test_twenty_kills_lose_nothing(filled, tmp_path):
     path = tmp_path / "killed.db"
-    killed_and_resumed(path, ["fill", "--p", "10", "--jobs", jobs], small_blocks(), 20, longest)
-    assert content(path) == content(whole)
+    killed_and_resumed(path, ["1", "2"], 20, 0.4)
+    assert content(path) == content(filled)
     assert run("verify", "--db", path).returncode == 0
 
 
 @pytest.mark.slow
 def test_the_plain_command_is_killed_and_goes_on(tmp_path):
     killed, whole = tmp_path / "killed.db", tmp_path / "whole.db"
-    arguments = ("fill", "--p", "13", "--jobs", "2", "--db")
+    arguments = ("fill", "--p", "12", "--jobs", "2", "--db")
     moments = seeded(7)
-    for _ in range(4):
+    for _ in range(3):
         process = start(*arguments, killed)
-        time.sleep(moments.uniform(1.0, 4.0))
+        time.sleep(moments.uniform(0.8, 2.5))
         kill_group(process)
     for path in (killed, whole):
         done = run(*arguments, path)
@@ -95,6 +61,7 @@ def test_the_plain_command_is_killed_and_goes_on(tmp_path):
     assert rows(killed) == rows(whole)
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_costs_only_time(filled, tmp_path):
     path = tmp_path / "killed.db"
     process = start("fill", "--p", "8", "--jobs", "2", "--db", path, command=small_blocks(4))
@@ -111,16 +78,20 @@ def test_a_worker_that_is_killed_costs_only_time(filled, tmp_path):
     assert content(path) == content(filled)
 
 
-def stop(process, name: str, group: bool) -> tuple[float, str]:
-    """Send a signal; return how long the command took to end, and what it said."""
-    begun = time.monotonic()
+def stop(process, name: str, group: bool) -> str:
+    """Send a signal, to the whole group as a terminal does or to the command alone; return what it said."""
     (os.killpg if group else os.kill)(process.pid, signal.Signals[name])
     _, err = process.communicate(timeout=60)
-    return time.monotonic() - begun, err
+    return err
 
 
 @pytest.mark.parametrize(
-    "options", [["--jobs", "1"], ["--jobs", "2"], ["--jobs", "2", "--method", "relaxation"]]
+    "options",
+    [
+        pytest.param(["--jobs", "1"], marks=pytest.mark.slow),
+        ["--jobs", "2"],
+        pytest.param(["--jobs", "1", "--method", "relaxation"], marks=pytest.mark.slow),
+    ],
 )
 def test_ctrl_c_ends_at_once_with_one_line(tmp_path, options):
     path = tmp_path / "orbits.db"
@@ -128,19 +99,18 @@ def test_ctrl_c_ends_at_once_with_one_line(tmp_path, options):
     process = start(*arguments, command=small_blocks(64))
     wait_until_ready(process)
     time.sleep(seeded(len(options)).uniform(0.5, 1.5))
-    seconds, err = stop(process, "SIGINT", group=True)
+    err = stop(process, "SIGINT", group=True)
     assert process.returncode == 130
     assert [line for line in err.splitlines() if UNWATCHED not in line] == [
         f"orbitdb: interrupted; {GOES_ON}"
     ]
-    assert seconds < 30
     assert not alive(process.pid)
     assert is_sound(path)
     agrees(path)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("turn", range(6))
+@pytest.mark.parametrize("turn", range(4))
 def test_ctrl_c_at_any_moment(tmp_path, turn):
     """Processes that start, work or end, Ctrl-C once or twice: one line, and nobody is left behind."""
     moments = seeded(turn)
@@ -152,7 +122,7 @@ def test_ctrl_c_at_any_moment(tmp_path, turn):
     if turn % 2:
         os.killpg(process.pid, signal.SIGINT)
         time.sleep(moments.uniform(0.0, 0.3))
-    _, err = stop(process, "SIGINT", group=True)
+    err = stop(process, "SIGINT", group=True)
     assert process.returncode == 130
     assert [line for line in err.splitlines() if UNWATCHED not in line] == [
         f"orbitdb: interrupted; {GOES_ON}"
@@ -160,19 +130,21 @@ def test_ctrl_c_at_any_moment(tmp_path, turn):
     assert not alive(process.pid)
 
 
+@pytest.mark.slow
 def test_a_signal_to_terminate_leaves_nobody_behind(tmp_path):
     path = tmp_path / "orbits.db"
     process = start("fill", "--p", "13", "--jobs", "2", "--db", path, command=small_blocks(512))
     wait_until_ready(process)
     while not workers_of(process):
         assert process.poll() is None
-    _, err = stop(process, "SIGTERM", group=False)
+    err = stop(process, "SIGTERM", group=False)
     assert process.returncode == 128 + signal.SIGTERM
     assert err.splitlines() == [f"orbitdb: terminated; {GOES_ON}"]
     assert not alive(process.pid)
     agrees(path)
 
 
+@pytest.mark.slow
 def test_workers_end_with_the_process_that_stores(tmp_path):
     process = start("fill", "--p", "13", "--jobs", "2", "--db", tmp_path / "orbits.db")
     while len(workers_of(process)) < 2:

@@ -1,11 +1,13 @@
 """Catalogues of older schemas: copied, brought to the newest one, and sound afterwards."""
 
 import sqlite3
+import sys
 from contextlib import closing
 from pathlib import Path
 
 import pytest
 from contents import content
+from processes import kill_group, start
 
 from orbitdb import survey
 from orbitdb.errors import StoreError
@@ -108,3 +110,60 @@ def test_a_migration_that_fails_leaves_the_file_as_it_was(older, monkeypatch):
         assert plain.execute("PRAGMA user_version").fetchone() == (1,)
         assert plain.execute("SELECT count(*) FROM cycle WHERE walls > 0").fetchone() > (0,)
     assert migrate(path).after == SCHEMA_VERSION
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+def test_two_processes_migrate_at_once(older):
+    path, before = older
+    processes = [start("migrate", "--db", path) for _ in range(2)]
+    for process in processes:
+        _, err = process.communicate(timeout=100)
+        assert process.returncode == 0, err
+        assert len(err.splitlines()) == 1
+    assert content(path) == before
+    with closing(sqlite3.connect(path.with_name("old.db.schema-1"))) as plain:
+        assert plain.execute("PRAGMA user_version").fetchone() == (1,)
+
+
+_SLOWLY = """
+import sqlite3, sys, time
+from alembic import command
+from orbitdb.store import migrate
+connect = sqlite3.connect
+def slowly(*arguments, **options):
+    connection = connect(*arguments, **options)
+    connection.set_trace_callback(told)
+    return connection
+def told(statement):
+    print(statement.split()[0], flush=True)
+    time.sleep(0.002)
+sqlite3.connect = slowly
+from pathlib import Path
+migrate.migrate(Path(sys.argv[1]))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+def test_a_migration_that_is_killed_leaves_old_or_new(older):
+    """Killed behind every few statements, from the copy to the commit and the last one."""
+    path, before = older
+    whole = path.read_bytes()
+    versions, statements = set(), 0
+    while versions != {1, SCHEMA_VERSION}:
+        statements += 4
+        for part in path.parent.glob("old.db*"):
+            part.unlink()
+        path.write_bytes(whole)
+        process = start(path, command=[sys.executable, "-P", "-c", _SLOWLY])
+        for _ in range(statements):
+            process.stdout.readline()
+        kill_group(process)
+        with closing(sqlite3.connect(path)) as plain:
+            assert plain.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+            (version,) = plain.execute("PRAGMA user_version").fetchone()
+        versions.add(version)
+        assert migrate(path).after == SCHEMA_VERSION
+        assert content(path) == before
+    assert statements > 20

@@ -1,7 +1,6 @@
 """Filling: Table 1, resuming, reuse, two processes, and kills."""
 
 import os
-import signal
 import sqlite3
 import subprocess
 import sys
@@ -115,29 +114,6 @@ def test_stopped_between_blocks_and_resumed(filled, tmp_path):
             next(going)
         going.close()
     assert [fill.state for fill in Catalogue(path).fills(1.6)].count("filling") == 1
-    fill(path)
-    assert content(path) == content(filled)
-
-
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs POSIX signals")
-def test_killed_processes_leave_a_catalogue_that_goes_on(filled, tmp_path):
-    path = tmp_path / "killed.db"
-    migrate(path)
-    script = (
-        "import sys; from pathlib import Path; from orbitdb import blocks, solve, survey;"
-        "blocks.METHODS['newton'] = blocks.Method(solve, 16);"
-        "[print(step.words, flush=True) for step in survey.fill(Path(sys.argv[1]), 1.6, range(2, 9))]"
-    )
-    for steps in (3, 20, 30):
-        process = subprocess.Popen([sys.executable, "-P", "-c", script, str(path)], stdout=subprocess.PIPE)
-        for _ in range(steps):
-            process.stdout.readline()
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        process.stdout.close()
-        with sqlite3.connect(path) as plain:
-            assert plain.execute("PRAGMA quick_check").fetchone() == ("ok",)
-        plain.close()
     fill(path)
     assert content(path) == content(filled)
 

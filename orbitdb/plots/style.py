@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -68,5 +69,7 @@ def save(made: Figure, path: Path, ending: str, description: str) -> None:
         "svg": {"Title": description, "Date": None},
         "pdf": {"Title": description, "CreationDate": None},
     }
+    drawn = BytesIO()  # not the file: where that is full, matplotlib fails in ways of its own
     with rc_context(_LOOK):
-        made.savefig(path, format=ending, dpi=200, metadata=notes[ending])
+        made.savefig(drawn, format=ending, dpi=200, metadata=notes[ending])
+    path.write_bytes(drawn.getvalue())

@@ -4,8 +4,9 @@ import os
 import sqlite3
 import stat
 import sys
+import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from urllib.parse import quote
 
@@ -18,7 +19,12 @@ from orbitdb.store.guard import refuse_tampered
 from orbitdb.store.schema import APPLICATION_ID, SCHEMA_VERSION
 
 BUSY_TIMEOUT = 5.0
-_MAGIC = b"SQLite format 3\x00"
+"""How long SQLite waits for a lock (seconds)."""
+
+_TURNS = 12
+"""How often it waits so long to write: fills side by side hold the lock most of the time."""
+
+_STEPS_BETWEEN_LOOKS = 1_000_000
 
 
 def default_path() -> Path:
@@ -54,15 +60,9 @@ def check_file(path: Path) -> int | None:
             raise StoreError(f"{path} is no ordinary file: name another with --db")
         if found.st_size == 0:
             return None
-        with path.open("rb") as file:
-            header = file.read(100)
     except OSError as error:
         raise StoreError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
-    if len(header) < 100 or not header.startswith(_MAGIC):
-        raise StoreError(f"{path} is not an orbitdb catalogue: name another file with --db")
-    pages, version, application = (int.from_bytes(header[i : i + 4], "big") for i in (28, 60, 68))
-    if path.with_name(path.name + "-wal").exists():
-        version, application = _marks(path)  # the newest ones may not have come into the file yet
+    pages, version, application = _marks(path)
     if not application and not version and pages <= 1:
         return None  # a database without a table, as a creation that was killed leaves it
     if application != APPLICATION_ID:
@@ -74,18 +74,30 @@ def check_file(path: Path) -> int | None:
     return version
 
 
-def _marks(path: Path) -> tuple[int, int]:
-    """Return the version of the schema and the mark of the program, what is in the journal included."""
-    with plain_errors(path), closing(sqlite3.connect(_uri(path, "ro"), uri=True)) as connection:
-        marks = [
-            int(connection.execute(f"PRAGMA {name}").fetchone()[0])
-            for name in ("user_version", "application_id")
-        ]
-    return marks[0], marks[1]
+def _marks(path: Path) -> tuple[int, ...]:
+    """Return the number of pages, the version of the schema and the mark of the program.
+
+    What the journal holds is taken up; where there is none, the file is only looked at.
+
+    Read by SQLite and nobody else: a process that closes a file loses all its locks on it (POSIX), those
+    of SQLite's connections among them, and other processes would take the journal away from under them.
+    """
+    if not path.with_name(path.name + "-wal").exists():
+        with suppress(sqlite3.Error):  # a writer may come at this very moment
+            return _pragmas(_uri(path) + "&immutable=1")
+    with plain_errors(path):
+        return _pragmas(_uri(path))
 
 
-def _uri(path: Path, mode: str) -> str:
-    return f"file:{_quoted(path)}?mode={mode}"
+def _pragmas(uri: str) -> tuple[int, ...]:
+    with closing(_open(uri)) as connection:
+        names = ("page_count", "user_version", "application_id")
+        return tuple(int(connection.execute(f"PRAGMA {name}").fetchone()[0]) for name in names)
+
+
+def _uri(path: Path, mode: str = "ro") -> str:
+    """Return the whole path as a URI; a name need not be UTF-8."""
+    return f"file:{quote(os.fsencode(os.path.realpath(path)))}?mode={mode}"
 
 
 def reading_engine(path: Path) -> sa.Engine:
@@ -94,7 +106,7 @@ def reading_engine(path: Path) -> sa.Engine:
     What it connects to must be a catalogue of the newest schema and hold nothing that acts
     (`orbitdb.store.guard`).
     """
-    uri = _uri(path, "ro")
+    uri = _uri(path)
     frozen = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
 
     def connect() -> sqlite3.Connection:
@@ -124,7 +136,7 @@ def writing_engine(path: Path, references: bool = True) -> sa.Engine:
 
     def connect() -> sqlite3.Connection:
         connection = _connect(uri, path, newest)
-        connection.execute("PRAGMA journal_mode = WAL")
+        _waiting(lambda: connection.execute("PRAGMA journal_mode = WAL"))
         connection.execute("PRAGMA synchronous = NORMAL")
         connection.execute(f"PRAGMA foreign_keys = {'ON' if references else 'OFF'}")
         return connection
@@ -132,18 +144,33 @@ def writing_engine(path: Path, references: bool = True) -> sa.Engine:
     return _engine(connect, "BEGIN IMMEDIATE")
 
 
-def _quoted(path: Path) -> str:
-    """Return the whole path for a URI; a name need not be UTF-8."""
-    return quote(os.fsencode(os.path.realpath(path)))
+def _waiting(ask: Callable[[], object]) -> None:
+    """Ask for a lock until it is there; between the turns Ctrl-C is heard."""
+    deadline = time.monotonic() + _TURNS * BUSY_TIMEOUT
+    while True:
+        try:
+            ask()
+            return
+        except sqlite3.OperationalError as error:
+            if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() >= deadline:
+                raise
+        time.sleep(0.01)  # where SQLite itself does not wait, as for the change to another journal
+
+
+def _open(uri: str) -> sqlite3.Connection:
+    """Connect to a database; long queries give way to Ctrl-C."""
+    connection = sqlite3.connect(
+        uri, uri=True, timeout=BUSY_TIMEOUT, isolation_level=None, check_same_thread=False
+    )
+    connection.execute("PRAGMA trusted_schema = OFF")
+    connection.set_progress_handler(lambda: 0, _STEPS_BETWEEN_LOOKS)  # Python sees signals when it is called
+    return connection
 
 
 def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
     """Connect so that nothing in the file acts, and refuse a file in which something would."""
-    connection = sqlite3.connect(
-        uri, uri=True, timeout=BUSY_TIMEOUT, isolation_level=None, check_same_thread=False
-    )
+    connection = _open(uri)
     try:
-        connection.execute("PRAGMA trusted_schema = OFF")
         connection.execute("PRAGMA cell_size_check = ON")
         if sys.version_info >= (3, 12):
             connection.setconfig(sqlite3.SQLITE_DBCONFIG_DEFENSIVE)
@@ -159,7 +186,9 @@ def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> sa.Engine:
 
     @event.listens_for(engine, "begin")
     def take_lock(connection: sa.Connection) -> None:
-        connection.exec_driver_sql(begin)
+        driver = connection.connection.driver_connection
+        assert isinstance(driver, sqlite3.Connection)
+        _waiting(lambda: driver.execute(begin))
 
     return engine
 
@@ -171,6 +200,8 @@ def plain_errors(path: Path) -> Iterator[None]:
         yield
     except (sa.exc.DBAPIError, sqlite3.Error) as error:
         cause = error.orig if isinstance(error, sa.exc.DBAPIError) else error
+        if str(cause) == "interrupted":  # by what a signal raised while SQLite was at work
+            raise KeyboardInterrupt from error
         raise StoreError(_remedy(path, str(cause))) from error
     except OSError as error:
         raise StoreError(_remedy(path, f"unable to open ({error.strerror})")) from error
@@ -180,11 +211,12 @@ def _remedy(path: Path, message: str) -> str:
     remedies = {
         "locked": f"{path} is in use by another process that writes: try again when it has finished",
         "readonly": f"{path} cannot be written: check its permissions, or name another file with --db",
-        "unable to open": f"{path} cannot be opened: check that its folder exists and may be written",
+        "unable to open": f"{path} cannot be opened: check its permissions, and those of its folder",
         "disk is full": f"no space left for {path}: free some, then run the same command again to go on",
         "malformed": f"{path} is damaged: restore a copy, or move it away and fill anew",
+        "decode to UTF-8": f"{path} is damaged: restore a copy, or move it away and fill anew",
         "not a database": f"{path} is not an orbitdb catalogue: name another file with --db",
-        "disk I/O": f"{path} cannot be read or written (disk I/O error): check the disk",
+        "disk I/O": f"{path} cannot be read or written (disk I/O error): check that the disk has room",
     }
     for part, remedy in remedies.items():
         if part in message:

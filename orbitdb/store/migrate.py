@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import sqlalchemy as sa
 
+from orbitdb.errors import StoreError
 from orbitdb.store.database import check_file, plain_errors, writing_engine
 from orbitdb.store.schema import APPLICATION_ID, SCHEMA_VERSION
 
@@ -39,12 +40,19 @@ def migrate(path: Path) -> Migration:
     before = check_file(path) or 0
     if before == SCHEMA_VERSION:
         return Migration(before, before, None)
-    with plain_errors(path):
+    try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        backup = _back_up(path, before) if before else None
+    except OSError as error:
+        raise StoreError(
+            f"{path.parent} cannot be made ({error.strerror}): name a file in another folder with --db"
+        ) from error
+    backup = None
+    with plain_errors(path):
         engine = writing_engine(path)
         with engine.begin() as connection:
-            if connection.exec_driver_sql("PRAGMA user_version").scalar_one() == before:
+            before = int(connection.exec_driver_sql("PRAGMA user_version").scalar_one())
+            if before != SCHEMA_VERSION:  # else another process has done it meanwhile
+                backup = _back_up(path, before) if before else None  # while nobody else can write
                 _upgrade(connection)
                 connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
                 connection.exec_driver_sql(f"PRAGMA user_version = {SCHEMA_VERSION}")
@@ -56,13 +64,18 @@ def _back_up(path: Path, version: int) -> Path:
     """Copy a database with all that its journal holds; the copy has its name once it is complete."""
     backup = path.with_name(f"{path.name}.schema-{version}")
     draft = backup.with_name(backup.name + ".part")
-    draft.unlink(missing_ok=True)
+    parts = (draft, draft.with_name(draft.name + "-journal"))
     try:
+        for part in parts:
+            part.unlink(missing_ok=True)  # of a migration that was killed
         with closing(sqlite3.connect(path)) as old, closing(sqlite3.connect(draft)) as copy:
             old.backup(copy)
         draft.replace(backup)
+    except OSError as error:
+        raise StoreError(f"{backup} cannot be written ({error.strerror}); nothing was changed") from error
     finally:
-        draft.unlink(missing_ok=True)
+        for part in parts:
+            part.unlink(missing_ok=True)
     return backup
 
 

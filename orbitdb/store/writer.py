@@ -1,8 +1,9 @@
 """A catalogue opened for writing."""
 
 import json
+import sqlite3
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -33,15 +34,28 @@ class Writer:
         self._engine = writing_engine(path, references)
         self._parameters = parameters
         self._run_ids: dict[str, int] = {}
+        self._written = False
 
     @contextmanager
     def writing(self) -> Iterator[sa.Connection]:
         """Give a connection that holds the write lock; all is written, or nothing."""
-        with plain_errors(self.path), self._engine.begin() as connection:
-            yield connection
+        noted = dict(self._run_ids)
+        try:
+            with plain_errors(self.path), self._engine.begin() as connection:
+                yield connection
+        except BaseException:
+            self._run_ids = noted  # what was noted since is gone with the rest
+            raise
+        self._written = True
 
     def close(self) -> None:
-        """Close the file, so that no journal stays beside it."""
+        """Close the file, with all that was written in it and not in the journal, whoever reads it still."""
+        if self._written:
+            with (
+                suppress(sa.exc.DBAPIError, sqlite3.Error),
+                closing(self._engine.raw_connection()) as connection,
+            ):
+                connection.execute("PRAGMA wal_checkpoint")
         self._engine.dispose()
 
     def run_id(self, connection: sa.Connection, computed: str | None = None) -> int:

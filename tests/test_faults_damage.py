@@ -1,0 +1,125 @@
+"""Damaged files: never a traceback, one line that says so, and `verify` finds what is not as it was."""
+
+import random
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from processes import run_several, seeded
+
+PAGE = 4096
+COMMANDS = (
+    ["query", "--p", "5", "--json"],
+    ["query", "--code", "1232131"],
+    ["table"],
+    ["info"],
+    ["fill", "--p", "8"],
+    ["fill", "--p", "5", "--a", "1"],
+    ["export", "--format", "csv", "--p", "6"],
+    ["verify"],
+)
+UNCHECKED = {
+    "fill": {"seconds", "enumerating", "solving", "storing", "cursor", "words"},
+    "run": {"started", "version", "parameters"},
+    "orbit": {"iterations", "run"},
+    "stadium": set(),
+}
+"""What no computation can tell again: times, and who wrote a row."""
+
+
+def judge(found: list[tuple[list[str], int, str]]) -> int:
+    """Check that every command ended as it should; return the exit code of ``verify``."""
+    for arguments, code, err in found:
+        allowed = {0, 1, 3} if arguments[0] == "verify" else {0, 3}
+        assert code in allowed, (arguments, code, err)
+        assert "Traceback" not in err
+        assert code != 3 or len(err.splitlines()) == 1, (arguments, err)
+    return found[-1][1]
+
+
+def checked_rows(path: Path) -> dict[str, list[tuple]]:
+    """Return all that ``verify`` answers for."""
+    tables = {}
+    with closing(sqlite3.connect(path)) as plain:
+        plain.text_factory = bytes
+        for table in ("cycle", "sequence", "orbit", "fill", "stadium"):
+            names = [row[1].decode() for row in plain.execute(f"PRAGMA table_info({table})")]
+            wanted = ", ".join(name for name in names if name not in UNCHECKED.get(table, set()))
+            tables[table] = plain.execute(f"SELECT {wanted} FROM {table} NOT INDEXED").fetchall()
+    return tables
+
+
+def put(path: Path, data: bytes) -> None:
+    """Write a file that has no journal."""
+    for part in path.parent.glob(f"{path.name}-*"):
+        part.unlink()
+    path.write_bytes(data)
+
+
+def truncated(data: bytes, moments: random.Random) -> bytes:
+    return data[: moments.randrange(100, len(data))]
+
+
+def noisy_page(data: bytes, moments: random.Random) -> bytes:
+    start = PAGE * moments.randrange(len(data) // PAGE)
+    return data[:start] + moments.randbytes(PAGE) + data[start + PAGE :]
+
+
+def empty_page(data: bytes, moments: random.Random) -> bytes:
+    start = PAGE * moments.randrange(len(data) // PAGE)
+    return data[:start] + bytes(PAGE) + data[start + PAGE :]
+
+
+def flipped_bit(data: bytes, moments: random.Random) -> bytes:
+    place, bit = moments.randrange(len(data)), moments.randrange(8)
+    return data[:place] + bytes([data[place] ^ 1 << bit]) + data[place + 1 :]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"no database at all " * 50,
+        *(
+            pytest.param(content, marks=pytest.mark.slow)
+            for content in (b"", b"short", b"SQLite format 3\0" + bytes(200))
+        ),
+    ],
+)
+def test_no_catalogue(tmp_path, content):
+    path = tmp_path / "other.db"
+    path.write_bytes(content)
+    reading = [each for each in COMMANDS if each[0] != "fill" and "--code" not in each]
+    for arguments, code, err in run_several([*reading, ["browse"]], path):
+        assert code == (2 if arguments[0] == "browse" else 3), arguments
+        assert len(err.splitlines()) == 1
+    assert path.read_bytes() == content
+
+
+@pytest.mark.parametrize(
+    "harm",
+    [
+        noisy_page,
+        *(pytest.param(harm, marks=pytest.mark.slow) for harm in (truncated, empty_page, flipped_bit)),
+    ],
+)
+def test_damage_is_told_in_one_line(filled, harm):
+    broken = filled.with_name("broken.db")
+    broken.write_bytes(harm(filled.read_bytes(), seeded(1)))
+    judge(run_several(COMMANDS, broken))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("harm", "times"), [(truncated, 2), (noisy_page, 3), (empty_page, 3), (flipped_bit, 8)]
+)
+def test_verify_finds_damage_or_there_is_none(filled, harm, times):
+    moments, data, sound = seeded(2026), filled.read_bytes(), checked_rows(filled)
+    broken = filled.with_name("broken.db")
+    for _ in range(times):
+        harmed = harm(data, moments)
+        put(broken, harmed)
+        if judge(run_several([["verify"]], broken)) == 0:
+            assert checked_rows(broken) == sound
+        put(broken, harmed)
+        judge(run_several(COMMANDS, broken))
