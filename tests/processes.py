@@ -6,6 +6,7 @@ import random
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -56,6 +57,14 @@ def alive(group: int) -> list[int]:
     listed = subprocess.run(["ps", "-eo", "pid=,pgid=,stat="], capture_output=True, text=True, check=True)
     members = [line.split() for line in listed.stdout.splitlines()]
     return [int(pid) for pid, pgid, state in members if int(pgid) == group and not state.startswith("Z")]
+
+
+def nobody_left(process: subprocess.Popen) -> bool:
+    """Tell whether all processes of a command that has ended end with it, in a moment."""
+    deadline = time.monotonic() + 30
+    while alive(process.pid) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    return not alive(process.pid)
 
 
 def workers_of(process: subprocess.Popen) -> list[int]:

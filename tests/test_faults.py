@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from contents import agrees, content, is_sound, rows
-from processes import alive, kill_group, run, seeded, small_blocks, start, wait_until_ready, workers_of
+from processes import kill_group, nobody_left, run, seeded, small_blocks, start, wait_until_ready, workers_of
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
@@ -104,7 +104,7 @@ def test_ctrl_c_ends_at_once_with_one_line(tmp_path, options):
     assert [line for line in err.splitlines() if UNWATCHED not in line] == [
         f"orbitdb: interrupted; {GOES_ON}"
     ]
-    assert not alive(process.pid)
+    assert nobody_left(process)
     assert is_sound(path)
     agrees(path)
 
@@ -127,7 +127,7 @@ def test_ctrl_c_at_any_moment(tmp_path, turn):
     assert [line for line in err.splitlines() if UNWATCHED not in line] == [
         f"orbitdb: interrupted; {GOES_ON}"
     ]
-    assert not alive(process.pid)
+    assert nobody_left(process)
 
 
 @pytest.mark.slow
@@ -140,7 +140,7 @@ def test_a_signal_to_terminate_leaves_nobody_behind(tmp_path):
     err = stop(process, "SIGTERM", group=False)
     assert process.returncode == 128 + signal.SIGTERM
     assert err.splitlines() == [f"orbitdb: terminated; {GOES_ON}"]
-    assert not alive(process.pid)
+    assert nobody_left(process)
     agrees(path)
 
 
@@ -151,7 +151,4 @@ def test_workers_end_with_the_process_that_stores(tmp_path):
         assert process.poll() is None
     process.kill()
     process.communicate()  # its stderr is closed when the last process that has it ends
-    deadline = time.monotonic() + 30
-    while alive(process.pid) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert not alive(process.pid)
+    assert nobody_left(process)

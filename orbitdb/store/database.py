@@ -203,8 +203,6 @@ def plain_errors(path: Path) -> Iterator[None]:
         if str(cause) == "interrupted":  # by what a signal raised while SQLite was at work
             raise KeyboardInterrupt from error
         raise StoreError(_remedy(path, str(cause))) from error
-    except OSError as error:
-        raise StoreError(_remedy(path, f"unable to open ({error.strerror})")) from error
 
 
 def _remedy(path: Path, message: str) -> str:
