@@ -14,6 +14,7 @@ from itertools import pairwise
 
 import sqlalchemy as sa
 
+from orbitdb.plaintext import line
 from orbitdb.selection import SelectionError
 from orbitdb.store.schema import catalogue
 from orbitdb.store.tokens import Token, meaningful, tokens
@@ -185,4 +186,4 @@ def refusal(where: str, message: str) -> SelectionError:
     elif "user-defined function" in message:
         message = "replace() takes texts, and may not make them longer"
     shown = where if len(where) <= _SHOWN else f"{where[: _SHOWN - 3]}..."
-    return SelectionError(f"where {shown!r}: {message}")
+    return SelectionError(line(f"where {shown!r}: {message}"))
