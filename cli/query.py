@@ -98,6 +98,8 @@ def query(
         total = catalogue.count(chosen) if count == shown else count
         more = f"; {count} shown, --limit {total} shows all" if total > count else ""
         note(f"{total} {chosen.describe()}{more}")
+    elif not count:
+        note(f"no {chosen.describe()}")
     if not count:
         raise typer.Exit(1)
 

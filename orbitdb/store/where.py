@@ -102,7 +102,7 @@ def _check_shape(found: list[Token]) -> None:
             if any(level.subquery for level in levels[:-1]):
                 raise ValueError("a subquery may not hold another one")
             levels[-1] = _Level(subquery=True)
-        elif token.text.strip('"`[]').lower() == catalogue.name and behind.text != ".":
+        elif token.text.strip("\"'`[]").lower() == catalogue.name and behind.text != ".":
             inner = next((level for level in reversed(levels) if level.subquery), levels[0])
             inner.tables += 1
             if inner.tables > 1:
