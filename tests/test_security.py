@@ -26,6 +26,7 @@ from orbitdb.store import confinement
 from orbitdb.store.catalogue import Catalogue
 from orbitdb.store.guard import VIEW, TamperedError
 from orbitdb.store.migrate import migrate
+from orbitdb.store.pages import CancelledError, chosen_keys, load_index
 from orbitdb.store.schema import SCHEMA_VERSION, metadata
 from orbitdb.store.tokens import tokens
 
@@ -221,20 +222,33 @@ def test_the_time_of_those_who_use_the_rows_does_not_count(own, monkeypatch):
     monkeypatch.setattr(where, "SECONDS", 1.0)
     clock = iter(float(10 * n) for n in range(1000))
     monkeypatch.setattr(confinement.time, "monotonic", lambda: next(clock))
-    patience = confinement.Patience(25.0)  # at 0
+    patience = confinement.Patience(25.0, confinement.never)  # at 0
     with patience.resting():  # from 10 to 20
         pass
     assert not patience.ended  # at 30: 20 have gone
     assert patience.ended  # at 40
 
 
+def slow_filter() -> Selection:
+    """Return a choice that takes a minute or more on the filled catalogue."""
+    rest = " + ".join(f"b.length * catalogue.lyapunov * {n}" for n in range(60))
+    return Selection(where=f"(SELECT sum({rest}) FROM catalogue AS b WHERE b.code <> catalogue.code) < 0")
+
+
+def test_a_filter_that_nobody_waits_for_any_more_is_stopped(filled):
+    catalogue = Catalogue(filled)
+    asked = iter([False] * 50)
+    with pytest.raises((SelectionError, CancelledError)):
+        chosen_keys(catalogue, load_index(catalogue, 1.6), slow_filter(), cancelled=lambda: next(asked, True))
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 def test_ctrl_c_is_no_refusal(filled):
     """SQLite, asked for the time, swallows the interrupt; it must not be told as a slow expression."""
-    rest = " + ".join(f"b.length * catalogue.lyapunov * {n}" for n in range(60))
-    slow = f"(SELECT sum({rest}) FROM catalogue AS b WHERE b.code <> catalogue.code) < 0"
     process = subprocess.Popen(
-        [*MAIN, "query", "--where", slow, "--db", str(filled)], stderr=subprocess.PIPE, text=True
+        [*MAIN, "query", "--where", str(slow_filter().where), "--db", str(filled)],
+        stderr=subprocess.PIPE,
+        text=True,
     )
     with contextlib.suppress(subprocess.TimeoutExpired):
         process.wait(3)

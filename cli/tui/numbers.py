@@ -66,7 +66,8 @@ def statistics(
     for fill in fills:
         if cancelled():
             return
-        part, words[fill.p] = _classes_of(catalogue, replace(selection, periods=((fill.p, fill.p),)))
+        chosen = replace(selection, periods=((fill.p, fill.p),))
+        part, words[fill.p] = _classes_of(catalogue, chosen, cancelled)
         parts.append(part)
         rows = _joined(parts)
         if len(rows):
@@ -82,10 +83,13 @@ def statistics(
             )
 
 
-def _classes_of(catalogue: "Catalogue", selection: Selection) -> tuple[ClassRows, int]:
+def _classes_of(
+    catalogue: "Catalogue", selection: Selection, cancelled: Callable[[], bool]
+) -> tuple[ClassRows, int]:
     """Return the classes of the chosen words, each with the number of them that are chosen."""
     columns = ("cycle", "p", "walls", "length", "lyapunov")
-    data = np.array(list(catalogue.rows(selection, columns)), dtype=float).reshape(-1, len(columns))
+    rows = list(catalogue.rows(selection, columns, cancelled=cancelled))
+    data = np.array(rows, dtype=float).reshape(-1, len(columns))
     data = data[np.isfinite(data).all(axis=1)]
     _, first, counts = np.unique(data[:, 0], return_index=True, return_counts=True)
     _, p, walls, length, exponent = data[first].T

@@ -2,7 +2,7 @@
 
 import math
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +18,7 @@ from orbitdb.pruning import pruned_word
 from orbitdb.selection import Selection, SelectionError, choose
 from orbitdb.stadium import Stadium
 from orbitdb.store import where as free
-from orbitdb.store.confinement import Patience, confined
+from orbitdb.store.confinement import Patience, confined, never
 from orbitdb.store.database import check_file, default_path, plain_errors, reading_engine
 from orbitdb.store.fills import Fill, as_fill
 from orbitdb.store.migrate import migrate
@@ -242,6 +242,7 @@ class Catalogue:
         order: str = "p,code",
         limit: int | None = None,
         offset: int = 0,
+        cancelled: Callable[[], bool] = never,
     ) -> Iterator[tuple[Any, ...]]:
         """Yield rows of a chosen subset, one a symbol sequence.
 
@@ -254,6 +255,8 @@ class Catalogue:
             Columns with commas between, each with ``desc`` behind it or ``-`` before it to fall.
         limit, offset : int, optional
             How many rows at most, and how many to pass over first.
+        cancelled : callable, optional
+            Asked now and then, while there is a free expression, whether to stop.
 
         Raises
         ------
@@ -263,7 +266,7 @@ class Catalogue:
         query = sa.select(*(column_of(name) for name in columns)).order_by(*ordering_of(order))
         if limit is not None or offset:
             query = query.limit(-1 if limit is None else min(limit, _ALL)).offset(min(offset, _ALL))
-        with self.selecting(selection) as (connection, conditions, patience):
+        with self.selecting(selection, cancelled=cancelled) as (connection, conditions, patience):
             result = connection.execute(query.where(*conditions))
             while block := result.fetchmany(_BLOCK):
                 with patience.resting():
@@ -271,15 +274,18 @@ class Catalogue:
 
     @contextmanager
     def selecting(
-        self, selection: Selection, columns: Columns = catalogue.c
+        self,
+        selection: Selection,
+        columns: Columns = catalogue.c,
+        cancelled: Callable[[], bool] = never,
     ) -> Iterator[tuple[sa.Connection, list[sa.ColumnElement[bool] | sa.TextClause], Patience]]:
         """Give a connection for one query over a subset, confined if it has a free expression."""
         with self.reading() as connection:
             if selection.where is None:
-                yield connection, conditions_of(selection, columns), Patience(math.inf)
+                yield connection, conditions_of(selection, columns), Patience(math.inf, never)
                 return
             free.check(selection.where, dict(selection.parameters))
-            with confined(connection) as patience:
+            with confined(connection, cancelled) as patience:
                 try:
                     yield connection, conditions_of(selection, columns), patience
                 except (sa.exc.DBAPIError, sqlite3.Error) as error:

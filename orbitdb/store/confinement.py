@@ -2,7 +2,7 @@
 
 import sqlite3
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import sqlalchemy as sa
@@ -20,39 +20,44 @@ _TABLES_OF_VIEW = {"sequence", "cycle", "stadium", "orbit"}
 class Patience:
     """How long a query may still work; the time of those who use its rows does not count.
 
-    Attributes
+    Parameters
     ----------
-    left : float
-        Seconds, until `started`.
-    started : float
-        When it began to work, on the monotonic clock.
+    seconds : float
+        From now on.
+    cancelled : callable
+        Asked now and then whether nobody waits any more.
     """
 
-    def __init__(self, seconds: float) -> None:
-        self.left = seconds
-        self.started = time.monotonic()
+    def __init__(self, seconds: float, cancelled: Callable[[], bool]) -> None:
+        self._left, self._cancelled = seconds, cancelled
+        self._started = time.monotonic()
 
     @property
     def ended(self) -> bool:
-        """Whether there is no time left."""
-        return time.monotonic() - self.started > self.left
+        """Whether there is no time left, or nobody who waits."""
+        return time.monotonic() - self._started > self._left or self._cancelled()
 
     @contextmanager
     def resting(self) -> Iterator[None]:
         """Stop the clock while somebody uses rows."""
-        self.left -= time.monotonic() - self.started
+        self._left -= time.monotonic() - self._started
         try:
             yield
         finally:
-            self.started = time.monotonic()
+            self._started = time.monotonic()
+
+
+def never() -> bool:
+    """Say that the result is still wanted."""
+    return False
 
 
 @contextmanager
-def confined(connection: sa.Connection) -> Iterator[Patience]:
+def confined(connection: sa.Connection, cancelled: Callable[[], bool]) -> Iterator[Patience]:
     """Let a connection run a checked expression, for a limited time and with texts of limited size."""
     driver = connection.connection.driver_connection
     assert isinstance(driver, sqlite3.Connection)
-    patience = Patience(free.SECONDS)
+    patience = Patience(free.SECONDS, cancelled)
     sizes = {
         sqlite3.SQLITE_LIMIT_LENGTH: _LONGEST_TEXT,
         sqlite3.SQLITE_LIMIT_LIKE_PATTERN_LENGTH: _LONGEST_PATTERN,
