@@ -52,6 +52,7 @@ def simulate(
     """
     from orbitdb import trajectory
     from orbitdb.stadium import Stadium
+    from orbitdb.store.catalogue import Catalogue
     from orbitdb.store.database import default_path
 
     if not 1 <= bounces <= _MOST:
@@ -60,7 +61,8 @@ def simulate(
         raise InputError(f"seed {seed}: give 0 or more")
     stadium = Stadium(a)
     if store:
-        bring(db or default_path())  # what is wrong with the catalogue is to be known before
+        bring(db or default_path())
+        Catalogue(db)  # what is wrong with the catalogue is to be known before
     with _progress() as show:
         found = trajectory.simulate(stadium, bounces, seed, progress=show)
     values = {"a": a, **asdict(found)}

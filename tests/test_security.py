@@ -222,11 +222,11 @@ def test_the_time_of_those_who_use_the_rows_does_not_count(own, monkeypatch):
     monkeypatch.setattr(where, "SECONDS", 1.0)
     clock = iter(float(10 * n) for n in range(1000))
     monkeypatch.setattr(confinement.time, "monotonic", lambda: next(clock))
-    patience = confinement.Patience(25.0, confinement.never)  # at 0
-    with patience.resting():  # from 10 to 20
+    patience = confinement.Patience(35.0)  # at 0
+    with patience.working():  # from 10 to 30: 15 are left from 40 on
         pass
-    assert not patience.ended  # at 30: 20 have gone
-    assert patience.ended  # at 40
+    assert not patience.ended  # at 50
+    assert patience.ended  # at 60
 
 
 def slow_filter() -> Selection:
@@ -520,7 +520,8 @@ def evil(path: Path) -> None:
     """Give rows the texts of a maker who wants them run by what shows them."""
     quoted = [text.replace("'", "''").replace("\x00", "' || char(0) || '") for text in FORMULAS + ESCAPES]
     case = " ".join(f"WHEN {n} THEN '{text}'" for n, text in enumerate(quoted))
-    chosen = f"CASE id % {len(quoted)} {case} END"
+    rank = "(SELECT count(*) FROM cycle AS other WHERE other.id < cycle.id)"
+    chosen = f"CASE {rank} % {len(quoted)} {case} END"
     alter(
         path,
         f"UPDATE cycle SET symmetry = {chosen}, time_reversal = {chosen}",

@@ -17,7 +17,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.orbits import Status
-from orbitdb.selection import Selection
+from orbitdb.selection import Selection, SelectionError
 from orbitdb.store.catalogue import Catalogue
 from orbitdb.store.confinement import never
 from orbitdb.store.rows import is_written, need_words, unsound
@@ -270,12 +270,17 @@ def _scanned(
     """Return the keys of a subset in any order, by a pass over the view."""
     numbers = {word: _LONG + place for place, word in enumerate(index.long_words)}
     found: list[int] = []
-    for count, (word,) in enumerate(catalogue.rows(selection, ("code",), order, cancelled=cancelled)):
-        if count % _BLOCK == 0 and cancelled():
-            raise CancelledError
-        number = key(word) if len(word) <= MAX_KEYED else numbers.get(word)
-        if number is not None:
-            found.append(number)
+    try:
+        for count, (word,) in enumerate(catalogue.rows(selection, ("code",), order, cancelled=cancelled)):
+            if count % _BLOCK == 0 and cancelled():
+                raise CancelledError
+            number = key(word) if len(word) <= MAX_KEYED else numbers.get(word)
+            if number is not None:
+                found.append(number)
+    except SelectionError:
+        if cancelled():
+            raise CancelledError from None
+        raise
     return np.array(found, dtype=np.int64)
 
 
