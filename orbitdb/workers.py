@@ -6,6 +6,7 @@ way that memory stays bounded whatever the period.
 
 import multiprocessing
 import os
+import pickle
 import signal
 import threading
 from collections import deque
@@ -13,8 +14,11 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import Protocol, Self
+from uuid import uuid4
 
 from orbitdb.blocks import Block, SolvedBlock, solve_block
 from orbitdb.errors import WorkError
@@ -72,6 +76,7 @@ class Processes:
         self.jobs = jobs
         self._executor: Executor | None = None
         self._lifeline: Connection | None = None
+        self._folder: TemporaryDirectory[str] | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -87,14 +92,15 @@ class Processes:
         """Yield what became of blocks, in their order."""
         return in_order(self, blocks, lambda: _AHEAD * self.jobs)
 
-    def submit(self, block: Block) -> Future[SolvedBlock]:
+    def submit(self, block: Block) -> "Parcel":
         """Begin with a block."""
-        if self._executor is None:
+        if self._executor is None or self._folder is None:
+            self._folder = TemporaryDirectory(prefix="orbitdb-")
             fresh = multiprocessing.get_context("spawn")  # a fork would share open databases
             end, self._lifeline = fresh.Pipe(duplex=False)
             self._executor = ProcessPoolExecutor(self.jobs, fresh, _begin_worker, (end,))
         with _signals_held_back():  # this may start a process
-            return self._executor.submit(solve_block, block)
+            return Parcel(block, Path(self._folder.name), self._executor)
 
     def renew(self) -> None:
         """Put new processes in the place of those of which one has died."""
@@ -104,13 +110,52 @@ class Processes:
         if self._executor is not None and self._lifeline is not None:
             self._executor.shutdown(cancel_futures=True)
             self._lifeline.close()
-        self._executor = self._lifeline = None
+        if self._folder is not None:
+            self._folder.cleanup()
+        self._executor = self._lifeline = self._folder = None
+
+
+class Parcel:
+    """A block on its way to a worker and back, in files.
+
+    Through the pipes of the executor goes no more than their name, which is written at one stroke: a
+    process that dies while it writes something longer leaves the other end waiting for ever.
+    """
+
+    def __init__(self, block: Block, folder: Path, executor: Executor) -> None:
+        self._path = folder / uuid4().hex
+        self._path.write_bytes(pickle.dumps(block))
+        self._solved = executor.submit(_solve_parcel, self._path)
+
+    def result(self) -> SolvedBlock:
+        """Wait for the worker and return what it found.
+
+        Raises
+        ------
+        BrokenExecutor
+            If a worker has died.
+        """
+        self._solved.result()
+        found: SolvedBlock = pickle.loads(self._path.read_bytes())
+        self._path.unlink()
+        return found
+
+
+def _solve_parcel(path: Path) -> None:
+    path.write_bytes(pickle.dumps(solve_block(pickle.loads(path.read_bytes()))))
+
+
+class Promise(Protocol):
+    """What becomes of a block, once it is known."""
+
+    def result(self) -> SolvedBlock:
+        """Wait for it and return it."""
 
 
 class Pool(Protocol):
     """Something that takes blocks and promises their results."""
 
-    def submit(self, block: Block) -> Future[SolvedBlock]:
+    def submit(self, block: Block) -> Promise:
         """Begin with a block."""
 
     def renew(self) -> None:
@@ -138,7 +183,7 @@ def in_order(pool: Pool, blocks: Iterable[Block], ahead: Callable[[], int]) -> I
     Blocks under way are not cancelled when nobody wants them any more: the executor of Python 3.11 fails
     if one of its processes dies while it holds a cancelled future.
     """
-    waiting: deque[tuple[Block, Future[SolvedBlock]]] = deque()
+    waiting: deque[tuple[Block, Promise]] = deque()
     for block in blocks:
         waiting.append((block, _submit(pool, block)))
         while len(waiting) > ahead():
@@ -147,7 +192,7 @@ def in_order(pool: Pool, blocks: Iterable[Block], ahead: Callable[[], int]) -> I
         yield _first_result(pool, waiting)
 
 
-def _submit(pool: Pool, block: Block) -> Future[SolvedBlock]:
+def _submit(pool: Pool, block: Block) -> Promise:
     """Begin with a block; if workers have died unnoticed, promise what tells so."""
     try:
         return pool.submit(block)
@@ -157,7 +202,7 @@ def _submit(pool: Pool, block: Block) -> Future[SolvedBlock]:
         return broken
 
 
-def _first_result(pool: Pool, waiting: deque[tuple[Block, Future[SolvedBlock]]]) -> SolvedBlock:
+def _first_result(pool: Pool, waiting: deque[tuple[Block, Promise]]) -> SolvedBlock:
     """Wait for the first block under way; begin anew with all of them if a worker has died."""
     for _ in range(_DEATHS):
         try:
