@@ -94,6 +94,8 @@ def query(
     if form is Format.TABLE:
         more = f"; {count} shown, --limit {total} shows all" if total > count else ""
         note(f"{total} {chosen.describe()}{more}")
+    elif not count:
+        note(f"no {chosen.describe()}")
     if not count:
         raise typer.Exit(1)
 

@@ -1,6 +1,6 @@
 """Catalogue: a database of periodic orbits, opened for reading."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
@@ -13,7 +13,7 @@ from orbitdb.errors import StoreError
 from orbitdb.orbits import Orbit, Status
 from orbitdb.selection import Selection, SelectionError, choose
 from orbitdb.stadium import Stadium
-from orbitdb.store.confinement import Patience
+from orbitdb.store.confinement import Patience, never
 from orbitdb.store.database import check_file, default_path, plain_errors, reading_engine
 from orbitdb.store.fills import Fill, as_fill
 from orbitdb.store.lookup import find_word
@@ -229,6 +229,7 @@ class Catalogue:
         order: str = "p,code",
         limit: int | None = None,
         offset: int = 0,
+        cancelled: Callable[[], bool] = never,
     ) -> Iterator[tuple[Any, ...]]:
         """Yield rows of a chosen subset, one a symbol sequence.
 
@@ -241,6 +242,8 @@ class Catalogue:
             Columns with commas between, each with ``desc`` behind it or ``-`` before it to fall.
         limit, offset : int, optional
             How many rows at most, and how many to pass over first.
+        cancelled : callable, optional
+            Asked now and then, while there is a free expression, whether to stop.
 
         Raises
         ------
@@ -251,7 +254,7 @@ class Catalogue:
         if limit is not None or offset:
             query = query.limit(-1 if limit is None else min(limit, _ALL)).offset(min(offset, _ALL))
         with self.reading() as connection:
-            query, patience = query.where(*conditions_of(selection)), Patience()
+            query, patience = query.where(*conditions_of(selection)), Patience(cancelled=cancelled)
             with answering(connection, selection, patience):
                 result = connection.execute(query)
             while True:

@@ -2,7 +2,7 @@
 
 import sqlite3
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import sqlalchemy as sa
@@ -17,36 +17,42 @@ _STEPS_BETWEEN_LOOKS = 1_000
 _TABLES_OF_VIEW = {"sequence", "cycle", "stadium", "orbit"}
 
 
+def never() -> bool:
+    """Say that the result is still wanted."""
+    return False
+
+
 class Patience:
     """How long a query may still work; the time of those who use its rows does not count.
 
-    Attributes
+    Parameters
     ----------
-    left : float
-        Seconds, until `started`; by default `where.SECONDS`.
-    started : float
-        When it began to work, on the monotonic clock.
+    left : float, optional
+        Seconds; by default `where.SECONDS`.
+    cancelled : callable, optional
+        Asked now and then whether nobody waits any more.
     """
 
-    def __init__(self, seconds: float | None = None) -> None:
-        self.left = free.SECONDS if seconds is None else seconds
-        self.started = time.monotonic()
+    def __init__(self, left: float | None = None, cancelled: Callable[[], bool] = never) -> None:
+        self._left = free.SECONDS if left is None else left
+        self._started = time.monotonic()
+        self._cancelled = cancelled
 
     @property
     def ended(self) -> bool:
-        """Whether there is no time left."""
-        return time.monotonic() - self.started > self.left
+        """Whether there is no time left, or nobody who waits."""
+        return time.monotonic() - self._started > self._left or self._cancelled()
 
     @contextmanager
     def working(self) -> Iterator[None]:
         """Let the clock run."""
-        self.started = time.monotonic()
+        self._started = time.monotonic()
         try:
             yield
         finally:
             if not self.ended:
-                self.left -= time.monotonic() - self.started
-                self.started = time.monotonic()
+                self._left -= time.monotonic() - self._started
+                self._started = time.monotonic()
 
 
 def tame(connection: sqlite3.Connection) -> None:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from orbitdb.orbits import Status
 from orbitdb.selection import Selection
 from orbitdb.store.catalogue import Catalogue
+from orbitdb.store.confinement import never
 from orbitdb.store.rows import is_written, need_words, unsound
 from orbitdb.store.schema import catalogue as view
 from orbitdb.store.schema import certificate, cycle, orbit, sequence, stadium
@@ -46,11 +47,6 @@ _CLASS = {
 
 class CancelledError(Exception):
     """Nobody waits for the result any more."""
-
-
-def never() -> bool:
-    """Say that the result is still wanted."""
-    return False
 
 
 @dataclass(frozen=True)
@@ -274,7 +270,7 @@ def _scanned(
     """Return the keys of a subset in any order, by a pass over the view."""
     numbers = {word: _LONG + place for place, word in enumerate(index.long_words)}
     found: list[int] = []
-    for count, (word,) in enumerate(catalogue.rows(selection, ("code",), order)):
+    for count, (word,) in enumerate(catalogue.rows(selection, ("code",), order, cancelled=cancelled)):
         if count % _BLOCK == 0 and cancelled():
             raise CancelledError
         number = key(word) if len(word) <= MAX_KEYED else numbers.get(word)

@@ -14,6 +14,7 @@ from itertools import pairwise
 
 import sqlalchemy as sa
 
+from orbitdb.plaintext import line
 from orbitdb.selection import SelectionError
 from orbitdb.store.schema import catalogue
 from orbitdb.store.tokens import Token, meaningful, tokens
@@ -101,7 +102,7 @@ def _check_shape(found: list[Token]) -> None:
             if any(level.subquery for level in levels[:-1]):
                 raise ValueError("a subquery may not hold another one")
             levels[-1] = _Level(subquery=True)
-        elif token.text.strip('"`[]').lower() == catalogue.name and behind.text != ".":
+        elif token.text.strip("\"'`[]").lower() == catalogue.name and behind.text != ".":
             inner = next((level for level in reversed(levels) if level.subquery), levels[0])
             inner.tables += 1
             if inner.tables > 1:
@@ -185,4 +186,4 @@ def refusal(where: str, message: str) -> SelectionError:
     elif "user-defined function" in message:
         message = "replace() takes texts, and may not make them longer"
     shown = where if len(where) <= _SHOWN else f"{where[: _SHOWN - 3]}..."
-    return SelectionError(f"where {shown!r}: {message}")
+    return SelectionError(line(f"where {shown!r}: {message}"))
