@@ -2,14 +2,17 @@
 
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
+from typing import TypeVar
 
-_PATIENCE = 5.0
+_PATIENCE = 1.0
 """Seconds in which a further Ctrl-C does not disturb what the first one has set going."""
 
 _TERMINATING = ("SIGTERM", "SIGHUP")
+
+Step = TypeVar("Step")
 
 
 class Terminated(BaseException):
@@ -30,7 +33,7 @@ def end_as_users_expect() -> None:
     if hasattr(signal, "SIGPIPE"):
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, _InterruptOnce())
+        signal.signal(signal.SIGINT, _interrupt)
 
 
 def end_undisturbed() -> None:
@@ -41,12 +44,28 @@ def end_undisturbed() -> None:
 class _InterruptOnce:
     def __init__(self) -> None:
         self.last = -_PATIENCE
+        self.pressed = False
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()
         if now - self.last >= _PATIENCE:
             self.last = now
+            self.pressed = True
             raise KeyboardInterrupt
+
+
+_interrupt = _InterruptOnce()
+
+
+def until_interrupted(steps: Iterable[Step]) -> Iterator[Step]:
+    """Pass steps on until Ctrl-C has been pressed.
+
+    It may be lost on its way: NumPy clears whatever is raised while it looks for attributes.
+    """
+    for step in steps:
+        if _interrupt.pressed:
+            raise KeyboardInterrupt
+        yield step
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from orbitdb.cli.endings import with_other_processes
+from orbitdb.cli.endings import until_interrupted, with_other_processes
 from orbitdb.cli.info import bring
 from orbitdb.cli.options import Database, HalfLength
 from orbitdb.cli.render import code_text, note
@@ -126,9 +126,9 @@ def _fill_periods(
     with with_other_processes(), solvers.at_work(coming.sequences) as workers:
         bring(path)
         with _progress() as show:
-            show(survey.fill(path, a, periods, method, workers))
+            show(until_interrupted(survey.fill(path, a, periods, method, workers)))
             if geometric:
-                show(survey.fill_geometric(path, periods))
+                show(until_interrupted(survey.fill_geometric(path, periods)))
     with closing(Catalogue(path)) as catalogue:
         fills = [fill for fill in catalogue.fills(a) if fill.p in periods]
     sequences, orbits = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))

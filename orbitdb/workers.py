@@ -228,11 +228,20 @@ def _signals_held_back() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
+    caught: list[int] = []  # in case another thread of this process, which has no such mask, takes a signal
+    ours = {n: action for n in _HELD_BACK if callable(action := signal.getsignal(n))}
+    main = threading.current_thread() is threading.main_thread()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)
     try:
+        for number in ours if main else ():
+            signal.signal(number, lambda n, _: caught.append(n))
         yield
     finally:
+        for number, action in ours.items() if main else ():
+            signal.signal(number, action)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        for number in caught:
+            signal.raise_signal(number)
 
 
 def _begin_worker(lifeline: Connection) -> None:

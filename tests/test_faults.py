@@ -152,3 +152,30 @@ def test_workers_end_with_the_process_that_stores(tmp_path):
     process.kill()
     process.communicate()  # its stderr is closed when the last process that has it ends
     assert nobody_left(process)
+
+
+_DEAF = """
+import os, signal
+import numpy as np
+from orbitdb import blocks
+from orbitdb.cli.main import run
+solve = blocks.METHODS["newton"].solve
+class Looked:
+    def __getattr__(self, name):
+        if name.startswith("__array"):
+            os.kill(os.getpid(), signal.SIGINT)
+        raise AttributeError(name)
+def lost(words, stadium):
+    np.asarray(Looked())
+    return solve(words, stadium)
+blocks.METHODS["newton"] = blocks.Method(lost, 64)
+run()
+"""
+
+
+def test_a_ctrl_c_that_numpy_clears_is_not_lost(tmp_path):
+    command = [sys.executable, "-P", "-c", _DEAF]
+    done = run("fill", "--p", "8", "--jobs", "1", "--db", tmp_path / "orbits.db", command=command)
+    assert done.returncode == 130
+    assert done.stderr == f"orbitdb: interrupted; {GOES_ON}\n"
+    agrees(tmp_path / "orbits.db")
