@@ -177,11 +177,10 @@ def from_strings(words: Sequence[str]) -> NDArray[np.uint8]:
 
 def to_strings(words: NDArray[np.uint8]) -> list[str]:
     """Return the rows of an ``(N, p)`` array of symbols as strings of digits."""
-    text = np.ascontiguousarray(words + np.uint8(ord("0")))
-    if text.shape[0] == 0:
+    if len(words) == 0:
         return []
-    rows = text.view(f"S{text.shape[1]}")[:, 0].astype(f"U{text.shape[1]}")
-    strings: list[str] = rows.tolist()
+    characters = np.ascontiguousarray(words, dtype=np.uint32) + np.uint32(ord("0"))
+    strings: list[str] = characters.view(f"U{words.shape[1]}")[:, 0].tolist()
     return strings
 
 
