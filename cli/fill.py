@@ -109,6 +109,7 @@ def _fill_periods(
     dry_run: bool,
 ) -> None:
     from orbitdb import survey
+    from orbitdb.blocks import METHODS
     from orbitdb.store.catalogue import Catalogue
     from orbitdb.store.database import default_path
     from orbitdb.store.size import LARGE, check_room, gigabytes, need
@@ -123,7 +124,7 @@ def _fill_periods(
         return
     check_room(path, coming)
     start = time.monotonic()
-    with with_other_processes(), solvers.at_work(coming.sequences) as workers:
+    with with_other_processes(), solvers.at_work(coming.sequences, METHODS[method].words) as workers:
         bring(path)
         with _progress() as show:
             show(until_interrupted(survey.fill(path, a, periods, method, workers)))

@@ -3,7 +3,7 @@
 import logging
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Self
@@ -71,8 +71,11 @@ class Solvers:
         return MOST_JOBS if self.scheduler else self.jobs or cores()
 
     @contextmanager
-    def at_work(self, sequences: int) -> "Iterator[Workers]":
-        """Start what solves so many sequences, or connect to it; end it after use."""
+    def at_work(self, sequences: int, a_block: int) -> "Iterator[Workers]":
+        """Start what solves so many sequences, or connect to it; end it after use.
+
+        What is no more than a block is solved here, whoever else may be there.
+        """
         from orbitdb.workers import HERE, Processes, cores
 
         if self.scheduler is not None:
@@ -80,8 +83,12 @@ class Solvers:
                 yield cluster
             return
         count = self.jobs or (cores() if sequences >= WORTH_PROCESSES else 1)
-        with Processes(count) if count > 1 else nullcontext(HERE) as workers:
-            yield workers
+        if count == 1 or sequences <= a_block:
+            yield HERE
+            return
+        with Processes(count) as processes:
+            processes.start()
+            yield processes
 
 
 @contextmanager

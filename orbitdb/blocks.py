@@ -39,7 +39,9 @@ class Method:
     words: int
 
 
-_BLOCKS_A_JOB = 8
+_BLOCKS_A_JOB = 3
+_SMALLEST = 1 / 4
+"""Of a full block: smaller ones cost more a word."""
 
 METHODS = {"newton": Method(solve, 1 << 16), "relaxation": Method(relax, 1 << 8)}
 
@@ -106,8 +108,9 @@ def cut_into_blocks(a: float, method: str, p: int, after: int = -1, jobs: int = 
     For several jobs a small period makes smaller blocks, so that all of them have work till its end.
     """
     most = METHODS[method].words
-    size = most if jobs == 1 else min(most, max(count_admissible(p) // (_BLOCKS_A_JOB * jobs), most // 8))
-    return (Block(a, method, span) for span in spans(p, size, after))
+    if jobs > 1:
+        most = min(most, max(count_admissible(p) // (_BLOCKS_A_JOB * jobs), round(_SMALLEST * most)))
+    return (Block(a, method, span) for span in spans(p, most, after))
 
 
 def solve_block(block: Block) -> SolvedBlock:

@@ -92,15 +92,27 @@ class Processes:
         """Yield what became of blocks, in their order."""
         return in_order(self, blocks, lambda: _AHEAD * self.jobs)
 
+    def start(self) -> None:
+        """Start the processes, which takes them some tenths of a second, before there are blocks to solve."""
+        executor, _ = self._ready()
+        with _signals_held_back():
+            for _ in range(self.jobs):  # it starts one for each task that finds none idle
+                executor.submit(os.getpid)
+
     def submit(self, block: Block) -> "Parcel":
         """Begin with a block."""
+        executor, folder = self._ready()
+        with _signals_held_back():  # this may start a process
+            return Parcel(block, folder, executor)
+
+    def _ready(self) -> tuple[Executor, Path]:
+        """Return what starts processes when they are needed, and the folder of their parcels."""
         if self._executor is None or self._folder is None:
             self._folder = TemporaryDirectory(prefix="orbitdb-")
             fresh = multiprocessing.get_context("spawn")  # a fork would share open databases
             end, self._lifeline = fresh.Pipe(duplex=False)
             self._executor = ProcessPoolExecutor(self.jobs, fresh, _begin_worker, (end,))
-        with _signals_held_back():  # this may start a process
-            return Parcel(block, Path(self._folder.name), self._executor)
+        return self._executor, Path(self._folder.name)
 
     def renew(self) -> None:
         """Put new processes in the place of those of which one has died."""

@@ -2,6 +2,7 @@
 
 Run it as ``python tests/benchmarks/bench_fill.py [PERIOD] [JOBS ...]`` with orbitdb installed, on Linux.
 The stages are processor time a sequence; a machine that does something else meanwhile makes them longer.
+With several numbers of jobs it ends with what they gain where nothing is stored.
 """
 
 import json
@@ -11,8 +12,13 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from statistics import median
+
+from orbitdb.blocks import cut_into_blocks
+from orbitdb.workers import HERE, Processes, Workers
 
 MAIN = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()"]
+SOLVED, REPEATS = 12, 9
 STAGES = ("enumerating", "solving", "storing")
 
 
@@ -49,9 +55,28 @@ def fill(database: Path, p: int, jobs: int) -> tuple[float, float]:
     return time.perf_counter() - start, peak
 
 
+def solving(p: int, workers: Workers) -> float:
+    """Return the time in seconds of finding and solving the words of a period."""
+    start = time.perf_counter()
+    for _ in workers.solved(cut_into_blocks(1.6, "newton", p, jobs=workers.jobs)):
+        pass
+    return time.perf_counter() - start
+
+
+def gain(p: int, count: int) -> str:
+    """Compare one process with several that are there already, by turns: the machine may change its pace."""
+    with Processes(count) as workers:
+        solving(p, workers)
+        pairs = [(solving(p, HERE), solving(p, workers)) for _ in range(REPEATS)]
+    one, several = (median(times) for times in zip(*pairs, strict=True))
+    ratio = median(alone / together for alone, together in pairs)
+    return f"{one:.2f} s by one process, {several:.2f} s by {count}, {ratio:.2f} times"
+
+
 def main() -> None:
     p, *jobs = [int(text) for text in sys.argv[1:]] or [13]
-    for count in jobs or sorted({1, len(os.sched_getaffinity(0))}):
+    jobs = jobs or sorted({1, len(os.sched_getaffinity(0))})
+    for count in jobs:
         with tempfile.TemporaryDirectory() as folder:
             database = Path(folder) / "orbits.db"
             seconds, peak = fill(database, p, count)
@@ -69,6 +94,9 @@ def main() -> None:
             each = [1e6 * row[name] / row["stored"] for name in STAGES]
             costs = " ".join(f"{cost:14.2f}" for cost in (*each, sum(each)))
             print(f"{row['p']:4} {row['stored']:10} {row['seconds']:7.1f} {costs}", flush=True)
+    for count in (count for count in jobs if count > 1):
+        for solved in sorted({min(p, SOLVED), p}):
+            print(f"solving p = {solved}, without storing: {gain(solved, count)}", flush=True)
 
 
 if __name__ == "__main__":
