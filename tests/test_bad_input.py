@@ -90,7 +90,7 @@ def test_every_odd_value_of_every_option_of_query(tried, option):
         tried("query", *([f"{option}={value}"] if option.startswith("--") else [option, value]))
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_odd_value_of_every_option(tried, command):
     for option, values in COMMANDS[command].items():
@@ -113,7 +113,7 @@ def test_odd_values_together(tried):
     try_some(tried, 0, 60)
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 @pytest.mark.parametrize("seed", range(1, 5))
 def test_many_odd_values_together(tried, seed):
     try_some(tried, seed, 1000)
@@ -201,7 +201,7 @@ def test_expressions_choose_or_are_refused(fuzzed):
     assert fuzz_where(*fuzzed, range(300)) > 60
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 @pytest.mark.parametrize("thousand", range(10))
 def test_ten_thousand_expressions_choose_or_are_refused(fuzzed, thousand):
     assert fuzz_where(*fuzzed, range(1000 * thousand, 1000 * (thousand + 1))) > 200
@@ -224,7 +224,7 @@ def test_codes_are_words_or_refused():
     fuzz_codes(range(1000))
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 def test_ten_thousand_codes_are_words_or_refused():
     fuzz_codes(range(1000, 11_000))
 
@@ -234,6 +234,7 @@ def run(*arguments: str | bytes, **options):
     return done.returncode, *(os.fsdecode(text) for text in (done.stdout, done.stderr))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX names and devices")
 def test_names_that_are_not_utf_8(varied, tmp_path):
     name = os.fsencode(tmp_path) + b"/\xff.db"

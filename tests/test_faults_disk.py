@@ -166,7 +166,13 @@ def test_the_output_has_no_room(filled, arguments):
 
 @pytest.mark.slow
 def test_a_simulation_that_cannot_be_stored_is_shown(filled):
-    done = run("simulate", "--bounces", "20000", "--json", "--db", filled, preexec_fn=room(20_000))
+    with closing(sqlite3.connect(filled)) as beside:  # keeps the journal longer than a file may get
+        beside.execute("PRAGMA wal_autocheckpoint = 0")
+        for seconds in range(20):
+            with beside:
+                beside.execute("UPDATE fill SET seconds = ?", (seconds,))
+        assert filled.with_name("orbits.db-wal").stat().st_size > 40_000
+        done = run("simulate", "--bounces", "20000", "--json", "--db", filled, preexec_fn=room(40_000))
     fails(done, "has room")
     assert "lambda_d" in done.stdout
     assert is_sound(filled)

@@ -6,9 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[1]
 
 
+@pytest.mark.slow
 def test_the_wheel_works_away_from_the_sources(tmp_path):
     wheels, target = tmp_path / "wheels", tmp_path / "site"
     source = tmp_path / "source"

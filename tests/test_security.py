@@ -242,6 +242,7 @@ def test_a_filter_that_nobody_waits_for_any_more_is_stopped(filled):
         chosen_keys(catalogue, load_index(catalogue, 1.6), slow_filter(), cancelled=lambda: next(asked, True))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 def test_ctrl_c_is_no_refusal(filled):
     """SQLite, asked for the time, swallows the interrupt; it must not be told as a slow expression."""
@@ -487,7 +488,7 @@ def test_altered_rows_are_shown_or_refused(own, cli, monkeypatch, tmp_path):
     try_altered(own, cli, alterations()[::60], own.read_bytes())
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 @pytest.mark.parametrize("part", range(4))
 def test_all_altered_rows_are_shown_or_refused(own, cli, monkeypatch, tmp_path, part):
     monkeypatch.chdir(tmp_path)
@@ -595,6 +596,7 @@ def test_json_gives_back_what_is_stored(own, cli):
     assert {row["symmetry"] for row in rows} >= {*FORMULAS, *ESCAPES} - {"\x00"}
 
 
+@pytest.mark.slow
 def test_the_terminal_ui_shows_no_control_characters(own):
     evil(own)
 
@@ -608,6 +610,7 @@ def test_the_terminal_ui_shows_no_control_characters(own):
     drive(own, steps, size=(160, 48))
 
 
+@pytest.mark.slow
 def test_the_terminal_ui_survives_rows_that_are_none(own):
     alter(
         own, "UPDATE orbit SET status = 'odd' WHERE cycle % 2", "UPDATE sequence SET word = 'x' WHERE p = 2"

@@ -267,9 +267,9 @@ def test_a_code_in_any_rotation(filled, size):
 @pytest.mark.parametrize(
     ("code", "told"),
     [
-        ("1^20 3", "1^20 3"),
+        pytest.param("1^20 3", "1^20 3", marks=pytest.mark.slow),
         ("00123", "hits one straight wall twice"),
-        ("02", "bouncing-ball"),
+        pytest.param("02", "bouncing-ball", marks=pytest.mark.slow),
         ("1123123", "solved on the spot"),
     ],
 )
@@ -375,6 +375,7 @@ def test_statistics_are_those_of_the_averages(filled, size):
     drive(filled, steps, size)
 
 
+@pytest.mark.slow
 def test_statistics_show_the_stored_reference_until_new_trajectories_are_wanted(filled, tmp_path):
     path = tmp_path / "orbits.db"
     path.write_bytes(filled.read_bytes())
@@ -442,6 +443,7 @@ def test_an_empty_place_greets_and_is_filled(tmp_path, size):
     assert [fill.n_c for fill in Catalogue(path).fills(1.6)] == [1, 8, 32, 80]
 
 
+@pytest.mark.slow
 def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
     path = tmp_path / "new.db"
 
@@ -565,6 +567,7 @@ def test_every_kind_of_export(filled, tmp_path, name):
         export(tmp_path / "x.csv", None, Selection(), Ordering(), None)
 
 
+@pytest.mark.slow
 def test_help_palette_and_themes(filled):
     async def steps(app, pilot):
         await press(pilot, "question_mark")
@@ -678,9 +681,9 @@ def normalised(svg):
     ("name", "size", "keys"),
     [
         ("main", SMALL, ["j", "j", "j"]),
-        ("main-large", LARGE, ["j", "j", "j", "j"]),
-        ("phase", SMALL, ["m", "j", "m", "G", "v"]),
-        ("statistics", LARGE, ["S"]),
+        pytest.param("main-large", LARGE, ["j", "j", "j", "j"], marks=pytest.mark.slow),
+        pytest.param("phase", SMALL, ["m", "j", "m", "G", "v"], marks=pytest.mark.slow),
+        pytest.param("statistics", LARGE, ["S"], marks=pytest.mark.slow),
         ("help", SMALL, ["question_mark"]),
         ("empty", SMALL, []),
     ],

@@ -90,6 +90,7 @@ def test_results_come_in_order_and_few_are_under_way():
     assert pool.most == 6
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_a_worker_that_is_killed_costs_only_its_blocks(tmp_path):
     alone = filled_by(HERE, tmp_path / "alone.db")
@@ -161,12 +162,15 @@ from orbitdb import survey
 from orbitdb.workers import Processes
 if __name__ == "__main__":
     with Processes(2) as workers:
-        for step in survey.fill(Path(sys.argv[1]), 1.6, range(9, 15), workers=workers):
+        for step in survey.fill(Path(sys.argv[1]), 1.6, range(12, 15), workers=workers):
             print(step.p, flush=True)
 """
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "how",
+    [signal.SIGINT, *(pytest.param(how, marks=pytest.mark.slow) for how in (signal.SIGKILL, signal.SIGTERM))],
+)
 def test_no_process_is_left_behind(tmp_path, how):
     path = tmp_path / "orbits.db"
     migrate(path)
