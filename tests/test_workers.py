@@ -25,7 +25,7 @@ from orbitdb.workers import HERE, Processes, Workers, in_order
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
 
-def filled_by(workers: Workers, path: Path, a: float = 1.6, periods=(8, 9)) -> Path:
+def filled_by(workers: Workers, path: Path, a: float = 1.6, periods=(7, 8)) -> Path:
     migrate(path)
     for _ in survey.fill(path, a, periods, workers=workers):
         pass
