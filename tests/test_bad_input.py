@@ -84,6 +84,7 @@ def tried(cli, varied, tmp_path, monkeypatch):
     return tried
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option", COMMANDS["query"])
 def test_every_odd_value_of_every_option_of_query(tried, option):
     for value in COMMANDS["query"][option]:

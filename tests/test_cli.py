@@ -294,6 +294,7 @@ def test_head_ends_quietly(filled):
     assert result.stderr == ""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 def test_ctrl_c_ends_with_130_and_goes_on(tmp_path):
     path = tmp_path / "orbits.db"

@@ -66,7 +66,8 @@ def disk(tmp_path: Path) -> Iterator[Callable[[int], Path]]:
         subprocess.run(["umount", folder], check=True)
 
 
-@pytest.mark.parametrize("size", [pytest.param(300, marks=pytest.mark.slow), 400])
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [300, 400])
 def test_a_disk_that_gets_full_during_a_fill(filled, disk, size):
     path = disk(size) / "orbits.db"
     arguments = "fill", "--p", "8", "--db", path
@@ -131,7 +132,8 @@ def test_an_export_has_no_room(filled, disk, name):
     assert list(folder.iterdir()) == []
 
 
-@pytest.mark.parametrize("name", ["new.pdf", pytest.param("new.svg", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["new.pdf", "new.svg"])
 def test_a_figure_has_no_room(filled, disk, name):
     folder = disk(4)
     fails(run("plot", "entropy", "-o", folder / name, "--db", filled), "No space left")

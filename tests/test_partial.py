@@ -52,6 +52,7 @@ def test_averages_are_over_whole_periods(cli, partial, command):
     assert asked.out == whole.out
 
 
+@pytest.mark.slow
 def test_an_average_cut_by_stability_needs_all_lower_periods(cli, filled, begin_fill):
     begin_fill(filled, 9).close()
     below = cli("lyapunov", "--cut", "8", "--p", "2-8", "--json")
@@ -163,6 +164,7 @@ def test_whole_periods_are_read_without_their_neighbours_parts(partial):
     assert len(read_whole(Catalogue(partial), NINE).classes) == 0
 
 
+@pytest.mark.slow
 def test_readers_beside_a_process_that_fills(cli, filled):
     """Whenever they look: all words of the period, none, or a word that it is partial."""
     script = SMALL_BLOCKS + (

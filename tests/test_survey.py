@@ -176,6 +176,7 @@ def test_time_is_kept(tmp_path):
     assert os.path.getsize(path) > 0
 
 
+@pytest.mark.slow
 def test_the_papers_method_fills_the_same_statuses(tmp_path):
     newton, relaxed = tmp_path / "newton.db", tmp_path / "relaxed.db"
     for path, method in ((newton, "newton"), (relaxed, "relaxation")):

@@ -217,6 +217,7 @@ def test_filter_is_checked_as_it_is_typed_and_remembered(filled, size):
     drive(filled, steps, size)
 
 
+@pytest.mark.slow
 @both_sizes
 def test_quick_choices(filled, size):
     async def steps(app, pilot):
@@ -353,6 +354,7 @@ def test_a_particle_runs_and_phase_space_compares(filled, size):
     drive(filled, steps, size)
 
 
+@pytest.mark.slow
 @both_sizes
 def test_statistics_are_those_of_the_averages(filled, size):
     async def steps(app, pilot):
@@ -519,6 +521,7 @@ def test_a_read_only_file_can_be_read_and_not_filled(filled, tmp_path, monkeypat
     drive(path, steps)
 
 
+@pytest.mark.slow
 @both_sizes
 def test_copy_and_export(filled, tmp_path, size):
     async def steps(app, pilot):
@@ -628,6 +631,7 @@ def test_it_works_beside_a_process_that_fills(tmp_path):
     drive(path, steps)
 
 
+@pytest.mark.slow
 def test_a_partial_period_is_said_to_be_one_and_a_look_shows_how_it_goes_on(filled, tmp_path, begin_fill):
     path = tmp_path / "shared.db"
     path.write_bytes(filled.read_bytes())

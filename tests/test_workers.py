@@ -98,9 +98,9 @@ def test_a_worker_that_is_killed_costs_only_its_blocks(tmp_path):
     migrate(path)
     killed: set[int] = set()
     with Processes(2) as workers:
-        for step in survey.fill(path, 1.6, (8, 9), workers=workers):
+        for step in survey.fill(path, 1.6, (7, 8), workers=workers):
             alive = set(workers_of(os.getpid())) - killed
-            if step.p == 9 and len(alive) == 2 and len(killed) < 2:
+            if step.p == 8 and len(alive) == 2 and len(killed) < 2:
                 victim = alive.pop()
                 os.kill(victim, signal.SIGKILL)
                 killed.add(victim)
