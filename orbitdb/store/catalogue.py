@@ -18,7 +18,8 @@ from orbitdb.store.database import check_file, default_path, plain_errors, readi
 from orbitdb.store.fills import Fill, as_fill
 from orbitdb.store.lookup import find_word
 from orbitdb.store.migrate import migrate
-from orbitdb.store.schema import SCHEMA_VERSION, catalogue, cycle, fill, orbit, stadium
+from orbitdb.store.narrowing import count_rows, few_words
+from orbitdb.store.schema import SCHEMA_VERSION, catalogue, fill, stadium
 from orbitdb.store.selecting import COLUMNS, Columns, answering, column_of, conditions_of, ordering_of
 from orbitdb.words import SYMBOLS, is_primitive, parse
 
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from orbitdb.store.classes import ChosenClasses
 
 _BLOCK = 2000
+_SOLVED = tuple(status for status in Status if status is not Status.GEOMETRIC)
 _ALL = 2**63 - 1
 """SQLite's largest integer."""
 
@@ -153,19 +155,11 @@ class Catalogue:
 
     def __iter__(self) -> Iterator[str]:
         """Yield the stored words by period, as least rotations."""
-        stored = tuple(status for status in Status if status is not Status.GEOMETRIC)
-        return (word for (word,) in self.rows(Selection(self.a, statuses=stored), ("code",)))
+        return (word for (word,) in self.rows(Selection(self.a, statuses=_SOLVED), ("code",)))
 
     def __len__(self) -> int:
         """Return how many words it holds; those that are geometrically pruned are not among them."""
-        query = (
-            sa.select(sa.func.sum(cycle.c.class_size))
-            .join(orbit, orbit.c.cycle == cycle.c.id)
-            .join(stadium, stadium.c.id == orbit.c.stadium)
-            .where(stadium.c.a == self.a)
-        )
-        with self.reading() as connection:
-            return connection.scalar(query) or 0
+        return self.count(Selection(self.a, statuses=_SOLVED))
 
     def __bool__(self) -> bool:
         return True
@@ -218,9 +212,8 @@ class Catalogue:
 
     def count(self, selection: Selection) -> int:
         """Return the number of rows in a chosen subset."""
-        query = sa.select(sa.func.count()).select_from(catalogue)
-        with self.selecting(selection) as (connection, conditions):
-            return connection.scalar(query.where(*conditions)) or 0
+        with self.reading() as connection:
+            return count_rows(connection, selection)
 
     def rows(
         self,
@@ -255,6 +248,10 @@ class Catalogue:
             query = query.limit(-1 if limit is None else min(limit, _ALL)).offset(min(offset, _ALL))
         with self.reading() as connection:
             query, patience = query.where(*conditions_of(selection)), Patience(cancelled=cancelled)
+            wanted = None if limit is None else limit + offset
+            if (words := few_words(connection, selection, order, wanted, patience)) is not None:
+                orders = sorted(set(map(len, words)))
+                query = query.where(catalogue.c.p.in_(orders), catalogue.c.word.in_(words))
             with answering(connection, selection, patience):
                 result = connection.execute(query)
             while True:

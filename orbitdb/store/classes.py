@@ -85,7 +85,7 @@ def class_view() -> sa.Subquery:
 
 def read_classes(catalogue: "Catalogue", selection: Selection) -> ChosenClasses:
     """Return the chosen classes that have a length and lambda (`Catalogue.classes`)."""
-    if _same_for_classes(selection):
+    if same_for_classes(selection):
         classes = class_view()
         source, chosen, query = classes.c, classes.c.class_size, sa.select().select_from(classes)
         if selection.contains is not None:
@@ -106,7 +106,7 @@ def read_classes(catalogue: "Catalogue", selection: Selection) -> ChosenClasses:
     return ChosenClasses(p, size, chosen_words, columns[4].copy(), columns[5].copy(), walls)
 
 
-def _same_for_classes(selection: Selection) -> bool:
+def same_for_classes(selection: Selection) -> bool:
     """Tell whether a subset takes all words of a class or none, but for those that contain a factor."""
     if selection.where is None:
         return True

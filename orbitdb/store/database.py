@@ -26,6 +26,9 @@ _TURNS = 12
 
 _STEPS_BETWEEN_LOOKS = 1_000_000
 
+_CACHE = 64 << 10
+"""Kilobytes that a reader may keep: words of one class lie far apart."""
+
 
 def default_path() -> Path:
     """Return where a catalogue is kept if nothing else is said: ORBITDB_DB, or the user's data folder."""
@@ -112,6 +115,7 @@ def reading_engine(path: Path) -> sa.Engine:
     def connect() -> sqlite3.Connection:
         connection = _connect(uri + ("&immutable=1" if frozen else ""), path, newest=True)
         connection.execute("PRAGMA query_only = ON")
+        connection.execute(f"PRAGMA cache_size = -{_CACHE}")
         tame(connection)
         return connection
 
