@@ -112,13 +112,13 @@ def _fill_periods(
     from orbitdb.blocks import METHODS
     from orbitdb.store.catalogue import Catalogue
     from orbitdb.store.database import default_path
-    from orbitdb.store.size import LARGE, check_room, gigabytes, need
+    from orbitdb.store.size import LARGE, check_room, duration, gigabytes, need
 
     path = db or default_path()
     span = f"p = {periods[0]}..{periods[-1]} at a = {a:g}"
-    coming = need(path, a, periods, solvers.number())
+    coming = need(path, a, periods, solvers.number(), method)
     if dry_run or coming.sequences >= LARGE:
-        time_and_room = f"about {coming.seconds:.2g} s and {gigabytes(coming.bytes)}"
+        time_and_room = f"about {duration(coming.seconds)} and {gigabytes(coming.bytes)}"
         note(f"{span}: {coming.sequences} sequences to come, {time_and_room}, in {path}")
     if dry_run:
         return

@@ -9,7 +9,7 @@ from orbitdb.counting import count_admissible
 from orbitdb.errors import StoreError
 from orbitdb.store.catalogue import Catalogue
 from orbitdb.store.migrate import migrate
-from orbitdb.store.size import Need, check_room, need, room
+from orbitdb.store.size import Need, check_room, duration, need, room
 
 
 def test_what_is_stored_is_not_needed_again(filled, tmp_path):
@@ -47,6 +47,19 @@ def test_the_time_is_that_of_the_catalogues_own_fills(tmp_path):
     assert need(path, 1.6, [12], 1).seconds == pytest.approx(each * count_admissible(12))
     assert need(path, 1.6, [12], 2).seconds < need(path, 1.6, [12], 1).seconds
     assert need(path, 1.0, [11], 1).seconds < need(path, 1.0, [12], 1).seconds / 3
+
+
+def test_the_relaxation_takes_its_own_time(tmp_path):
+    path = tmp_path / "none.db"
+    assert need(path, 1.6, [9], 1, "relaxation").seconds > 100 * need(path, 1.6, [9], 1).seconds
+
+
+@pytest.mark.parametrize(
+    ("seconds", "said"),
+    [(0.034, "0.034 s"), (119, "119 s"), (120, "2 minutes"), (21_000, "5.8 hours"), (1e6, "12 days")],
+)
+def test_times_are_told_in_their_units(seconds, said):
+    assert duration(seconds) == said
 
 
 def test_a_disk_that_is_too_small_is_told_before_anything_is_written(cli, tmp_path, monkeypatch):

@@ -17,8 +17,14 @@ from orbitdb.store.schema import SCHEMA_VERSION, orbit, sequence
 LARGE = 1_000_000
 """From so many sequences on, a fill says first what it is going to take."""
 
-_BYTES, _ENUMERATING, _SOLVING, _STORING = 62.0, 1.4e-6, 1.6e-6, 3.6e-6
-"""Of one sequence, at p = 15 and on one core of a 2020 server; used until the catalogue knows its own."""
+_BYTES = 62.0
+"""Of one sequence, at p = 15."""
+
+_RATES = {"newton": (1.6e-6, 2.1e-6, 2.7e-6), "relaxation": (1.6e-6, 5e-3, 1.8e-5)}
+"""Seconds that enumerating, solving and storing take for one sequence, on one core of a 2020 server.
+
+Newton's method at p = 15, the relaxation, which gets slower from period to period, at p = 9.
+"""
 
 _ENOUGH = 50_000
 """Sequences that a catalogue must have for rates of its own."""
@@ -46,8 +52,8 @@ class Need:
     seconds: float
 
 
-def need(path: Path, a: float, periods: Sequence[int], jobs: int) -> Need:
-    """Estimate what a fill needs, at the rates of the catalogue's own fills if it has large ones.
+def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = "newton") -> Need:
+    """Estimate what a fill needs; for Newton's method at the rates of the catalogue's own large fills.
 
     Parameters
     ----------
@@ -57,7 +63,9 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int) -> Need:
         The stadium.
     periods : sequence of int
     jobs : int
-        Number of processes that solve.
+        Number of processes that solve, on as many cores.
+    method : str, optional
+        One of `orbitdb.blocks.METHODS`.
     """
     version = check_file(path)
     catalogue = Catalogue(path) if version == SCHEMA_VERSION else None
@@ -66,20 +74,19 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int) -> Need:
     known = {f.p for f in fills if f.state == DONE}
     left = {p: count_admissible(p) - stored.get(p, 0) for p in periods}
     sequences = sum(left.values())
-    enumerating, solving, storing = _rates(fills)
+    enumerating, solving, storing = _RATES[method] if method != "newton" else _newton_rates(fills)
     new = sum(count for p, count in left.items() if p not in known)
-    solvers = (enumerating * new + solving * sequences) / jobs
-    writer = storing * sequences
-    seconds = max(solvers, writer) if jobs > 1 else solvers + writer
+    solvers, writer = enumerating * new + solving * sequences, storing * sequences
+    seconds = max(writer, (solvers + writer) / jobs)
     return Need(sequences, round(_BYTES * sequences), seconds)
 
 
-def _rates(fills: Sequence[Fill]) -> tuple[float, float, float]:
+def _newton_rates(fills: Sequence[Fill]) -> tuple[float, float, float]:
     """Return the processor time a sequence that enumerating, solving and storing take."""
     large = [f for f in fills if f.words >= _ENOUGH and f.storing and f.enumerating]
     words = sum(f.words for f in large)
     if not words:
-        return _ENUMERATING, _SOLVING, _STORING
+        return _RATES["newton"]
     enumerating, solving, storing = (
         sum(getattr(f, name) for f in large) / words for name in ("enumerating", "solving", "storing")
     )
@@ -101,6 +108,14 @@ def check_room(path: Path, needed: Need) -> None:
             f"no room for {path}: {needed.sequences} sequences take about {gigabytes(needed.bytes)}, "
             f"{gigabytes(free)} are free: free some, or name a file on another disk with --db"
         )
+
+
+def duration(seconds: float) -> str:
+    """Write a time in the unit that suits it."""
+    for unit, length in (("days", 86_400), ("hours", 3_600), ("minutes", 60)):
+        if seconds >= 2 * length:
+            return f"{seconds / length:.2g} {unit}"
+    return f"{seconds:.0f} s" if seconds >= 1 else f"{seconds:.2g} s"
 
 
 def gigabytes(count: float) -> str:
