@@ -20,7 +20,7 @@ LARGE = 1_000_000
 _BYTES = 62.0
 """Of one sequence, at p = 15."""
 
-_RATES = {"newton": (1.6e-6, 2.1e-6, 2.7e-6), "relaxation": (1.6e-6, 5e-3, 1.8e-5)}
+_RATES = {"newton": (1.6e-6, 2.1e-6, 2.7e-6), "relaxation": (1.6e-6, 3e-3, 1.1e-5)}
 """Seconds that enumerating, solving and storing take for one sequence, on one core of a 2020 server.
 
 Newton's method at p = 15, the relaxation, which gets slower from period to period, at p = 9.
