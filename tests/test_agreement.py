@@ -31,6 +31,7 @@ def test_the_dynamics_decays_as_fast_as_its_slowest_rate(a, p):
     np.testing.assert_allclose(late.iterations - early.iterations, steps, rtol=0.1)
 
 
+@pytest.mark.slow
 def test_the_error_that_the_force_leaves_is_the_true_one():
     stadium = Stadium(1.6)
     words, _ = representatives(6)
@@ -100,6 +101,7 @@ def test_what_does_not_come_to_rest_is_counted_and_not_taken_for_another_status(
     assert differing == []
 
 
+@pytest.mark.slow
 def test_the_command_lists_periods_and_names_the_words_that_differ(cli):
     found = cli("bench", "--kind", "statuses", "--a", "1", "--p", "5-6", "--json")
     assert found.code == 0

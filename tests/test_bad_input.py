@@ -110,6 +110,7 @@ def try_some(tried, seed: int, count: int) -> None:
         tried(command, *arguments)
 
 
+@pytest.mark.slow
 def test_odd_values_together(tried):
     try_some(tried, 0, 60)
 
@@ -124,6 +125,7 @@ TEXT_OPTIONS = ["--code", "--p", "--status", "--reversal", "--symmetry", "--cont
                 "-P", "--order", "--limit", "-c", "--format", "--a"]  # fmt: skip
 
 
+@pytest.mark.slow
 @settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(option=st.sampled_from(TEXT_OPTIONS), value=st.text(st.characters(), max_size=30))
 @example(option="--where", value="a=:\x85")

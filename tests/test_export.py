@@ -144,6 +144,7 @@ def test_rules_are_lists_and_columns_are_chosen(varied, tmp_path, cli):
     assert table["code"].to_pylist() == ["455", "445"]
 
 
+@pytest.mark.slow
 def test_more_rows_than_a_block(tmp_path):
     rows = [[str(n), n / 7, [n / 3]] for n in range(45_000)]
     for form in files.FORMATS:

@@ -66,6 +66,7 @@ def test_an_average_cut_by_stability_needs_all_lower_periods(cli, filled, begin_
     assert json.loads(holed.out)[0]["lambda_d_zeta"] is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["entropy", "lyapunov", "sheet", "birkhoff", "lengths"])
 def test_figures_say_it(cli, partial, tmp_path, kind):
     drawn = cli("plot", kind, "--p", "7-9", "--limit", "4", "-o", str(tmp_path / "figure.png"))

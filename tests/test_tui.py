@@ -153,6 +153,7 @@ def test_moving_through_the_table(filled, size):
     drive(filled, steps, size)
 
 
+@pytest.mark.slow
 @both_sizes
 def test_sorting_by_key_and_by_heading(filled, size):
     async def steps(app, pilot):
@@ -182,6 +183,7 @@ def test_keys_that_come_faster_than_the_screen_are_not_lost(filled):
     drive(filled, steps)
 
 
+@pytest.mark.slow
 def test_the_cursor_stays_on_its_word_when_the_order_changes(filled):
     async def steps(app, pilot):
         await press(pilot, *"jjjjjjj")
@@ -271,7 +273,7 @@ def test_a_code_in_any_rotation(filled, size):
         pytest.param("1^20 3", "1^20 3", marks=pytest.mark.slow),
         ("00123", "hits one straight wall twice"),
         pytest.param("02", "bouncing-ball", marks=pytest.mark.slow),
-        ("1123123", "solved on the spot"),
+        pytest.param("1123123", "solved on the spot", marks=pytest.mark.slow),
     ],
 )
 def test_a_word_that_is_not_stored_is_solved_and_says_why(filled, code, told):
@@ -302,6 +304,7 @@ def test_it_opens_at_a_code_and_with_a_filter(filled):
     drive(filled, steps, code="1232131", selection=Selection(periods=((7, 7),), where="lambda_c < 0.5"))
 
 
+@pytest.mark.slow
 @both_sizes
 def test_moving_in_the_class(filled, size):
     async def steps(app, pilot):
@@ -318,6 +321,7 @@ def test_moving_in_the_class(filled, size):
     drive(filled, steps, size)
 
 
+@pytest.mark.slow
 def test_an_orbit_that_is_its_own_reverse_runs_the_other_way(filled):
     async def steps(app, pilot):
         await ask(pilot, "c", "0103")
@@ -330,6 +334,7 @@ def test_an_orbit_that_is_its_own_reverse_runs_the_other_way(filled):
     drive(filled, steps)
 
 
+@pytest.mark.slow
 @both_sizes
 def test_a_particle_runs_and_phase_space_compares(filled, size):
     async def steps(app, pilot):
@@ -663,6 +668,7 @@ def test_a_partial_period_is_said_to_be_one_and_a_look_shows_how_it_goes_on(fill
     drive(path, steps, LARGE)
 
 
+@pytest.mark.slow
 def test_statistics_of_a_part_alone_say_that_there_are_none(tmp_path, begin_fill):
     path = tmp_path / "partial.db"
     Catalogue.create(path)

@@ -15,6 +15,7 @@ from orbitdb.selection import Selection
 from orbitdb.store.classes import class_view, same_for_classes
 from orbitdb.store.confinement import Patience
 from orbitdb.store.fills import DONE
+from orbitdb.store.rows import need_words
 from orbitdb.store.schema import catalogue as view
 from orbitdb.store.schema import fill, sequence, stadium
 from orbitdb.store.selecting import answering, conditions_of, ordering_of
@@ -65,20 +66,21 @@ def few_words(
     if not _takes_classes(selection):
         return None
     classes = class_view().c
-    query = sa.select(classes.representative).where(*conditions_of(selection, classes))
+    query = sa.select(classes.representative, classes.p).where(*conditions_of(selection, classes))
     with answering(connection, selection, patience):
         if wanted is not None and 0 < wanted <= _FEW:
             key, falling = _first_key(order)
             if key in classes:
                 query = query.where(*_up_to(connection, query, classes[key], falling, wanted))
-        found = connection.scalars(query.limit(_FEW + 1)).all()
+        found = connection.execute(query.limit(_FEW + 1)).all()
     if len(found) > _FEW:
         return None
+    need_words([word for word, _ in found], [p for _, p in found])
     pruned = sa.select(sequence.c.p).where(sequence.c.rules.is_not(None)).limit(1)
     for p in _orders_with_pruned(connection, selection):
         if connection.scalar(pruned.where(sequence.c.p == p)) is not None:
             return None
-    return [word for representative in found for word in symmetry.members(representative)]
+    return [word for representative, _ in found for word in symmetry.members(representative)]
 
 
 def _takes_classes(selection: Selection) -> bool:
@@ -96,7 +98,7 @@ def _first_key(order: str) -> tuple[str, bool]:
 
 def _up_to(
     connection: sa.Connection,
-    chosen: sa.Select[tuple[str]],
+    chosen: sa.Select[tuple[str, int]],
     key: sa.ColumnElement[Any],
     falling: bool,
     wanted: int,
