@@ -38,6 +38,13 @@ choices = st.fixed_dictionaries(
 limits = st.none() | st.integers(0, 40)
 
 
+@pytest.fixture(autouse=True, scope="module")
+def class_first():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(narrowing, "_MANY", 0)
+        yield
+
+
 @pytest.fixture(scope="module")
 def ragged(varied, tmp_path_factory):
     """The varied catalogue with half a period more, and a long word of another one."""
@@ -93,6 +100,12 @@ def test_what_is_of_many_classes_needs_one(filled, monkeypatch):
     with Catalogue(filled).reading() as connection:
         assert narrowing.few_words(connection, choose(), "length", 10, Patience()) is None
         assert narrowing.few_words(connection, choose(status="orbit"), "length", 31, Patience()) is None
+
+
+def test_a_small_catalogue_needs_a_pass(filled, monkeypatch):
+    monkeypatch.setattr(narrowing, "_MANY", 10_000)
+    with Catalogue(filled).reading() as connection:
+        assert narrowing.few_words(connection, choose(status="orbit"), "length", 3, Patience()) is None
 
 
 def test_bad_expressions_are_refused(filled):

@@ -20,14 +20,17 @@ from orbitdb.store.schema import catalogue as view
 from orbitdb.store.schema import fill, sequence, stadium
 from orbitdb.store.selecting import answering, conditions_of, ordering_of
 
-_FEW = 1000
+_FEW = 250
 """Classes whose words are looked up one by one: a pass over all words takes longer."""
+
+_MANY = 100_000
+"""Words of which a pass takes some tenths of a second; for fewer it is not worth while to do without."""
 
 
 def count_rows(connection: sa.Connection, selection: Selection) -> int:
     """Return the number of rows in a subset."""
     scanned = sa.select(sa.func.count()).select_from(view)
-    if not _takes_classes(selection):
+    if not _class_first(connection, selection):
         with answering(connection, selection, Patience()):
             return connection.scalar(scanned.where(*conditions_of(selection))) or 0
     ragged = _ragged_periods(connection)
@@ -63,7 +66,7 @@ def few_words(
     list of str or None
         Least rotations; None if only a pass over all words can tell.
     """
-    if not _takes_classes(selection):
+    if not _class_first(connection, selection):
         return None
     classes = class_view().c
     query = sa.select(classes.representative, classes.p).where(*conditions_of(selection, classes))
@@ -83,9 +86,14 @@ def few_words(
     return [word for representative, _ in found for word in symmetry.members(representative)]
 
 
-def _takes_classes(selection: Selection) -> bool:
-    """Tell whether a subset takes all words of a class or none."""
-    return selection.contains is None and same_for_classes(selection)
+def _class_first(connection: sa.Connection, selection: Selection) -> bool:
+    """Tell whether a subset takes all words of a class or none, and a pass over all words would be long."""
+    words = sa.select(sa.func.sum(fill.c.words))
+    return (
+        selection.contains is None
+        and (connection.scalar(words) or 0) >= _MANY
+        and same_for_classes(selection)
+    )
 
 
 def _first_key(order: str) -> tuple[str, bool]:
