@@ -16,6 +16,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from orbitdb.selection import Selection, SelectionError
+from orbitdb.store import narrowing
 from orbitdb.store.catalogue import Catalogue
 from orbitdb.words import WordError, parse, run_notation
 
@@ -206,7 +207,9 @@ def test_expressions_choose_or_are_refused(fuzzed):
 
 @pytest.mark.fuzz
 @pytest.mark.parametrize("thousand", range(10))
-def test_ten_thousand_expressions_choose_or_are_refused(fuzzed, thousand):
+def test_ten_thousand_expressions_choose_or_are_refused(fuzzed, monkeypatch, thousand):
+    if thousand % 2:
+        monkeypatch.setattr(narrowing, "_MANY", 0)  # class first, as in a large catalogue
     assert fuzz_where(*fuzzed, range(1000 * thousand, 1000 * (thousand + 1))) > 200
 
 

@@ -20,7 +20,7 @@ NAMES = ("code", "p", "status", "length", "lambda_c", "rules")
 ORDERS = ("p,code", "length", "length desc,code", "lambda_c", "-p,length", "status,length", "code",
           "margin desc", "class_size desc,lyapunov", "element,word")  # fmt: skip
 WHERE = ("lambda_c < 0.5", "length is null", "class_size = 2 or margin < 0.1", "p % 2", "word like '1%'",
-         "representative = word", "status = 'geometric'")  # fmt: skip
+         "representative = word", "status = 'geometric'", "upper(margin is not null) < p")  # fmt: skip
 
 choices = st.fixed_dictionaries(
     {},

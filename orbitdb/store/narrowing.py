@@ -136,7 +136,9 @@ def _orders_with_pruned(connection: sa.Connection, selection: Selection) -> Iter
     for p in filter(selection.includes, _orders(connection)):
         word = sa.select(
             stadium.c.a,
-            sa.literal(p).label("p"),
+            sa.cast(p, sa.Integer).label(
+                "p"
+            ),  # as of a column: it makes numbers of texts it is compared with
             sa.literal(Status.GEOMETRIC.value).label("status"),
             *(sa.null().label(name) for name in names),
         ).subquery(view.name)
