@@ -72,7 +72,7 @@ def class_view() -> sa.Subquery:
             cycle.c.word.label("representative"),
             *(cycle.c[name] for name in ("class_size", "walls", "time_reversal", "symmetry")),
             orbit.c.status,
-            *(orbit.c[name] for name in NUMBERS),
+            *(orbit.c[name] for name in (*NUMBERS, "iterations", "solver")),
             (orbit.c.lyapunov / cycle.c.p).label("lambda_d"),
             (orbit.c.lyapunov / orbit.c.length).label("lambda_c"),
             orbit.c.coordinates,

@@ -42,7 +42,7 @@ def count_rows(connection: sa.Connection, selection: Selection) -> int:
             rest = scanned.where(*conditions_of(selection), view.c.p.in_(ragged))
             found = (found or 0) + (connection.scalar(rest) or 0)
     pruned = sa.select(sa.func.count()).where(sequence.c.rules.is_not(None))
-    orders = (p for p in _orders_with_pruned(connection, selection) if p not in ragged)
+    orders = (p for p in orders_with_pruned(connection, selection) if p not in ragged)
     return (found or 0) + sum(connection.scalar(pruned.where(sequence.c.p == p)) or 0 for p in orders)
 
 
@@ -80,7 +80,7 @@ def few_words(
         return None
     need_words([word for word, _ in found], [p for _, p in found])
     pruned = sa.select(sequence.c.p).where(sequence.c.rules.is_not(None)).limit(1)
-    for p in _orders_with_pruned(connection, selection):
+    for p in orders_with_pruned(connection, selection):
         if connection.scalar(pruned.where(sequence.c.p == p)) is not None:
             return None
     return [word for representative, _ in found for word in symmetry.members(representative)]
@@ -130,7 +130,7 @@ def _ragged_periods(connection: sa.Connection) -> list[int]:
     return list(connection.scalars(sa.select(fill.c.p).where(fill.c.p.not_in(done)).distinct()))
 
 
-def _orders_with_pruned(connection: sa.Connection, selection: Selection) -> Iterator[int]:
+def orders_with_pruned(connection: sa.Connection, selection: Selection) -> Iterator[int]:
     """Yield the orders of which geometrically pruned words, which have no class, would be in a subset."""
     names = [column.name for column in class_view().c if column.name not in ("a", "p", "status")]
     for p in filter(selection.includes, _orders(connection)):

@@ -16,10 +16,11 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.orbits import Status
 from orbitdb.selection import Selection, SelectionError
 from orbitdb.store.catalogue import Catalogue
+from orbitdb.store.classes import class_view
 from orbitdb.store.confinement import never
+from orbitdb.store.narrowing import orders_with_pruned
 from orbitdb.store.rows import is_written, need_words, unsound
 from orbitdb.store.schema import catalogue as view
 from orbitdb.store.schema import certificate, cycle, orbit, sequence, stadium
@@ -30,19 +31,6 @@ Keys = NDArray[np.int64]
 
 _LONG = 1 << 62
 _BLOCK = 4096
-_IN_CYCLE = {"class_size": cycle.c.class_size, "walls": cycle.c.walls, "time_reversal": cycle.c.time_reversal,
-             "symmetry": cycle.c.symmetry, "representative": cycle.c.word}  # fmt: skip
-_IN_ORBIT = ("status", "length", "lyapunov", "margin", "residual", "error", "length_error",
-             "lyapunov_error", "iterations", "solver")  # fmt: skip
-_CLASS = {
-    **_IN_CYCLE,
-    **{name: orbit.c[name] for name in _IN_ORBIT},
-    "p": cycle.c.p,
-    "cycle": cycle.c.id,
-    "lambda_d": orbit.c.lyapunov / cycle.c.p,
-    "lambda_c": orbit.c.lyapunov / orbit.c.length,
-}
-"""The columns of the view that all words of a class share."""
 
 
 class CancelledError(Exception):
@@ -165,7 +153,7 @@ def chosen_keys(
     CancelledError
         If it is told to stop.
     """
-    if column not in _CLASS and column not in ("code", "word"):
+    if column not in class_view().c and column not in ("code", "word"):
         return _scanned(catalogue, index, selection, f"{column} {'desc' if descending else 'asc'}", cancelled)
     rows = _chosen_rows(catalogue, index, selection, cancelled)
     if cancelled():
@@ -188,34 +176,19 @@ def _chosen_rows(
         return np.flatnonzero(np.isin(index.keys, keys, assume_unique=True))
     if replace(selection, a=index.a) == Selection(index.a):
         return np.arange(len(index))
+    classes = class_view().c
     with catalogue.reading() as connection:
-        cycles = connection.scalars(_of_classes(selection)).all()
+        chosen = sa.select(classes.cycle).where(*conditions_of(selection, classes))
+        cycles = connection.scalars(chosen).all()
+        orders = list(orders_with_pruned(connection, selection))
     mask = np.isin(index.cycles, np.array(cycles, dtype=np.int64))
-    return np.flatnonzero(mask | _chosen_pruned(index, selection))
+    return np.flatnonzero(mask | _pruned_of(index, orders))
 
 
-def _of_classes(selection: Selection) -> sa.Select[tuple[int]]:
-    """Select the classes of a subset whose conditions hold for all words of a class or for none.
-
-    The conditions name columns of the view; a table expression of the same name, with one row a class
-    instead of one a word, takes its place.
-    """
-    columns = (expression.label(name) for name, expression in _CLASS.items())
-    joined = orbit.join(cycle, cycle.c.id == orbit.c.cycle).join(stadium, stadium.c.id == orbit.c.stadium)
-    classes = sa.select(stadium.c.a, *columns).select_from(joined).cte(view.name)
-    return sa.select(view.c.cycle).where(*conditions_of(selection)).add_cte(classes)
-
-
-def _chosen_pruned(index: Index, selection: Selection) -> NDArray[np.bool_]:
-    """Tell which geometrically pruned words, that have no class, belong to a subset."""
-    of_class = selection.time_reversal or selection.symmetry or selection.ranges
-    if of_class or (selection.statuses and Status.GEOMETRIC not in selection.statuses):
-        return np.zeros(len(index), dtype=np.bool_)
+def _pruned_of(index: Index, orders: Sequence[int]) -> NDArray[np.bool_]:
+    """Tell which words are geometrically pruned, and so have no class, and of some orders."""
     pruned = index.cycles == 0
-    if selection.periods:
-        periods = np.array([_period(index, key) for key in index.keys[pruned].tolist()])
-        spans = [(low <= periods) & (periods <= high) for low, high in selection.periods]
-        pruned[pruned] = np.any(spans, axis=0)
+    pruned[pruned] = np.isin([_period(index, key) for key in index.keys[pruned].tolist()], orders)
     return pruned
 
 
@@ -232,12 +205,10 @@ def _class_ranks(
     """
     if column in ("p", "status") and (index.cycles == 0).any():
         return None
-    joined = cycle.outerjoin(
-        orbit.join(stadium, (stadium.c.id == orbit.c.stadium) & (stadium.c.a == index.a)),
-        orbit.c.cycle == cycle.c.id,
-    )
+    classes = class_view().c
+    query = sa.select(classes.cycle, classes[column]).where(classes.a == index.a)
     with catalogue.reading() as connection:
-        pairs = connection.execute(sa.select(cycle.c.id, _CLASS[column]).select_from(joined)).all()
+        pairs = connection.execute(query).all()
     values: list[Any] = [value for _, value in pairs]
     if any(isinstance(value, str) for value in values):
         order = {value: rank for rank, value in enumerate(sorted({value for value in values if value}))}
