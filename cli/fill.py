@@ -182,7 +182,7 @@ def _words(codes: list[str]) -> Iterator[str]:
 
 
 def _fill_words(codes: Iterable[str], a: float, method: str, db: Path | None, dry_run: bool) -> None:
-    from orbitdb import survey
+    from orbitdb import single
     from orbitdb.cli.query import primitive
     from orbitdb.store.database import default_path
 
@@ -193,6 +193,6 @@ def _fill_words(codes: Iterable[str], a: float, method: str, db: Path | None, dr
         return
     bring(path)
     for word in words:
-        found = survey.fill_word(path, word, a, method)
+        found = single.fill_word(path, word, a, method)
         kept = "" if found.stored else "; not stored"
         note(f"{code_text(word)}: {found.status.sentence}{kept}")

@@ -93,7 +93,7 @@ def _orbit(code: str, a: float, db: Path | None) -> "Orbit":
     InputError
         If it has none.
     """
-    from orbitdb import survey
+    from orbitdb import single
     from orbitdb.cli.query import primitive
     from orbitdb.stadium import Stadium
     from orbitdb.store.database import check_file, default_path
@@ -101,7 +101,7 @@ def _orbit(code: str, a: float, db: Path | None) -> "Orbit":
 
     Stadium(a)
     path = db or default_path()
-    found = survey.find(None if check_file(path) is None else path, primitive_root(parse(code)), a)
+    found = single.find(None if check_file(path) is None else path, primitive_root(parse(code)), a)
     if found.coordinates is None:
         raise InputError(f"{code_text(found.code)} at a = {a:g} cannot be drawn: {found.status.sentence}")
     primitive(code)  # tells of a code that repeats a shorter one

@@ -133,7 +133,7 @@ def primitive(code: str) -> str:
 
 
 def _show_words(codes: list[str], a: float, db: Path | None, form: Format) -> None:
-    from orbitdb import survey
+    from orbitdb import single
     from orbitdb.stadium import Stadium
     from orbitdb.store.database import check_file, default_path
     from orbitdb.words import parse
@@ -148,7 +148,7 @@ def _show_words(codes: list[str], a: float, db: Path | None, form: Format) -> No
         known = path
     for code in codes:
         parse(code)  # so that a wrong one is all that is told
-    found = [survey.find(known, primitive(code), a) for code in codes]
+    found = [single.find(known, primitive(code), a) for code in codes]
     if form is Format.TABLE:
         for orbit in found:
             write_facts(_facts(orbit))

@@ -7,7 +7,7 @@ period has come, so that a fill can be stopped at any moment, by Ctrl-C or a kil
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import sqlalchemy as sa
@@ -18,9 +18,8 @@ from orbitdb.blocks import METHODS, Block, SolvedBlock, cut_into_blocks
 from orbitdb.counting import count_admissible, count_primitive
 from orbitdb.enumeration import Span, primitive_words
 from orbitdb.errors import StoreError
-from orbitdb.orbits import Orbit, Status
-from orbitdb.pruning import FAMILY, pruned_word, rule_numbers, rules_broken
-from orbitdb.solve import solve_word
+from orbitdb.orbits import Status
+from orbitdb.pruning import FAMILY, rule_numbers, rules_broken
 from orbitdb.stadium import Stadium
 from orbitdb.store import filling
 from orbitdb.store.catalogue import Catalogue
@@ -37,7 +36,7 @@ from orbitdb.store.progress import (
     open_fill,
 )
 from orbitdb.store.writer import Writer
-from orbitdb.words import from_strings, key, keys, pack, to_strings
+from orbitdb.words import key, keys, pack, to_strings
 from orbitdb.workers import HERE, Workers
 
 _LAST_FULL_MASK = 64
@@ -238,66 +237,3 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Iterator[Progress]:
                 yield Progress(p, done, total)
     finally:
         writer.close()
-
-
-def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
-    """Store one primitive word of any order, its symmetry class, and what becomes of it at one a.
-
-    Parameters
-    ----------
-    path : Path
-        A catalogue of the newest schema.
-    word : str
-        Symbols 0..5, in any rotation.
-    a : float
-        The stadium.
-    method : str, optional
-        One of `METHODS`.
-
-    Returns
-    -------
-    Orbit
-        The word in the rotation asked for; the family 02 is not stored.
-    """
-    writer = Writer(path, {"command": "fill", "a": a, "code": word, "method": method})
-    try:
-        if (pruned := pruned_word(word, a)) is not None:
-            return _keep_pruned(writer, pruned)
-        family = symmetry.class_of(word)
-        orbits = METHODS[method].solve(from_strings([family.representative]), Stadium(a))
-        with writer.writing() as connection:
-            stadium = writer.stadium_id(connection, a)
-            number = filling.add_class(connection, family)
-            filling.add_orbits(writer, connection, stadium, [number], orbits, method)
-    finally:
-        writer.close()
-    return find(path, word, a)
-
-
-def _keep_pruned(writer: Writer, word: Orbit) -> Orbit:
-    """Store a geometrically pruned word with the rules it breaks; the family is not stored."""
-    if word.status is Status.FAMILY:
-        return word
-    rules = ",".join(map(str, word.rules))
-    with writer.writing() as connection:
-        filling.add_pruned(connection, word.p, [word.representative], [rules])
-    return replace(word, stored=True)
-
-
-def find(path: Path | None, word: str, a: float) -> Orbit:
-    """Return what a catalogue says of a primitive word, or solve it if it is not there.
-
-    Parameters
-    ----------
-    path : Path or None
-        A catalogue; None if there is none.
-    word : str
-        Symbols 0..5, in any rotation.
-    a : float
-        The stadium.
-    """
-    stored = None
-    if path is not None:
-        with closing(Catalogue(path)) as catalogue:
-            stored = catalogue.find(word, a)
-    return solve_word(word, Stadium(a)) if stored is None else stored

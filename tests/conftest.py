@@ -8,7 +8,7 @@ from typing import NamedTuple
 import pytest
 from hypothesis import settings
 
-from orbitdb import survey
+from orbitdb import single, survey
 from orbitdb.blocks import METHODS, Method
 from orbitdb.solve import solve
 from orbitdb.store.catalogue import Catalogue
@@ -95,5 +95,5 @@ def varied(tmp_path_factory: pytest.TempPathFactory) -> Path:
             pass
     for _ in survey.fill_geometric(path, [3]):
         pass
-    survey.fill_word(path, "013311133313", 1.6)
+    single.fill_word(path, "013311133313", 1.6)
     return path

@@ -9,7 +9,7 @@ import pytest
 from contents import content
 from processes import kill_group, start
 
-from orbitdb import survey
+from orbitdb import single, survey
 from orbitdb.errors import StoreError
 from orbitdb.store.catalogue import Catalogue
 from orbitdb.store.migrate import migrate
@@ -40,7 +40,7 @@ def older(varied: Path, tmp_path: Path) -> tuple[Path, dict]:
     """A catalogue of schema 1 with two a, a long word, pruned words and a fill in the making; its content."""
     path = tmp_path / "old.db"
     path.write_bytes(varied.read_bytes())
-    survey.fill_word(path, LONG, 1.6)
+    single.fill_word(path, LONG, 1.6)
     before = content(path)
     make_older(path)
     return path, before

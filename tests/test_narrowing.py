@@ -5,7 +5,7 @@ import sqlalchemy as sa
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orbitdb import survey
+from orbitdb import single, survey
 from orbitdb.blocks import METHODS, Method
 from orbitdb.selection import SelectionError, choose
 from orbitdb.solve import solve
@@ -56,8 +56,8 @@ def ragged(varied, tmp_path_factory):
         for _ in range(4):
             next(going)
         going.close()
-    survey.fill_word(path, "1" * 20 + "3", 1.6)
-    survey.fill_word(path, "1001", 1.6)
+    single.fill_word(path, "1" * 20 + "3", 1.6)
+    single.fill_word(path, "1001", 1.6)
     return path
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from contents import content
 
-from orbitdb import survey
+from orbitdb import single, survey
 from orbitdb.counting import count_admissible, count_primitive
 from orbitdb.errors import StoreError
 from orbitdb.orbits import Status
@@ -68,8 +68,8 @@ def test_single_words_first_and_the_period_after(filled, tmp_path):
     path = tmp_path / "words.db"
     migrate(path)
     for word in ("1232131", "13", "01320155", "1001"):
-        assert survey.fill_word(path, word, 1.6).stored
-    assert not survey.fill_word(path, "02", 1.6).stored
+        assert single.fill_word(path, word, 1.6).stored
+    assert not single.fill_word(path, "02", 1.6).stored
     fill(path)
     stored, expected = content(path), content(filled)
     assert [row for row in stored["catalogue"] if row[4] == "geometric"] == [
@@ -86,7 +86,7 @@ def test_words_of_any_order_are_stored(tmp_path, word):
 
     path = tmp_path / "long.db"
     migrate(path)
-    stored = survey.fill_word(path, parse(word), 1.6)
+    stored = single.fill_word(path, parse(word), 1.6)
     assert stored.stored
     assert Catalogue(path).find(parse(word), 1.6).status is stored.status
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 
-from orbitdb import survey
+from orbitdb import single, survey
 from orbitdb.orbits import Status
 from orbitdb.selection import Selection, SelectionError
 from orbitdb.store.catalogue import Catalogue
@@ -40,7 +40,7 @@ def catalogues(tmp_path_factory):
                 pass
     for _ in survey.fill_geometric(folder / "mixed.db", range(2, 5)):
         pass
-    survey.fill_word(folder / "mixed.db", LONG, 1.6)
+    single.fill_word(folder / "mixed.db", LONG, 1.6)
     return [Catalogue(folder / name) for name in ("plain.db", "mixed.db")]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from reference import refine
 
-from orbitdb import survey
+from orbitdb import single, survey
 from orbitdb.certification import certify
 from orbitdb.checks import Check, measured
 from orbitdb.consistency import check_consistency, with_bounds
@@ -70,7 +70,7 @@ def small_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
             pass
     for _ in survey.fill_geometric(path, range(2, 4)):
         pass
-    survey.fill_word(path, parse("1^30 5^29"), 1.6)
+    single.fill_word(path, parse("1^30 5^29"), 1.6)
     return path
 
 

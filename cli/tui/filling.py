@@ -99,7 +99,7 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
 
 def work(path: Path, state: FillState) -> Generator[FillState, None, None]:
     """Fill, and tell how far it is behind every batch that is safely stored."""
-    from orbitdb import survey
+    from orbitdb import single, survey
     from orbitdb.counting import count_admissible
     from orbitdb.store.catalogue import Catalogue
 
@@ -107,7 +107,7 @@ def work(path: Path, state: FillState) -> Generator[FillState, None, None]:
     wish = state.wish
     if wish.words:
         for count, word in enumerate(wish.words, 1):
-            survey.fill_word(path, word, wish.a)
+            single.fill_word(path, word, wish.a)
             yield replace(state, done=count, total=len(wish.words), p=len(word))
         return
     counts = {p: count_admissible(p) for p in wish.periods}
