@@ -153,15 +153,15 @@ def _progress() -> "Iterator[Callable[[Iterable[Progress]], None]]":
         rich.TimeRemainingColumn(),
     )
     with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", p="", rate="", visible=False)
 
         def show(steps: "Iterable[Progress]") -> None:
-            task = None
+            period = None
             for step in steps:
-                if task is None or bar.tasks[task].fields["p"] != step.p:
-                    if task is not None:
-                        bar.remove_task(task)
-                    task = bar.add_task("", total=step.total, p=step.p, rate="")
-                speed = bar.tasks[task].speed
+                if step.p != period:
+                    period = step.p
+                    bar.reset(task, total=step.total, visible=True, p=period, rate="")
+                speed = bar.tasks[0].speed
                 bar.update(task, completed=step.words, rate=f"{speed:,.0f}" if speed else "")
 
         yield show
