@@ -6,20 +6,20 @@ from collections.abc import Callable
 import numpy as np
 from matplotlib.figure import Figure
 
-from orbitdb import averages
+from orbitdb.averages import by_period
+from orbitdb.billiard.stability import birkhoff
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import note, note_partial
 from orbitdb.errors import InputError
-from orbitdb.orbits import Orbit
+from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots import curves, paths
 from orbitdb.plots.style import BLUE, ORANGE, figure, plain
-from orbitdb.selection import Selection
-from orbitdb.stability import birkhoff
-from orbitdb.stadium import Stadium
-from orbitdb.store.catalogue import Catalogue
-from orbitdb.store.periods import WholePeriods, read_whole
-from orbitdb.store.trajectories import best_reference
-from orbitdb.symmetry import REVERSE, images_of
-from orbitdb.words import run_notation
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.references import best_reference
+from orbitdb.store.reading.whole_periods import WholePeriods, read_whole
+from orbitdb.symbols.symmetry import REVERSE, images_of
+from orbitdb.symbols.words import run_notation
 
 
 def draw_orbit(found: Orbit) -> Figure:
@@ -66,7 +66,7 @@ def _short(code: str) -> str:
 
 def _draw_entropy(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
     subset = _read(catalogue, chosen)
-    found = averages.entropy(subset.classes.rows(), subset.highest)
+    found = by_period.entropy(subset.classes.rows(), subset.highest)
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
         curves.draw_entropy(ax, found.p, found.K_0, found.h_zeta, found.h_zeta_change)
@@ -76,7 +76,7 @@ def _draw_entropy(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figur
 
 def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
     subset = _read(catalogue, chosen)
-    found = averages.lyapunov(subset.classes.rows(), subset.highest)
+    found = by_period.lyapunov(subset.classes.rows(), subset.highest)
     known = best_reference(catalogue, chosen.a)
     if known is None:
         note(f"no trajectories at a = {chosen.a:g} to compare with: run 'orbitdb simulate --a {chosen.a:g}'")

@@ -7,7 +7,19 @@ from typing import Annotated
 import typer
 
 from orbitdb import __version__
-from orbitdb.cli import averages, bench, browse, export, fill, info, plot, query, simulate, table, verify
+from orbitdb.cli.commands import (
+    averages,
+    bench,
+    browse,
+    export,
+    fill,
+    info,
+    plot,
+    query,
+    simulate,
+    table,
+    verify,
+)
 from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed
 from orbitdb.cli.render import note
 from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from orbitdb.selection import Selection
+    from orbitdb.store.asking.selection import Selection
 
 
 class Format(StrEnum):
@@ -94,9 +94,9 @@ class Choice:
         InputError
             If an option cannot be read.
         """
-        from orbitdb import selection as sel
-        from orbitdb.stadium import Stadium
-        from orbitdb.words import parse
+        from orbitdb.billiard.stadium import Stadium
+        from orbitdb.store.asking import selection as sel
+        from orbitdb.symbols.words import parse
 
         return sel.Selection(
             a=Stadium(a).a,

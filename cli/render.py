@@ -11,7 +11,7 @@ from orbitdb.export import json_object, write_csv
 from orbitdb.plaintext import line, printable
 
 if TYPE_CHECKING:
-    from orbitdb.store.fills import Fill
+    from orbitdb.store.reading.fills import Fill
 
 _DECIMALS = {
     "a": 6,
@@ -45,7 +45,7 @@ def note(message: str) -> None:
 def note_partial(fills: "Sequence[Fill]", a: float, left_out: bool = False) -> None:
     """Say which periods are stored in part, if there are any."""
     if fills:
-        from orbitdb.store.fills import describe_partial
+        from orbitdb.store.reading.fills import describe_partial
 
         note(describe_partial(fills, a, left_out))
 
@@ -72,7 +72,7 @@ def code_text(code: str) -> str:
     """Return a code for people: as it is, or in run notation, cut if it is still long."""
     if len(code) <= LONG_CODE:
         return code
-    from orbitdb.words import run_notation
+    from orbitdb.symbols.words import run_notation
 
     text = run_notation(code)
     return text if len(text) <= 2 * LONG_CODE else f"{text[: 2 * LONG_CODE]}... ({len(code)} symbols)"

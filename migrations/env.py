@@ -1,8 +1,8 @@
-"""Alembic's environment: runs on the connection that `orbitdb.store.migrate` hands over."""
+"""Alembic's environment: runs on the connection that `orbitdb.store.file.migrate` hands over."""
 
 from alembic import context
 
-from orbitdb.store.schema import metadata
+from orbitdb.store.file.schema import metadata
 
 context.configure(
     connection=context.config.attributes["connection"],

@@ -1,6 +1,24 @@
 """orbitdb: a certified catalogue of the unstable periodic orbits of the stadium billiard.
 
-from orbitdb import Catalogue, Stadium, solve_word
+The catalogue
+    `Catalogue`: a database file, opened for reading; `Selection`: a chosen subset of it; `Subset`: the
+    chosen rows as arrays.
+Orbits
+    `solve_word`: what becomes of one word; `solve`: of many, as arrays; `Orbit`, `Orbits` and `Status`
+    are what they give; `Stadium`: the billiard.
+Trajectories
+    `simulate`: averages over random trajectories, as a `Reference`.
+Errors
+    `InputError`, `StoreError`, `WorkError`: each says in one line what is wrong and what to do.
+
+Examples
+--------
+>>> from orbitdb import solve_word
+>>> orbit = solve_word("1232131", 1.6)
+>>> orbit.status, round(orbit.length, 9), round(orbit.lyapunov, 9)
+(<Status.ORBIT: 'orbit'>, 22.454362411, 9.637918174)
+
+These names are the public interface, and nothing else is promised to stay as it is.
 """
 
 from importlib import import_module
@@ -9,41 +27,51 @@ from typing import TYPE_CHECKING, Any
 from orbitdb.version import __version__
 
 if TYPE_CHECKING:
-    from orbitdb.orbits import Orbit, Orbits, Status
-    from orbitdb.selection import Selection
-    from orbitdb.solve import solve, solve_word
-    from orbitdb.stadium import Stadium
-    from orbitdb.store.catalogue import Catalogue
+    from orbitdb.billiard.stadium import Stadium
+    from orbitdb.errors import InputError, StoreError, WorkError
+    from orbitdb.orbits.newton import solve, solve_word
+    from orbitdb.orbits.orbit import Orbit, Orbits, Status
+    from orbitdb.store.asking.selection import Selection
+    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.subset import Subset
+    from orbitdb.trajectories.ensemble import Reference, simulate
 
 __all__ = [
     "Catalogue",
+    "InputError",
     "Orbit",
     "Orbits",
+    "Reference",
     "Selection",
     "Stadium",
     "Status",
+    "StoreError",
+    "Subset",
+    "WorkError",
     "__version__",
+    "simulate",
     "solve",
     "solve_word",
 ]
 
 _HOMES = {
-    "Catalogue": "orbitdb.store.catalogue",
-    "Orbit": "orbitdb.orbits",
-    "Orbits": "orbitdb.orbits",
-    "Selection": "orbitdb.selection",
-    "Stadium": "orbitdb.stadium",
-    "Status": "orbitdb.orbits",
-    "solve": "orbitdb.solve",
-    "solve_word": "orbitdb.solve",
+    "billiard.stadium": ("Stadium",),
+    "errors": ("InputError", "StoreError", "WorkError"),
+    "orbits.newton": ("solve", "solve_word"),
+    "orbits.orbit": ("Orbit", "Orbits", "Status"),
+    "store.asking.selection": ("Selection",),
+    "store.reading.catalogue": ("Catalogue",),
+    "store.reading.subset": ("Subset",),
+    "trajectories.ensemble": ("Reference", "simulate"),
 }
+_HOME_OF = {name: f"orbitdb.{home}" for home, names in _HOMES.items() for name in names}
 
 
 def __getattr__(name: str) -> Any:
     """Load a public name when it is first used, so that light commands stay light."""
-    if name not in _HOMES:
+    if name not in _HOME_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name]), name)
+    return getattr(import_module(_HOME_OF[name]), name)
 
 
 def __dir__() -> list[str]:

@@ -8,21 +8,14 @@ from typing import NamedTuple
 import pytest
 from hypothesis import settings
 
-from orbitdb import single, survey
-from orbitdb.blocks import METHODS, Method
-from orbitdb.solve import solve
-from orbitdb.store.catalogue import Catalogue
+from orbitdb.filling.blocks import METHODS, Method
+from orbitdb.filling.periods import Progress, fill_geometric, fill_periods
+from orbitdb.filling.single_word import fill_word
+from orbitdb.orbits.newton import solve
+from orbitdb.store.reading.catalogue import Catalogue
 
 settings.register_profile("no deadline", deadline=None)
 settings.load_profile("no deadline")
-
-
-SMALL_BLOCKS = """
-from orbitdb import blocks
-from orbitdb.solve import solve
-blocks.METHODS["newton"] = blocks.Method(solve, 64)
-"""
-"""Cuts periods into many blocks, in a process that begins with it."""
 
 
 @pytest.fixture
@@ -41,7 +34,7 @@ class Outcome(NamedTuple):
 def filled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("filled") / "orbits.db"
     Catalogue.create(path)
-    for _ in survey.fill(path, 1.6, range(2, 9)):
+    for _ in fill_periods(path, 1.6, range(2, 9)):
         pass
     return path
 
@@ -53,11 +46,11 @@ def filled(filled_once: Path, tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def begin_fill(small_blocks: None) -> Callable[..., Generator[survey.Progress]]:
+def begin_fill(small_blocks: None) -> Callable[..., Generator[Progress]]:
     """Begin to fill a period in small blocks, and give the rest of the fill, which close() stops."""
 
-    def begin(path: Path, p: int, batches: int = 3, a: float = 1.6) -> Generator[survey.Progress]:
-        going = survey.fill(path, a, [p])
+    def begin(path: Path, p: int, batches: int = 3, a: float = 1.6) -> Generator[Progress]:
+        going = fill_periods(path, a, [p])
         full = (step for step in going if step.words)  # a block of high first symbols may be empty
         for _ in range(batches):
             step = next(full)
@@ -91,9 +84,9 @@ def varied(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("varied") / "orbits.db"
     Catalogue.create(path)
     for a in (1.6, 1.0):
-        for _ in survey.fill(path, a, range(2, 7)):
+        for _ in fill_periods(path, a, range(2, 7)):
             pass
-    for _ in survey.fill_geometric(path, [3]):
+    for _ in fill_geometric(path, [3]):
         pass
-    single.fill_word(path, "013311133313", 1.6)
+    fill_word(path, "013311133313", 1.6)
     return path

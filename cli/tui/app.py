@@ -20,14 +20,14 @@ from orbitdb.cli.tui.filling import FillDialog, FillState, Wish
 from orbitdb.cli.tui.filling import work as fill_steps
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.errors import InputError, StoreError
-from orbitdb.orbits import Orbit
+from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
-from orbitdb.selection import Selection
+from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
-    from orbitdb.store.catalogue import Catalogue
-    from orbitdb.store.fills import Fill
-    from orbitdb.store.pages import Index
+    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.fills import Fill
+    from orbitdb.store.reading.pages import Index
 
 _SECONDS_BETWEEN_LOOKS = 2.0
 _WIDTHS = [(0, "-narrow"), (140, "-wide")]
@@ -92,7 +92,7 @@ class BrowseApp(App[None]):
 
     def index(self, catalogue: "Catalogue", a: float) -> "Index":
         """Return the index of the sequences at one a; it is read anew when a fill has come further."""
-        from orbitdb.store.pages import load_index
+        from orbitdb.store.reading.pages import load_index
 
         fills = catalogue.fills(a)
         if self._known is None or self._known[0] != fills or self._known[1].a != a:
@@ -110,8 +110,8 @@ class BrowseApp(App[None]):
 
     def find(self, word: str, a: float) -> Orbit:
         """Return what is stored of a word, or solve it."""
-        from orbitdb.solve import solve_word
-        from orbitdb.stadium import Stadium
+        from orbitdb.billiard.stadium import Stadium
+        from orbitdb.orbits.newton import solve_word
 
         stored = self.catalogue.find(word, a) if self.catalogue is not None else None
         return solve_word(word, Stadium(a)) if stored is None else stored
@@ -120,13 +120,13 @@ class BrowseApp(App[None]):
         """Return the stored proof of an orbit, if there is one."""
         if self.catalogue is None or not orbit.stored or orbit.length is None:
             return None
-        from orbitdb.store.pages import certificate_of
+        from orbitdb.store.reading.pages import certificate_of
 
         return certificate_of(self.catalogue, orbit.representative, orbit.a)
 
     def check_filter(self, where: str, parameters: dict[str, str | int | float]) -> None:
         """Refuse a filter that cannot be used."""
-        from orbitdb.store.where import check
+        from orbitdb.store.asking.expressions import check
 
         check(where, parameters)
 
@@ -264,7 +264,7 @@ class BrowseApp(App[None]):
 
 def _opened(path: Path) -> "Catalogue | None":
     """Open a catalogue if there is one."""
-    from orbitdb.store.catalogue import Catalogue
-    from orbitdb.store.database import check_file
+    from orbitdb.store.file.database import check_file
+    from orbitdb.store.reading.catalogue import Catalogue
 
     return None if check_file(path) is None else Catalogue(path)

@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
-from orbitdb.orbits import Status
+from orbitdb.orbits.orbit import Status
 from orbitdb.plaintext import printable
-from orbitdb.selection import Selection
+from orbitdb.store.asking.selection import Selection
 
 _STATUSES: tuple[tuple[Status, ...], ...] = (
     (),

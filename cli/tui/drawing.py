@@ -24,7 +24,7 @@ from orbitdb.cli.tui.pictures import (
     path_of,
     phase_points,
 )
-from orbitdb.orbits import Orbit
+from orbitdb.orbits.orbit import Orbit
 
 _FRAMES_PER_SECOND = 20
 _LEAST = 4, 3

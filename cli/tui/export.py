@@ -6,18 +6,18 @@ from typing import TYPE_CHECKING, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.cli.query import KEYS, with_rules
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.commands.query import KEYS, with_rules
 from orbitdb.cli.tui.source import Ordering
 from orbitdb.errors import InputError
 from orbitdb.export import complete, json_object, write_csv, write_jsonl
-from orbitdb.orbits import Orbit
-from orbitdb.selection import Selection
-from orbitdb.stadium import Stadium
-from orbitdb.store.fills import describe_partial
-from orbitdb.svg import orbit_svg
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.svg import orbit_svg
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.fills import describe_partial
 
 if TYPE_CHECKING:
-    from orbitdb.store.catalogue import Catalogue
+    from orbitdb.store.reading.catalogue import Catalogue
 
 ROWS = {".csv": ",", ".tsv": "\t", ".json": "", ".jsonl": ""}
 PICTURES = (".svg", ".png")

@@ -10,10 +10,10 @@ from textual.strip import Strip
 
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.pictures import phase_points
-from orbitdb.orbits import Orbit
+from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
-from orbitdb.pruning import RULES
-from orbitdb.words import run_notation
+from orbitdb.symbols.pruning import RULES
+from orbitdb.symbols.words import run_notation
 
 _LONGEST = 30
 _MOST_BOUNCES = 60

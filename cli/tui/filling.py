@@ -78,10 +78,10 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
     InputError
         If a part cannot be read.
     """
-    from orbitdb.enumeration import MAX_PERIOD
-    from orbitdb.selection import parse_periods
-    from orbitdb.stadium import Stadium
-    from orbitdb.words import parse, primitive_root
+    from orbitdb.billiard.stadium import Stadium
+    from orbitdb.store.asking.selection import parse_periods
+    from orbitdb.symbols.enumeration import MAX_PERIOD
+    from orbitdb.symbols.words import parse, primitive_root
 
     try:
         stadium = Stadium(float(a))
@@ -99,19 +99,20 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
 
 def work(path: Path, state: FillState) -> Generator[FillState, None, None]:
     """Fill, and tell how far it is behind every batch that is safely stored."""
-    from orbitdb import single, survey
-    from orbitdb.counting import count_admissible
-    from orbitdb.store.catalogue import Catalogue
+    from orbitdb.filling.periods import fill_periods
+    from orbitdb.filling.single_word import fill_word
+    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.symbols.counting import count_admissible
 
     Catalogue.create(path)
     wish = state.wish
     if wish.words:
         for count, word in enumerate(wish.words, 1):
-            single.fill_word(path, word, wish.a)
+            fill_word(path, word, wish.a)
             yield replace(state, done=count, total=len(wish.words), p=len(word))
         return
     counts = {p: count_admissible(p) for p in wish.periods}
-    steps = survey.fill(path, wish.a, wish.periods)
+    steps = fill_periods(path, wish.a, wish.periods)
     for step in steps:
         before = sum(count for p, count in counts.items() if p < step.p)
         yield replace(state, done=before + step.words, total=sum(counts.values()), p=step.p)

@@ -17,10 +17,10 @@ from orbitdb.cli.tui.orbit_screen import OrbitScreen
 from orbitdb.cli.tui.source import Ordering
 from orbitdb.cli.tui.table import COLUMNS, PagedTable
 from orbitdb.errors import InputError, StoreError
-from orbitdb.orbits import Orbit
-from orbitdb.selection import Selection
-from orbitdb.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
-from orbitdb.words import least_rotation, parse, primitive_root
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.store.asking.selection import Selection
+from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
+from orbitdb.symbols.words import least_rotation, parse, primitive_root
 
 _MOST_COMPARED = 6
 _ELEMENTS = {REVERSE: "time reverse", MIRROR_X: "mirror image left to right",

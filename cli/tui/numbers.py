@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from orbitdb.averages import Entropy, Lyapunov, entropy, lyapunov
+from orbitdb.averages.by_period import Entropy, Lyapunov, entropy, lyapunov
+from orbitdb.averages.fixed_points import ClassRows, Weight, missing_divisors, missing_periods
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.pictures import Curve
-from orbitdb.fixed_points import ClassRows, Weight, missing_divisors, missing_periods
-from orbitdb.orbits import Status
-from orbitdb.selection import Selection
-from orbitdb.trajectory import Reference
+from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.selection import Selection
+from orbitdb.trajectories.ensemble import Reference
 
 if TYPE_CHECKING:
-    from orbitdb.store.catalogue import Catalogue
+    from orbitdb.store.reading.catalogue import Catalogue
 
 
 @dataclass(frozen=True)

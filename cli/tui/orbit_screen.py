@@ -18,10 +18,10 @@ from orbitdb.cli.tui.facts import Certificate, FactsPanel
 from orbitdb.cli.tui.source import Head, Ordering, Pages, Source, head_of
 from orbitdb.cli.tui.table import NAMES, PagedTable, Position
 from orbitdb.errors import InputError, StoreError
-from orbitdb.orbits import Orbit
-from orbitdb.selection import Selection
-from orbitdb.store.rows import need_words
-from orbitdb.words import least_rotation, parse, primitive_root
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.soundness import need_words
+from orbitdb.symbols.words import least_rotation, parse, primitive_root
 
 if TYPE_CHECKING:
     from orbitdb.cli.tui.app import BrowseApp
@@ -171,7 +171,7 @@ class OrbitScreen(Screen[None]):
 
     @work(thread=True, exclusive=True, group="rows", exit_on_error=False)
     def _read_rows(self, selection: Selection, ordering: Ordering) -> None:
-        from orbitdb.store.pages import CancelledError, chosen_keys
+        from orbitdb.store.reading.pages import CancelledError, chosen_keys
 
         worker = get_current_worker()
         catalogue = self.browser.catalogue

@@ -8,11 +8,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.billiard.stability import birkhoff
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.braille import DOTS_X, DOTS_Y, Frame, Layer, Mark, Picture, draw, polyline
-from orbitdb.orbits import Orbit
-from orbitdb.stability import birkhoff
-from orbitdb.stadium import Stadium
-from orbitdb.words import from_strings
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.symbols.words import from_strings
 
 Floats = NDArray[np.float64]
 

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from orbitdb.selection import Selection
+from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
-    from orbitdb.store.catalogue import Catalogue
-    from orbitdb.store.pages import Index, Keys
+    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.pages import Index, Keys
 
 Row = tuple[Any, ...]
 
@@ -84,7 +84,7 @@ class Pages:
         return self._blocks[number][within]
 
     def _read(self, number: int) -> list[Row | None]:
-        from orbitdb.store.pages import fetch
+        from orbitdb.store.reading.pages import fetch
 
         keys = self.keys[number * _BLOCK : (number + 1) * _BLOCK]
         return fetch(self.catalogue, self.index, keys, self.columns)

@@ -14,16 +14,16 @@ from textual.screen import Screen
 from textual.widgets import Footer, Header, Static
 from textual.worker import get_current_worker
 
+from orbitdb.averages.fixed_points import Weight
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.drawing import Plot
 from orbitdb.cli.tui.numbers import COLUMNS, Statistics, curves_of, statistics, table_of
 from orbitdb.errors import InputError, StoreError
-from orbitdb.fixed_points import Weight
-from orbitdb.selection import Selection
-from orbitdb.stadium import Stadium
-from orbitdb.trajectory import Reference, references
+from orbitdb.store.asking.selection import Selection
+from orbitdb.trajectories.ensemble import Reference, references
 
 if TYPE_CHECKING:
-    from orbitdb.store.catalogue import Catalogue
+    from orbitdb.store.reading.catalogue import Catalogue
 
 _BOUNCES = 6_000_000
 _TITLES = {"entropy": "topological entropy", "lambda_d": "λ per bounce", "lambda_c": "λ per length"}
@@ -106,7 +106,7 @@ class StatisticsScreen(Screen[None]):
     @work(thread=True, exclusive=True, group="trajectories", exit_on_error=False)
     def _refer(self, anew: bool = False) -> None:
         """Take the stored reference if there is one; else, or to have one anew, follow trajectories."""
-        from orbitdb.store.trajectories import best_reference
+        from orbitdb.store.reading.references import best_reference
 
         worker = get_current_worker()
         try:

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, PURPLE
-from orbitdb.stadium import Stadium
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

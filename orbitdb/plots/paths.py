@@ -9,9 +9,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.svg import number_labels
 from orbitdb.plots.style import BLUE, FAINT, INK
-from orbitdb.stadium import Stadium
-from orbitdb.svg import number_labels
 
 Floats = NDArray[np.float64]
 

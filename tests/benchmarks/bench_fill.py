@@ -14,8 +14,8 @@ import time
 from pathlib import Path
 from statistics import median
 
-from orbitdb.blocks import cut_into_blocks
-from orbitdb.workers import HERE, Processes, Workers
+from orbitdb.filling.blocks import cut_into_blocks
+from orbitdb.filling.workers import HERE, Processes, Workers
 
 MAIN = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()"]
 SOLVED, REPEATS = 12, 9

@@ -8,9 +8,9 @@ import time
 
 import numpy as np
 
-from orbitdb.rays import bounce, random_rays
-from orbitdb.stadium import Stadium
-from orbitdb.trajectory import Reference, simulate
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.trajectories.ensemble import Reference, simulate
+from orbitdb.trajectories.rays import bounce, random_rays
 
 BOUNCES = 4_000_000
 REPEATS = 5

@@ -1,0 +1,175 @@
+"""``orbitdb bench``: run time against error, run time by stage, and stress."""
+
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, fields
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from orbitdb.cli import options
+from orbitdb.cli.options import Format
+from orbitdb.cli.render import note, write
+from orbitdb.errors import InputError
+
+if TYPE_CHECKING:
+    from orbitdb.billiard.stadium import Stadium
+
+EXAMPLES = """
+Examples:
+
+  orbitdb bench
+
+  orbitdb bench --p 9 --plot work-precision.svg
+
+  orbitdb bench --kind stages --p 2-12
+
+  orbitdb bench --kind stress --json
+
+  orbitdb bench --kind statuses --a 1 --p 2-6
+"""
+_MOST = 13
+
+
+class Kind(StrEnum):
+    """What is measured."""
+
+    METHODS = "methods"
+    STAGES = "stages"
+    STRESS = "stress"
+    STATUSES = "statuses"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(epilog=EXAMPLES)(bench)
+
+
+def bench(
+    kind: Annotated[
+        Kind,
+        typer.Option(
+            "--kind", help="Methods against each other; stages of a fill; hard cases; what methods decide."
+        ),
+    ] = Kind.METHODS,
+    a: options.HalfLength = 1.6,
+    p: options.Periods = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(
+            "--plot", metavar="FILE", help="Draw the work-precision diagram, too (.png, .svg, .pdf)."
+        ),
+    ] = None,
+    format_: options.OutputFormat = Format.TABLE,
+    json: options.Json = False,
+) -> None:
+    """Measure run time against error, how it grows, what becomes of hard cases, or how methods agree.
+
+    methods: Newton's method, the paper's relaxation, scipy.optimize.root and ball arithmetic on all
+    classes of one period (default 9), with their true errors; stages: the way from a period to its
+    orbits, by period (default 2-11); stress: what is asked, the error found, the time; statuses: what
+    Newton's method in doubles and the relaxation say of every class against what ball arithmetic proves,
+    by period (default 2-8), every word that differs on stderr with the reason. The relaxation takes
+    seconds at a = 1.6, and half an hour at a = 10. No catalogue is read or written.
+    """
+    from orbitdb.billiard.stadium import Stadium
+
+    stadium = Stadium(a)
+    form = options.chosen(format_, json)
+    if kind is Kind.STRESS:
+        from orbitdb.benchmarks.stress import Outcome, stress
+
+        _write(Outcome, stress(), form)
+    elif kind is Kind.STAGES:
+        from orbitdb.benchmarks.stage_times import StageTimes, stage_times
+
+        periods = _periods("2-11" if p is None else p)
+        _write(StageTimes, (stage_times(period, stadium) for period in periods), form)
+    elif kind is Kind.STATUSES:
+        _agree(_periods("2-8" if p is None else p), stadium, form)
+    else:
+        _compare(_periods("9" if p is None else p), stadium, form, picture)
+
+
+def _compare(periods: list[int], stadium: "Stadium", form: Format, picture: Path | None) -> None:
+    """Compare the methods on one period; draw the diagram, too, if it is wanted."""
+    from orbitdb.benchmarks.work_precision import WorkPrecision, sample, work_precision
+
+    if len(periods) > 1:
+        raise InputError(f"periods {periods[0]} to {periods[-1]}: methods are compared on one, such as --p 9")
+    said = f"p = {periods[0]} at a = {stadium.a:g}"
+    if picture is None:
+        note(f"{said}: times in seconds, errors of length and lambda relative")
+        _write(WorkPrecision, work_precision(sample(periods[0], stadium)), form)
+        return
+    from orbitdb.export import complete
+    from orbitdb.plots import style
+    from orbitdb.plots.work_precision import draw_work_precision
+
+    ending = style.check_ending(picture)
+    with complete(picture) as draft:
+        rows = list(work_precision(sample(periods[0], stadium)))
+        with style.figure(6, 4.2) as made:
+            axes = made.subplots()
+            draw_work_precision(axes, rows)
+            axes.set_title(f"run time against error, {said}")
+        style.save(made, draft, ending, said)
+    note(f"{said}, in {picture}")
+    _write(WorkPrecision, rows, form)
+
+
+def _agree(periods: list[int], stadium: "Stadium", form: Format) -> None:
+    """Compare what three methods decide; name the words in which they differ, fail if one has no reason."""
+    from orbitdb.benchmarks.agreement import Agreement, agreement
+
+    unexplained = 0
+
+    def rows() -> Iterator[Agreement]:
+        nonlocal unexplained
+        for p in periods:
+            with _steps(p) as show:
+                found, differing = agreement(p, stadium, show)
+            for each in differing:
+                note(each.sentence())
+            unexplained += found.unexplained
+            yield found
+
+    _write(Agreement, rows(), form)
+    if unexplained:
+        raise typer.Exit(1)
+
+
+@contextmanager
+def _steps(p: int) -> "Iterator[Callable[[int, int], None] | None]":
+    """Show how far the relaxation is, if somebody watches."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(f"p = {p}") as status:
+        yield lambda step, moving: status.update(f"p = {p}: step {step:,}, {moving} classes still move")
+
+
+def _periods(text: str) -> list[int]:
+    from orbitdb.store.asking.selection import parse_periods
+
+    periods = [period for low, high in parse_periods(text) for period in range(low, min(high, _MOST) + 1)]
+    if not periods or min(periods) < 2:
+        raise InputError(f"periods {text!r}: measure from 2 to {_MOST}")
+    return periods
+
+
+def _write(kind: Any, rows: Iterable[Any], form: Format) -> None:
+    columns = [field.name for field in fields(kind)]
+
+    def values() -> Iterator[list[Any]]:
+        for row in rows:
+            if sys.stderr.isatty():
+                note(" ".join(str(value) for value in list(asdict(row).values())[:2]))
+            yield [None if value != value else value for value in asdict(row).values()]
+
+    write(columns, values(), form)

@@ -1,0 +1,52 @@
+"""``orbitdb browse``: the terminal UI."""
+
+import sys
+from typing import Annotated
+
+import typer
+
+from orbitdb.cli import options
+from orbitdb.errors import InputError
+
+EXAMPLES = """
+Examples:
+
+  orbitdb browse
+
+  orbitdb browse --code 1232131
+
+  orbitdb browse --p 9 --where "lambda_c < 0.4"
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command and its other name."""
+    app.command(epilog=EXAMPLES)(browse)
+    app.command("tui", hidden=True, epilog=EXAMPLES)(browse)
+
+
+@options.with_choice
+def browse(
+    *,
+    code: Annotated[str | None, typer.Option("--code", help="Open at this word, in any rotation.")] = None,
+    a: options.HalfLength = 1.6,
+    choice: options.Choice,
+    db: options.Database = None,
+) -> None:
+    """Browse the catalogue in the terminal: look at orbits, choose subsets, compute (? shows the keys)."""
+    from orbitdb.store.file.database import default_path
+    from orbitdb.symbols.words import parse
+
+    chosen = choice.at(a)
+    if code is not None:
+        parse(code)
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise InputError("browse needs a terminal: use 'orbitdb query' where there is none")
+    from orbitdb.cli.tui.app import BrowseApp
+
+    app = BrowseApp(db or default_path(), chosen, code)
+    if chosen.where is not None:
+        app.check_filter(chosen.where, dict(chosen.parameters))
+    app.run()
+    if app.failure is not None:
+        raise app.failure

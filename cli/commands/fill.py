@@ -1,0 +1,198 @@
+"""``orbitdb fill``: enumerate, solve and store."""
+
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from orbitdb.cli.commands.info import bring
+from orbitdb.cli.endings import until_interrupted, with_other_processes
+from orbitdb.cli.executors import Executor, Solvers
+from orbitdb.cli.options import Database, HalfLength
+from orbitdb.cli.render import code_text, note
+from orbitdb.errors import InputError
+
+if TYPE_CHECKING:
+    from orbitdb.filling.periods import Progress
+
+EXAMPLES = """
+Examples:
+
+  orbitdb fill --p 11
+
+  orbitdb fill --from 12 --p 13 --a 1
+
+  orbitdb fill --p 15 --jobs 4
+
+  orbitdb fill --p 10 --method relaxation --scheduler tcp://node1:8786
+
+  orbitdb fill --code 1^20(02)^5 3
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(epilog=EXAMPLES)(fill)
+
+
+def fill(
+    p: Annotated[int | None, typer.Option("--p", help="The highest period to fill.")] = None,
+    first: Annotated[int, typer.Option("--from", help="The lowest period to fill.")] = 2,
+    a: HalfLength = 1.6,
+    code: Annotated[
+        list[str] | None,
+        typer.Option("--code", help="Store this word only; repeatable; - reads lines of stdin."),
+    ] = None,
+    geometric: Annotated[
+        bool,
+        typer.Option(
+            "--geometric", help="Keep the geometrically pruned words, too, with the rules they break."
+        ),
+    ] = False,
+    method: Annotated[
+        str, typer.Option("--method", help="newton or relaxation (the paper's, slow).")
+    ] = "newton",
+    jobs: Annotated[
+        int | None,
+        typer.Option("--jobs", help="Processes that solve [default: all cores where it pays]."),
+    ] = None,
+    executor: Annotated[
+        Executor | None,
+        typer.Option("--executor", help="Solve in processes here [default], or on a dask cluster."),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler", metavar="ADDRESS|FILE", help="The scheduler of the dask cluster, or its file."
+        ),
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would be done.")] = False,
+    db: Database = None,
+) -> None:
+    """Fill a catalogue: all symbol sequences of every period, and the orbits among them.
+
+    Goes on where it was stopped; periods that are done are passed over.
+    """
+    from orbitdb.billiard.stadium import Stadium
+    from orbitdb.filling.blocks import METHODS
+    from orbitdb.symbols.enumeration import MAX_PERIOD
+
+    Stadium(a)
+    if method not in METHODS:
+        raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
+    solvers = Solvers.chosen(executor, scheduler, jobs)
+    if code:
+        if solvers.scheduler:
+            raise InputError("--code solves single words here: leave out --scheduler")
+        _fill_words(_words(code), a, method, db, dry_run)
+        return
+    if p is None:
+        raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
+    if not 2 <= first <= p <= MAX_PERIOD:
+        raise InputError(
+            f"periods {first} to {p}: fill from 2 or more to {MAX_PERIOD} or less, in rising order"
+        )
+    _fill_periods(range(first, p + 1), a, geometric, method, solvers, db, dry_run)
+
+
+def _fill_periods(
+    periods: range,
+    a: float,
+    geometric: bool,
+    method: str,
+    solvers: Solvers,
+    db: Path | None,
+    dry_run: bool,
+) -> None:
+    from orbitdb.filling.blocks import METHODS
+    from orbitdb.filling.estimate import LARGE, check_room, duration, gigabytes, need
+    from orbitdb.filling.periods import fill_geometric, fill_periods
+    from orbitdb.store.file.database import default_path
+    from orbitdb.store.reading.catalogue import Catalogue
+
+    path = db or default_path()
+    span = f"p = {periods[0]}..{periods[-1]} at a = {a:g}"
+    coming = need(path, a, periods, solvers.number(), method)
+    if dry_run or coming.sequences >= LARGE:
+        time_and_room = f"about {duration(coming.seconds)} and {gigabytes(coming.bytes)}"
+        note(f"{span}: {coming.sequences} sequences to come, {time_and_room}, in {path}")
+    if dry_run:
+        return
+    check_room(path, coming)
+    start = time.monotonic()
+    with with_other_processes(), solvers.at_work(coming.sequences, METHODS[method].words) as workers:
+        bring(path)
+        with _progress() as show:
+            show(until_interrupted(fill_periods(path, a, periods, method, workers)))
+            if geometric:
+                show(until_interrupted(fill_geometric(path, periods)))
+    with closing(Catalogue(path)) as catalogue:
+        fills = [fill for fill in catalogue.fills(a) if fill.p in periods]
+    sequences, orbits = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))
+    note(f"{span}: {sequences} sequences, {orbits} orbits, {time.monotonic() - start:.1f} s, in {path}")
+
+
+@contextmanager
+def _progress() -> "Iterator[Callable[[Iterable[Progress]], None]]":
+    """Show how far the work is, with rate and time left, if somebody watches."""
+    if not sys.stderr.isatty():
+        yield _consume
+        return
+    from rich import progress as rich
+    from rich.console import Console
+
+    columns = (
+        rich.TextColumn("p = {task.fields[p]:>2}"),
+        rich.BarColumn(),
+        rich.MofNCompleteColumn(),
+        rich.TextColumn("{task.fields[rate]}/s"),
+        rich.TimeRemainingColumn(),
+    )
+    with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", p="", rate="", visible=False)
+
+        def show(steps: "Iterable[Progress]") -> None:
+            period = None
+            for step in steps:
+                if step.p != period:
+                    period = step.p
+                    bar.reset(task, total=step.total, visible=True, p=period, rate="")
+                speed = bar.tasks[0].speed
+                bar.update(task, completed=step.words, rate=f"{speed:,.0f}" if speed else "")
+
+        yield show
+
+
+def _consume(steps: "Iterable[Progress]") -> None:
+    for _ in steps:
+        pass
+
+
+def _words(codes: list[str]) -> Iterator[str]:
+    """Return the codes given, those on stdin among them, without checking them."""
+    for code in codes:
+        if code == "-":
+            yield from (line.strip() for line in sys.stdin if line.strip())
+        else:
+            yield code
+
+
+def _fill_words(codes: Iterable[str], a: float, method: str, db: Path | None, dry_run: bool) -> None:
+    from orbitdb.cli.commands.query import primitive
+    from orbitdb.filling.single_word import fill_word
+    from orbitdb.store.file.database import default_path
+
+    words = [primitive(code) for code in codes]
+    path = db or default_path()
+    if dry_run:
+        note(f"{len(words)} words to solve at a = {a:g}, in {path}")
+        return
+    bring(path)
+    for word in words:
+        found = fill_word(path, word, a, method)
+        kept = "" if found.stored else "; not stored"
+        note(f"{code_text(word)}: {found.status.sentence}{kept}")

@@ -1,0 +1,109 @@
+"""``orbitdb info`` and ``orbitdb migrate``: where and what the database is."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from orbitdb.cli import options
+from orbitdb.cli.options import Format
+from orbitdb.cli.render import note, write, write_facts
+
+if TYPE_CHECKING:
+    from orbitdb.store.file.migrate import Migration
+    from orbitdb.store.reading.catalogue import Catalogue
+
+INFO_EXAMPLES = """
+Examples:
+
+  orbitdb info
+
+  orbitdb info --json
+"""
+MIGRATE_EXAMPLES = """
+Example:
+
+  orbitdb migrate --db old.db
+"""
+COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
+           "seconds", "enumerating", "solving", "storing")  # fmt: skip
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands."""
+    app.command(epilog=INFO_EXAMPLES)(info)
+    app.command(epilog=MIGRATE_EXAMPLES)(migrate)
+
+
+def info(
+    format_: options.OutputFormat = Format.TABLE,
+    json: options.Json = False,
+    db: options.Database = None,
+) -> None:
+    """Show where the catalogue is, what is filled, and what that took in time and room.
+
+    stored: sequences so far; seconds: as they passed; enumerating, solving, storing: seconds of
+    processors.
+    """
+    from orbitdb.store.reading.catalogue import Catalogue
+
+    form = options.chosen(format_, json)
+    with Catalogue(db).at_one_moment() as catalogue:
+        rows: list[tuple[Any, ...]] = [
+            (
+                a, fill.p, fill.state, fill.words, fill.n_t, fill.n_c, fill.boundary, fill.unresolved,
+                fill.seconds, fill.enumerating, fill.solving, fill.storing,
+            )
+            for a in catalogue.a_values()
+            for fill in catalogue.fills(a)
+        ]  # fmt: skip
+        facts = _facts(catalogue) if form is Format.TABLE else []
+    if facts:
+        write_facts(facts)
+        print()
+    write(COLUMNS, rows, form)
+
+
+def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
+    """Return where the catalogue is and what it takes, in words."""
+    from orbitdb.filling.estimate import gigabytes
+    from orbitdb.store.file.schema import SCHEMA_VERSION
+    from orbitdb.store.reading.size import room
+
+    taken = room(catalogue)
+    facts = [
+        ("catalogue", str(catalogue.path.resolve())),
+        ("schema", str(SCHEMA_VERSION)),
+        ("size", gigabytes(catalogue.path.stat().st_size)),
+    ]
+    for name, count, each in (
+        ("sequences", taken.sequences, taken.per_sequence),
+        ("orbits", taken.orbits, taken.per_orbit),
+    ):
+        facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
+    return facts
+
+
+def migrate(db: options.Database = None) -> None:
+    """Bring a catalogue to the newest schema, or make an empty one.
+
+    An older catalogue is copied first; the copy is named.
+    """
+    from orbitdb.store.file.database import default_path
+
+    path = db or default_path()
+    before, after, _ = bring(path)
+    if before == after:
+        note(f"{path}: schema {after}, the newest; nothing to do")
+    elif not before:
+        note(f"{path}: made, schema {after}")
+
+
+def bring(path: Path) -> "Migration":
+    """Make a catalogue, or bring an older one to the newest schema and say where its copy is."""
+    from orbitdb.store.file.migrate import migrate
+
+    done = migrate(path)
+    if done.backup is not None:
+        note(f"{path}: schema {done.before} -> {done.after}; as it was, it is kept in {done.backup}")
+    return done

@@ -1,0 +1,108 @@
+"""``orbitdb plot``: figures as PNG, SVG or PDF."""
+
+from dataclasses import replace
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from orbitdb.cli import options
+from orbitdb.cli.render import code_text, note
+from orbitdb.errors import InputError
+
+if TYPE_CHECKING:
+    from orbitdb.orbits.orbit import Orbit
+
+EXAMPLES = """
+Examples:
+
+  orbitdb plot orbit --code 1232131 --a 1.2 -o orbit.pdf
+
+  orbitdb plot entropy --p 2-11 -o entropy.svg
+
+  orbitdb plot birkhoff --p 2-8 --reversal self -o phase-space.png
+
+The figures: orbit, its path in the stadium (Fig. 1 of the paper); reverse, an orbit and its time
+reverse (Fig. 4); entropy (Fig. 5) and lyapunov (Fig. 6) against the period; sheet, all classes of a
+period; birkhoff, the bounces in phase space; lengths, the length spectrum.
+"""
+
+
+class Kind(StrEnum):
+    """The figures."""
+
+    ORBIT = "orbit"
+    REVERSE = "reverse"
+    ENTROPY = "entropy"
+    LYAPUNOV = "lyapunov"
+    SHEET = "sheet"
+    BIRKHOFF = "birkhoff"
+    LENGTHS = "lengths"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(epilog=EXAMPLES)(plot)
+
+
+@options.with_choice
+def plot(
+    *,
+    kind: Annotated[Kind, typer.Argument(help="What to draw.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE", help="Ends in .png, .svg or .pdf.")
+    ],
+    code: Annotated[
+        str | None, typer.Option("--code", help="The word, for orbit and reverse; stored or not.")
+    ] = None,
+    a: options.HalfLength = 1.6,
+    choice: options.Choice,
+    limit: Annotated[int, typer.Option("--limit", min=1, help="Orbits on a sheet at most.")] = 120,
+    db: options.Database = None,
+) -> None:
+    """Draw an orbit, or a figure of the chosen subset, into a file."""
+    from orbitdb.cli import figures
+    from orbitdb.export import complete
+    from orbitdb.plots import style
+
+    ending = style.check_ending(output)
+    if kind in (Kind.ORBIT, Kind.REVERSE):
+        if code is None:
+            raise InputError(f"name the orbit to draw: plot {kind} --code 1232131")
+        found = _orbit(code, a, db)
+        made = figures.draw_orbit(found) if kind is Kind.ORBIT else figures.draw_reverse(found)
+        said = f"orbit {found.code} at a = {a:g}"
+    else:
+        from orbitdb.store.reading.catalogue import Catalogue
+
+        chosen = replace(choice, status="orbit" if choice.status is None else choice.status).at(a)
+        with Catalogue(db).at_one_moment() as catalogue:
+            made = figures.OF_SUBSETS[kind.value](catalogue, chosen, limit)
+        said = chosen.describe()
+    with complete(output) as draft:
+        style.save(made, draft, ending, said)
+    note(f"{said}, in {output}")
+
+
+def _orbit(code: str, a: float, db: Path | None) -> "Orbit":
+    """Return the orbit of a word, stored or solved on the spot.
+
+    Raises
+    ------
+    InputError
+        If it has none.
+    """
+    from orbitdb.billiard.stadium import Stadium
+    from orbitdb.cli.commands.query import primitive
+    from orbitdb.filling.single_word import find_or_solve
+    from orbitdb.store.file.database import check_file, default_path
+    from orbitdb.symbols.words import parse, primitive_root
+
+    Stadium(a)
+    path = db or default_path()
+    found = find_or_solve(None if check_file(path) is None else path, primitive_root(parse(code)), a)
+    if found.coordinates is None:
+        raise InputError(f"{code_text(found.code)} at a = {a:g} cannot be drawn: {found.status.sentence}")
+    primitive(code)  # tells of a code that repeats a shorter one
+    return found

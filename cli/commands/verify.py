@@ -1,0 +1,155 @@
+"""``orbitdb verify``: is the catalogue what it says."""
+
+import sys
+import time
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from orbitdb.cli import options
+from orbitdb.cli.options import Format
+from orbitdb.cli.render import note, note_partial, write
+from orbitdb.errors import InputError
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.fills import Fill
+    from orbitdb.verification.check import Check, Step
+
+EXAMPLES = """
+Examples:
+
+  orbitdb verify
+
+  orbitdb verify --p 2-11 --a 1.6 --rigorous
+
+  orbitdb verify --sample 1000 --restarts 10 --seed 7 --json
+"""
+
+COLUMNS = ("check", "rows", "failures", "worst", "share", "first")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(epilog=EXAMPLES)(verify)
+
+
+@options.with_choice
+def verify(
+    *,
+    a: Annotated[
+        float | None,
+        typer.Option("--a", metavar="NUMBER", help="Half length of a straight wall [default: all stored]."),
+    ] = None,
+    choice: options.Choice,
+    sample: Annotated[
+        int | None, typer.Option("--sample", min=1, help="Look at so many classes, drawn at random.")
+    ] = None,
+    restarts: Annotated[
+        int,
+        typer.Option(
+            "--restarts", min=0, max=1000, help="Solve every word again from so many random starts."
+        ),
+    ] = 0,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of sample and restarts.")] = 0,
+    rigorous: Annotated[
+        bool,
+        typer.Option("--rigorous", help="Prove every row in ball arithmetic and store the certificate."),
+    ] = False,
+    again: Annotated[
+        bool, typer.Option("--again", help="With --rigorous: prove what has a certificate, too.")
+    ] = False,
+    format_: options.OutputFormat = Format.TABLE,
+    json: options.Json = False,
+    db: options.Database = None,
+) -> None:
+    """Compute the catalogue again from its words alone and compare.
+
+    One line a promise: rows looked at, rows that break it, the worst deviation found, its share of what
+    rounding and the row's error bound allow (above 1 is a failure), and the first row that is wrong.
+    The exit code is 1 if there is one. Counts are checked for whole periods, rows for the chosen ones;
+    of a period that is partial, what is stored.
+    """
+    from orbitdb.billiard.stadium import Stadium
+    from orbitdb.store.file.database import default_path
+    from orbitdb.store.file.guard import TamperedError
+    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.verification.check import Check
+    from orbitdb.verification.verify import report
+    from orbitdb.verification.verify import verify as steps
+
+    if again and not rigorous:
+        raise InputError("--again proves certified rows again: it goes with --rigorous")
+    start, form = time.monotonic(), options.chosen(format_, json)
+    try:
+        catalogue = Catalogue(db)
+    except TamperedError as error:
+        broken = Check("schema", error.parts, len(error.faults), first=error.faults[0])
+        note(str(error))
+        _report([broken], db or default_path(), start, restarts, form)
+        return
+    partial: dict[float, list[Fill]] = {}
+
+    def work() -> "Iterator[Step]":
+        with catalogue.at_one_moment() as still:
+            stadiums = still.a_values() if a is None else [Stadium(a).a]
+            chosen = [choice.at(each) for each in stadiums]
+            partial.update((selection.a, still.partial(selection)) for selection in chosen)
+            yield from steps(still, chosen, sample, restarts, seed)
+        if rigorous:
+            from orbitdb.verification.rigorous import certify
+
+            for selection in chosen:
+                yield from certify(catalogue.path, selection, sample, seed, again)
+
+    found = report(_watched(work()))
+    for each, fills in partial.items():
+        note_partial(fills, each)
+    _report(found, catalogue.path, start, restarts, form)
+
+
+_KEYS = ("name", *COLUMNS[1:])
+
+
+def _report(found: "list[Check]", path: Path, start: float, restarts: int, form: Format) -> None:
+    """Write what was found, say in one line what came of it, and leave with code 1 if it is not good."""
+    write(COLUMNS, ([getattr(check, key) for key in _KEYS] for check in found), form)
+    rows = {check.name: check.rows for check in found}
+    classes = rows.get("values", 0)
+    if (unsettled := restarts * rows.get("statuses", 0) - rows.get("restarts", 0)) > 0:
+        note(f"{unsettled} restarts did not come to rest and tell nothing")
+    broken = [check.name for check in found if check.failures]
+    if broken:
+        from orbitdb.verification.verify import PROMISES
+
+        for name in broken:
+            note(f"{name}: not every row keeps that {PROMISES[name]}")
+        raise typer.Exit(1)
+    if not classes:
+        note(f"nothing to look at in {path}: the file is sound, but no class is stored that was asked for")
+        raise typer.Exit(1)
+    if (foreign := rows.get("statuses", 0) - rows.get("bits", 0)) > 0:
+        note(f"{foreign} rows are of another method, version or machine: their last bits were not compared")
+    note(f"{path}: all is well with {classes} classes, {time.monotonic() - start:.1f} s")
+
+
+def _watched(steps: "Iterable[Step]") -> "Iterator[Step]":
+    """Pass the steps on, and show how far they are if somebody watches."""
+    if not sys.stderr.isatty():
+        yield from steps
+        return
+    from rich import progress as rich
+    from rich.console import Console
+
+    columns = (
+        rich.TextColumn("{task.description}"),
+        rich.BarColumn(),
+        rich.MofNCompleteColumn(),
+        rich.TimeElapsedColumn(),
+    )
+    with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=None)
+        for step in steps:
+            bar.update(task, description=step.stage, completed=step.done, total=step.total)
+            yield step

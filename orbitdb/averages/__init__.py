@@ -1,0 +1,1 @@
+"""Averages over orbits: entropies and Lyapunov exponents, from arrays."""

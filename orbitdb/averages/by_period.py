@@ -1,0 +1,190 @@
+"""Entropy and Lyapunov averages over periodic orbits: arrays in, numbers out.
+
+The paper's averages are sums over fixed points; beside them stand those of the zeta function that the
+same sums are the traces of.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.averages.fixed_points import ClassRows, FixedPointSums, Weight, divisors, fixed_point_sums
+from orbitdb.averages.pseudocycles import Factors, expand_by_stability
+from orbitdb.averages.zeta import CycleAverages, Expansion, cycle_averages, expand, leading_zero
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Entropy:
+    """Entropies by period; all arrays have the shape of p.
+
+    Attributes
+    ----------
+    p : ndarray of int
+        2, 3, .. to the highest period.
+    N : ndarray of int
+        Number of points on orbits of period p and its divisors.
+    K_0 : ndarray
+        ln N / p; NaN where there is no point.
+    h_zeta : ndarray
+        -ln of the leading zero of the topological zeta function cut off at order p.
+    h_zeta_change : ndarray
+        Modulus of its change from the order before, an estimate of its error.
+    """
+
+    p: Integers
+    N: Integers
+    K_0: Floats
+    h_zeta: Floats
+    h_zeta_change: Floats
+
+
+def entropy(rows: ClassRows, highest: int) -> Entropy:
+    """Return the topological entropy at p = 2 .. highest.
+
+    Notes
+    -----
+    N(p) = sum over d | p of d N_c(d) are the traces of the zeta function prod (1 - z^p)^N_c(p).
+    Its zero, which weighs all periods up to p together, settles sooner than K_0.
+
+    Source: Biham and Kvale, Table 1.
+    """
+    cycles = np.bincount(rows.period, rows.size, minlength=highest + 1).astype(np.int64)
+    orders = range(1, highest + 1)
+    points = np.array([sum(d * cycles[d] for d in divisors(p)) for p in orders], dtype=np.int64)
+    series = expand(points.astype(float), np.zeros((0, highest)))
+    zeros = np.array([leading_zero(series.cut(p).coefficients) for p in orders])
+    h = 0.0 - np.log(zeros)
+    change = np.abs(np.diff(h, prepend=np.nan))
+    p = np.array(orders)
+    k0 = np.log(np.where(points > 0, points, np.nan)) / p
+    return Entropy(p[1:], points[1:], k0[1:], h[1:], change[1:])
+
+
+@dataclass(frozen=True)
+class Lyapunov:
+    """Lyapunov averages by period; all arrays have the shape of p, and NaN where there is no orbit.
+
+    Attributes
+    ----------
+    p : ndarray of int
+        2, 3, .. to the highest period.
+    lambda_d, lambda_c : ndarray
+        The paper's averages over fixed points, per bounce and per length.
+    lambda_d_pair, lambda_c_pair : ndarray
+        Means of the values at p - 1 and p, which even out the paper's oscillation.
+    lambda_d_zeta, lambda_c_zeta, mean_path_zeta : ndarray
+        <lambda>/<p>, <lambda>/<L> and <L>/<p> from the zeta function cut off at order p.
+    z0 : ndarray
+        The leading zero of the zeta function; 1 for a closed system and all its orbits.
+    """
+
+    p: Integers
+    lambda_d: Floats
+    lambda_c: Floats
+    lambda_d_pair: Floats
+    lambda_c_pair: Floats
+    lambda_d_zeta: Floats
+    lambda_c_zeta: Floats
+    mean_path_zeta: Floats
+    z0: Floats
+
+
+def lyapunov(rows: ClassRows, highest: int, weight: Weight = Weight.EXPONENTIAL) -> Lyapunov:
+    """Return the Lyapunov averages at p = 2 .. highest, truncated by period.
+
+    Source: Biham and Kvale, eqs. (5) and (6); the weights may be others than theirs.
+    """
+    sums = fixed_point_sums(rows, highest, weight)
+    p = np.arange(1, highest + 1)
+    total = np.where(sums.total > 0, sums.total, np.nan)
+    discrete, continuous = sums.lyapunov / total / p, sums.ratio / total
+    series = _expansion(sums)
+    found = [ZetaAverages.of(cycle_averages(series.cut(n))) for n in p[1:]]
+    return Lyapunov(
+        p=p[1:],
+        lambda_d=discrete[1:],
+        lambda_c=continuous[1:],
+        lambda_d_pair=_pairs(discrete),
+        lambda_c_pair=_pairs(continuous),
+        lambda_d_zeta=np.array([one.lambda_d for one in found]),
+        lambda_c_zeta=np.array([one.lambda_c for one in found]),
+        mean_path_zeta=np.array([one.mean_path for one in found]),
+        z0=np.array([one.z0 for one in found]),
+    )
+
+
+def _pairs(values: Floats) -> Floats:
+    pairs: Floats = (values[:-1] + values[1:]) / 2
+    return pairs
+
+
+def _expansion(sums: FixedPointSums) -> Expansion:
+    scale = np.exp(-sums.least)
+    return expand(sums.total * scale, np.stack([sums.lyapunov, sums.length]) * scale)
+
+
+@dataclass(frozen=True)
+class ZetaAverages:
+    """Averages at the leading zero of a zeta function; NaN where it has none.
+
+    Attributes
+    ----------
+    z0 : float
+        The leading zero; 1 for a closed system and all its orbits.
+    lambda_d, lambda_c, mean_path : float
+        <lambda>/<p>, <lambda>/<L> and <L>/<p>.
+    """
+
+    z0: float
+    lambda_d: float
+    lambda_c: float
+    mean_path: float
+
+    @classmethod
+    def of(cls, found: CycleAverages) -> "ZetaAverages":
+        """Take ratios of cycle averages of the observables lambda and L."""
+        exponent, length = (float(value) for value in found.observables)
+        return cls(found.z0, exponent / found.period, exponent / length, length / found.period)
+
+
+def lyapunov_by_stability(
+    rows: ClassRows, cut: float, highest: int | None = None, weight: Weight = Weight.EXPONENTIAL
+) -> ZetaAverages:
+    """Return the Lyapunov averages with every pseudo-cycle of multiplier up to e^cut.
+
+    Parameters
+    ----------
+    rows : ClassRows
+        All orbits with lambda <= cut. Where longer ones are missing, the products of shorter ones
+        that should cancel against them must go too: give the period up to which all are known.
+    cut : float
+        Largest sum of lambda over the orbits of a pseudo-cycle.
+    highest : int, optional
+        Largest sum of periods; by default any.
+    weight : Weight, optional
+        With `Weight.DETERMINANT`, an orbit has the factors (1 - t e^(-k lambda) z^p)^(k+1),
+        k = 0, 1, .. with multipliers e^((k+1) lambda), all subject to the cut.
+    """
+    levels = 1
+    if weight is Weight.DETERMINANT and len(rows):
+        levels = max(1, int(cut / rows.lyapunov.min()))
+    series = expand_by_stability(_factors(rows, levels, cut), cut, highest)
+    return ZetaAverages.of(cycle_averages(series))
+
+
+def _factors(rows: ClassRows, levels: int, cut: float) -> Factors:
+    """Return the factors of the zeta function (one level) or of the Fredholm determinant."""
+    parts = [rows.rows((k + 1) * rows.lyapunov <= cut) for k in range(levels)]
+    cost = [(k + 1) * part.lyapunov for k, part in enumerate(parts)]
+    signs = [np.where(part.inverse & (k % 2 == 1), -1.0, 1.0) for k, part in enumerate(parts)]
+    return Factors(
+        period=np.concatenate([part.period for part in parts]),
+        count=np.concatenate([(k + 1) * part.size for k, part in enumerate(parts)]),
+        cost=np.concatenate(cost),
+        weight=np.concatenate(signs) * np.exp(-np.concatenate(cost)),
+        observables=np.concatenate([np.stack([part.lyapunov, part.length]) for part in parts], axis=1),
+    )

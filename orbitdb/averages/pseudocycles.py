@@ -1,0 +1,208 @@
+"""Zeta functions truncated by stability: every pseudo-cycle below a cut, without listing them.
+
+A pseudo-cycle is a product of different cycles; its term in 1/zeta is the product of their weights and
+of a sign each. Products of unstable cycles are small, so where pruning makes the periods ragged, a cut
+in the product of their multipliers can be fairer than one in their period.
+
+Source: Dahlqvist and Russberg, J. Phys. A 24 (1991) 4763; Dettmann and Morriss, Phys. Rev. Lett. 78
+(1997) 4201.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.averages.zeta import Expansion
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+CHUNK = 1 << 16
+"""Pseudo-cycles that are built at a time, about: it bounds the memory."""
+
+
+@dataclass(frozen=True)
+class Factors:
+    """N kinds of factors (1 - t z^p)^count of 1/zeta.
+
+    Attributes
+    ----------
+    period, count : ndarray of int, shape (N,)
+    cost : ndarray, shape (N,)
+        Logarithm of the multiplier by which the factor is graded: positive.
+    weight : ndarray, shape (N,)
+        t, with its sign.
+    observables : ndarray, shape (k, N)
+    """
+
+    period: Integers
+    count: Integers
+    cost: Floats
+    weight: Floats
+    observables: Floats
+
+    def __len__(self) -> int:
+        return len(self.period)
+
+    def rows(self, chosen: NDArray[np.intp] | NDArray[np.bool_]) -> "Factors":
+        """Return some of the factors."""
+        return Factors(
+            self.period[chosen],
+            self.count[chosen],
+            self.cost[chosen],
+            self.weight[chosen],
+            self.observables[:, chosen],
+        )
+
+
+def expand_by_stability(factors: Factors, cut: float, highest: int | None = None) -> Expansion:
+    """Return every term of 1/zeta whose product of multipliers is at most e^cut.
+
+    Parameters
+    ----------
+    factors : Factors
+    cut : float
+        Largest sum of costs of a term (pseudo-cycle) that is kept.
+    highest : int, optional
+        Largest order of a term that is kept; by default any.
+
+    Notes
+    -----
+    Exact, and far cheaper than to list the pseudo-cycles. Sort the factors by cost and build
+    pseudo-cycles upwards. The last factor added is not listed: all that fit in form a stretch of the
+    sorted factors, so prefix sums give their total. So only those pseudo-cycles are listed that have
+    room for their dearest factor once more. A class of equal cycles is one factor with a count, and
+    its m-th power carries the binomial coefficient.
+    """
+    factors = factors.rows(np.flatnonzero(factors.cost <= cut))
+    factors = factors.rows(np.argsort(factors.cost, kind="stable"))
+    degree = _degree(factors, cut, highest)
+    sums = np.zeros((len(factors.observables) + 1, degree + 1))
+    sums[0, 0] = 1.0
+    ladders = list(_ladders(factors))
+    stack = [_Terms.root(len(factors.observables))]
+    while stack:
+        terms = stack.pop()
+        room = terms.room(factors, cut)
+        if len(terms) > 1 and room.sum() > CHUNK:
+            stack += terms.halves()
+            continue
+        for ladder in ladders:
+            _add(sums, *ladder.behind(terms, cut, degree))
+        again = terms.repeated(factors, cut, degree)
+        _add(sums, again.period, again.totals())
+        stack += [part for part in (again, terms.followed(factors, room, degree)) if len(part)]
+    return Expansion(sums[0], sums[1:])
+
+
+def _degree(factors: Factors, cut: float, highest: int | None) -> int:
+    """Return an order that no term within the cut exceeds, or the highest that is wanted."""
+    most = int((factors.period / factors.cost).max() * cut) if len(factors) else 0
+    return most if highest is None else min(most, highest)
+
+
+def _add(sums: Floats, period: Integers, totals: Floats) -> None:
+    for row, values in zip(sums, totals, strict=True):
+        row += np.bincount(period, values, minlength=len(row))
+
+
+@dataclass(frozen=True)
+class _Terms:
+    """Pseudo-cycles: their dearest factor and how often it stands in them, and their products."""
+
+    last: Integers
+    times: Integers
+    period: Integers
+    cost: Floats
+    value: Floats
+    observables: Floats
+
+    @classmethod
+    def root(cls, k: int) -> "_Terms":
+        """Return the empty pseudo-cycle."""
+        zero = np.zeros(1, np.int64)
+        return cls(zero - 1, zero, zero, np.zeros(1), np.ones(1), np.zeros((k, 1)))
+
+    def __len__(self) -> int:
+        return len(self.last)
+
+    def totals(self) -> Floats:
+        """Return the products and their derivatives, shape (k + 1, N)."""
+        return np.concatenate([self.value[None], self.value * self.observables])
+
+    def halves(self) -> "list[_Terms]":
+        middle = len(self) // 2
+        return [self._rows(slice(None, middle)), self._rows(slice(middle, None))]
+
+    def _rows(self, chosen: slice | NDArray[np.intp] | NDArray[np.bool_]) -> "_Terms":
+        return _Terms(
+            self.last[chosen],
+            self.times[chosen],
+            self.period[chosen],
+            self.cost[chosen],
+            self.value[chosen],
+            self.observables[:, chosen],
+        )
+
+    def repeated(self, factors: Factors, cut: float, degree: int) -> "_Terms":
+        """Return the terms with their dearest factor once more, where its count and the cut allow."""
+        begun = self._rows(self.last >= 0)
+        fits = begun.times < factors.count[begun.last]
+        fits &= begun.cost + factors.cost[begun.last] <= cut
+        terms = begun._rows(fits & (begun.period + factors.period[begun.last] <= degree))
+        more = (factors.count[terms.last] - terms.times) / (terms.times + 1)
+        return terms._times(factors, terms.last, terms.times + 1, more)
+
+    def room(self, factors: Factors, cut: float) -> Integers:
+        """Count the dearer factors that could follow each term and leave room for themselves once more."""
+        end = np.searchsorted(factors.cost, (cut - self.cost) / 2, side="right")
+        return np.maximum(end - self.last - 1, 0)
+
+    def followed(self, factors: Factors, room: Integers, degree: int) -> "_Terms":
+        """Return the terms with each of the dearer factors counted by `room`."""
+        terms = self._rows(np.repeat(np.arange(len(self)), room))
+        start = np.repeat(self.last + 1 - (room.cumsum() - room), room)
+        new = start + np.arange(len(start))
+        fits = terms.period + factors.period[new] <= degree
+        terms, new = terms._rows(fits), new[fits]
+        return terms._times(factors, new, np.ones_like(new), factors.count[new].astype(float))
+
+    def _times(self, factors: Factors, new: Integers, times: Integers, multiple: Floats) -> "_Terms":
+        return _Terms(
+            new,
+            times,
+            self.period + factors.period[new],
+            self.cost + factors.cost[new],
+            -self.value * multiple * factors.weight[new],
+            self.observables + factors.observables[:, new],
+        )
+
+
+@dataclass(frozen=True)
+class _Ladder:
+    """The factors of one period by rising cost, with the sums over all up to each."""
+
+    period: int
+    place: NDArray[np.intp]
+    cost: Floats
+    sums: Floats
+
+    def behind(self, terms: _Terms, cut: float, degree: int) -> tuple[Integers, Floats]:
+        """Sum what each term becomes with one more factor of this period, dearer than all it has."""
+        start = np.searchsorted(self.place, terms.last, side="right")
+        end = np.searchsorted(self.cost, cut - terms.cost, side="right")
+        some = (end > start) & (terms.period + self.period <= degree)
+        found = self.sums[:, end[some]] - self.sums[:, start[some]]
+        found[1:] += terms.observables[:, some] * found[0]
+        return terms.period[some] + self.period, -terms.value[some] * found
+
+
+def _ladders(factors: Factors) -> Iterator[_Ladder]:
+    for p in np.unique(factors.period):
+        place = np.flatnonzero(factors.period == p)
+        part = factors.rows(place)
+        total = part.count * part.weight
+        rungs = np.concatenate([total[None], total * part.observables]).cumsum(axis=1)
+        yield _Ladder(int(p), place, part.cost, np.pad(rungs, ((0, 0), (1, 0))))

@@ -1,0 +1,244 @@
+"""Stress: cases at the ends of what can be asked, each judged by ball arithmetic.
+
+A case is a function without arguments that yields rows. Every row says what was asked, the largest
+true errors, and how much of the stored bounds these use up: no share may be above 1.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import chain
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.averages.fixed_points import ClassRows, fixed_point_sums
+from orbitdb.benchmarks.representatives import representatives
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.newton import certificates, solve
+from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.symbols.pruning import rules_broken
+from orbitdb.symbols.words import from_strings, parse
+from orbitdb.trajectories.rays import itineraries, random_rays
+
+Words = NDArray[np.uint8]
+
+_LEFT = (1, 4)
+_WINDOW = 200
+
+BITS = 256
+"""Precision of the truth."""
+
+
+SUM_BOUND = 64 * float(np.finfo(float).eps)
+"""Relative error allowed to a sum of positive terms that NumPy adds in pairs."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one stress case found.
+
+    Attributes
+    ----------
+    case, asked : str
+        Name of the case, and its question.
+    words : int
+        Words solved (terms summed).
+    orbits, open : int
+        Words that are orbits, and words left undecided.
+    wrong : int
+        Words whose status differs from that in ball arithmetic.
+    coordinates, length, lyapunov : float
+        The largest true errors of orbits: of a coordinate, in its units; of length and lambda,
+        relative.
+    share : float
+        The largest true error in units of its stored bound.
+    seconds : float
+        Run time of the solution, without that of the truth.
+    """
+
+    case: str
+    asked: str
+    words: int
+    orbits: int
+    open: int
+    wrong: int
+    coordinates: float
+    length: float
+    lyapunov: float
+    share: float
+    seconds: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether all was decided, rightly, and no error exceeds its stored bound."""
+        return self.open == 0 and self.wrong == 0 and not self.share > 1
+
+
+def judge(case: str, asked: str, words: Words, stadium: Stadium) -> Outcome:
+    """Solve words of one order and compare every orbit with its enclosure."""
+    begin = perf_counter()
+    orbits = solve(words, stadium)
+    return compare(case, asked, orbits, stadium, perf_counter() - begin)
+
+
+def compare(case: str, asked: str, orbits: Orbits, stadium: Stadium, seconds: float) -> Outcome:
+    """Compare solved orbits with their enclosures."""
+    from orbitdb.orbits.enclosure import true_errors
+
+    truth = certificates(orbits.words, stadium, BITS)
+    status = np.array([each.status.value for each in truth])
+    kept = np.flatnonzero((status == Status.ORBIT) & (orbits.status == Status.ORBIT))
+    part = orbits.rows(kept)
+    errors = true_errors(part, [truth[row] for row in kept])
+    coordinates, length, lyapunov = errors
+    bounds = (part.error, part.length_error, part.lyapunov_error)
+    return Outcome(
+        case=case,
+        asked=asked,
+        words=len(orbits),
+        orbits=int((status == Status.ORBIT).sum()),
+        open=int((orbits.status == Status.UNRESOLVED).sum()),
+        wrong=int((orbits.status != status).sum()),
+        coordinates=_largest(coordinates),
+        length=_largest(length / part.length),
+        lyapunov=_largest(lyapunov / part.lyapunov),
+        share=max(_largest(error / bound) for error, bound in zip(errors, bounds, strict=True)),
+        seconds=seconds,
+    )
+
+
+def _largest(values: NDArray[np.float64]) -> float:
+    return float(values.max()) if len(values) else math.nan
+
+
+def extreme_stadia(p: int = 8) -> Iterator[Outcome]:
+    """All classes of order p in stadia from almost a circle to a long channel."""
+    words, _ = representatives(p)
+    for exponent in range(-6, 7):
+        yield judge("stadium", f"a = 1e{exponent}, all classes of p = {p}", words, Stadium(10.0**exponent))
+
+
+def long_runs(largest: int = 100_000) -> Iterator[Outcome]:
+    """Runs of up to 100 000 bounces on each semicircle, close along the wall."""
+    for k in _powers_of_ten(largest):
+        yield judge("run", f"1^{k} 5^{k}", parsed(f"1^{k} 5^{k}"), Stadium())
+
+
+def long_legs(largest: int = 100_000) -> Iterator[Outcome]:
+    """Legs of up to 100 000 bounces between the walls, almost at right angles to them."""
+    for n in _powers_of_ten(largest):
+        text = f"1 2 (02)^{n // 2} 3 2 (02)^{n // 2}"
+        yield judge("leg", text, parsed(text), Stadium())
+
+
+def long_orbits(orders: tuple[int, ...] = (200, 2000), count: int = 10) -> Iterator[Outcome]:
+    """Words of segments of a random trajectory, closed: true orbits of high order, lambda beyond e^709."""
+    for p in orders:
+        words = closed_words(Stadium(), p, count)
+        yield judge("trajectory", f"closed segments of p = {p}", words, Stadium())
+
+
+def closed_words(stadium: Stadium, p: int, count: int, seed: int = 1) -> Words:
+    """Return words of order p that follow a random trajectory once round and are orbits, shape (<= count, p).
+
+    A segment from the beginning of a run on the left to just before the beginning of another closes to
+    a word; a part of these words, that broken rules and the solver tell, cannot close in the stadium.
+    """
+    rng = np.random.default_rng(seed)
+    symbols = itineraries(stadium, random_rays(stadium, 8 * count, rng), p + _WINDOW).symbols
+    left = np.isin(symbols, _LEFT)
+    begins = left[:, 1:] & ~left[:, :-1]
+    both = begins[:, :-p] & begins[:, p:]
+    starts = np.where(both.any(axis=1), both.argmax(axis=1) + 1, -1)
+    closing = np.flatnonzero(starts > 0)
+    words = np.stack([symbols[row, starts[row] : starts[row] + p] for row in closing])
+    words = words[rules_broken(words) == 0]
+    orbits = solve(words, stadium)
+    return words[orbits.status == Status.ORBIT][:count]
+
+
+def small_margins(orders: tuple[int, ...] = (11, 13), below: float = 1e-4) -> Iterator[Outcome]:
+    """The words of an order whose bounces come closest to a joint, inside and outside."""
+    for p in orders:
+        words, _ = representatives(p)
+        begin = perf_counter()
+        orbits = solve(words, Stadium())
+        seconds = perf_counter() - begin
+        near = np.abs(orbits.margin) < below
+        least = np.abs(orbits.margin).min()
+        asked = f"|margin| < {below:g} of p = {p}, least {least:.1e}"
+        yield compare("margin", asked, orbits.rows(near), Stadium(), seconds * near.mean())
+
+
+def joint_words(orders: tuple[int, ...] = (6, 8)) -> Iterator[Outcome]:
+    """Stadia in which words run exactly through a joint."""
+    for p in orders:
+        words, _ = representatives(p)
+        for a in (0.5, 1.0, 2.5):
+            yield judge("joint", f"a = {a:g}, all classes of p = {p}", words, Stadium(a))
+
+
+def weighted_sums(terms: int = 30_000_000) -> Iterator[Outcome]:
+    """The sums of an average over orbits, with weights from e^-40 to e^0, against exact summation."""
+    rng = np.random.default_rng(1)
+    lyapunov = 40 * rng.random(terms) + 0.5
+    ones = np.ones(terms, dtype=np.int64)
+    rows = ClassRows(ones, ones, lyapunov / 0.4, lyapunov, np.zeros(terms, dtype=bool))
+    begin = perf_counter()
+    sums = fixed_point_sums(rows, 1)
+    seconds = perf_counter() - begin
+    weight = np.exp(lyapunov.min() - lyapunov)
+    pairs = (
+        (sums.total[0], weight),
+        (sums.lyapunov[0], weight * lyapunov),
+        (sums.length[0], weight * rows.length),
+    )
+    errors = [_relative_error(found, parts) for found, parts in pairs]
+    yield Outcome(
+        case="sum",
+        asked="e^-40 .. e^0, against exact summation",
+        words=terms,
+        orbits=0,
+        open=0,
+        wrong=0,
+        coordinates=math.nan,
+        length=errors[2],
+        lyapunov=errors[1],
+        share=max(errors) / SUM_BOUND,
+        seconds=seconds,
+    )
+
+
+def _relative_error(found: float, terms: NDArray[np.float64]) -> float:
+    pieces = (terms[start : start + 65536].tolist() for start in range(0, len(terms), 65536))
+    exact = math.fsum(chain.from_iterable(pieces))
+    return abs(found - exact) / exact
+
+
+def _powers_of_ten(largest: int) -> list[int]:
+    return [10**e for e in range(1, int(math.log10(largest)) + 1)]
+
+
+def parsed(text: str) -> Words:
+    """Return one word in run notation as an array, shape (1, p)."""
+    return from_strings([parse(text)])
+
+
+CASES: dict[str, Callable[[], Iterator[Outcome]]] = {
+    "stadium": extreme_stadia,
+    "joint": joint_words,
+    "run": long_runs,
+    "leg": long_legs,
+    "trajectory": long_orbits,
+    "margin": small_margins,
+    "sum": weighted_sums,
+}
+"""Every case by its name, in the order of a full run."""
+
+
+def stress() -> Iterator[Outcome]:
+    """Run all cases, yielding rows as they come."""
+    for case in CASES.values():
+        yield from case()

@@ -1,0 +1,242 @@
+"""Run time against error: every method on the same orbits, judged by ball arithmetic.
+
+All rows of one call come from one process on one machine. The reference encloses every orbit to more
+than 50 digits (`orbitdb.orbits.newton.certificates`); an error is the distance of a method's number from it.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.benchmarks.representatives import representatives
+from orbitdb.billiard.stability import forces
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.newton import certificates, solve_in_doubles
+from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.orbits.relaxation import relax, starting_points
+
+if TYPE_CHECKING:
+    from orbitdb.orbits.enclosure import Enclosure
+
+Floats = NDArray[np.float64]
+Words = NDArray[np.uint8]
+
+REFERENCE_BITS = 256
+TOLERANCES = (1e-1, 1e-2, 1e-4, 1e-8, 1e-16)
+EPSILONS = (1e-4, 1e-6, 1e-7, 1e-8, 1e-10, 1e-12)
+ROOT_TOLERANCES = (1e-4, 1e-8, 1e-12)
+BITS = (64, 128, 256)
+REPEATS = 5
+FAR = 1e-2
+"""A coordinate that is off by more than this (radians, or units of the radius) is another orbit's."""
+
+
+@dataclass(frozen=True)
+class WorkPrecision:
+    """What one method at one setting costs, and what it gives.
+
+    Attributes
+    ----------
+    method : str
+        ``newton``, ``relaxation``, ``root`` or ``balls``.
+    setting : float
+        Tolerance, force or bits at which it stops.
+    words : int
+        Words solved, one of each symmetry class.
+    seconds : float
+        Run time per word.
+    seconds_per_sequence : float
+        Run time per symbol sequence: a method of this project solves one word for all sequences of its
+        class, the paper's and SciPy's are charged for every sequence.
+    failures : int
+        Words left undecided, given another status than the true one, or another orbit.
+    coordinates_max, coordinates_median : float
+        Largest error of a coordinate, the worst and the middle word.
+    length_max, length_median, lyapunov_max, lyapunov_median : float
+        Relative errors. Of ``balls`` all errors are the proved radii.
+    """
+
+    method: str
+    setting: float
+    words: int
+    seconds: float
+    seconds_per_sequence: float
+    failures: int
+    coordinates_max: float
+    coordinates_median: float
+    length_max: float
+    length_median: float
+    lyapunov_max: float
+    lyapunov_median: float
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Words of one order, one of each class, with the truth about them.
+
+    Attributes
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    sizes : ndarray of int, shape (N,)
+        Number of cyclic words in the class of each.
+    stadium : Stadium
+    truth : list of Enclosure
+    """
+
+    words: Words
+    sizes: NDArray[np.int64]
+    stadium: Stadium
+    truth: "list[Enclosure]"
+
+    def part(self, count: int) -> "Sample":
+        """Return about so many of the words, evenly spread over all of them."""
+        rows = _spread(len(self.words), count)
+        return Sample(self.words[rows], self.sizes[rows], self.stadium, [self.truth[row] for row in rows])
+
+
+def sample(p: int, stadium: Stadium, count: int | None = None) -> Sample:
+    """Return the classes of order p, or some of them, enclosed at `REFERENCE_BITS`."""
+    words, sizes = representatives(p)
+    rows = _spread(len(words), count or len(words))
+    truth = certificates(words[rows], stadium, REFERENCE_BITS)
+    return Sample(words[rows], sizes[rows], stadium, truth)
+
+
+def _spread(n: int, count: int) -> NDArray[np.intp]:
+    """Return about count of n rows, evenly spread."""
+    return np.unique(np.linspace(0, n - 1, min(count, n)).astype(np.intp))
+
+
+def work_precision(cases: Sample, slow: int = 100) -> Iterator[WorkPrecision]:
+    """Measure all methods on the same words.
+
+    Parameters
+    ----------
+    cases : Sample
+    slow : int, optional
+        Number of words for the methods that work word by word, ``root`` and ``balls``.
+
+    Yields
+    ------
+    WorkPrecision
+        One row for each method and setting, as soon as it is measured.
+    """
+    yield from newton_rows(cases)
+    yield from ball_rows(cases.part(slow))
+    yield from root_rows(cases.part(slow))
+    yield from relaxation_rows(cases)
+
+
+def newton_rows(cases: Sample, tolerances: Sequence[float] = TOLERANCES) -> Iterator[WorkPrecision]:
+    """Measure the reduced Newton method with all that belongs to a row: bounds, status, lambda."""
+    for tolerance in tolerances:
+
+        def attempt(tolerance: float = tolerance) -> Orbits:
+            return solve_in_doubles(cases.words, cases.stadium, tolerance)
+
+        orbits, seconds = _median_time(attempt)
+        yield _row("newton", tolerance, cases, orbits, seconds, shared=True)
+
+
+def relaxation_rows(cases: Sample, epsilons: Sequence[float] = EPSILONS) -> Iterator[WorkPrecision]:
+    """Measure the paper's artificial dynamics, vectorised over all words of the sample.
+
+    The dynamics has no memory: each epsilon goes on where the larger one before it stopped, and is
+    charged for the whole way.
+    """
+    x = starting_points(cases.words, cases.stadium)
+    seconds = 0.0
+    for epsilon in sorted(epsilons, reverse=True):
+        begin = perf_counter()
+        orbits = relax(cases.words, cases.stadium, epsilon, start=x)
+        seconds += perf_counter() - begin
+        x = np.where(np.isnan(orbits.coordinates), x, orbits.coordinates)
+        yield _row("relaxation", epsilon, cases, orbits, seconds)
+
+
+def root_rows(cases: Sample, tolerances: Sequence[float] = ROOT_TOLERANCES) -> Iterator[WorkPrecision]:
+    """Measure SciPy's hybrid Powell method on the p coordinates, from where the relaxation starts."""
+    from scipy.optimize import root
+
+    start = starting_points(cases.words, cases.stadium)
+    for tolerance in tolerances:
+        x = np.full_like(start, np.nan)
+        begin = perf_counter()
+        for row, word in enumerate(cases.words):
+
+            def field(x: Floats, word: Words = word[None]) -> Floats:
+                return forces(cases.stadium, word, x[None])[0]
+
+            found = root(field, start[row], tol=tolerance)
+            if found.success:
+                x[row] = found.x
+        seconds = perf_counter() - begin
+        solved = np.flatnonzero(~np.isnan(x[:, 0]))
+        orbits = Orbits.empty(cases.words)
+        if len(solved):
+            # at rest already: no step is taken, and the numbers of the orbit come out
+            orbits.place(solved, relax(cases.words[solved], cases.stadium, np.inf, start=x[solved]))
+        yield _row("root", tolerance, cases, orbits, seconds)
+
+
+def ball_rows(cases: Sample, bits: Sequence[int] = BITS) -> Iterator[WorkPrecision]:
+    """Measure ball arithmetic; its errors are the radii it proves."""
+    for precision in bits:
+        begin = perf_counter()
+        found = certificates(cases.words, cases.stadium, precision)
+        seconds = perf_counter() - begin
+        kept = [each for each in found if each.status is Status.ORBIT]
+        errors = (
+            np.array([max(float(x.rad()) for x in each.coordinates) for each in kept]),
+            np.array([float(each.length.rad() / each.length.mid()) for each in kept]),
+            np.array([float(each.lyapunov.rad() / each.lyapunov.mid()) for each in kept]),
+        )
+        failures = sum(a.status is not b.status for a, b in zip(found, cases.truth, strict=True))
+        yield _summary("balls", precision, cases, failures, errors, seconds, shared=True)
+
+
+def _row(
+    method: str, setting: float, cases: Sample, orbits: Orbits, seconds: float, shared: bool = False
+) -> WorkPrecision:
+    """Judge the orbits of a method by the truth."""
+    from orbitdb.orbits.enclosure import true_errors
+
+    status = np.array([each.status.value for each in cases.truth])
+    kept = np.flatnonzero((status == Status.ORBIT) & np.isfinite(orbits.coordinates).all(axis=1))
+    truth = [cases.truth[row] for row in kept]
+    coordinates, length, lyapunov = true_errors(orbits.rows(kept), truth)
+    right = coordinates < FAR
+    settled = status != Status.BOUNDARY
+    wrong = settled & (orbits.status != status)
+    wrong[kept[~right]] = True
+    relative = length / orbits.length[kept], lyapunov / orbits.lyapunov[kept]
+    errors = (coordinates[right], relative[0][right], relative[1][right])
+    return _summary(method, setting, cases, int(wrong.sum()), errors, seconds, shared)
+
+
+def _summary(
+    method: str,
+    setting: float,
+    cases: Sample,
+    failures: int,
+    errors: tuple[Floats, Floats, Floats],
+    seconds: float,
+    shared: bool,
+) -> WorkPrecision:
+    words = len(cases.words)
+    served = int(cases.sizes.sum()) if shared else words
+    numbers = [float(f(each)) if len(each) else float("nan") for each in errors for f in (np.max, np.median)]
+    return WorkPrecision(method, setting, words, seconds / words, seconds / served, failures, *numbers)
+
+
+def _median_time(work: Callable[[], Orbits]) -> tuple[Orbits, float]:
+    times = []
+    for _ in range(REPEATS):
+        begin = perf_counter()
+        result = work()
+        times.append(perf_counter() - begin)
+    return result, float(np.median(times))

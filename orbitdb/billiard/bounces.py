@@ -1,0 +1,97 @@
+"""Where the bounces of an unfolded orbit lie, and by how much they keep to their walls.
+
+All arrays of legs and runs have shape (m, N), as in `orbitdb.billiard.legs`.
+"""
+
+import numpy as np
+
+from orbitdb.billiard.legs import Chain, Floats, Legs, following, preceding, turns
+from orbitdb.billiard.stadium import HALF_PI
+
+
+def end_angles(legs: Chain, alpha: Floats) -> tuple[Floats, Floats]:
+    """Return the angles of the first and the last bounce of each run, shape (m, N) each."""
+    turn = turns(legs, alpha)
+    middle = (turn.incoming - turn.outgoing) / 2
+    spread = legs.d * turn.half * (legs.k - 1)
+    return middle - spread, middle + spread
+
+
+def slacks(legs: Chain, alpha: Floats) -> Floats:
+    """Return by how much, in radians, each end of run and leg keeps to its wall or semicircle.
+
+    Parameters
+    ----------
+    legs : Chain
+    alpha : ndarray, shape (m, N)
+
+    Returns
+    -------
+    ndarray, shape (4, m, N)
+        For each run, pi/2 - |t| of its first and last bounce; for each leg, pi/2 - s t - 2 |alpha|
+        at its start and, seen backwards, at its end: with t the last bounce on the semicircle, the
+        angle from the joint to the bounce that would follow if the semicircle went on. Infinite for
+        a leg without walls. All are positive for an orbit; an orbit through a joint has a zero.
+    """
+    first, last = end_angles(legs, alpha)
+    steep = HALF_PI - 2 * legs.s * alpha
+    ahead = -legs.s * legs.parity * following(first)
+    walled = legs.n > 0
+    return np.stack([
+        HALF_PI - np.abs(first),
+        HALF_PI - np.abs(last),
+        np.where(walled, steep - legs.s * last, np.inf),
+        np.where(walled, steep - ahead, np.inf),
+    ])  # fmt: skip
+
+
+def slack_errors(legs: Chain, alpha_error: Floats) -> Floats:
+    """Bound the errors of `slacks`, given those of the directions, shape (m, N).
+
+    An end of a run moves by 1/2k of one neighbour's change and 1 - 1/2k of the other's. psi is good
+    to 11 half units of rounding and (k - 1)/k of it enters twice, in the ends and between them; that
+    of a single bounce drops out. The other sums have numbers up to 2 pi.
+    """
+    incoming = preceding(alpha_error)
+    near, far = 1 / (2 * legs.k), 1 - 1 / (2 * legs.k)
+    rounding = np.finfo(float).eps * (26 - 18 / legs.k)
+    first = far * incoming + near * alpha_error + rounding
+    last = near * incoming + far * alpha_error + rounding
+    tilt = 2 * alpha_error
+    return np.stack([first, last, last + tilt, following(first) + tilt])
+
+
+def margin_distances(legs: Chain, alpha: Floats, slack: Floats) -> Floats:
+    """Return the slacks in coordinate units, shape (4, m, N): radians on a semicircle, x on a wall.
+
+    The first bounce of a leg lies 2 cos(pi/4 + s t/2) sin(slack/2) / sin|alpha| from the joint.
+    """
+    first, last = end_angles(legs, alpha)
+    ahead = -legs.s * legs.parity * following(first)
+    walled = legs.n > 0
+    rise = np.where(walled, np.abs(np.sin(alpha)), 1.0)
+    margin = slack.copy()
+    for end, t in zip(margin[2:], (legs.s * last, ahead), strict=True):
+        width = 2 * np.cos(HALF_PI / 2 + t / 2) / rise
+        end[...] = np.where(walled, width * np.sin(np.where(walled, end, 0.0) / 2), np.inf)
+    return margin
+
+
+def coordinates(legs: Legs, a: float, alpha: Floats) -> Floats:
+    """Return the coordinates of all bounces in the order of the words, shape (N, p).
+
+    A leg with walls starts and ends at the distances rise and fall from the first and the last of
+    them, 2 sin^2(pi/4 - t/2) with t towards that wall: no difference of nearly equal heights.
+    """
+    m, n_words = legs.k.shape
+    first, last = end_angles(legs, alpha)
+    ahead = following(first)
+    rise = 2 * np.sin(HALF_PI / 2 - legs.s * last / 2) ** 2
+    fall = 2 * np.sin(HALF_PI / 2 + legs.s * legs.parity * ahead / 2) ** 2 + 2 * (legs.n - 1)
+    near, far = a + np.cos(last), a + np.cos(ahead)
+    side = (1.0 - 2.0 * (np.arange(m)[:, None] % 2)) / np.where(legs.n > 0, rise + fall, 1.0)
+    table = np.concatenate([first, side * (rise * far - fall * near)])
+    steps = np.concatenate([2 * legs.d * turns(legs, alpha).half, side * 2 * (near + far)])
+    entry = (legs.run + m * legs.straight) * n_words + np.arange(n_words)
+    found: Floats = (table.ravel()[entry] + legs.place * steps.ravel()[entry]).T
+    return np.ascontiguousarray(found)

@@ -1,0 +1,265 @@
+"""Words cut into runs and legs, and the length of their orbits as a function of leg directions.
+
+An admissible word alternates between *runs* of bounces on the left and right semicircle, joined by
+*legs* over n >= 0 straight bounces. Unfold every leg at the walls it hits: it becomes one straight
+line, and its direction alpha at the start (the slope, seen towards the other side) fixes where the
+runs at both its ends lie, for a circle of radius 1 is touched at equal angles. Take the directions of
+the m legs as unknowns, with
+
+    L(alpha) = sum over legs  2 a cos(alpha) + 2 n s sin(alpha)
+             + sum over runs  2 k sin(psi / 2k),     psi = pi - d (alpha_in + alpha_out),
+
+where s = -1, +1 is the first wall of the leg (bottom, top), k the number of bounces of the run and
+d = +1, -1 its sense (up, down). A stationary point of L is an orbit on the continued walls, and its
+value there is the length.
+
+Every leg term has the curvature -D, D = 2 a cos(alpha) + 2 n s sin(alpha) the part of the leg beyond
+the feet of the two circle centres, and every run term the curvature -sin(psi/2k)/2k in its sum of
+directions. Between the directions that an orbit can have (`direction_limits`) all these are negative:
+L is strictly concave, an orbit is its one maximum, and no word has two orbits. The condition that
+every bounce lies on its own wall or semicircle is linear in alpha (`orbitdb.billiard.bounces.slacks`).
+
+All arrays of legs and runs have shape (m, N): unknowns first, words along the second axis.
+Run i precedes leg i; run 0 is on the left.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.stadium import STRAIGHT
+
+Floats = NDArray[np.float64]
+
+_WIDER = 1.0625
+_DOWNWARD = np.array([False, False, False, False, True, True])
+_LEFT = np.array([False, True, False, False, True, False])
+
+
+@dataclass(frozen=True)
+class Chain:
+    """N words as cyclic chains of m runs and m legs each: all that the length depends on.
+
+    Attributes
+    ----------
+    k, d : ndarray, shape (m, N)
+        Number of bounces and sense (+1 up, -1 down) of each run.
+    n, s : ndarray, shape (m, N)
+        Number of straight bounces of each leg, and the first wall (-1 bottom, +1 top, 0 none).
+    """
+
+    k: Floats
+    d: Floats
+    n: Floats
+    s: Floats
+
+    @cached_property
+    def parity(self) -> Floats:
+        """(-1)^n of each leg, shape (m, N)."""
+        return 1.0 - 2.0 * (self.n % 2)
+
+    @cached_property
+    def lift(self) -> Floats:
+        """2 n s, how far each leg rises when unfolded at its walls, shape (m, N)."""
+        return 2 * self.n * self.s
+
+    def __len__(self) -> int:
+        return self.k.shape[1]
+
+    def chain(self, words: NDArray[np.intp]) -> "Chain":
+        """Return the chains of some of the words."""
+        return Chain(*(part.take(words, axis=1) for part in (self.k, self.d, self.n, self.s)))
+
+
+@dataclass(frozen=True)
+class Legs(Chain):
+    """N admissible words of order p as chains of m runs and m legs, and where each bounce stands.
+
+    Attributes
+    ----------
+    run : ndarray of intp, shape (p, N)
+        The run, or the leg, that each bounce of the word belongs to.
+    place : ndarray of intp, shape (p, N)
+        The bounce's place in it, from 0.
+    straight : ndarray of bool, shape (p, N)
+        Whether the bounce is on a straight wall.
+    """
+
+    run: NDArray[np.intp]
+    place: NDArray[np.intp]
+    straight: NDArray[np.bool_]
+
+
+def preceding(rows: NDArray[Any]) -> NDArray[Any]:
+    """Return for each row the cyclic neighbour before it: a copy, turned along the first axis."""
+    return np.concatenate([rows[-1:], rows[:-1]])
+
+
+def following(rows: NDArray[Any]) -> NDArray[Any]:
+    """Return for each row the cyclic neighbour behind it: a copy, turned along the first axis."""
+    return np.concatenate([rows[1:], rows[:1]])
+
+
+def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
+    """Cut admissible words into runs and legs.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+        Admissible words, in any rotation.
+
+    Returns
+    -------
+    list of (ndarray of intp, Legs)
+        One entry for each number of runs: the rows of ``words`` it holds, and their structure.
+    """
+    n_words, p = words.shape
+    left = _LEFT[words]
+    steps = np.arange(p)
+    origin = (left & ~np.roll(left, 1, axis=1)).argmax(axis=1)[:, None]
+    symbols = np.take_along_axis(words, (steps + origin) % p, axis=1)
+    straight, left = STRAIGHT[symbols], _LEFT[symbols]
+    fresh = np.ones((n_words, p), dtype=bool)
+    fresh[:, 1:] = straight[:, 1:] != straight[:, :-1]
+    crossing = ~straight[:, 1:] & (left[:, 1:] != left[:, :-1])
+    fresh[:, 1:] |= crossing
+    run_starts = fresh & ~straight
+    run = run_starts.cumsum(axis=1) - 1
+    place = steps - np.maximum.accumulate(np.where(fresh, steps, 0), axis=1)
+    back = (steps - origin) % p
+    run, place = np.take_along_axis(run, back, axis=1), np.take_along_axis(place, back, axis=1)
+
+    starts = np.flatnonzero(run_starts)  # words begin with a run, so that none reaches into the next
+    symbols = symbols.ravel()
+    n = np.add.reduceat(straight.ravel(), starts, dtype=float)
+    k = np.diff(starts, append=symbols.size) - n
+    d = np.where(_DOWNWARD[symbols[starts]], -1.0, 1.0)
+    first_wall = np.minimum(starts + k.astype(np.intp), symbols.size - 1)
+    s = np.where(n > 0, symbols[first_wall] - 1.0, 0.0)
+
+    parts = [np.ascontiguousarray(part.T) for part in (run, place, STRAIGHT[words])]
+    runs = run_starts.sum(axis=1)
+    first_run = runs.cumsum() - runs
+    groups = []
+    for m in np.unique(runs):
+        rows = np.flatnonzero(runs == m)
+        chain = first_run[rows] + np.arange(m)[:, None]
+        bounces = [part.take(rows, axis=1) for part in parts]
+        legs = Legs(*(part[chain] for part in (k, d, n, s)), *bounces)
+        groups.append((rows, legs))
+    return groups
+
+
+def direction_limits(legs: Chain, a: float) -> tuple[Floats, Floats]:
+    """Return directions, shape (m, N) each, below and above all that a leg of an orbit can have.
+
+    A leg spans 2 a <= dx <= 2 a + 2 and 2 n - 2 <= s dy <= 2 n + 2; without a wall, -2 <= dy <= 2.
+    The limits are a little wider, so that orbits through two joints do not lie on them, and keep to
+    where the curvature D of the leg's term is positive.
+    """
+    steep = np.arctan((legs.n + _WIDER) / a)
+    flat = np.arctan(np.maximum(legs.n - _WIDER, 0) / (a + 1))
+    no_wall = legs.n == 0
+    low = np.where(no_wall | (legs.s < 0), -steep, flat)
+    return low, np.where(no_wall | (legs.s > 0), steep, -flat)
+
+
+def centre_directions(legs: Chain, a: float) -> Floats:
+    """Return the directions of the lines between the unfolded circle centres, shape (m, N)."""
+    return np.arctan(legs.n * legs.s / a)
+
+
+@dataclass(frozen=True)
+class Turns:
+    """What the directions of the legs say of the runs, all of shape (m, N).
+
+    Attributes
+    ----------
+    incoming, outgoing : ndarray
+        Slope of the leg before the run at its end, and of the leg behind it at its start (radians).
+    half : ndarray
+        psi / 2k, half the turn at every bounce; also the angle between path and tangent.
+    """
+
+    incoming: Floats
+    outgoing: Floats
+    half: Floats
+
+
+def turns(legs: Chain, alpha: Floats) -> Turns:
+    """Return the turns of the runs between legs of directions alpha, shape (m, N)."""
+    incoming = preceding(legs.parity * alpha)
+    half = (np.pi - legs.d * (incoming + alpha)) / (2 * legs.k)
+    return Turns(incoming, alpha, half)
+
+
+def add_up(rows: NDArray[Any]) -> Floats:
+    """Return the sum over the first axis, shape (N,), word by word.
+
+    NumPy adds in pairs only along contiguous rows, and a long word needs that (`summation_rounding`).
+    It also makes a word's sum the same, bit by bit, in whatever batch the word stands.
+    """
+    total: Floats = np.ascontiguousarray(rows.T).sum(axis=1)
+    return total
+
+
+def length(legs: Chain, a: float, alpha: Floats) -> Floats:
+    """Return L(alpha) of each word, shape (N,)."""
+    half = turns(legs, alpha).half
+    return add_up(2 * a * np.cos(alpha) + legs.lift * np.sin(alpha) + 2 * legs.k * np.sin(half))
+
+
+def summation_rounding(m: int) -> float:
+    """Bound the relative rounding error of NumPy's sum over m contiguous positive terms.
+
+    Blocks of 128 terms go to 8 partial sums, the blocks are added in pairs.
+    """
+    return min(m, 20 + math.log2(m)) * float(np.finfo(float).eps) / 2
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """First and second derivatives of L at some directions, all of shape (m, N).
+
+    Attributes
+    ----------
+    gradient : ndarray
+        dL/dalpha: the offset, across the leg, of the points that its ends should meet.
+    lean : ndarray
+        The part of the gradient that is the leg's own term; also dD/dalpha.
+    beyond : ndarray
+        D, minus the curvature of each leg's own term: its length beyond the feet of the centres.
+    stiffness : ndarray
+        sin(psi/2k) / 2k, minus the curvature of each run's term in alpha_in + alpha_out.
+    """
+
+    gradient: Floats
+    lean: Floats
+    beyond: Floats
+    stiffness: Floats
+
+
+def derivatives(legs: Chain, a: float, alpha: Floats) -> Derivatives:
+    """Return the derivatives of L at directions alpha, shape (m, N)."""
+    half = turns(legs, alpha).half
+    across, along = np.sin(alpha), np.cos(alpha)
+    pull = -legs.d * np.cos(half)
+    lean = legs.lift * along - 2 * a * across
+    gradient = lean + pull + legs.parity * following(pull)
+    beyond = 2 * a * along + legs.lift * across
+    return Derivatives(gradient, lean, beyond, np.sin(half) / (2 * legs.k))
+
+
+def gradient_rounding(legs: Chain, a: float, alpha: Floats) -> Floats:
+    """Bound the rounding error of the gradient in doubles, shape (m, N).
+
+    Products and sines are good to two units in the last place and every sum adds one; psi carries
+    the rounding of pi and of two sums of size pi.
+    """
+    terms = 2 * a * np.abs(np.sin(alpha)) + 2 * legs.n * np.cos(alpha)
+    run = 2 + 2 * np.pi / legs.k
+    return np.finfo(float).eps * (3 * terms + run + following(run))

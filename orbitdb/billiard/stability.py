@@ -1,0 +1,184 @@
+"""Stability of orbits: monodromy matrix, Lyapunov exponent, and the Hessian of the length.
+
+The paper's matrices (eqs. 3 and 4) have two slips. In (d theta, d y) and with -1 taken out at every
+bounce, a straight bounce is [[-1, 0], [-l, -1]] and a bounce on a semicircle
+[[2 al l - 1, 2 al], [-l, -1]], al = 1 / sin(theta), both with l the path *before* the bounce; as
+printed, with another sign in the first and the path behind the bounce in the second, orbits that are
+hyperbolic would get lambda = 0.
+
+Between the midpoints of chords a bounce on a semicircle at angle theta is a pure kick 2 / sin(theta)
+and a chord of the circle no drift at all. So a run of k bounces is one kick 2 k / sin(theta), a leg one
+drift over its length D beyond the feet of the centres, and M a product of m factors
+[[1, 0], [K, 1]] [[1, D], [0, 1]] of positive numbers (times -1 per straight bounce): nothing cancels,
+and tr M - 2 is had to full relative precision however small or large it is.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.legs import Chain, Derivatives, add_up, following, preceding
+from orbitdb.billiard.stadium import ANTICLOCKWISE, STRAIGHT, Stadium
+
+Floats = NDArray[np.float64]
+
+_LARGE = 1e120
+
+
+def exponent(slopes: Derivatives) -> Floats:
+    """Return lambda, the logarithm of the largest eigenvalue's modulus of M, shape (N,).
+
+    Parameters
+    ----------
+    slopes : Derivatives
+        The derivatives of L at N orbits.
+
+    Notes
+    -----
+    With X = [[0, D], [K, K D]] the factor of a run and the leg behind it less the unit matrix, and P
+    the product so far less the unit matrix, P <- P X + P + X has positive terms only; a power of two
+    is kept apart so that words of any length stay in range. The factors stand in the order of time,
+    which gives M of the reversed orbit; its trace is the same. From t = |tr M| - 2,
+    lambda = 2 arsinh(sqrt(t) / 2).
+    """
+    unit = np.ones(slopes.beyond.shape[1])
+    doublings = np.zeros(len(unit), dtype=np.int64)
+    p = np.zeros((4, len(unit)))
+    for drift, stiffness in zip(slopes.beyond, slopes.stiffness, strict=True):
+        kick = 1 / stiffness
+        p = np.stack([
+            p[0] + p[1] * kick,
+            p[1] + p[0] * drift + p[1] * kick * drift + unit * drift,
+            p[2] + p[3] * kick + unit * kick,
+            p[3] + p[2] * drift + p[3] * kick * drift + unit * kick * drift,
+        ])  # fmt: skip
+        size = p.max(axis=0)
+        if size.max() > _LARGE:
+            power = np.where(size > _LARGE, np.frexp(size)[1], 0)
+            p, unit = np.ldexp(p, -power), np.ldexp(unit, -power)
+            doublings += power
+    excess = p[0] + p[3]
+    exponents: Floats = np.where(
+        doublings > 0, np.log(excess) + doublings * np.log(2.0), 2 * np.arcsinh(np.sqrt(excess) / 2)
+    )
+    return exponents
+
+
+def exponent_error(legs: Chain, slopes: Derivatives, alpha_error: Floats) -> Floats:
+    """Bound the error of `exponent`, given those of the directions, shape (m, N).
+
+    tr M - 2 is a sum of products that hold every drift and kick at most once, so its relative error
+    is at most the sum of theirs; that of lambda is tanh(lambda / 2) times as large.
+    """
+    epsilon = np.finfo(float).eps
+    drift = np.abs(slopes.lean) * alpha_error / slopes.beyond
+    bend = alpha_error + preceding(alpha_error) + 4 * np.pi * epsilon
+    kick = bend / (4 * legs.k**2 * slopes.stiffness)
+    relative = add_up(drift + kick) + 12 * len(legs.k) * epsilon
+    value = exponent(slopes)
+    bound: Floats = relative * np.tanh(value / 2) + 2 * epsilon * value
+    return bound
+
+
+def bounce_matrices(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> Floats:
+    """Return the monodromy matrix of every bounce as the paper sets it up, shape (N, p, 2, 2).
+
+    Parameters
+    ----------
+    stadium : Stadium
+    words : ndarray of uint8, shape (N, p)
+    coordinates : ndarray, shape (N, p)
+        Coordinates of the orbits.
+
+    Notes
+    -----
+    Biham and Kvale, eqs. (3) and (4), mended as this module's docstring says. They act on
+    (d theta, d y) and are computed from the bounces alone: an independent check of `exponent`.
+    """
+    links = Links.of(stadium, words, coordinates)
+    path = links.before
+    straight = STRAIGHT[words]
+    bend = np.where(straight, 0.0, 2 / np.sqrt(1 - links.cos_in**2))
+    top = np.stack([bend * path - 1, bend], axis=-1)
+    bottom = np.stack([-path, -np.ones_like(path)], axis=-1)
+    return np.stack([top, bottom], axis=-2)
+
+
+def hessian(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> Floats:
+    """Return the Hessian of the length in all p coordinates of orbits, shape (N, p, p).
+
+    The identity det H = prod(-b_i) (tr M - 2), with b_i the off-diagonal entries, holds at an orbit;
+    at p = 2 both links fall on one entry and b_i is each link's own part (`link_couplings`).
+    """
+    links = Links.of(stadium, words, coordinates)
+    n, p = words.shape
+    sin_in, sin_out = np.sqrt(1 - links.cos_in**2), np.sqrt(1 - links.cos_out**2)
+    curved = np.where(STRAIGHT[words], 0.0, sin_in + sin_out)
+    matrix = np.zeros((n, p, p))
+    here = np.arange(p)
+    after = np.roll(here, -1)
+    matrix[:, here, here] += sin_in**2 / links.before + sin_out**2 / links.after - curved
+    couplings = link_couplings(stadium, words, coordinates)
+    matrix[:, here, after] += couplings
+    matrix[:, after, here] += couplings
+    return matrix
+
+
+def link_couplings(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> Floats:
+    """Return b_i, the mixed second derivative of each link's length in its two ends, shape (N, p)."""
+    links = Links.of(stadium, words, coordinates)
+    tangents = stadium.tangents(words, coordinates)
+    dot = (tangents * np.roll(tangents, -1, axis=1)).sum(axis=-1)
+    found: Floats = (links.cos_out * np.roll(links.cos_in, -1, axis=1) - dot) / links.after
+    return found
+
+
+@dataclass(frozen=True)
+class Links:
+    """The straight pieces of closed paths, seen from each bounce; all of shape (N, p).
+
+    Attributes
+    ----------
+    before, after : ndarray
+        Length of the path that arrives at the bounce and of the one that leaves it.
+    cos_in, cos_out : ndarray
+        Cosine of the angle between the tangent and the arriving and the leaving direction.
+    """
+
+    before: Floats
+    after: Floats
+    cos_in: Floats
+    cos_out: Floats
+
+    @classmethod
+    def of(cls, stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> "Links":
+        """Measure the links of closed paths, which need not be orbits."""
+        symbols, places = np.ascontiguousarray(words.T), np.ascontiguousarray(coordinates.T)
+        (x, y), (along_x, along_y) = stadium.frames(symbols, places)  # bounces first: whole rows move
+        step_x, step_y = following(x) - x, following(y) - y
+        path = np.sqrt(step_x**2 + step_y**2)
+        ahead_x, ahead_y = step_x / path, step_y / path
+        cos_out = along_x * ahead_x + along_y * ahead_y
+        cos_in = along_x * preceding(ahead_x) + along_y * preceding(ahead_y)
+        return cls(preceding(path).T, path.T, cos_in.T, cos_out.T)
+
+
+def forces(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> Floats:
+    """Return how far each bounce of a closed path breaks the law of reflection, shape (N, p).
+
+    cos theta_in - cos theta_out, the derivative of the length in the bounce's coordinate; its modulus
+    is the force of Biham and Kvale, eq. (2).
+    """
+    links = Links.of(stadium, words, coordinates)
+    return links.cos_in - links.cos_out
+
+
+def birkhoff(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> tuple[Floats, Floats]:
+    """Return the bounces of closed paths in phase space, two arrays of shape (N, p).
+
+    Arc length as `Stadium.arclength` counts it, and the sine of the angle between the path that leaves
+    and the normal, positive where it goes anticlockwise.
+    """
+    leaving = Links.of(stadium, words, coordinates).cos_out
+    return stadium.arclength(words, coordinates), ANTICLOCKWISE[words] * leaving

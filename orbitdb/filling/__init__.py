@@ -1,0 +1,1 @@
+"""Filling a catalogue: periods or single words, here, in processes or on a cluster."""

@@ -1,0 +1,277 @@
+"""Where blocks are solved: in this process, or in several processes at once.
+
+Results come in the order of the blocks, however long each takes, and only so many blocks are under
+way that memory stays bounded whatever the period.
+"""
+
+import multiprocessing
+import os
+import pickle
+import signal
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import TracebackType
+from typing import Protocol, Self
+from uuid import uuid4
+
+from orbitdb.errors import WorkError
+from orbitdb.filling.blocks import Block, SolvedBlock, solve_block
+from orbitdb.version import __version__
+
+_AHEAD = 2
+"""Blocks under way for each worker, so that none waits for the writer."""
+
+_DEATHS = 3
+"""How often workers may die on one block."""
+
+_HELD_BACK = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+
+
+class Workers(Protocol):
+    """Something that solves blocks.
+
+    Attributes
+    ----------
+    jobs : int
+        How many it solves at once.
+    """
+
+    jobs: int
+
+    def solved(self, blocks: Iterable[Block]) -> Iterator[SolvedBlock]:
+        """Yield what became of blocks, in their order."""
+
+
+class Here:
+    """Solves blocks one after the other in this process."""
+
+    jobs = 1
+
+    def solved(self, blocks: Iterable[Block]) -> Iterator[SolvedBlock]:
+        """Yield what became of blocks, in their order."""
+        return map(solve_block, blocks)
+
+
+HERE = Here()
+
+
+class Processes:
+    """Solves blocks in processes of their own; to be used as a context.
+
+    A process that dies costs no more than the blocks under way, which are solved again by new ones.
+
+    Parameters
+    ----------
+    jobs : int
+        Number of processes.
+    """
+
+    def __init__(self, jobs: int) -> None:
+        self.jobs = jobs
+        self._executor: Executor | None = None
+        self._lifeline: Connection | None = None
+        self._folder: TemporaryDirectory[str] | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is not None and self._lifeline is not None:
+            self._lifeline.close()  # nobody waits for what is under way
+        self._end()
+
+    def solved(self, blocks: Iterable[Block]) -> Iterator[SolvedBlock]:
+        """Yield what became of blocks, in their order."""
+        return in_order(self, blocks, lambda: _AHEAD * self.jobs)
+
+    def start(self) -> None:
+        """Start the processes, which takes them some tenths of a second, before there are blocks to solve."""
+        executor, _ = self._ready()
+        with _signals_held_back():
+            for _ in range(self.jobs):  # it starts one for each task that finds none idle
+                executor.submit(os.getpid)
+
+    def submit(self, block: Block) -> "Parcel":
+        """Begin with a block."""
+        executor, folder = self._ready()
+        with _signals_held_back():  # this may start a process
+            return Parcel(block, folder, executor)
+
+    def _ready(self) -> tuple[Executor, Path]:
+        """Return what starts processes when they are needed, and the folder of their parcels."""
+        if self._executor is None or self._folder is None:
+            self._folder = TemporaryDirectory(prefix="orbitdb-")
+            fresh = multiprocessing.get_context("spawn")  # a fork would share open databases
+            end, self._lifeline = fresh.Pipe(duplex=False)
+            self._executor = ProcessPoolExecutor(self.jobs, fresh, _begin_worker, (end,))
+        return self._executor, Path(self._folder.name)
+
+    def renew(self) -> None:
+        """Put new processes in the place of those of which one has died."""
+        self._end()
+
+    def _end(self) -> None:
+        if self._executor is not None and self._lifeline is not None:
+            self._executor.shutdown(cancel_futures=True)
+            self._lifeline.close()
+        if self._folder is not None:
+            self._folder.cleanup()
+        self._executor = self._lifeline = self._folder = None
+
+
+class Parcel:
+    """A block on its way to a worker and back, in files.
+
+    Through the pipes of the executor goes no more than their name, which is written at one stroke: a
+    process that dies while it writes something longer leaves the other end waiting for ever.
+    """
+
+    def __init__(self, block: Block, folder: Path, executor: Executor) -> None:
+        self._path = folder / uuid4().hex
+        self._path.write_bytes(pickle.dumps(block))
+        self._solved = executor.submit(_solve_parcel, self._path)
+
+    def result(self) -> SolvedBlock:
+        """Wait for the worker and return what it found.
+
+        Raises
+        ------
+        BrokenExecutor
+            If a worker has died.
+        """
+        self._solved.result()
+        found: SolvedBlock = pickle.loads(self._path.read_bytes())
+        self._path.unlink()
+        return found
+
+
+def _solve_parcel(path: Path) -> None:
+    path.write_bytes(pickle.dumps(solve_block(pickle.loads(path.read_bytes()))))
+
+
+class Promise(Protocol):
+    """What becomes of a block, once it is known."""
+
+    def result(self) -> SolvedBlock:
+        """Wait for it and return it."""
+
+
+class Pool(Protocol):
+    """Something that takes blocks and promises their results."""
+
+    def submit(self, block: Block) -> Promise:
+        """Begin with a block."""
+
+    def renew(self) -> None:
+        """Make ready for new blocks after workers have died."""
+
+
+def in_order(pool: Pool, blocks: Iterable[Block], ahead: Callable[[], int]) -> Iterator[SolvedBlock]:
+    """Solve blocks in a pool; yield the results in the order of the blocks.
+
+    Parameters
+    ----------
+    pool : Pool
+    blocks : iterable of Block
+    ahead : callable
+        Says how many blocks may be under way beside the one that is waited for; it is asked before
+        every block, as a pool may grow.
+
+    Raises
+    ------
+    WorkError
+        If workers die again and again on one block, or are of another version.
+
+    Notes
+    -----
+    Blocks under way are not cancelled when nobody wants them any more: the executor of Python 3.11 fails
+    if one of its processes dies while it holds a cancelled future.
+    """
+    waiting: deque[tuple[Block, Promise]] = deque()
+    for block in blocks:
+        waiting.append((block, _submit(pool, block)))
+        while len(waiting) > ahead():
+            yield _first_result(pool, waiting)
+    while waiting:
+        yield _first_result(pool, waiting)
+
+
+def _submit(pool: Pool, block: Block) -> Promise:
+    """Begin with a block; if workers have died unnoticed, promise what tells so."""
+    try:
+        return pool.submit(block)
+    except (BrokenExecutor, BrokenPipeError) as error:
+        broken: Future[SolvedBlock] = Future()
+        broken.set_exception(error)
+        return broken
+
+
+def _first_result(pool: Pool, waiting: deque[tuple[Block, Promise]]) -> SolvedBlock:
+    """Wait for the first block under way; begin anew with all of them if a worker has died."""
+    for _ in range(_DEATHS):
+        try:
+            result = waiting[0][1].result()
+        except (BrokenExecutor, BrokenPipeError):
+            pool.renew()
+            blocks = [block for block, _ in waiting]
+            waiting.clear()
+            waiting.extend((block, _submit(pool, block)) for block in blocks)
+        else:
+            waiting.popleft()
+            if result.version != __version__:
+                raise WorkError(f"a worker runs orbitdb {result.version}: install {__version__} there, too")
+            return result
+    raise WorkError(
+        f"worker processes died {_DEATHS} times on one block: if memory is short, try fewer with --jobs"
+    )
+
+
+@contextmanager
+def _signals_held_back() -> Iterator[None]:
+    """Deliver Ctrl-C and the like afterwards, lest they tear a process that is just being started."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    caught: list[int] = []  # in case another thread of this process, which has no such mask, takes a signal
+    ours = {n: action for n in _HELD_BACK if callable(action := signal.getsignal(n))}
+    main = threading.current_thread() is threading.main_thread()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)
+    try:
+        for number in ours if main else ():
+            signal.signal(number, lambda n, _: caught.append(n))
+        yield
+    finally:
+        for number, action in ours.items() if main else ():
+            signal.signal(number, action)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        for number in caught:
+            signal.raise_signal(number)
+
+
+def _begin_worker(lifeline: Connection) -> None:
+    """Leave Ctrl-C to the process that stores, and end at once when it cuts the line or is killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _HELD_BACK)  # the process began with the mask above
+    threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
+
+
+def _end_with(lifeline: Connection) -> None:
+    with suppress(EOFError, OSError):
+        lifeline.recv()
+    os._exit(1)
+
+
+def cores() -> int:
+    """Return the number of processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

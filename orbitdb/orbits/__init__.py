@@ -1,0 +1,1 @@
+"""Orbits: from words to solutions, with bounds and proofs."""

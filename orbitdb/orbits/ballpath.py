@@ -1,0 +1,208 @@
+"""One word's unfolded path in ball arithmetic.
+
+Every number is an interval that holds the true value (Arb, through python-flint). The formulas of
+`orbitdb.billiard.legs` are written here a second time, word by word and at any precision.
+"""
+
+from collections.abc import Sequence
+
+from flint import arb, ctx
+
+from orbitdb.billiard.legs import Legs
+
+Balls = list[arb]
+
+_MAX_STEPS = 100
+_SMALL = 1e-8
+
+
+def _largest(change: Balls) -> arb:
+    return max(abs(x).mid() for x in change)
+
+
+class BallPath:
+    """The unfolded path of one word of a batch, its directions in balls.
+
+    Parameters
+    ----------
+    legs : Legs
+        Cut words.
+    column : int
+        Which of them.
+    a : float
+        The stadium's, taken as exact.
+    limits : sequence of (float, float)
+        Between which each direction is sought, as of `orbitdb.billiard.legs.direction_limits`.
+    """
+
+    def __init__(self, legs: Legs, column: int, a: float, limits: Sequence[tuple[float, float]]) -> None:
+        self.a = arb(a)
+        self.limits = limits
+        self.k, self.d, self.n, self.s, self.parity = (
+            [int(x) for x in part[:, column].tolist()]
+            for part in (legs.k, legs.d, legs.n, legs.s, legs.parity)
+        )
+        self.run, self.place, self.straight = (
+            part[:, column].tolist() for part in (legs.run, legs.place, legs.straight)
+        )
+        self.m = len(self.k)
+
+    def go_to(self, alpha: Balls) -> None:
+        """Compute the turns, the gradient and the curvatures at some directions."""
+        self.alpha = alpha
+        self.arriving = [x if g > 0 else -x for g, x in zip(self.parity, alpha, strict=True)]
+        pi, base = arb.pi(), 2 * self.a
+        self.half, pull, self.stiffness = [], [], []
+        for i, (d, k) in enumerate(zip(self.d, self.k, strict=True)):
+            turned = self.arriving[i - 1] + alpha[i]
+            half = (pi - turned if d > 0 else pi + turned) / (2 * k)
+            sin, cos = half.sin_cos()
+            self.half.append(half)
+            self.stiffness.append(sin / (2 * k))
+            pull.append(-cos if d > 0 else cos)
+        pull.append(pull[0])
+        self.beyond, self.gradient = [], []
+        for i, x in enumerate(alpha):
+            across, along = x.sin_cos()
+            beyond, lean = base * along, -base * across
+            if self.n[i]:
+                lift = 2 * self.n[i] * self.s[i]
+                beyond += lift * across
+                lean += lift * along
+            self.beyond.append(beyond)
+            self.gradient.append(lean + pull[i] + (pull[i + 1] if self.parity[i] > 0 else -pull[i + 1]))
+
+    def climb(self) -> int:
+        """Move the directions to the maximum by Newton's method between their limits.
+
+        A long step that does not lengthen the path is halved until it does: with the concavity of L
+        this brings every word to its maximum, those outside the stadium included. After a step of
+        half the digits the next one would be rounding.
+        """
+        target = arb(2) ** (8 - ctx.prec // 2)
+        steps = 0
+        while steps < _MAX_STEPS:
+            steps += 1
+            origin, change = self.alpha, self.newton_step()
+            best = None if _largest(change) < _SMALL else self.length().mid()
+            self.go_to(self.between_limits(origin, change))
+            while best is not None and _largest(change) > _SMALL and not self.length().mid() > best:
+                change = [dx / 2 for dx in change]
+                self.go_to(self.between_limits(origin, change))
+            if _largest([x - y for x, y in zip(self.alpha, origin, strict=True)]) < target:
+                break
+        return steps
+        return steps
+
+    def between_limits(self, origin: Balls, change: Balls) -> Balls:
+        """Return the middles of origin + change, held between the limits."""
+        moved = [(x + dx).mid() for x, dx in zip(origin, change, strict=True)]
+        return [
+            x if low < x < high else arb(low) if x <= low else arb(high)
+            for x, (low, high) in zip(moved, self.limits, strict=True)
+        ]
+
+    def pressed(self) -> list[bool]:
+        """Tell which directions stand at a limit that the gradient surely pushes against."""
+        return [
+            bool((x <= low and g < 0) or (x >= high and g > 0))
+            for x, g, (low, high) in zip(self.alpha, self.gradient, self.limits, strict=True)
+        ]
+
+    def newton_step(self) -> Balls:
+        """Solve the cyclic tridiagonal system for the step; pressed directions stay."""
+        m, w, zero, pressed = self.m, self.stiffness, arb(0), self.pressed()
+        diagonal = [(self.beyond[i] + w[i] + w[(i + 1) % m]).mid() for i in range(m)]
+        beside = [
+            zero if pressed[i] or pressed[i - 1] else (w[i] * self.parity[i - 1]).mid() for i in range(m)
+        ]
+        g = [zero if p else x.mid() for x, p in zip(self.gradient, pressed, strict=True)]
+        column = [zero] * (m - 1)
+        column[0] += beside[0]
+        column[-1] += beside[-1]
+        plain, through = g[:-1], column[:]
+        pivots = diagonal[:-1]
+        for i in range(1, m - 1):
+            factor = beside[i] / pivots[i - 1]
+            pivots[i] -= factor * beside[i]
+            plain[i] -= factor * plain[i - 1]
+            through[i] -= factor * through[i - 1]
+        for i in range(m - 2, -1, -1):
+            if i < m - 2:
+                plain[i] -= beside[i + 1] * plain[i + 1]
+                through[i] -= beside[i + 1] * through[i + 1]
+            plain[i] /= pivots[i]
+            through[i] /= pivots[i]
+        top = g[-1] - sum((c * x for c, x in zip(column, plain, strict=True)), zero)
+        bottom = diagonal[-1] - sum((c * x for c, x in zip(column, through, strict=True)), zero)
+        last = top / bottom
+        return [x - y * last for x, y in zip(plain, through, strict=True)] + [last]
+
+    def widen(self) -> None:
+        """Give the directions the radius inside which the maximum is proved to lie."""
+        total = arb(0)
+        for g, beyond, pressed in zip(self.gradient, self.beyond, self.pressed(), strict=True):
+            total += arb(0) if pressed else g.abs_upper() ** 2 / beyond
+        size = 2 * total.sqrt()
+        self.go_to([
+            x + arb(0, (size / beyond.sqrt()).abs_upper())
+            for x, beyond in zip(self.alpha, self.beyond, strict=True)
+        ])  # fmt: skip
+
+    def ends(self) -> tuple[Balls, Balls]:
+        """Return the angles of the first and the last bounce of each run."""
+        first, last = [], []
+        for i in range(self.m):
+            middle = (self.arriving[i - 1] - self.alpha[i]) / 2
+            spread = self.d[i] * (self.k[i] - 1) * self.half[i]
+            first.append(middle - spread)
+            last.append(middle + spread)
+        return first, last
+
+    def slacks(self) -> tuple[Balls, Balls]:
+        """Return the slacks in radians and the same in coordinate units."""
+        first, last = self.ends()
+        half_pi = arb.pi() / 2
+        slack = [half_pi - abs(t) for t in first + last]
+        distance = slack[:]
+        for i, (n, s, x) in enumerate(zip(self.n, self.s, self.alpha, strict=True)):
+            if n:
+                ahead = -s * self.parity[i] * first[(i + 1) % self.m]
+                for t in (s * last[i], ahead):
+                    slack.append(half_pi - t - 2 * s * x)
+                    width = 2 * (half_pi / 2 + t / 2).cos() / (s * x).sin()
+                    distance.append(width * (slack[-1] / 2).sin())
+        return slack, distance
+
+    def coordinates(self) -> Balls:
+        """Return the coordinates of all bounces, in the order of the word."""
+        first, last = self.ends()
+        found = []
+        for run, place, straight in zip(self.run, self.place, self.straight, strict=True):
+            if not straight:
+                found.append(first[run] + self.d[run] * 2 * place * self.half[run])
+                continue
+            after = first[(run + 1) % self.m]
+            start_y = last[run].sin()
+            dy = self.parity[run] * after.sin() + 2 * self.n[run] * self.s[run] - start_y
+            dx = 2 * self.a + last[run].cos() + after.cos()
+            height = self.s[run] * (2 * place + 1) - start_y
+            x = height * dx / dy - last[run].cos() - self.a
+            found.append(x if run % 2 == 0 else -x)
+        return found
+
+    def length(self) -> arb:
+        """Return L at the directions."""
+        total = arb(0)
+        for k, beyond, stiffness in zip(self.k, self.beyond, self.stiffness, strict=True):
+            total += beyond + 4 * k**2 * stiffness
+        return total
+
+    def exponent(self) -> arb:
+        """Return lambda from the product of drifts and kicks."""
+        p = [arb(1), arb(0), arb(0), arb(1)]
+        for drift, stiffness in zip(self.beyond, self.stiffness, strict=True):
+            p[0], p[2] = p[0] + p[1] / stiffness, p[2] + p[3] / stiffness
+            p[1], p[3] = p[0] * drift + p[1], p[2] * drift + p[3]
+        half_trace = (p[0] + p[3]) / 2
+        return (half_trace + ((half_trace - 1) * (half_trace + 1)).sqrt()).log()

@@ -1,0 +1,158 @@
+"""How well an orbit is known, and whether it is one.
+
+Doubles first. At directions alpha let g be the gradient of the length and D the curvatures of the
+legs' own terms (`orbitdb.billiard.legs`). Let the maximum lie at alpha + delta between the direction limits,
+and let F_i be a bound from below on the mean of D_i along the way; D being concave and positive,
+F = D / 2 is one from any distance. The runs' terms are concave too, and each depends on a sum of two
+directions only. So they can but help in
+
+    g . delta >= sum of F_i delta_i^2,   hence   sum of F_i delta_i^2 <= sum of g_i^2 / F_i,
+
+and in the row of the largest |delta_i|, where they all pull the way F_i delta_i does:
+
+    max |delta_i| <= max |g_i| / F_i.
+
+Neither needs an inverse Hessian or that alpha is near. Once they have shown it to be near, F is almost
+D, and they are applied again. Where a bounce's distance from a joint is not clearly larger than what
+follows, the first of them is evaluated in ball arithmetic.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.bounces import (
+    coordinates,
+    margin_distances,
+    slack_errors,
+    slacks,
+)
+from orbitdb.billiard.legs import (
+    Derivatives,
+    Legs,
+    add_up,
+    derivatives,
+    direction_limits,
+    following,
+    gradient_rounding,
+    length,
+    summation_rounding,
+    turns,
+)
+from orbitdb.billiard.stability import exponent, exponent_error, forces
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.orbit import Orbits, Status
+
+Floats = NDArray[np.float64]
+EPSILON = float(np.finfo(float).eps)
+
+
+def assess(
+    words: NDArray[np.uint8],
+    legs: Legs,
+    stadium: Stadium,
+    alpha: Floats,
+    iterations: NDArray[np.int64],
+) -> Orbits:
+    """Turn solved directions into orbits with error bounds and a status, as far as doubles can decide.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    legs : Legs
+        The same words, cut.
+    stadium : Stadium
+    alpha : ndarray, shape (m, N)
+        Directions of the legs at (or near) the maximum of the length.
+    iterations : ndarray of int, shape (N,)
+        Steps the solver took.
+
+    Returns
+    -------
+    Orbits
+    """
+    a = stadium.a
+    slopes = derivatives(legs, a, alpha)
+    alpha_error = direction_errors(legs, a, alpha, slopes, pressed_directions(legs, a, alpha, slopes))
+    slack = slacks(legs, alpha)
+    slack_error = slack_errors(legs, alpha_error)
+    place = coordinates(legs, a, alpha)
+    return Orbits(
+        words=words,
+        status=_status(slack, slack_error, _between_limits(legs, a, alpha, alpha_error)),
+        coordinates=place,
+        length=length(legs, a, alpha),
+        lyapunov=exponent(slopes),
+        margin=margin_distances(legs, alpha, slack).min(axis=(0, 1)),
+        residual=np.abs(forces(stadium, words, place)).max(axis=1),
+        error=_coordinate_error(legs, a, alpha, alpha_error, slack_error),
+        length_error=_length_error(legs, a, alpha, slopes, alpha_error),
+        lyapunov_error=exponent_error(legs, slopes, alpha_error),
+        iterations=iterations,
+    )
+
+
+def pressed_directions(legs: Legs, a: float, alpha: Floats, slopes: Derivatives) -> NDArray[np.bool_]:
+    """Tell which directions stand at a limit that the gradient pushes against."""
+    low, high = direction_limits(legs, a)
+    return ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
+
+
+def _between_limits(legs: Legs, a: float, alpha: Floats, alpha_error: Floats) -> NDArray[np.bool_]:
+    """Tell for which words the maximum is surely away from the limits, and so a stationary point."""
+    low, high = direction_limits(legs, a)
+    return np.all((alpha - alpha_error > low) & (alpha + alpha_error < high), axis=0)
+
+
+def direction_errors(
+    legs: Legs, a: float, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]
+) -> Floats:
+    """Bound the distance of every direction from the maximum, rounding included, shape (m, N).
+
+    Directions that are pressed against a limit do not enter but for rounding: there g_i delta_i <= 0.
+    """
+    size, rounding = np.abs(slopes.gradient), gradient_rounding(legs, a, alpha)
+    steep = np.where(pressed, np.maximum(rounding - size, 0.0), size + rounding)
+    first = _concave_bound(steep, slopes.beyond / 2)
+    loss = np.abs(slopes.lean) * first / (2 * slopes.beyond) + first**2 / 2
+    return _concave_bound(steep, slopes.beyond * (1 - np.minimum(loss, 0.5)))
+
+
+def _concave_bound(steep: Floats, firm: Floats) -> Floats:
+    """Return the smaller of the two bounds of the module's docstring, g = steep and F = firm."""
+    share = steep / firm
+    energy = np.sqrt(add_up(steep * share))
+    return np.minimum(share.max(axis=0), energy / np.sqrt(firm))
+
+
+def _status(slack: Floats, slack_error: Floats, between: NDArray[np.bool_]) -> NDArray[np.str_]:
+    outside = (slack < -slack_error).any(axis=(0, 1))
+    inside = (slack > slack_error).all(axis=(0, 1)) & between
+    return np.where(
+        outside, Status.DYNAMICAL.value, np.where(inside, Status.ORBIT.value, Status.UNRESOLVED.value)
+    )
+
+
+def _coordinate_error(
+    legs: Legs, a: float, alpha: Floats, alpha_error: Floats, slack_error: Floats
+) -> Floats:
+    """Bound the error of the coordinates, shape (N,).
+
+    A run's end that moves along the circle by e moves the leg across itself by e sin(psi/2k), to
+    first order, and the bounces on walls by this over sin|alpha|.
+    """
+    first, last = slack_error[:2]
+    across = np.sin(turns(legs, alpha).half)
+    shift = np.maximum(last * (across + last), following(first * (across + first)))
+    with np.errstate(divide="ignore"):
+        wall = shift / np.maximum(np.abs(np.sin(alpha)) - alpha_error, 0.0)
+    wall += 8 * EPSILON * (a + 1) * np.where(legs.n > 1, 2.0, 1.0)
+    worst: Floats = np.maximum(np.maximum(first, last), np.where(legs.n > 0, wall, 0)).max(axis=0)
+    return worst
+
+
+def _length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alpha_error: Floats) -> Floats:
+    """Bound the error of the length, shape (N,): second order in the directions, and rounding."""
+    terms = 2 * a * np.cos(alpha) + 2 * legs.n * np.abs(np.sin(alpha)) + 2 * legs.k
+    second = add_up((np.abs(slopes.gradient) + gradient_rounding(legs, a, alpha)) * alpha_error)
+    each = 3 * EPSILON + summation_rounding(len(terms))
+    return second + add_up(each * terms + 2 * np.pi * EPSILON)

@@ -1,0 +1,188 @@
+"""Ball arithmetic: orbits enclosed with proof, for what doubles cannot decide.
+
+That an orbit exists inside the enclosure and nowhere else follows from the bound of `orbitdb.orbits.bounds`,
+evaluated on balls: L is strictly concave between the direction limits, and
+sum of D_i delta_i^2 <= 4 sum of g_i^2 / D_i holds for its maximum.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from flint import arb, ctx
+from numpy.typing import NDArray
+
+from orbitdb.billiard.legs import Legs, centre_directions, cut, direction_limits
+from orbitdb.billiard.stability import forces
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.ballpath import BallPath, Balls
+from orbitdb.orbits.orbit import Orbits, Status
+
+DIGITS = 60
+"""Decimal digits to which a bounce must agree with a joint to be taken to lie on it."""
+
+PRECISION, MAX_PRECISION = 128, 2048
+"""Bits of the arithmetic, and the most it is given to decide a status."""
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Enclosure:
+    """One word's orbit in balls.
+
+    Attributes
+    ----------
+    status : Status
+        `Status.BOUNDARY` where a slack holds 0 and is narrower than 10^-`DIGITS`.
+    precision : int
+        Bits of the arithmetic that decided it.
+    coordinates : list of arb
+        In the order of the word.
+    length, lyapunov, margin : arb
+        Length, lambda, and least distance from a joint in coordinate units.
+    steps : int
+        Newton steps taken.
+    """
+
+    status: Status
+    precision: int
+    coordinates: Balls
+    length: arb
+    lyapunov: arb
+    margin: arb
+    steps: int
+
+
+def enclose(
+    word: NDArray[np.uint8], stadium: Stadium, start: Floats | None = None, precision: int = PRECISION
+) -> Enclosure:
+    """Enclose the stationary point of one admissible word, with the precision that its status takes.
+
+    Parameters
+    ----------
+    word : ndarray of uint8, shape (p,)
+        An admissible word.
+    stadium : Stadium
+        Its a is taken as the exact value of the double.
+    start : ndarray, shape (m, 1), optional
+        Directions near the maximum, as `orbitdb.orbits.newton.newton` finds them; they save time only.
+    precision : int, optional
+        Bits to begin with; they are doubled until the status is decided, up to `MAX_PRECISION`.
+    """
+    ((_, legs),) = cut(word[None, :])
+    (found,) = enclose_all(legs, stadium, start, precision)
+    return found
+
+
+def enclose_all(
+    legs: Legs, stadium: Stadium, start: Floats | None = None, precision: int = PRECISION
+) -> Iterator[Enclosure]:
+    """Enclose the stationary points of N cut words one by one, as `enclose` does.
+
+    Parameters
+    ----------
+    legs : Legs
+    stadium : Stadium
+    start : ndarray, shape (m, N), optional
+    precision : int, optional
+
+    Yields
+    ------
+    Enclosure
+        In the order of the words.
+    """
+    low, high = (limit.T.tolist() for limit in direction_limits(legs, stadium.a))
+    if start is None:
+        start = centre_directions(legs, stadium.a)
+    for column, directions in enumerate(start.T.tolist()):
+        between = list(zip(low[column], high[column], strict=True))
+        path = BallPath(legs, column, stadium.a, between)
+        yield _enclosed(path, [arb(x) for x in directions], precision)
+
+
+def _enclosed(path: BallPath, start: Balls, precision: int) -> Enclosure:
+    while True:
+        with ctx.workprec(precision):
+            path.go_to(start)
+            found = _prove(path, path.climb())
+            if found.status is not Status.UNRESOLVED or precision >= MAX_PRECISION:
+                return found
+            start = [x.mid() for x in path.alpha]
+        precision *= 2
+
+
+def _prove(path: BallPath, steps: int) -> Enclosure:
+    """Prove what can be proved at the path's present directions."""
+    path.widen()
+    stationary = all(low < x < high for x, (low, high) in zip(path.alpha, path.limits, strict=True))
+    slack, distance = path.slacks()
+    if any(x < 0 for x in slack):
+        status = Status.DYNAMICAL
+    elif not stationary:
+        status = Status.UNRESOLVED
+    elif all(x > 0 for x in slack):
+        status = Status.ORBIT
+    elif max(x.rad() for x in slack) < arb(10) ** -DIGITS:
+        status = Status.BOUNDARY
+    else:
+        status = Status.UNRESOLVED
+    margin = distance[0]
+    for x in distance[1:]:
+        margin = margin.min(x)
+    return Enclosure(status, ctx.prec, path.coordinates(), path.length(), path.exponent(), margin, steps)
+
+
+def true_errors(orbits: Orbits, found: Sequence[Enclosure]) -> tuple[Floats, Floats, Floats]:
+    """Return how far the numbers of orbits may be from the enclosed ones.
+
+    Parameters
+    ----------
+    orbits : Orbits
+        N words.
+    found : sequence of Enclosure
+        The same N words, enclosed.
+
+    Returns
+    -------
+    coordinates, length, lyapunov : ndarray, shape (N,) each
+        The largest distance from any point of the ball, rounded up; of the coordinates the worst.
+    """
+    coordinates = [
+        max(distance(ball, x) for ball, x in zip(each.coordinates, row, strict=True))
+        for each, row in zip(found, orbits.coordinates.tolist(), strict=True)
+    ]
+    length = [distance(each.length, x) for each, x in zip(found, orbits.length.tolist(), strict=True)]
+    lyapunov = [distance(each.lyapunov, x) for each, x in zip(found, orbits.lyapunov.tolist(), strict=True)]
+    return np.array(coordinates), np.array(length), np.array(lyapunov)
+
+
+def distance(ball: arb, value: float) -> float:
+    """Return the largest distance of a number from any point of a ball, rounded up."""
+    return float((ball - value).abs_upper()) * (1 + 2**-50)
+
+
+def as_orbits(word: NDArray[np.uint8], stadium: Stadium, found: Enclosure) -> Orbits:
+    """Return an enclosure rounded to doubles, the rounding counted in its error bounds."""
+    places = [_rounded(x) for x in found.coordinates]
+    coordinates = np.array([[value for value, _ in places]])
+    length, length_error = _rounded(found.length)
+    exponent, exponent_error = _rounded(found.lyapunov)
+    return Orbits(
+        words=word[None, :],
+        status=np.array([found.status.value]),
+        coordinates=coordinates,
+        length=np.array([length]),
+        lyapunov=np.array([exponent]),
+        margin=np.array([0.0 if found.status is Status.BOUNDARY else _rounded(found.margin)[0]]),
+        residual=np.abs(forces(stadium, word[None, :], coordinates)).max(axis=1),
+        error=np.array([max(error for _, error in places)]),
+        length_error=np.array([length_error]),
+        lyapunov_error=np.array([exponent_error]),
+        iterations=np.array([found.steps]),
+    )
+
+
+def _rounded(x: arb) -> tuple[float, float]:
+    value = float(x.mid())
+    return value, distance(x, value)

@@ -1,0 +1,296 @@
+"""From words to orbits: Newton's method on the leg directions of whole batches.
+
+The length of an admissible word is strictly concave in the directions of its legs (`orbitdb.billiard.legs`),
+with a cyclic tridiagonal Hessian. So Newton's method, kept between the limits that an orbit's
+directions obey, finds the one maximum of every word, whether it is an orbit or lies outside the
+stadium; words that have converged leave the batch.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.legs import (
+    Chain,
+    Derivatives,
+    centre_directions,
+    cut,
+    derivatives,
+    direction_limits,
+    following,
+    length,
+    preceding,
+)
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.bounds import assess
+from orbitdb.orbits.orbit import NUMBERS, Orbit, Orbits, Status
+from orbitdb.orbits.pruned import pruned_word
+from orbitdb.symbols import symmetry
+from orbitdb.symbols.words import from_strings
+
+if TYPE_CHECKING:
+    from orbitdb.orbits.enclosure import Enclosure
+
+Floats = NDArray[np.float64]
+
+TOLERANCE = 1e-16
+MAX_STEPS = 50
+_PLAIN_STEPS = 8
+"""A few words at small a, or from far starts, go round in circles; from here on no step may lead down."""
+_SMALL = 1e-7
+_LONG = 64
+"""From this many unknowns on, SciPy's banded solver is faster than a loop over the unknowns."""
+
+
+@dataclass(frozen=True)
+class Directions:
+    """Where Newton's method has come to for N words.
+
+    Attributes
+    ----------
+    alpha : ndarray, shape (m, N)
+        Directions of the legs, radians.
+    iterations : ndarray of int, shape (N,)
+        Steps taken.
+    """
+
+    alpha: Floats
+    iterations: NDArray[np.int64]
+
+
+def solve(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE) -> Orbits:
+    """Find the orbits of admissible words.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+        Admissible primitive words of one order, in any rotation.
+    stadium : Stadium
+    tolerance : float, optional
+        Error of the leg directions at which Newton's method stops (radians).
+
+    Returns
+    -------
+    Orbits
+        Every word with its status; where doubles cannot decide it, ball arithmetic does.
+    """
+    orbits = solve_in_doubles(words, stadium, tolerance)
+    for row in np.flatnonzero(orbits.status == Status.UNRESOLVED):
+        from orbitdb.orbits.enclosure import as_orbits, enclose  # 30 ms to load, and seldom needed
+
+        orbits.place(np.array([row]), as_orbits(words[row], stadium, enclose(words[row], stadium)))
+    return orbits
+
+
+def solve_word(word: str, stadium: Stadium) -> Orbit:
+    """Find what becomes of one primitive word of any order, in any rotation.
+
+    Parameters
+    ----------
+    word : str
+        Symbols 0..5; words that are pruned geometrically are not solved.
+    stadium : Stadium
+
+    Returns
+    -------
+    Orbit
+        With the coordinates in the order of the word.
+    """
+    if (pruned := pruned_word(word, stadium.a)) is not None:
+        return pruned
+    family = symmetry.class_of(word)
+    found = solve(from_strings([word]), stadium)
+    numbers: dict[str, Any] = {name: finite(getattr(found, name)[0]) for name in NUMBERS}
+    status = Status(str(found.status[0]))
+    exists = status in (Status.ORBIT, Status.BOUNDARY)
+    return Orbit(
+        code=word,
+        representative=family.representative,
+        a=stadium.a,
+        status=status,
+        time_reversal=symmetry.time_reversal(family.stabiliser),
+        symmetry=symmetry.label(family.stabiliser),
+        class_size=symmetry.class_size(family.stabiliser),
+        coordinates=found.coordinates[0] if exists else None,
+        **(numbers if exists else {"margin": numbers["margin"]}),
+    )
+
+
+def finite(number: np.float64) -> float | None:
+    """Return a number as a plain float, None where it is not finite."""
+    return float(number) if np.isfinite(number) else None
+
+
+def solve_in_doubles(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE) -> Orbits:
+    """Find the orbits of admissible words as `solve` does, but leave unresolved what doubles do not show."""
+    orbits = Orbits.empty(words)
+    for rows, legs in cut(words):
+        found = newton(legs, stadium.a, tolerance)
+        orbits.place(rows, assess(words[rows], legs, stadium, found.alpha, found.iterations))
+    return orbits
+
+
+def certificates(
+    words: NDArray[np.uint8], stadium: Stadium, precision: int | None = None
+) -> list["Enclosure"]:
+    """Prove what becomes of admissible words in ball arithmetic, from the words alone.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    stadium : Stadium
+    precision : int, optional
+        Bits to begin with; `orbitdb.orbits.enclosure.PRECISION` by default.
+
+    Returns
+    -------
+    list of Enclosure
+        In the order of the words. Newton's method in doubles says where to look; the proof does not
+        rest on it.
+    """
+    from orbitdb.orbits.enclosure import PRECISION, enclose_all
+
+    found: dict[int, Enclosure] = {}
+    for rows, legs in cut(words):
+        start = newton(legs, stadium.a).alpha
+        enclosed = enclose_all(legs, stadium, start, precision or PRECISION)
+        found.update(zip(rows.tolist(), enclosed, strict=True))
+    return [found[row] for row in range(len(words))]
+
+
+def newton(legs: Chain, a: float, tolerance: float = TOLERANCE, start: Floats | None = None) -> Directions:
+    """Find the maximum of the length of each word between its direction limits.
+
+    Parameters
+    ----------
+    legs : Chain
+        N words of m legs.
+    a : float
+        Half the length of a straight wall.
+    tolerance : float, optional
+        Error of a direction (radians) at which to stop, foreseen from the last two steps: the error
+        after a step of size e is about e^3 / e_before^2. Where rounding is larger, stop there.
+    start : ndarray, shape (m, N), optional
+        Directions to start from, between the limits; by default those of the lines between the
+        unfolded circle centres.
+    """
+    alpha = centre_directions(legs, a) if start is None else start.copy()
+    iterations = np.zeros(len(legs), dtype=np.int64)
+    active = np.arange(len(legs))
+    part: Chain = legs
+    here = alpha
+    limits = direction_limits(part, a)
+    last = np.full(len(legs), np.nan)
+    for count in range(MAX_STEPS):
+        step = _newton_step(part, a, here, limits)
+        if count >= _PLAIN_STEPS:
+            step = _uphill(part, a, here, step)
+        here = here + step
+        size = np.abs(step).max(axis=0)
+        iterations[active] += 1
+        done = (size <= tolerance) | (size**3 <= tolerance * last**2) | _stalled(size, last)
+        done &= (last < _SMALL) | ~_held(here, limits)
+        if done.any():
+            alpha[:, active[done]] = here[:, done]
+            going = np.flatnonzero(~done)
+            active, here, last = active[going], here.take(going, axis=1), size[going]
+            limits = (limits[0].take(going, axis=1), limits[1].take(going, axis=1))
+            part = part.chain(going)
+        else:
+            last = size
+        if not len(active):
+            break
+    alpha[:, active] = here
+    return Directions(alpha, iterations)
+
+
+def _uphill(legs: Chain, a: float, alpha: Floats, step: Floats) -> Floats:
+    """Halve steps until they lengthen the path; small ones stay, rounding would hide what they gain."""
+    before = length(legs, a, alpha)
+    while True:
+        down = (np.abs(step).max(axis=0) > _SMALL) & (length(legs, a, alpha + step) <= before)
+        if not down.any():
+            return step
+        step = np.where(down, step / 2, step)
+
+
+def _held(alpha: Floats, limits: tuple[Floats, Floats]) -> NDArray[np.bool_]:
+    """Tell which words have a direction at a limit: it may leave once the others have come to rest."""
+    low, high = limits
+    return np.any((alpha <= low) | (alpha >= high), axis=0)
+
+
+def _stalled(size: Floats, last: Floats) -> NDArray[np.bool_]:
+    """Tell where small steps no longer shrink: what is left is rounding."""
+    stalled: NDArray[np.bool_] = (size < 1e-6) & (size >= last / 2)
+    return stalled
+
+
+def _newton_step(legs: Chain, a: float, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:
+    """Return the Newton step within the limits; directions that press against a limit stay."""
+    slopes = derivatives(legs, a, alpha)
+    low, high = limits
+    pressed = ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
+    step = _solve_cyclic(*_minus_hessian(legs, slopes, pressed), np.where(pressed, 0.0, slopes.gradient))
+    return np.clip(alpha + step, low, high) - alpha
+
+
+def _minus_hessian(legs: Chain, slopes: Derivatives, pressed: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+    """Return the diagonal of -H and its entries beside it; entry i couples directions i - 1 and i."""
+    w = slopes.stiffness
+    beside = w * preceding(legs.parity)
+    diagonal = slopes.beyond + w + following(w)
+    if pressed.any():
+        beside = np.where(pressed | preceding(pressed), 0.0, beside)
+    return diagonal, beside
+
+
+def _solve_cyclic(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
+    """Solve N positive definite cyclic tridiagonal systems of m >= 2 unknowns.
+
+    The last unknown is split off: the others form a tridiagonal system with two right sides, the
+    given one and the last unknown's column.
+    """
+    column = np.zeros_like(rhs[:-1])
+    column[0] += beside[0]
+    column[-1] += beside[-1]
+    tridiagonal = _tridiagonal_long if len(rhs) > _LONG else _tridiagonal
+    plain, through = tridiagonal(diagonal[:-1], beside[1:-1], np.stack([rhs[:-1], column]))
+    top = rhs[-1] - _end_terms(column, plain)
+    bottom = diagonal[-1] - _end_terms(column, through)
+    last = top / bottom
+    return np.concatenate([plain - through * last, last[None]])
+
+
+def _end_terms(column: Floats, x: Floats) -> Floats:
+    """Return the product of x with a column that is zero but for its ends."""
+    first: Floats = column[0] * x[0]
+    return first + column[-1] * x[-1] if len(column) > 1 else first
+
+
+def _tridiagonal(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
+    """Eliminate along the unknowns, for all words at once; rhs has shape (2, m, N)."""
+    pivots = np.empty_like(diagonal)
+    x = rhs.copy()
+    pivots[0] = diagonal[0]
+    for i in range(1, len(diagonal)):
+        factor = beside[i - 1] / pivots[i - 1]
+        pivots[i] = diagonal[i] - factor * beside[i - 1]
+        x[:, i] -= factor * x[:, i - 1]
+    x[:, -1] /= pivots[-1]
+    for i in range(len(diagonal) - 2, -1, -1):
+        x[:, i] = (x[:, i] - beside[i] * x[:, i + 1]) / pivots[i]
+    return x
+
+
+def _tridiagonal_long(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
+    """Solve the same systems word by word, in compiled code."""
+    from scipy.linalg import solveh_banded
+
+    x = np.empty_like(rhs)
+    for word in range(diagonal.shape[1]):
+        bands = np.stack([np.concatenate([[0.0], beside[:, word]]), diagonal[:, word]])
+        x[:, :, word] = solveh_banded(bands, rhs[:, :, word].T).T
+    return x

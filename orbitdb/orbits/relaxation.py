@@ -1,0 +1,179 @@
+"""The paper's artificial dynamics: all p coordinates relax together, for comparison with Newton's method.
+
+Every bounce of a word is an atom on its own wall or circle, the walls continued and the circles
+completed, and moves with the speed of its violation of the law of reflection. That speed is, up to
+sign, the derivative of the total length in its coordinate (`orbitdb.billiard.stability.forces`): an atom on a
+straight wall moves towards the smaller angle and shortens the path, one on a semicircle moves towards
+the larger angle and lengthens it. At rest all bounces reflect.
+
+Source: Biham and Kvale, eq. (2) and section II, with C = 1, h = 0.1 and fourth order Runge-Kutta.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.legs import cut
+from orbitdb.billiard.stability import Links, bounce_matrices, forces
+from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
+from orbitdb.orbits.orbit import Orbits, Status
+
+Floats = NDArray[np.float64]
+
+EPSILON = 1e-7
+"""Force at which the dynamics stops, as published."""
+
+STEP = 0.1
+MAX_STEPS = 200_000
+_STEPS_BETWEEN_TELLING = 1000
+_SHIFT = 1e-6
+"""By how much coordinates are shifted to differentiate the velocity: it is good to about 1e-10 then."""
+
+
+def relax(
+    words: NDArray[np.uint8],
+    stadium: Stadium,
+    epsilon: float = EPSILON,
+    max_steps: int = MAX_STEPS,
+    start: Floats | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Orbits:
+    """Find the orbits of admissible words by the paper's artificial dynamics.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+        Admissible primitive words of one order, in any rotation.
+    stadium : Stadium
+    epsilon : float, optional
+        The dynamics of a word stops where all its forces, differences of two cosines, are smaller.
+    max_steps : int, optional
+        Runge-Kutta steps after which a word is given up and stays unresolved.
+    start : ndarray, shape (N, p), optional
+        Coordinates to start from; `starting_points` by default.
+    progress : callable, optional
+        Called now and then with the number of steps taken and of words that still move.
+
+    Returns
+    -------
+    Orbits
+        The status is that of a plain comparison of the coordinates with the ends of walls and
+        semicircles. The method knows no error bounds: these are NaN.
+    """
+    orbits = Orbits.empty(words)
+    symbols = np.ascontiguousarray(words.T)
+    x = np.ascontiguousarray((starting_points(words, stadium) if start is None else start).T)
+    active = np.arange(len(words))
+    for step in range(max_steps + 1):
+        velocity = _velocity(stadium, symbols, x)
+        done = np.abs(velocity).max(axis=0) < epsilon
+        if done.any():
+            orbits.place(active[done], _at_rest(symbols[:, done].T, stadium, x[:, done].T, step))
+            going = np.flatnonzero(~done)
+            active, velocity = active[going], velocity.take(going, axis=1)
+            symbols, x = symbols.take(going, axis=1), x.take(going, axis=1)
+        if not len(active):
+            break
+        if progress is not None and step % _STEPS_BETWEEN_TELLING == 0:
+            progress(step, len(active))
+        x = _runge_kutta_step(stadium, symbols, x, velocity)
+    orbits.iterations[active] = max_steps
+    return orbits
+
+
+def starting_points(words: NDArray[np.uint8], stadium: Stadium) -> Floats:
+    """Return coordinates to start from, shape (N, p), every atom on its own wall or semicircle.
+
+    Atoms of one run are spread over the semicircle in the sense of the run, so that of the two
+    stationary points of the four plain symbols the right one is found; those of one leg over the wall
+    from the side it leaves to the side it goes to.
+    """
+    start = np.empty(words.shape)
+    for rows, legs in cut(words):
+        here = (legs.run, np.arange(len(legs)))
+        count = np.where(legs.straight, legs.n[here], legs.k[here])
+        spread = (2 * legs.place + 1 - count) / (count + 1)
+        ahead = 1.0 - 2.0 * (legs.run % 2)
+        start[rows] = (spread * np.where(legs.straight, stadium.a * ahead, HALF_PI * legs.d[here])).T
+    return start
+
+
+def slowest_rates(words: NDArray[np.uint8], stadium: Stadium, coordinates: Floats) -> Floats:
+    """Return how fast words come to rest in the end, shape (N,): deviations fall like exp(-rate t).
+
+    The slowest rate of the linearised dynamics at its fixed points; not positive where one is unstable.
+    A Runge-Kutta step takes the time `STEP`, and a force f that is left means a deviation of f / rate.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    stadium : Stadium
+    coordinates : ndarray, shape (N, p)
+        Of the words at rest.
+    """
+    symbols, x = np.ascontiguousarray(words.T), coordinates.T
+    p, n = symbols.shape
+    jacobian = np.empty((n, p, p))
+    for bounce in range(p):
+        shift = np.zeros((p, 1))
+        shift[bounce] = _SHIFT
+        change = _velocity(stadium, symbols, x + shift) - _velocity(stadium, symbols, x - shift)
+        jacobian[:, :, bounce] = change.T / (2 * _SHIFT)
+    rates: Floats = -np.linalg.eigvals(jacobian).real.max(axis=1)
+    return rates
+
+
+def _velocity(stadium: Stadium, symbols: NDArray[np.uint8], x: Floats) -> Floats:
+    """Return dx/dt, shape (p, N): downhill in the length on walls, uphill on semicircles."""
+    slope = forces(stadium, symbols.T, x.T).T
+    return np.where(STRAIGHT[symbols], -slope, slope)
+
+
+def _runge_kutta_step(stadium: Stadium, symbols: NDArray[np.uint8], x: Floats, first: Floats) -> Floats:
+    """Return the coordinates after one step of fourth order; ``first`` is the velocity at its start."""
+    second = _velocity(stadium, symbols, x + STEP / 2 * first)
+    third = _velocity(stadium, symbols, x + STEP / 2 * second)
+    fourth = _velocity(stadium, symbols, x + STEP * third)
+    moved: Floats = x + STEP / 6 * (first + 2 * (second + third) + fourth)
+    return moved
+
+
+def _at_rest(words: NDArray[np.uint8], stadium: Stadium, x: Floats, step: int) -> Orbits:
+    """Return what the coordinates of words at rest say, shape (N, p), without error bounds."""
+    links = Links.of(stadium, words, x)
+    margin = (np.where(STRAIGHT[words], stadium.a, HALF_PI) - np.abs(x)).min(axis=1)
+    unknown = np.full(len(words), np.nan)
+    return Orbits(
+        words=words,
+        status=np.where(margin > 0, Status.ORBIT.value, Status.DYNAMICAL.value),
+        coordinates=x,
+        length=links.after.sum(axis=1),
+        lyapunov=_exponent(bounce_matrices(stadium, words, x)),
+        margin=margin,
+        residual=np.abs(links.cos_in - links.cos_out).max(axis=1),
+        error=unknown,
+        length_error=unknown,
+        lyapunov_error=unknown,
+        iterations=np.full(len(words), step),
+    )
+
+
+def _exponent(matrices: Floats) -> Floats:
+    """Return ln of the largest eigenvalue's modulus of the products of matrices, shape (N, p, 2, 2).
+
+    The product is divided by its size at every bounce, so that words of any length stay in range.
+    """
+    n, p = matrices.shape[:2]
+    product = np.broadcast_to(np.eye(2), (n, 2, 2))
+    log_size = np.zeros(n)
+    for bounce in range(p):
+        product = matrices[:, bounce] @ product
+        size = np.abs(product).max(axis=(1, 2))
+        product = product / size[:, None, None]
+        log_size += np.log(size)
+    half_trace = np.abs(np.trace(product, axis1=1, axis2=2)) / 2
+    unit = np.exp(-log_size)  # det of the product is its square
+    root = np.sqrt(np.maximum((half_trace - unit) * (half_trace + unit), 0.0))
+    exponent: Floats = np.log(half_trace + root) + log_size
+    return exponent

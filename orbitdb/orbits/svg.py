@@ -1,0 +1,130 @@
+"""A picture of an orbit as SVG text, with nothing but NumPy: for notebooks and web pages."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.stadium import Stadium
+
+MOST_BOUNCES = 5000
+_NUMBERED = 24
+_PATH, _WALL, _FAINT, _PAPER = "#0072b2", "#333333", "#b8b8b8", "#ffffff"
+_MARGIN = 0.3
+_AWAY = 14
+_NEAR = 0.12
+
+
+def orbit_svg(stadium: Stadium, points: NDArray[np.float64], title: str, width: int = 480) -> str:
+    """Draw a closed path in its stadium.
+
+    Parameters
+    ----------
+    stadium : Stadium
+    points : ndarray, shape (p, 2)
+        The bounces in their order, in units of the radius.
+    title : str
+        What the picture shows, for those who cannot see it.
+    width : int, optional
+        Width in pixels.
+
+    Returns
+    -------
+    str
+        One ``svg`` element: the stadium with its continued walls and circles, the path with an arrow
+        on its first link, and its bounces, numbered if they are few.
+    """
+    scale = width / (2 * (stadium.a + 1 + _MARGIN))
+    height = 2 * (1 + _MARGIN) * scale
+    body = [_walls(stadium, scale, width), _path(points, scale)]
+    if len(points) <= _NUMBERED:
+        body += [_dots(points, scale), *_numbers(stadium, points, scale)]
+    return "\n".join([
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height:.0f}" role="img"'
+        f' viewBox="0 0 {width} {height:.2f}">',
+        f"<title>{title}</title>",
+        f'<rect width="{width}" height="{height:.2f}" fill="{_PAPER}"/>',
+        f'<g transform="translate({width / 2:g} {height / 2:.2f})">',
+        *body,
+        "</g>",
+        "</svg>",
+    ])  # fmt: skip
+
+
+def _walls(stadium: Stadium, scale: float, width: int) -> str:
+    """Draw the stadium, and faintly the walls and circles beyond it, as in the paper's Fig. 1."""
+    a, r = f"{stadium.a * scale:.2f}", f"{scale:.2f}"
+    beyond = f"M{-width / 2:g} -{r}h{width}M{-width / 2:g} {r}h{width}"
+    circles = f'<circle cx="-{a}" r="{r}"/><circle cx="{a}" r="{r}"/>'
+    shape = f"M-{a} {r}H{a}A{r} {r} 0 0 0 {a} -{r}H-{a}A{r} {r} 0 0 0 -{a} {r}Z"
+    return (
+        f'<g fill="none" stroke="{_FAINT}"><path d="{beyond}"/>{circles}</g>\n'
+        f'<path d="{shape}" fill="none" stroke="{_WALL}" stroke-width="2"/>'
+    )
+
+
+def _path(points: NDArray[np.float64], scale: float) -> str:
+    """Draw the path, and the head of an arrow in the middle of its first link."""
+    places = " ".join(f"{x:.2f},{y:.2f}" for x, y in _pixels(points, scale))
+    (x, y), (dx, dy) = (points[0] + points[1]) / 2 * scale, points[1] - points[0]
+    turn = np.degrees(np.arctan2(-dy, dx))
+    return (
+        f'<polygon points="{places}" fill="none" stroke="{_PATH}" stroke-width="1.5"'
+        ' stroke-linejoin="round"/>\n'
+        f'<path d="M7 0L-5 5L-5 -5Z" fill="{_PATH}"'
+        f' transform="translate({x:.2f} {-y:.2f}) rotate({turn:.2f})"/>'
+    )
+
+
+def _dots(points: NDArray[np.float64], scale: float) -> str:
+    dots = "".join(f'<circle cx="{x:.2f}" cy="{y:.2f}" r="3.5"/>' for x, y in _pixels(points, scale))
+    return f'<g fill="{_PATH}">{dots}</g>'
+
+
+def _numbers(stadium: Stadium, points: NDArray[np.float64], scale: float) -> list[str]:
+    away = _AWAY / scale
+    labels = [
+        f'<text x="{x * scale:.2f}" y="{-y * scale:.2f}" dy="0.35em">{text}</text>'
+        for x, y, text in number_labels(stadium, points, away)
+    ]
+    return [
+        f'<g fill="{_WALL}" font-family="sans-serif" font-size="13" text-anchor="middle"'
+        f' stroke="{_PAPER}" stroke-width="4" paint-order="stroke">',
+        *labels,
+        "</g>",
+    ]
+
+
+def _pixels(points: NDArray[np.float64], scale: float) -> list[tuple[float, float]]:
+    return [(x * scale, -y * scale) for x, y in points.tolist()]
+
+
+def number_labels(
+    stadium: Stadium, points: NDArray[np.float64], away: float
+) -> list[tuple[float, float, str]]:
+    """Return where to write the numbers of bounces, which count from 1, outside the walls.
+
+    Parameters
+    ----------
+    stadium : Stadium
+    points : ndarray, shape (p, 2)
+        The bounces in their order.
+    away : float
+        Distance from the wall, in units of the radius.
+
+    Returns
+    -------
+    list of (float, float, str)
+        x, y and text; bounces near one place share a label, such as ``2, 6``.
+    """
+    places: list[tuple[NDArray[np.float64], list[str]]] = []
+    for n, point in enumerate(points):
+        shared = [texts for place, texts in places if np.hypot(*(place - point)) < _NEAR]
+        if shared:
+            shared[0].append(str(n + 1))
+        else:
+            places.append((point, [str(n + 1)]))
+    labels = []
+    for place, texts in places:
+        outward = place - (np.clip(place[0], -stadium.a, stadium.a), 0.0)
+        x, y = (place + away * outward).tolist()
+        labels.append((x, y, ", ".join(texts)))
+    return labels

@@ -1,0 +1,1 @@
+"""What is asked of a catalogue: selections, conditions in SQL, and free expressions, confined."""

@@ -1,0 +1,147 @@
+"""Selections as SQL: conditions, columns and sort keys over the view ``catalogue``."""
+
+import re
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, TypeAlias
+
+import sqlalchemy as sa
+
+from orbitdb.errors import StoreError
+from orbitdb.store.asking import expressions as free
+from orbitdb.store.asking.confinement import Patience, confined
+from orbitdb.store.asking.selection import Selection, SelectionError
+from orbitdb.store.file.schema import catalogue
+from orbitdb.symbols.pruning import RULES
+
+COLUMNS = tuple(catalogue.c.keys())
+"""The columns of the view ``catalogue``."""
+
+Columns: TypeAlias = sa.ColumnCollection[str, Any]
+
+_RULES = {str(rule.number) for rule in RULES}
+_ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
+
+
+def conditions_of(
+    selection: Selection, view: Columns = catalogue.c
+) -> list[sa.ColumnElement[bool] | sa.TextClause]:
+    """Return a selection as conditions on the view ``catalogue``, or on columns of the same names.
+
+    Raises
+    ------
+    SelectionError
+        If its free expression is refused.
+    """
+    found: list[sa.ColumnElement[bool] | sa.TextClause] = [view.a == selection.a]
+    if selection.periods:
+        found.append(sa.or_(*(view.p.between(low, high) for low, high in selection.periods)))
+    if selection.statuses:
+        found.append(view.status.in_([status.value for status in selection.statuses]))
+    if selection.time_reversal:
+        found.append(view.time_reversal == selection.time_reversal)
+    if selection.symmetry:
+        found.append(view.symmetry == selection.symmetry)
+    if selection.contains:
+        found.append(sa.func.instr(view.word.op("||")(view.word), selection.contains) > 0)
+    for name, (low, high) in selection.ranges.items():
+        found += [] if low is None else [view[name] >= low]
+        found += [] if high is None else [view[name] <= high]
+    if selection.where is not None:
+        free.check(selection.where, dict(selection.parameters))
+        found.append(free.expression(selection.where, dict(selection.parameters)))
+    return found
+
+
+@contextmanager
+def answering(connection: sa.Connection, selection: Selection, patience: Patience) -> Iterator[None]:
+    """Let a connection answer a query over a subset; where that has a free expression, it is confined.
+
+    Parameters
+    ----------
+    connection : Connection
+        Free for other queries behind the block, though rows may be left to be fetched in another one.
+    selection : Selection
+    patience : Patience
+        Of the whole query.
+
+    Raises
+    ------
+    SelectionError
+        If the expression is refused, or takes too long.
+    """
+    if selection.where is None:
+        yield
+        return
+    try:
+        with confined(connection, patience):
+            yield
+    except (sa.exc.DBAPIError, sqlite3.Error) as error:
+        message = str(getattr(error, "orig", error))
+        if "interrupted" in message and not patience.ended:
+            raise KeyboardInterrupt from error  # SQLite, asked for the time, swallows it
+        raise free.refusal(selection.where, message) from error
+
+
+def parse_columns(text: str) -> tuple[str, ...]:
+    """Read names of columns of the view, with commas between.
+
+    Raises
+    ------
+    SelectionError
+        If one of them is not there, or is named twice.
+    """
+    names = tuple(name.strip() for name in text.split(","))
+    for name in names:
+        column_of(name)
+    if len(set(names)) < len(names):
+        twice = next(name for place, name in enumerate(names) if name in names[:place])
+        raise SelectionError(f"column {twice!r} is named twice")
+    return names
+
+
+def column_of(name: str) -> sa.ColumnElement[Any]:
+    """Return a column of the view.
+
+    Raises
+    ------
+    SelectionError
+        If there is none of this name.
+    """
+    if name not in COLUMNS:
+        raise SelectionError(f"column {name!r}: the columns are {', '.join(COLUMNS)}")
+    return catalogue.c[name]
+
+
+def rules_of(text: str | None) -> list[int]:
+    """Return the numbers of the rules broken from the column ``rules``.
+
+    Raises
+    ------
+    StoreError
+        If it holds something else.
+    """
+    parts = text.split(",") if text else []
+    if not all(part in _RULES for part in parts):
+        raise StoreError(f"rules {text!r} in the catalogue are none: 'orbitdb verify' tells what is wrong")
+    return [int(part) for part in parts]
+
+
+def ordering_of(order: str) -> list[sa.ColumnElement[Any]]:
+    """Return the sort keys, with period and word last so that the order is always the same.
+
+    Raises
+    ------
+    SelectionError
+        If the order cannot be read, or names what is not a column.
+    """
+    keys: dict[str, sa.ColumnElement[Any]] = {}
+    for part in order.split(","):
+        found = _ORDER.fullmatch(part.strip())
+        if found is None:
+            raise SelectionError(f"order {order!r}: write columns such as 'length' or 'p,lambda_c desc'")
+        falling = bool(found[1]) != ((found[3] or "").lower() == "desc")
+        column = column_of(found[2])
+        keys.setdefault(found[2], column.desc() if falling else column)
+    return [*keys.values(), catalogue.c.p, catalogue.c.word]

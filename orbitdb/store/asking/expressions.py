@@ -1,0 +1,189 @@
+"""Free expressions over the catalogue: what ``--where`` may do, and how long.
+
+An expression may read the columns of the view, call the functions of `FUNCTIONS`, and hold subqueries
+that each read the view once. Everything else is refused before SQLite runs any of it, and what is left
+is bounded: no function of the list makes a text longer, no subquery stands in another or joins (so that
+neither the compiled program nor a result can grow beyond the catalogue), and a query is stopped when it
+has worked for `SECONDS`.
+"""
+
+import sqlite3
+from collections.abc import Callable, Set
+from contextlib import closing
+from itertools import pairwise
+
+import sqlalchemy as sa
+
+from orbitdb.plaintext import line
+from orbitdb.store.asking.selection import SelectionError
+from orbitdb.store.file.schema import catalogue
+from orbitdb.store.file.tokens import Token, meaningful, tokens
+
+SECONDS = 60.0
+"""How long a query with a free expression may work."""
+
+FUNCTIONS = {
+    "avg", "count", "max", "min", "sum", "total",
+    "coalesce", "ifnull", "iif", "nullif", "typeof",
+    "glob", "instr", "length", "like", "lower", "replace", "substr", "substring", "upper",
+    "abs", "ceil", "ceiling", "floor", "mod", "pow", "power", "random", "round", "sign", "sqrt", "trunc",
+    "exp", "ln", "log", "log10", "log2", "degrees", "pi", "radians",
+    "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cos", "cosh", "sin", "sinh", "tan", "tanh",
+}  # fmt: skip
+"""The functions that an expression may call.
+
+They are named one by one, as every SQLite, and whatever is loaded into it, brings others: some make
+texts of any size (printf, group_concat, zeroblob), some take apart binary data of extensions.
+"""
+
+LONGEST = 20_000
+"""Characters of an expression and its values at most; with a subquery `_LONGEST_WITH_SUBQUERY`."""
+
+_LONGEST_WITH_SUBQUERY = 4_000
+_SHOWN = 200
+Parameters = dict[str, str | int | float]
+_Authorizer = Callable[[int, str | None, str | None, str | None, str | None], int]
+
+
+def expression(where: str, parameters: Parameters) -> sa.TextClause:
+    """Return a free expression as SQL, with the values that it names."""
+    parts, used = [], {}
+    for token in tokens(where):
+        name = token.text[1:]
+        if token.kind == "value" and name in parameters:
+            used[name] = parameters[name]
+            parts.append(token.text)
+        else:
+            parts.append(token.text.replace(":", "\\:"))
+    return sa.text(f"(\n{''.join(parts)}\n)").bindparams(**used)
+
+
+def check(where: str, parameters: Parameters) -> None:
+    """Refuse what is not one expression over the view.
+
+    Raises
+    ------
+    SelectionError
+        With the reason, in one line.
+    """
+    try:
+        _check_size(where, parameters)
+        _check_shape(meaningful(where))
+        _compile(where, parameters, authorize)
+        _compile(f"(\n{where}\n)", parameters, authorize)
+    except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
+        raise refusal(where, str(error)) from error
+
+
+def _check_size(where: str, parameters: Parameters) -> None:
+    """Refuse what is too long: the work of `instr` and the like grows with the square of it."""
+    size = len(where) + sum(len(str(value)) for value in parameters.values())
+    if size > LONGEST:
+        raise ValueError(f"it has {size} characters with its values; {LONGEST} are allowed")
+
+
+def _check_shape(found: list[Token]) -> None:
+    """Refuse subqueries that could grow without end, and values without a name.
+
+    SQLite copies what a name stands for wherever the name is used. With WITH or subqueries in
+    subqueries a short text so becomes a program of any size, and joins become tables of any size.
+    """
+    levels = [_Level()]
+    for token, behind in pairwise([*found, Token("sign", "")]):
+        if token.text == "(":
+            levels.append(_Level())
+        elif token.text == ")" and len(levels) > 1:
+            levels.pop()
+        elif token.text in tuple(":?@#$"):
+            raise ValueError("write a value as :name, and give it with -P name=value")
+        elif token.keyword == "WITH":
+            raise ValueError("WITH may not be used")
+        elif token.keyword in ("SELECT", "VALUES"):
+            if any(level.subquery for level in levels[:-1]):
+                raise ValueError("a subquery may not hold another one")
+            levels[-1] = _Level(subquery=True)
+        elif token.text.strip("\"'`[]").lower() == catalogue.name and behind.text != ".":
+            inner = next((level for level in reversed(levels) if level.subquery), levels[0])
+            inner.tables += 1
+            if inner.tables > 1:
+                raise ValueError("a subquery may read the catalogue once")
+    if any(token.keyword in ("SELECT", "VALUES") for token in found):
+        size = sum(len(token.text) for token in found)
+        if size > _LONGEST_WITH_SUBQUERY:
+            raise ValueError(
+                f"it has {size} characters; with a subquery {_LONGEST_WITH_SUBQUERY} are allowed"
+            )
+
+
+class _Level:
+    """What stands between one pair of brackets: a subquery, perhaps, and the tables it reads."""
+
+    def __init__(self, subquery: bool = False) -> None:
+        self.subquery = subquery
+        self.tables = 0
+
+
+def same_for_class(where: str, parameters: Parameters, shared: Set[str]) -> bool:
+    """Tell whether a checked expression has one value for all words of a symmetry class.
+
+    Parameters
+    ----------
+    where, parameters
+        The expression.
+    shared : set of str
+        The columns of the view that all words of a class share.
+    """
+    columns, functions, selects = set(), set(), 0
+
+    def note(action: int, first: str | None, second: str | None, _base: str | None, _view: str | None) -> int:
+        nonlocal selects
+        if action == sqlite3.SQLITE_READ:
+            columns.add(second)
+        elif action == sqlite3.SQLITE_FUNCTION:
+            functions.add(second)
+        elif action == sqlite3.SQLITE_SELECT:
+            selects += 1
+        return sqlite3.SQLITE_OK
+
+    _compile(where, parameters, note)
+    return columns <= shared and selects == 1 and "random" not in functions
+
+
+def _compile(where: str, parameters: Parameters, authorize: _Authorizer) -> None:
+    """Compile an expression where there is nothing but an empty table in place of the view."""
+    columns = ", ".join(catalogue.c.keys())
+    with closing(sqlite3.connect(":memory:")) as stage:
+        stage.execute(f"CREATE TABLE catalogue ({columns}, PRIMARY KEY (a, p, code)) WITHOUT ROWID")
+        stage.set_authorizer(authorize)
+        stage.execute(f"EXPLAIN SELECT 1 FROM catalogue WHERE {where}\n", parameters)
+
+
+def authorize(
+    action: int, first: str | None, second: str | None, _base: str | None, _view: str | None
+) -> int:
+    """Allow reading the table that stands for the view, and calling the functions of the list."""
+    allowed = (
+        action == sqlite3.SQLITE_SELECT
+        or (action == sqlite3.SQLITE_READ and first == catalogue.name)
+        or (action == sqlite3.SQLITE_FUNCTION and second in FUNCTIONS)
+    )
+    return sqlite3.SQLITE_OK if allowed else sqlite3.SQLITE_DENY
+
+
+def refusal(where: str, message: str) -> SelectionError:
+    """Return the error that tells the user what is wrong with an expression."""
+    if "authorized to use function" in message:
+        name = message.rpartition(" ")[2]
+        message = f"{name}() may not be called; those that may are {', '.join(sorted(FUNCTIONS))}"
+    elif any(part in message for part in ("not authorized", "prohibited", "no such table", "vtable")):
+        message = "it may read the columns of the catalogue and nothing else"
+    elif "no such column" in message:
+        message += f"; the columns are {', '.join(catalogue.c.keys())}"
+    elif "interrupted" in message:
+        message = f"it took more than {SECONDS:g} s"
+    elif "binding" in message:
+        message = f"{message.rstrip('.')}: give each name a value with -P name=value"
+    elif "user-defined function" in message:
+        message = "replace() takes texts, and may not make them longer"
+    shown = where if len(where) <= _SHOWN else f"{where[: _SHOWN - 3]}..."
+    return SelectionError(line(f"where {shown!r}: {message}"))

@@ -1,0 +1,282 @@
+"""Selection: a chosen subset of a catalogue, which describes itself in words."""
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from orbitdb.errors import InputError
+from orbitdb.orbits.orbit import Status
+from orbitdb.plaintext import printable
+from orbitdb.symbols.symmetry import NAMES
+from orbitdb.symbols.words import parse
+
+MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
+"""The columns that a selection can bound from below and above."""
+
+_PERIODS = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
+_SHOWN = 60
+_MOST_RANGES = 100
+_LARGEST_INTEGER = 2**63
+_RANGE = re.compile(r"([^:]*):([^:]*)")
+
+
+class SelectionError(InputError):
+    """A part of the selection cannot be read; the message says how to write it."""
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The chosen subset of the symbol sequences of a catalogue.
+
+    Attributes
+    ----------
+    a : float
+        The stadium.
+    periods : tuple of (int, int)
+        Ranges of periods, both ends in them; empty for all.
+    statuses : tuple of Status
+        Empty for all.
+    time_reversal : str or None
+        ``self`` or ``pair``.
+    symmetry : str or None
+        The exact symmetry label, such as ``x,T,xT``.
+    contains : str or None
+        A factor that the word has in some rotation.
+    ranges : mapping of str to (float or None, float or None)
+        Least and greatest value of some of `MEASURES`, both in the subset.
+    where : str or None
+        An SQL expression over the columns of the view ``catalogue``.
+    parameters : mapping of str to value
+        What the names (``:name``) in ``where`` stand for.
+    """
+
+    a: float = 1.6
+    periods: tuple[tuple[int, int], ...] = ()
+    statuses: tuple[Status, ...] = ()
+    time_reversal: str | None = None
+    symmetry: str | None = None
+    contains: str | None = None
+    ranges: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
+    where: str | None = None
+    parameters: Mapping[str, str | int | float] = field(default_factory=dict)
+
+    def includes(self, p: int) -> bool:
+        """Tell whether words of a period are asked for."""
+        return not self.periods or any(low <= p <= high for low, high in self.periods)
+
+    def describe(self) -> str:
+        """Return the selection as one line of English."""
+        subject = " and ".join(_SUBJECTS[status] for status in self.statuses) or "symbol sequences"
+        parts = [subject]
+        if self.periods:
+            spans = [str(low) if low == high else f"{low} to {high}" for low, high in self.periods]
+            parts.append(f"of period {', '.join(spans)}")
+        parts.append(f"at a = {self.a:g}")
+        if self.time_reversal:
+            parts.append(_REVERSALS[self.time_reversal])
+        if self.symmetry:
+            parts.append("without symmetry" if self.symmetry == "1" else f"with symmetry {self.symmetry}")
+        if self.contains:
+            shown = self.contains if len(self.contains) <= _SHOWN else f"{self.contains[:_SHOWN]}..."
+            parts.append(f"containing {shown}")
+        parts += [f"with {_span(name, *bounds)}" for name, bounds in self.ranges.items()]
+        if self.where:
+            values = ", ".join(f"{name} = {value!r}" for name, value in self.parameters.items())
+            parts.append(f"where {self.where}" + (f" ({values})" if values else ""))
+        return printable(" ".join(parts))
+
+
+_SUBJECTS = {
+    Status.ORBIT: "orbits",
+    Status.GEOMETRIC: "geometrically pruned sequences",
+    Status.DYNAMICAL: "dynamically pruned sequences",
+    Status.BOUNDARY: "orbits through a joint",
+    Status.FAMILY: "bouncing-ball families",
+    Status.UNRESOLVED: "unresolved sequences",
+}
+_REVERSALS = {"self": "that retrace their path", "pair": "whose time reverse is another orbit"}
+
+
+def _span(name: str, low: float | None, high: float | None) -> str:
+    if low is None:
+        return f"{name} <= {high:g}"
+    return f"{name} >= {low:g}" if high is None else f"{low:g} <= {name} <= {high:g}"
+
+
+def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
+    """Read ranges of periods such as ``11``, ``2-8`` or ``2,3,5-7``.
+
+    Raises
+    ------
+    SelectionError
+        If the text is not of this form, or a range runs backwards.
+    """
+    ranges = []
+    for part in text.split(","):
+        found = _PERIODS.fullmatch(part.strip())
+        if found is None:
+            raise SelectionError(f"periods {text!r}: write them as 11, 2-8 or 2,3,5-7")
+        low, high = int(found[1]), int(found[2] or found[1])
+        if low > high:
+            raise SelectionError(f"periods {part.strip()!r} run backwards: write {high}-{low}")
+        ranges.append((low, high))
+    if len(ranges) > _MOST_RANGES:
+        raise SelectionError(f"periods: {len(ranges)} ranges, more than {_MOST_RANGES}; join some, as in 2-8")
+    return tuple(ranges)
+
+
+def parse_bound(text: str) -> tuple[str, tuple[float | None, float | None]]:
+    """Read bounds on a measure such as ``length=3:10``, ``margin=:1e-4`` or ``lambda_c=0.4:``.
+
+    Raises
+    ------
+    SelectionError
+        If the text is not of this form, or does not name one of `MEASURES`.
+    """
+    name, _, span = text.partition("=")
+    if name.strip() not in MEASURES:
+        raise SelectionError(f"range {text!r}: name one of {', '.join(MEASURES)}, as in length=3:10")
+    found = _RANGE.fullmatch(span.strip())
+    try:
+        if found is None or not (found[1].strip() or found[2].strip()):
+            raise ValueError(text)
+        low, high = (float(part) if part.strip() else None for part in found.groups())
+        if low != low or high != high:
+            raise ValueError(text)
+    except ValueError:
+        raise SelectionError(f"range {text!r}: write it as {name}=3:10, {name}=3: or {name}=:10") from None
+    return name.strip(), (low, high)
+
+
+def parse_bounds(texts: Iterable[str]) -> dict[str, tuple[float | None, float | None]]:
+    """Read bounds on measures; those on the same one hold together.
+
+    Raises
+    ------
+    SelectionError
+        If one of them cannot be read (`parse_bound`).
+    """
+    found: dict[str, tuple[float | None, float | None]] = {}
+    for text in texts:
+        name, bounds = parse_bound(text)
+        low, high = zip(found.get(name, (None, None)), bounds, strict=True)
+        found[name] = (
+            max((bound for bound in low if bound is not None), default=None),
+            min((bound for bound in high if bound is not None), default=None),
+        )
+    return found
+
+
+def parse_parameter(text: str) -> tuple[str, str | int | float]:
+    """Read a value for a name in ``where``, such as ``cut=0.5`` or ``kind=self``.
+
+    Raises
+    ------
+    SelectionError
+        If the text is not of the form name=value.
+    """
+    name, sign, value = text.partition("=")
+    if not sign or not name.isidentifier():
+        raise SelectionError(f"-P {text!r}: write it as name=value")
+    for kind in (int, float):
+        try:
+            number = kind(value)
+        except ValueError:
+            continue
+        if kind is float or abs(number) < _LARGEST_INTEGER:
+            return name, number
+    return name, value
+
+
+def parse_reversal(text: str) -> str:
+    """Read ``self`` or ``pair``.
+
+    Raises
+    ------
+    SelectionError
+        If it is neither.
+    """
+    if text not in _REVERSALS:
+        raise SelectionError(f"reversal {text!r}: use self or pair")
+    return text
+
+
+def parse_symmetry(text: str) -> str:
+    """Read a symmetry label such as ``x,T,xT``, its elements in any order, or ``1`` for none.
+
+    Raises
+    ------
+    SelectionError
+        If one of them is no symmetry of the stadium.
+    """
+    names = {part.strip() for part in text.split(",")}
+    if names != {"1"} and not names <= set(NAMES[1:]):
+        raise SelectionError(f"symmetry {text!r}: use 1, or some of {', '.join(NAMES[1:])} with commas")
+    return "1" if names == {"1"} else ",".join(name for name in NAMES if name in names)
+
+
+def parse_statuses(text: str) -> tuple[Status, ...]:
+    """Read statuses separated by commas; ``all`` stands for every one.
+
+    Raises
+    ------
+    SelectionError
+        If one of them is not a status.
+    """
+    if text.strip() == "all":
+        return ()
+    try:
+        return tuple(dict.fromkeys(Status(part.strip()) for part in text.split(",")))
+    except ValueError:
+        known = ", ".join(Status)
+        raise SelectionError(f"status {text!r}: use {known}, some of them with commas, or all") from None
+
+
+def choose(
+    a: float = 1.6,
+    p: int | tuple[int, int] | str | None = None,
+    status: Status | str | None = None,
+    time_reversal: str | None = None,
+    symmetry: str | None = None,
+    contains: str | None = None,
+    where: str | None = None,
+    parameters: Mapping[str, str | int | float] | None = None,
+    **ranges: tuple[float | None, float | None],
+) -> Selection:
+    """Return a selection from plain values.
+
+    Parameters
+    ----------
+    a : float, optional
+        The stadium.
+    p : int, (int, int) or str, optional
+        A period, the first and the last of a range, or text such as ``2,3,5-7``.
+    status : Status or str, optional
+        One, or some in a text with commas, such as ``orbit,boundary``.
+    time_reversal, symmetry, contains, where, parameters : optional
+        As in `Selection`.
+    **ranges : (float or None, float or None)
+        Least and greatest value of one of `MEASURES`, such as ``length=(3, None)``.
+
+    Raises
+    ------
+    SelectionError
+        If one of them cannot be used.
+    """
+    if unknown := set(ranges) - set(MEASURES):
+        raise SelectionError(
+            f"{', '.join(sorted(unknown))}: not a criterion; ranges are of {', '.join(MEASURES)}"
+        )
+    if isinstance(p, tuple):
+        p = "-".join(map(str, p))
+    return Selection(
+        a=a,
+        periods=() if p is None else parse_periods(str(p)),
+        statuses=() if status is None else parse_statuses(str(status)),
+        time_reversal=None if time_reversal is None else parse_reversal(time_reversal),
+        symmetry=None if symmetry is None else parse_symmetry(symmetry),
+        contains=None if contains is None else parse(contains),
+        ranges=ranges,
+        where=where,
+        parameters=parameters or {},
+    )

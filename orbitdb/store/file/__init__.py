@@ -1,0 +1,1 @@
+"""The database file: its schema, opening it safely, migrations."""

@@ -1,0 +1,242 @@
+"""The database file: opening it safely, for reading or for writing, and telling what is wrong with it."""
+
+import os
+import sqlite3
+import stat
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager, suppress
+from pathlib import Path
+from urllib.parse import quote
+
+import sqlalchemy as sa
+from sqlalchemy import event
+
+from orbitdb.errors import StoreError
+from orbitdb.store.file.guard import refuse_tampered
+from orbitdb.store.file.schema import APPLICATION_ID, SCHEMA_VERSION
+
+BUSY_TIMEOUT = 5.0
+"""How long SQLite waits for a lock (seconds)."""
+
+_TURNS = 12
+"""How often it waits so long to write: fills side by side hold the lock most of the time."""
+
+_STEPS_BETWEEN_LOOKS = 1_000_000
+
+_CACHE = 64 << 10
+"""Kilobytes that a reader may keep: words of one class lie far apart."""
+
+
+def default_path() -> Path:
+    """Return where a catalogue is kept if nothing else is said: ORBITDB_DB, or the user's data folder."""
+    if named := os.environ.get("ORBITDB_DB"):
+        return Path(named)
+    from platformdirs import user_data_path
+
+    return user_data_path("orbitdb", appauthor=False) / "orbits.db"
+
+
+def check_file(path: Path) -> int | None:
+    """Look at a file before it is opened as a catalogue.
+
+    Returns
+    -------
+    int or None
+        The version of its schema; None if there is no file, or an empty one.
+
+    Raises
+    ------
+    StoreError
+        If it is not a catalogue, or one that a newer orbitdb has written.
+    """
+    try:
+        try:
+            found = path.stat()
+        except (FileNotFoundError, NotADirectoryError):
+            return None
+        if stat.S_ISDIR(found.st_mode):
+            raise StoreError(f"{path} is a folder: name a file with --db")
+        if not stat.S_ISREG(found.st_mode):
+            raise StoreError(f"{path} is no ordinary file: name another with --db")
+        if found.st_size == 0:
+            return None
+    except OSError as error:
+        raise StoreError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
+    pages, version, application = _marks(path)
+    if not application and not version and pages <= 1:
+        return None  # a database without a table, as a creation that was killed leaves it
+    if application != APPLICATION_ID:
+        raise StoreError(f"{path} is another program's SQLite database: name another file with --db")
+    if version > SCHEMA_VERSION:
+        raise StoreError(
+            f"{path} has schema {version}, newer than this orbitdb's {SCHEMA_VERSION}: upgrade orbitdb"
+        )
+    return version
+
+
+def _marks(path: Path) -> tuple[int, ...]:
+    """Return the number of pages, the version of the schema and the mark of the program.
+
+    What the journal holds is taken up; where there is none, the file is only looked at.
+
+    Read by SQLite and nobody else: a process that closes a file loses all its locks on it (POSIX), those
+    of SQLite's connections among them, and other processes would take the journal away from under them.
+    """
+    if not path.with_name(path.name + "-wal").exists():
+        with suppress(sqlite3.Error):  # a writer may come at this very moment
+            return _pragmas(_uri(path) + "&immutable=1")
+    with plain_errors(path):
+        return _pragmas(_uri(path))
+
+
+def _pragmas(uri: str) -> tuple[int, ...]:
+    with closing(_open(uri)) as connection:
+        names = ("page_count", "user_version", "application_id")
+        return tuple(int(connection.execute(f"PRAGMA {name}").fetchone()[0]) for name in names)
+
+
+def _uri(path: Path, mode: str = "ro") -> str:
+    """Return the whole path as a URI; a name need not be UTF-8."""
+    return f"file:{quote(os.fsencode(os.path.realpath(path)))}?mode={mode}"
+
+
+def reading_engine(path: Path) -> sa.Engine:
+    """Return an engine that cannot write; it works in a read-only folder and beside a writer.
+
+    What it connects to must be a catalogue of the newest schema and hold nothing that acts
+    (`orbitdb.store.file.guard`).
+    """
+    uri = _uri(path)
+    frozen = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
+
+    def connect() -> sqlite3.Connection:
+        connection = _connect(uri + ("&immutable=1" if frozen else ""), path, newest=True)
+        connection.execute("PRAGMA query_only = ON")
+        connection.execute(f"PRAGMA cache_size = -{_CACHE}")
+        tame(connection)
+        return connection
+
+    return _engine(connect, "BEGIN")
+
+
+def writing_engine(path: Path, references: bool = True) -> sa.Engine:
+    """Return an engine whose every transaction takes the write lock at once.
+
+    What it connects to must hold nothing that acts; it may be new, or older than the newest schema.
+
+    Parameters
+    ----------
+    path : Path
+        The database file.
+    references : bool, optional
+        Whether SQLite looks up every reference that is written. A fill knows that its references are
+        right, they being keys of words, and the random lookups would take a third of its time.
+    """
+    uri = _uri(path, "rwc")
+    newest = check_file(path) == SCHEMA_VERSION
+
+    def connect() -> sqlite3.Connection:
+        connection = _connect(uri, path, newest)
+        _waiting(lambda: connection.execute("PRAGMA journal_mode = WAL"))
+        connection.execute("PRAGMA synchronous = NORMAL")
+        connection.execute(f"PRAGMA foreign_keys = {'ON' if references else 'OFF'}")
+        return connection
+
+    return _engine(connect, "BEGIN IMMEDIATE")
+
+
+def _waiting(ask: Callable[[], object]) -> None:
+    """Ask for a lock until it is there; between the turns Ctrl-C is heard."""
+    deadline = time.monotonic() + _TURNS * BUSY_TIMEOUT
+    while True:
+        try:
+            ask()
+            return
+        except sqlite3.OperationalError as error:
+            if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() >= deadline:
+                raise
+        time.sleep(0.01)  # where SQLite itself does not wait, as for the change to another journal
+
+
+def _open(uri: str) -> sqlite3.Connection:
+    """Connect to a database; long queries give way to Ctrl-C."""
+    connection = sqlite3.connect(
+        uri, uri=True, timeout=BUSY_TIMEOUT, isolation_level=None, check_same_thread=False
+    )
+    connection.execute("PRAGMA trusted_schema = OFF")
+    connection.set_progress_handler(lambda: 0, _STEPS_BETWEEN_LOOKS)  # Python sees signals when it is called
+    return connection
+
+
+def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
+    """Connect so that nothing in the file acts, and refuse a file in which something would."""
+    connection = _open(uri)
+    try:
+        connection.execute("PRAGMA cell_size_check = ON")
+        if sys.version_info >= (3, 12):
+            connection.setconfig(sqlite3.SQLITE_DBCONFIG_DEFENSIVE)
+        refuse_tampered(connection, path, newest)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> sa.Engine:
+    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.pool.QueuePool)
+
+    @event.listens_for(engine, "begin")
+    def take_lock(connection: sa.Connection) -> None:
+        driver = connection.connection.driver_connection
+        assert isinstance(driver, sqlite3.Connection)
+        _waiting(lambda: driver.execute(begin))
+
+    return engine
+
+
+@contextmanager
+def plain_errors(path: Path) -> Iterator[None]:
+    """Turn what SQLite or the file system raises into a `StoreError` with a remedy."""
+    try:
+        yield
+    except (sa.exc.DBAPIError, sqlite3.Error) as error:
+        cause = error.orig if isinstance(error, sa.exc.DBAPIError) else error
+        if str(cause) == "interrupted":  # by what a signal raised while SQLite was at work
+            raise KeyboardInterrupt from error
+        raise StoreError(_remedy(path, str(cause))) from error
+
+
+def _remedy(path: Path, message: str) -> str:
+    remedies = {
+        "locked": f"{path} is in use by another process that writes: try again when it has finished",
+        "readonly": f"{path} cannot be written: check its permissions, or name another file with --db",
+        "unable to open": f"{path} cannot be opened: check its permissions, and those of its folder",
+        "disk is full": f"no space left for {path}: free some, then run the same command again to go on",
+        "malformed": f"{path} is damaged: restore a copy, or move it away and fill anew",
+        "decode to UTF-8": f"{path} is damaged: restore a copy, or move it away and fill anew",
+        "not a database": f"{path} is not an orbitdb catalogue: name another file with --db",
+        "disk I/O": f"{path} cannot be read or written (disk I/O error): check that the disk has room",
+    }
+    for part, remedy in remedies.items():
+        if part in message:
+            return remedy
+    return f"{path}: {message}"
+
+
+def tame(connection: sqlite3.Connection) -> None:
+    """Let no function that free expressions may call make a text longer.
+
+    It is done when the connection is made: while a query runs, SQLite changes no function.
+    """
+    connection.create_function("replace", 3, _shortened, deterministic=True)
+
+
+def _shortened(text: object, part: object, by: object) -> str | None:
+    """Return what SQLite's replace does, where that is no longer than the text."""
+    if text is None or part is None or by is None:
+        return None
+    if any(isinstance(value, bytes) for value in (text, part, by)) or len(str(by)) > len(str(part)):
+        raise ValueError
+    return str(text).replace(str(part), str(by)) if part != "" else str(text)

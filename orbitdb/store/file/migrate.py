@@ -1,0 +1,89 @@
+"""Bringing a database file to the newest schema."""
+
+import sqlite3
+from contextlib import closing
+from importlib import resources
+from pathlib import Path
+from typing import NamedTuple
+
+import sqlalchemy as sa
+
+from orbitdb.errors import StoreError
+from orbitdb.store.file.database import check_file, plain_errors, writing_engine
+from orbitdb.store.file.schema import APPLICATION_ID, SCHEMA_VERSION
+
+
+class Migration(NamedTuple):
+    """What was done to a file.
+
+    Attributes
+    ----------
+    before, after : int
+        The schema's version; 0 if there was none.
+    backup : Path or None
+        A copy of the file as it was, if it held an older catalogue.
+    """
+
+    before: int
+    after: int
+    backup: Path | None
+
+
+def migrate(path: Path) -> Migration:
+    """Create a catalogue, or copy an older one and bring it to the newest schema, in one transaction.
+
+    Raises
+    ------
+    StoreError
+        If the file is not a catalogue or cannot be written.
+    """
+    before = check_file(path) or 0
+    if before == SCHEMA_VERSION:
+        return Migration(before, before, None)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StoreError(
+            f"{path.parent} cannot be made ({error.strerror}): name a file in another folder with --db"
+        ) from error
+    backup = None
+    with plain_errors(path):
+        engine = writing_engine(path)
+        with engine.begin() as connection:
+            before = int(connection.exec_driver_sql("PRAGMA user_version").scalar_one())
+            if before != SCHEMA_VERSION:  # else another process has done it meanwhile
+                backup = _back_up(path, before) if before else None  # while nobody else can write
+                _upgrade(connection)
+                connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
+                connection.exec_driver_sql(f"PRAGMA user_version = {SCHEMA_VERSION}")
+        engine.dispose()
+    return Migration(before, SCHEMA_VERSION, backup)
+
+
+def _back_up(path: Path, version: int) -> Path:
+    """Copy a database with all that its journal holds; the copy has its name once it is complete."""
+    backup = path.with_name(f"{path.name}.schema-{version}")
+    draft = backup.with_name(backup.name + ".part")
+    parts = (draft, draft.with_name(draft.name + "-journal"))
+    try:
+        for part in parts:
+            part.unlink(missing_ok=True)  # of a migration that was killed
+        with closing(sqlite3.connect(path)) as old, closing(sqlite3.connect(draft)) as copy:
+            old.backup(copy)
+        draft.replace(backup)
+    except OSError as error:
+        raise StoreError(f"{backup} cannot be written ({error.strerror}); nothing was changed") from error
+    finally:
+        for part in parts:
+            part.unlink(missing_ok=True)
+    return backup
+
+
+def _upgrade(connection: sa.Connection) -> None:
+    from alembic import command
+    from alembic.config import Config
+
+    config = Config()
+    config.set_main_option("script_location", str(resources.files("orbitdb.migrations")))
+    config.attributes["connection"] = connection
+    command.upgrade(config, "head")

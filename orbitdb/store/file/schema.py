@@ -1,0 +1,178 @@
+"""The tables of a catalogue.
+
+What does not depend on a is stored once (`cycle`, `sequence`); what does is one row a symmetry class
+(`orbit`). The view `catalogue` shows one row a symbol sequence and a. All tables are STRICT; numbers
+that must survive bit by bit as arrays are BLOBs of little-endian float64.
+"""
+
+from typing import Any
+
+import sqlalchemy as sa
+
+APPLICATION_ID = 0x6F726264
+"""'orbd', in the header of every catalogue file."""
+
+SCHEMA_VERSION = 2
+"""The number of the newest migration; kept as SQLite's user_version."""
+
+DONE, FILLING = "done", "filling"
+"""The states of a period in the table `fill`."""
+
+metadata = sa.MetaData(
+    naming_convention={
+        "fk": "fk_%(table_name)s_%(column_0_name)s",
+        "uq": "uq_%(table_name)s_%(column_0_name)s",
+    }
+)
+
+STRICT: dict[str, Any] = {"sqlite_strict": True}
+STRICT_ORDERED: dict[str, Any] = {"sqlite_strict": True, "sqlite_with_rowid": False}
+
+
+def _required(
+    name: str, kind: type[sa.types.TypeEngine[Any]], *more: sa.schema.SchemaItem, **options: Any
+) -> sa.Column[Any]:
+    return sa.Column(name, kind, *more, nullable=False, **options)
+
+
+cycle = sa.Table(
+    "cycle",
+    metadata,
+    sa.Column("id", sa.Integer, primary_key=True),
+    _required("p", sa.Integer),
+    _required("word", sa.Text),
+    _required("class_size", sa.Integer),
+    _required("walls", sa.Integer),
+    _required("time_reversal", sa.Text),
+    _required("symmetry", sa.Text),
+    sa.UniqueConstraint("p", "word"),
+    **STRICT,
+)
+"""One symmetry class: its least word, how many words it has, and its straight bounces (`walls`).
+
+Its number is the word's key (`orbitdb.symbols.words.key`), negative for words that are too long for one."""
+
+sequence = sa.Table(
+    "sequence",
+    metadata,
+    sa.Column("p", sa.Integer, primary_key=True),
+    sa.Column("word", sa.Text, primary_key=True),
+    sa.Column("cycle", sa.Integer, sa.ForeignKey("cycle.id")),
+    sa.Column("element", sa.Integer),
+    sa.Column("rules", sa.Text),
+    **STRICT_ORDERED,
+)
+"""One cyclic word, as its least rotation: its class and the element that leads to it, or, for a word
+that is geometrically pruned, the rules it breaks."""
+
+stadium = sa.Table(
+    "stadium",
+    metadata,
+    sa.Column("id", sa.Integer, primary_key=True),
+    sa.Column("a", sa.REAL, nullable=False, unique=True),
+    **STRICT,
+)
+
+run = sa.Table(
+    "run",
+    metadata,
+    sa.Column("id", sa.Integer, primary_key=True),
+    _required("started", sa.Text),
+    _required("version", sa.Text),
+    _required("parameters", sa.Text),
+    **STRICT,
+)
+"""Who wrote a row: the program's version, its parameters as JSON, and when (UTC)."""
+
+orbit = sa.Table(
+    "orbit",
+    metadata,
+    sa.Column("stadium", sa.Integer, sa.ForeignKey("stadium.id"), primary_key=True),
+    sa.Column("cycle", sa.Integer, sa.ForeignKey("cycle.id"), primary_key=True),
+    _required("status", sa.Text),
+    sa.Column("coordinates", sa.LargeBinary),
+    sa.Column("length", sa.REAL),
+    sa.Column("lyapunov", sa.REAL),
+    sa.Column("margin", sa.REAL),
+    sa.Column("residual", sa.REAL),
+    sa.Column("error", sa.REAL),
+    sa.Column("length_error", sa.REAL),
+    sa.Column("lyapunov_error", sa.REAL),
+    _required("iterations", sa.Integer),
+    _required("solver", sa.Text),
+    _required("run", sa.Integer, sa.ForeignKey("run.id")),
+    **STRICT_ORDERED,
+)
+"""What became of a class at one a; the coordinates are those of the class's least word."""
+
+fill = sa.Table(
+    "fill",
+    metadata,
+    sa.Column("stadium", sa.Integer, sa.ForeignKey("stadium.id"), primary_key=True),
+    sa.Column("p", sa.Integer, primary_key=True),
+    _required("state", sa.Text),
+    sa.Column("cursor", sa.Text),
+    _required("seconds", sa.REAL),
+    sa.Column("primitive", sa.Integer),
+    *(sa.Column(f"rule_{number}", sa.Integer) for number in range(1, 7)),
+    sa.Column("n_t", sa.Integer),
+    sa.Column("n_c", sa.Integer),
+    sa.Column("classes", sa.Integer),
+    sa.Column("boundary", sa.Integer),
+    sa.Column("unresolved", sa.Integer),
+    _required("words", sa.Integer, server_default="0"),
+    *(_required(name, sa.REAL, server_default="0") for name in ("enumerating", "solving", "storing")),
+    **STRICT_ORDERED,
+)
+"""How far a period is filled at one a, what it took in seconds as they pass and seconds of processors
+by stage; the counts are there once the state is ``done``."""
+
+trajectory = sa.Table(
+    "trajectory",
+    metadata,
+    sa.Column("id", sa.Integer, primary_key=True),
+    _required("stadium", sa.Integer, sa.ForeignKey("stadium.id")),
+    _required("bounces", sa.Integer),
+    _required("groups", sa.Integer),
+    _required("seed", sa.Text),
+    _required("lambda_d", sa.REAL),
+    _required("lambda_d_error", sa.REAL),
+    _required("lambda_c", sa.REAL),
+    _required("lambda_c_error", sa.REAL),
+    _required("mean_free_path", sa.REAL),
+    _required("mean_free_path_error", sa.REAL),
+    _required("run", sa.Integer, sa.ForeignKey("run.id")),
+    **STRICT,
+)
+"""An ensemble of random trajectories: the reference beside averages over orbits."""
+
+certificate = sa.Table(
+    "certificate",
+    metadata,
+    sa.Column("stadium", sa.Integer, primary_key=True),
+    sa.Column("cycle", sa.Integer, primary_key=True),
+    _required("radius", sa.REAL),
+    _required("bits", sa.Integer),
+    _required("version", sa.Text),
+    _required("run", sa.Integer, sa.ForeignKey("run.id")),
+    sa.ForeignKeyConstraint(
+        ["stadium", "cycle"], ["orbit.stadium", "orbit.cycle"], name="fk_certificate_orbit"
+    ),
+    **STRICT_ORDERED,
+)
+"""A proof by ball arithmetic that the stored orbit exists: its coordinates lie within the radius."""
+
+_VIEW_COLUMNS: dict[type[sa.types.TypeEngine[Any]], tuple[str, ...]] = {
+    sa.Text: ("code", "word", "representative", "status", "rules", "time_reversal", "symmetry", "solver"),
+    sa.Integer: ("p", "class_size", "walls", "iterations", "element", "cycle"),
+    sa.REAL: ("a", "length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual",
+              "error", "length_error", "lyapunov_error"),
+}  # fmt: skip
+
+CATALOGUE_COLUMNS = [name for names in _VIEW_COLUMNS.values() for name in names]
+
+catalogue = sa.table(
+    "catalogue",
+    *(sa.column(name, kind) for kind, names in _VIEW_COLUMNS.items() for name in names),
+)
+"""The view: one row a symbol sequence and a."""

@@ -1,0 +1,155 @@
+"""Catalogue: a database of periodic orbits, opened for reading."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.orbit import Orbit, Status
+from orbitdb.store.asking.selection import Selection, SelectionError, choose
+from orbitdb.store.file.database import default_path
+from orbitdb.store.file.migrate import migrate
+from orbitdb.store.reading.fills import Fill
+from orbitdb.store.reading.lookup import find_word
+from orbitdb.store.reading.reader import Reader
+from orbitdb.symbols.words import SYMBOLS, is_primitive, parse
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.chosen_classes import ChosenClasses
+    from orbitdb.store.reading.subset import Subset
+
+_SOLVED = tuple(status for status in Status if status is not Status.GEOMETRIC)
+
+
+class Catalogue(Reader):
+    """A database of the periodic orbits of stadium billiards.
+
+    Parameters
+    ----------
+    path : path-like, optional
+        The file; by default ``ORBITDB_DB`` or a file in the user's data folder.
+    a : float, optional
+        The stadium that words and `select` are about, unless they name another.
+
+    Raises
+    ------
+    StoreError
+        If there is no catalogue there, or it cannot be read by this version.
+
+    Examples
+    --------
+    >>> catalogue = Catalogue("orbits.db", a=1.6)  # doctest: +SKIP
+    >>> catalogue["1232131"].length, "1232131" in catalogue, len(catalogue)  # doctest: +SKIP
+    >>> orbits = catalogue.select(p=(2, 11), status="orbit", lambda_c=(None, 0.4))  # doctest: +SKIP
+    """
+
+    def __init__(self, path: Path | str | None = None, a: float = 1.6) -> None:
+        self.a = Stadium(a).a
+        super().__init__(path)
+
+    @classmethod
+    def create(cls, path: Path | str | None = None, a: float = 1.6) -> "Catalogue":
+        """Open a catalogue, making it or bringing it to the newest schema first."""
+        path = Path(path) if path is not None else default_path()
+        migrate(path)
+        return cls(path, a)
+
+    def partial(self, selection: Selection | None = None, **criteria: Any) -> list[Fill]:
+        """Return those periods of a subset that are stored in part: a fill goes on, or was stopped.
+
+        The parameters are those of `select`. Rows of such periods are among those that `select`,
+        `classes`, `rows` and `count` give; read both in one block of `at_one_moment`.
+        """
+        chosen = self._chosen(selection, criteria)
+        return [fill for fill in self.fills(chosen.a) if not fill.whole and chosen.includes(fill.p)]
+
+    def find(self, word: str, a: float) -> Orbit | None:
+        """Return a primitive word's stored orbit, in the rotation asked for, or None.
+
+        Parameters
+        ----------
+        word : str
+            Symbols 0..5, in any rotation.
+        a : float
+            The stadium.
+        """
+        with self.reading() as connection:
+            return find_word(connection, word, a)
+
+    def __contains__(self, word: object) -> bool:
+        """Tell whether what becomes of a word is stored, in any rotation and with any status."""
+        return isinstance(word, str) and set(word) <= set(SYMBOLS) and self._get(word) is not None
+
+    def __getitem__(self, word: str) -> Orbit:
+        """Return the stored orbit of a word (run notation, too) in the rotation asked for.
+
+        Raises
+        ------
+        KeyError
+            If it is not stored; `orbitdb.solve_word` solves any word.
+        """
+        found = self._get(parse(word))
+        if found is None:
+            raise KeyError(f"{word} is not stored at a = {self.a:g}")
+        return found
+
+    def _get(self, word: str) -> Orbit | None:
+        return self.find(word, self.a) if word and is_primitive(word) else None
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the stored words by period, as least rotations."""
+        return (word for (word,) in self.rows(Selection(self.a, statuses=_SOLVED), ("code",)))
+
+    def __len__(self) -> int:
+        """Return how many words it holds; those that are geometrically pruned are not among them."""
+        return self.count(Selection(self.a, statuses=_SOLVED))
+
+    def __bool__(self) -> bool:
+        return True
+
+    def select(
+        self,
+        selection: Selection | None = None,
+        *,
+        order: str = "p,code",
+        coordinates: bool = False,
+        **criteria: Any,
+    ) -> "Subset":
+        """Return a chosen subset as arrays, one entry a symbol sequence.
+
+        Parameters
+        ----------
+        selection : Selection, optional
+            The subset; or name it by the criteria.
+        order : str, optional
+            Columns to sort by, as in `rows`.
+        coordinates : bool, optional
+            Whether to read the coordinates, too.
+        **criteria
+            As in `orbitdb.store.asking.selection.choose`, at the catalogue's a unless ``a`` is given.
+
+        Examples
+        --------
+        >>> catalogue.select(p=(2, 11), status="orbit", length=(None, 9)).words  # doctest: +SKIP
+        """
+        from orbitdb.store.reading.subset import read_subset
+
+        return read_subset(self, self._chosen(selection, criteria), order, coordinates)
+
+    def classes(self, selection: Selection | None = None, **criteria: Any) -> "ChosenClasses":
+        """Return the symmetry classes of a chosen subset, with how many of their words are in it.
+
+        Only classes with a length and lambda, which are orbits and, if their status is named, orbits
+        through a joint. No coordinates are read; unless the subset depends on the single words
+        (``contains``, ``where``) they are not read either. The parameters are those of `select`.
+        """
+        from orbitdb.store.reading.chosen_classes import read_classes
+
+        chosen = self._chosen(selection, criteria)
+        return read_classes(self, chosen if chosen.statuses else replace(chosen, statuses=(Status.ORBIT,)))
+
+    def _chosen(self, selection: Selection | None, criteria: dict[str, Any]) -> Selection:
+        if selection is not None and criteria:
+            raise SelectionError("give a Selection or criteria, not both")
+        return choose(**{"a": self.a} | criteria) if selection is None else selection

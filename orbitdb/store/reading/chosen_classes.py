@@ -1,0 +1,91 @@
+"""A chosen subset as symmetry classes, for averages over orbits: no word and no coordinate is read."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
+
+from orbitdb.averages.fixed_points import ClassRows
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.schema import catalogue as view
+from orbitdb.store.file.schema import sequence
+from orbitdb.store.reading.class_view import class_view, same_for_classes
+from orbitdb.store.reading.reader import Reader
+from orbitdb.store.reading.soundness import unsound
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+_IMPOSSIBLE = 1e15
+"""A thousand times the length of an orbit of a million bounces at the largest a."""
+
+
+@dataclass(frozen=True)
+class ChosenClasses:
+    """The symmetry classes that have chosen words, one entry each, for averages over orbits.
+
+    Attributes
+    ----------
+    p, class_size : ndarray of int, shape (N,)
+        Period, and number of words in the class.
+    chosen : ndarray of int, shape (N,)
+        How many of these words are in the subset.
+    length, lyapunov : ndarray, shape (N,)
+        Of one traversal, the length in units of the radius.
+    walls : ndarray of int, shape (N,)
+        Number of straight bounces; the eigenvalues of M are negative where it is odd.
+    """
+
+    p: Integers
+    class_size: Integers
+    chosen: Integers
+    length: Floats
+    lyapunov: Floats
+    walls: Integers
+
+    def __len__(self) -> int:
+        return len(self.p)
+
+    def rows(self) -> ClassRows:
+        """Return them as the averages want them, each class with the number of its chosen words."""
+        return ClassRows(self.p, self.chosen, self.length, self.lyapunov, self.inverse)
+
+    @property
+    def inverse(self) -> NDArray[np.bool_]:
+        """Whether the eigenvalues of M are negative."""
+        odd: NDArray[np.bool_] = self.walls % 2 == 1
+        return odd
+
+
+def read_classes(reader: Reader, selection: Selection) -> ChosenClasses:
+    """Return the chosen classes that have a length and lambda (`Catalogue.classes`)."""
+    if same_for_classes(selection):
+        classes = class_view()
+        source, chosen, query = classes.c, classes.c.class_size, sa.select().select_from(classes)
+        if selection.contains is not None:
+            counts = _words_containing(selection)
+            chosen, query = counts.c.chosen, query.join(counts, counts.c.cycle == classes.c.cycle)
+            selection = replace(selection, contains=None)
+    else:
+        source, chosen = view.c, sa.func.count().label("chosen")
+        query = sa.select().select_from(view).group_by(view.c.cycle)
+    names = ("p", "class_size", "walls", "length", "lyapunov")
+    query = query.add_columns(chosen, *(source[name] for name in names))
+    with reader.selecting(selection, source) as (connection, conditions):
+        rows = connection.execute(query.where(*conditions, source.length.is_not(None))).cursor.fetchall()
+    columns = np.array(rows, dtype=np.float64).reshape(-1, 1 + len(names)).T
+    if not ((columns[[0, 1, 2, 4, 5]] > 1 / _IMPOSSIBLE).all() and (abs(columns) < _IMPOSSIBLE).all()):
+        raise unsound("impossible numbers among", selection.describe())
+    chosen_words, p, size, walls = columns[:4].astype(np.int64)
+    return ChosenClasses(p, size, chosen_words, columns[4].copy(), columns[5].copy(), walls)
+
+
+def _words_containing(selection: Selection) -> sa.Subquery:
+    """Return how many words of each class contain the selection's factor, where any does."""
+    twice = sequence.c.word.op("||")(sequence.c.word)
+    query = sa.select(sequence.c.cycle, sa.func.count().label("chosen"))
+    query = query.where(sa.func.instr(twice, selection.contains) > 0).group_by(sequence.c.cycle)
+    if selection.periods:
+        query = query.where(sa.or_(*(sequence.c.p.between(*ends) for ends in selection.periods)))
+    return query.subquery("counts")

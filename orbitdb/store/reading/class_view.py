@@ -1,0 +1,40 @@
+"""What all words of a symmetry class share: the view of the classes, and which subsets it answers."""
+
+import sqlalchemy as sa
+
+from orbitdb.orbits.orbit import NUMBERS
+from orbitdb.store.asking import expressions as free
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.schema import catalogue as view
+from orbitdb.store.file.schema import cycle, orbit, stadium
+
+
+def class_view() -> sa.Subquery:
+    """Return the columns of the view that all words of a class share, one row a stadium and class."""
+    return (
+        sa.select(
+            stadium.c.a,
+            cycle.c.id.label("cycle"),
+            cycle.c.p,
+            cycle.c.word.label("representative"),
+            *(cycle.c[name] for name in ("class_size", "walls", "time_reversal", "symmetry")),
+            orbit.c.status,
+            *(orbit.c[name] for name in (*NUMBERS, "iterations", "solver")),
+            (orbit.c.lyapunov / cycle.c.p).label("lambda_d"),
+            (orbit.c.lyapunov / orbit.c.length).label("lambda_c"),
+            orbit.c.coordinates,
+        )
+        .join_from(orbit, cycle, cycle.c.id == orbit.c.cycle)
+        .join(stadium, stadium.c.id == orbit.c.stadium)
+        .subquery("catalogue")
+    )
+
+
+def same_for_classes(selection: Selection) -> bool:
+    """Tell whether a subset takes all words of a class or none, but for those that contain a factor."""
+    if selection.where is None:
+        return True
+    shared = set(class_view().c.keys()) & set(view.c.keys()) - {"cycle"}
+    parameters = dict(selection.parameters)
+    free.check(selection.where, parameters)
+    return free.same_for_class(selection.where, parameters, shared)

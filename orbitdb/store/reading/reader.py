@@ -1,0 +1,153 @@
+"""Reader: a database file opened for reading, and what is asked of it in SQL."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from copy import copy
+from pathlib import Path
+from typing import Any, Self
+
+import sqlalchemy as sa
+
+from orbitdb.errors import StoreError
+from orbitdb.store.asking.conditions import (
+    COLUMNS,
+    Columns,
+    answering,
+    column_of,
+    conditions_of,
+    ordering_of,
+)
+from orbitdb.store.asking.confinement import Patience, never
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.database import check_file, default_path, plain_errors, reading_engine
+from orbitdb.store.file.schema import SCHEMA_VERSION, catalogue, fill, stadium
+from orbitdb.store.reading.class_first import count_rows, few_words
+from orbitdb.store.reading.fills import Fill, as_fill
+
+_BLOCK = 2000
+_ALL = 2**63 - 1
+"""SQLite's largest integer."""
+
+
+class Reader:
+    """A database file opened for reading.
+
+    Parameters
+    ----------
+    path : path-like, optional
+        The file; by default ``ORBITDB_DB`` or a file in the user's data folder.
+
+    Raises
+    ------
+    StoreError
+        If there is no catalogue there, or it cannot be read by this version.
+    """
+
+    def __init__(self, path: Path | str | None = None) -> None:
+        self.path = Path(path) if path is not None else default_path()
+        version = check_file(self.path)
+        if version is None:
+            raise StoreError(f"no catalogue at {self.path}: make one with 'orbitdb fill --p 11'")
+        if version < SCHEMA_VERSION:
+            raise StoreError(f"{self.path} has the older schema {version}: run 'orbitdb migrate' first")
+        self._engine = reading_engine(self.path)
+        with plain_errors(self.path), self._engine.connect():
+            pass  # so that a file that is damaged or tampered with is refused now, and not in mid-use
+        self._engine.dispose()
+        self._moment: sa.Connection | None = None
+
+    def close(self) -> None:
+        """Close the file; it is opened again if something more is asked."""
+        self._engine.dispose()
+
+    @contextmanager
+    def reading(self) -> Iterator[sa.Connection]:
+        """Give a connection inside one read transaction: all it sees is of one moment."""
+        if self._moment is not None:
+            yield self._moment
+            return
+        with plain_errors(self.path), self._engine.begin() as connection:
+            yield connection
+
+    @contextmanager
+    def at_one_moment(self) -> Iterator[Self]:
+        """Give the catalogue as it is when it is first read: its numbers, from however many queries, agree.
+
+        What a fill stores meanwhile is seen behind the block.
+        """
+        with self.reading() as connection:
+            still = copy(self)
+            still._moment = connection
+            yield still
+
+    @contextmanager
+    def selecting(
+        self, selection: Selection, columns: Columns = catalogue.c
+    ) -> Iterator[tuple[sa.Connection, list[sa.ColumnElement[bool] | sa.TextClause]]]:
+        """Give a connection for one query over a subset, confined if it has a free expression."""
+        with self.reading() as connection:
+            conditions = conditions_of(selection, columns)
+            with answering(connection, selection, Patience()):
+                yield connection, conditions
+
+    def a_values(self) -> list[float]:
+        """Return the values of a that the catalogue knows, in order."""
+        with self.reading() as connection:
+            return list(connection.scalars(sa.select(stadium.c.a).order_by(stadium.c.a)))
+
+    def fills(self, a: float) -> list[Fill]:
+        """Return what is filled at one a, by period."""
+        query = sa.select(fill).join(stadium).where(stadium.c.a == a).order_by(fill.c.p)
+        with self.reading() as connection:
+            return [as_fill(row) for row in connection.execute(query)]
+
+    def count(self, selection: Selection) -> int:
+        """Return the number of rows in a chosen subset."""
+        with self.reading() as connection:
+            return count_rows(connection, selection)
+
+    def rows(
+        self,
+        selection: Selection,
+        columns: Sequence[str] = COLUMNS,
+        order: str = "p,code",
+        limit: int | None = None,
+        offset: int = 0,
+        cancelled: Callable[[], bool] = never,
+    ) -> Iterator[tuple[Any, ...]]:
+        """Yield rows of a chosen subset, one a symbol sequence.
+
+        Parameters
+        ----------
+        selection : Selection
+        columns : sequence of str, optional
+            Some of `COLUMNS`.
+        order : str, optional
+            Columns with commas between, each with ``desc`` behind it or ``-`` before it to fall.
+        limit, offset : int, optional
+            How many rows at most, and how many to pass over first.
+        cancelled : callable, optional
+            Asked now and then, while there is a free expression, whether to stop.
+
+        Raises
+        ------
+        SelectionError
+            If a column is not known or ``where`` is refused.
+        """
+        query = sa.select(*(column_of(name) for name in columns)).order_by(*ordering_of(order))
+        if limit is not None or offset:
+            query = query.limit(-1 if limit is None else min(limit, _ALL)).offset(min(offset, _ALL))
+        with self.reading() as connection:
+            query, patience = query.where(*conditions_of(selection)), Patience(cancelled=cancelled)
+            wanted = None if limit is None else limit + offset
+            if (words := few_words(connection, selection, order, wanted, patience)) is not None:
+                orders = sorted(set(map(len, words)))
+                query = query.where(catalogue.c.p.in_(orders), catalogue.c.word.in_(words))
+            with answering(connection, selection, patience):
+                result = connection.execute(query)
+            while True:
+                with answering(connection, selection, patience):
+                    block = result.fetchmany(_BLOCK)
+                if not block:
+                    return
+                yield from map(tuple, block)  # the connection is free for other queries meanwhile

@@ -1,0 +1,135 @@
+"""Reading chosen classes block by block: their words and orbits as they are stored, right or wrong."""
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
+
+from orbitdb.orbits.orbit import NUMBERS, Orbits
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.schema import certificate, cycle, orbit, sequence, stadium
+from orbitdb.store.reading.reader import Reader
+from orbitdb.store.reading.soundness import Row, is_whole, sound_words
+from orbitdb.symbols.words import from_strings
+
+Ids = dict[int, NDArray[np.int64]]
+"""The numbers of classes, by period."""
+
+SYMBOLS_A_BLOCK = 1 << 17
+
+_BLOCK = 4096
+
+
+def choose(reader: Reader, selection: Selection, sample: int | None, rng: np.random.Generator) -> Ids:
+    """Return by period the numbers of the chosen classes, or of a random sample of them."""
+    if replace(selection, periods=()) == Selection(a=selection.a):
+        with reader.reading() as connection:
+            ids = _class_ids(connection, selection.a)
+        ids = {p: those for p, those in ids.items() if selection.includes(p)}
+    else:
+        rows = reader.rows(selection, ("p", "cycle"))
+        ids = by_period([row for row in rows if row[1] is not None])
+    if sample is None or sample >= (total := sum(map(len, ids.values()))):
+        return ids
+    pairs = np.concatenate([np.stack([np.full(len(those), p), those], axis=1) for p, those in ids.items()])
+    return by_period(pairs[rng.choice(total, sample, replace=False)].tolist())
+
+
+def blocks(ids: Ids, size: int = _BLOCK) -> Iterator[tuple[int, NDArray[np.int64], int]]:
+    """Cut the numbers of classes into blocks; give period, block and how many classes came before."""
+    before = 0
+    for p, those in ids.items():
+        step = max(1, min(size, SYMBOLS_A_BLOCK // p))
+        for start in range(0, len(those), step):
+            block = those[start : start + step]
+            yield p, block, before
+            before += len(block)
+
+
+def _class_ids(connection: sa.Connection, a: float) -> Ids:
+    """Return the classes that have a row at one a."""
+    query = (
+        sa.select(cycle.c.p, cycle.c.id)
+        .join(orbit, orbit.c.cycle == cycle.c.id)
+        .join(stadium, stadium.c.id == orbit.c.stadium)
+        .where(stadium.c.a == a)
+    )
+    return by_period(connection.execute(query).all())
+
+
+def by_period(pairs: Sequence[Any]) -> dict[int, NDArray[np.int64]]:
+    """Return pairs of period and number as the sorted numbers of each period."""
+    table = np.array([tuple(pair) for pair in pairs], dtype=np.int64).reshape(-1, 2)
+    return {int(p): np.unique(table[table[:, 0] == p, 1]) for p in np.unique(table[:, 0])}
+
+
+def load_classes(connection: sa.Connection, ids: NDArray[np.int64]) -> list[Row]:
+    """Return some rows of `cycle`."""
+    query = sa.select(cycle).where(cycle.c.id.in_(_listed(ids))).order_by(cycle.c.id)
+    return [dict(row) for row in connection.execute(query).mappings()]
+
+
+def load_sequences(connection: sa.Connection, p: int, words: Sequence[str]) -> dict[str, tuple[Any, ...]]:
+    """Return those of some words that are stored, each with class, element and rules."""
+    query = sa.select(sequence.c.word, sequence.c.cycle, sequence.c.element, sequence.c.rules)
+    chosen = query.where(sequence.c.p == p, sequence.c.word.in_(_listed(words)))
+    return {word: tuple(rest) for word, *rest in connection.execute(chosen)}
+
+
+def _listed(values: Any) -> sa.Select[Any]:
+    """Return many values as a subquery, in one parameter."""
+    array = json.dumps(values.tolist() if isinstance(values, np.ndarray) else list(values))
+    return sa.select(sa.column("value")).select_from(sa.func.json_each(array))
+
+
+@dataclass(frozen=True)
+class StoredBlock:
+    """Rows of `orbit` of one period and stadium, with their words.
+
+    Attributes
+    ----------
+    words : list of str
+        The classes' least words, as stored.
+    rows : list of dict
+        The columns of `orbit`, and `radius` of the certificate if there is one.
+    """
+
+    words: list[str]
+    rows: Sequence[Row]
+
+    def orbits(self, chosen: Sequence[int]) -> Orbits:
+        """Return some of the rows as arrays, NaN for NULL; their words and BLOBs must be sound."""
+        words = from_strings([self.words[i] for i in chosen])
+        rows = [self.rows[i] for i in chosen]
+        blank = np.full(words.shape[1], np.nan, dtype="<f8").tobytes()
+        places = b"".join(row["coordinates"] or blank for row in rows)
+        return Orbits(
+            words=words,
+            status=np.array([row["status"] for row in rows], dtype=str),
+            coordinates=np.frombuffer(places, dtype="<f8").astype(float).reshape(words.shape),
+            iterations=np.array([row["iterations"] for row in rows], dtype=np.int64),
+            **{name: np.array([row[name] for row in rows], dtype=float) for name in NUMBERS},
+        )
+
+
+def load_orbits(connection: sa.Connection, stadium: int, ids: NDArray[np.int64]) -> StoredBlock:
+    """Return what is stored of some classes at one stadium."""
+    proof = (certificate.c.stadium == orbit.c.stadium) & (certificate.c.cycle == orbit.c.cycle)
+    query = (
+        sa.select(cycle.c.word, certificate.c.radius, orbit)
+        .join(cycle, cycle.c.id == orbit.c.cycle)
+        .outerjoin(certificate, proof)
+        .where(orbit.c.stadium == stadium, orbit.c.cycle.in_(_listed(ids)))
+        .order_by(orbit.c.cycle)
+    )
+    rows = [dict(row) for row in connection.execute(query).mappings()]
+    return StoredBlock([row.pop("word") for row in rows], rows)
+
+
+def whole_rows(stored: StoredBlock, p: int) -> list[int]:
+    """Return the places of the rows of sound words that have what their status demands."""
+    return [int(i) for i in sound_words(stored.words, p) if is_whole(stored.rows[i], p)]

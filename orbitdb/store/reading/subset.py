@@ -1,0 +1,208 @@
+"""A chosen subset as arrays, one entry a symbol sequence.
+
+What all words of a symmetry class share is read once a class and spread over its words; coordinates
+are read only where they are asked for.
+"""
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
+
+from orbitdb.orbits.orbit import NUMBERS, Status
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.class_view import class_view
+from orbitdb.store.reading.reader import Reader
+from orbitdb.store.reading.soundness import coordinates_of, need_elements, need_words, unsound
+from orbitdb.symbols import symmetry
+from orbitdb.symbols.words import from_strings
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Texts = NDArray[Any]
+"""Arrays of strings of any length (`numpy.dtypes.StringDType`)."""
+
+_TEXT = np.dtypes.StringDType()
+_SHARED_TEXTS = ("representative", "time_reversal", "symmetry")
+_SHARED_INTEGERS = ("class_size", "walls")
+
+
+@dataclass(frozen=True, repr=False)
+class Subset:
+    """The chosen symbol sequences, one entry each; numbers that a sequence does not have are NaN.
+
+    Attributes
+    ----------
+    selection : Selection
+        What was chosen; ``selection.describe()`` says it in words.
+    words : ndarray of str, shape (N,)
+        Least rotations.
+    p : ndarray of int, shape (N,)
+        Periods.
+    status : ndarray of str, shape (N,)
+        Values of `Status`.
+    representative, time_reversal, symmetry : ndarray of str, shape (N,)
+        The class's least word, ``self`` or ``pair``, and the symmetry label; empty for words that
+        are geometrically pruned, which have no class.
+    class_size, walls : ndarray of int, shape (N,)
+        Words in the symmetry class, and straight bounces; 0 for words that have no class.
+    length, lyapunov, margin, residual, error, length_error, lyapunov_error : ndarray, shape (N,)
+        As in `orbitdb.orbits.orbit.Orbits`; length and margin in units of the radius.
+    coordinates : ndarray, shape (sum of p,), or None
+        Those of all words one behind the other (`coordinates_of`, `of_period`), NaN where a word has
+        none; None if they were not asked for.
+    """
+
+    selection: Selection
+    words: Texts
+    p: Integers
+    status: Texts
+    representative: Texts
+    time_reversal: Texts
+    symmetry: Texts
+    class_size: Integers
+    walls: Integers
+    length: Floats
+    lyapunov: Floats
+    margin: Floats
+    residual: Floats
+    error: Floats
+    length_error: Floats
+    lyapunov_error: Floats
+    coordinates: Floats | None = None
+
+    def __len__(self) -> int:
+        return len(self.words)
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} {self.selection.describe()}>"
+
+    @property
+    def lambda_d(self) -> Floats:
+        """Lambda per bounce."""
+        return self.lyapunov / self.p
+
+    @property
+    def lambda_c(self) -> Floats:
+        """Lambda per unit of length."""
+        return self.lyapunov / self.length
+
+    @cached_property
+    def start(self) -> Integers:
+        """Where each word begins in ``coordinates``, and where the last one ends, shape (N + 1,)."""
+        return np.concatenate([np.zeros(1, np.int64), np.cumsum(self.p)])
+
+    def coordinates_of(self, n: int) -> Floats:
+        """Return the coordinates of word n, shape (p,), in the order of its symbols."""
+        return self._read()[self.start[n] : self.start[n + 1]]
+
+    def of_period(self, p: int) -> tuple[NDArray[np.uint8], Floats]:
+        """Return the words of one period as symbols and their coordinates, both of shape (N_p, p)."""
+        rows = np.flatnonzero(self.p == p)
+        places = self.start[rows][:, None] + np.arange(p)
+        return from_strings(self.words[rows].tolist()).reshape(-1, p), self._read()[places]
+
+    def _read(self) -> Floats:
+        if self.coordinates is None:
+            raise ValueError("the coordinates were not read: use select(..., coordinates=True)")
+        return self.coordinates
+
+
+def read_subset(reader: Reader, selection: Selection, order: str, coordinates: bool) -> Subset:
+    """Return the chosen sequences as arrays (`Catalogue.select`)."""
+    rows = list(reader.rows(selection, ("code", "p", "cycle", "element"), order))
+    words, p, cycles, elements = zip(*rows, strict=True) if rows else ((), (), (), ())
+    need_words(words, p)
+    keys = np.array([key or 0 for key in cycles], dtype=np.int64)
+    known, place = np.unique(keys, return_inverse=True)
+    shared = _shared(reader, selection.a, known)
+    places = read_coordinates(reader, selection.a, words, cycles, elements) if coordinates else None
+    return Subset(
+        selection=selection,
+        words=np.array(words, dtype=_TEXT),
+        p=np.array(p, dtype=np.int64),
+        coordinates=places,
+        **{name: values[place] for name, values in shared.items()},
+    )
+
+
+def _shared(reader: Reader, a: float, known: Integers) -> dict[str, Any]:
+    """Return what the words of some classes share, by the rising numbers of the classes.
+
+    Class 0 stands for the words that have none, which are those pruned geometrically.
+    """
+    names = ("cycle", "status", *_SHARED_TEXTS, *_SHARED_INTEGERS, *NUMBERS)
+    nothing = (0, Status.GEOMETRIC.value, *[""] * len(_SHARED_TEXTS), *[0] * len(_SHARED_INTEGERS))
+    rows = [(*nothing, *[None] * len(NUMBERS))] if 0 in known else []
+    rows = sorted([*rows, *_rows_of_classes(reader, a, known[known != 0].tolist(), names)])
+    if len(rows) != len(known):
+        raise unsound("no row for some of the classes", f"{known[0]} to {known[-1]}")
+    columns = dict(zip(names, zip(*rows, strict=True) if rows else [()] * len(names), strict=True))
+    least = [word for word in columns["representative"] if word]
+    need_words(least, [len(word) for word in least])
+    arrays: dict[str, Any] = {name: np.array(columns[name], _TEXT) for name in ("status", *_SHARED_TEXTS)}
+    arrays |= {name: np.array(columns[name], np.int64) for name in _SHARED_INTEGERS}
+    numbers = {name: np.array(columns[name], np.float64) for name in NUMBERS}
+    for name, values in numbers.items():
+        if np.isinf(values).any():
+            raise unsound("infinite numbers in the column", name)
+    return arrays | numbers
+
+
+def _rows_of_classes(
+    reader: Reader, a: float, numbers: Iterable[int], names: Sequence[str]
+) -> list[tuple[Any, ...]]:
+    """Return columns of the class view for some classes, in any order."""
+    classes = class_view()
+    wanted = sa.select(sa.func.json_each(json.dumps(list(numbers))).table_valued("value").c.value)
+    query = sa.select(*(classes.c[name] for name in names)).where(
+        classes.c.a == a, classes.c.cycle.in_(wanted)
+    )
+    with reader.reading() as connection:
+        return [tuple(row) for row in connection.execute(query)]
+
+
+def read_coordinates(
+    reader: Reader,
+    a: float,
+    words: Sequence[str],
+    cycles: Sequence[int | None],
+    elements: Sequence[int | None],
+) -> Floats:
+    """Return the coordinates of words one behind the other, shape (sum of p,), NaN where there are none.
+
+    Parameters
+    ----------
+    reader : Reader
+    a : float
+        The stadium.
+    words : sequence of str
+        Least rotations.
+    cycles, elements : sequence of int or None
+        The class of each word, and the symmetry element that carries the class's least word to it.
+    """
+    numbers = {number for number in cycles if number is not None}
+    rows = _rows_of_classes(reader, a, numbers, ("cycle", "representative", "coordinates"))
+    stored = {number: (least, blob) for number, least, blob in rows if blob is not None}
+    need_elements(elements)
+    groups: dict[tuple[int, int], list[int]] = {}
+    for row, (word, number, element) in enumerate(zip(words, cycles, elements, strict=True)):
+        if number in stored:
+            groups.setdefault((len(word), element or 0), []).append(row)
+    start = np.concatenate([[0], np.cumsum([len(word) for word in words], dtype=np.int64)])
+    flat = np.full(start[-1], np.nan)
+    for (p, element), members in groups.items():
+        least, blobs = zip(*(stored[cycles[row] or 0] for row in members), strict=True)
+        need_words(least, [p] * len(least))
+        places = coordinates_of(blobs, p)
+        try:
+            images = symmetry.image_coordinates([words[row] for row in members], least, element, places)
+        except ValueError as error:
+            raise unsound("a symmetry element that leads to another word:", element) from error
+        flat[start[members][:, None] + np.arange(p)] = images
+    return flat

@@ -1,0 +1,58 @@
+"""The whole periods of a chosen subset: averages over orbits, which must miss none, are of these alone."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from orbitdb.averages.fixed_points import missing_periods
+from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.chosen_classes import ChosenClasses
+from orbitdb.store.reading.fills import Fill
+
+
+@dataclass(frozen=True)
+class WholePeriods:
+    """The chosen classes in those periods that are stored as a whole.
+
+    Attributes
+    ----------
+    selection : Selection
+        What was chosen: orbits, if no status was named.
+    fills, partial : tuple of Fill
+        The chosen periods that are whole, in order, and those that are stored in part and left out.
+    classes : ChosenClasses
+        The chosen classes of the whole periods.
+    """
+
+    selection: Selection
+    fills: tuple[Fill, ...]
+    partial: tuple[Fill, ...]
+    classes: ChosenClasses
+
+    @cached_property
+    def periods(self) -> list[int]:
+        """The whole periods."""
+        return [fill.p for fill in self.fills]
+
+    @property
+    def highest(self) -> int:
+        """The highest whole period, 0 if there is none."""
+        return max(self.periods, default=0)
+
+    @property
+    def missing(self) -> list[int]:
+        """The periods below the highest that are not there, without which a zeta function is not whole."""
+        return missing_periods(self.highest, self.periods)
+
+
+def read_whole(catalogue: Catalogue, selection: Selection) -> WholePeriods:
+    """Return the chosen classes of the whole periods, all of one moment."""
+    if not selection.statuses:
+        selection = replace(selection, statuses=(Status.ORBIT,))
+    with catalogue.at_one_moment() as still:
+        fills = [fill for fill in still.fills(selection.a) if selection.includes(fill.p)]
+        whole = tuple(fill for fill in fills if fill.whole)
+        partial = tuple(fill for fill in fills if not fill.whole)
+        spans = tuple((fill.p, fill.p) for fill in whole) or ((0, 0),)
+        return WholePeriods(selection, whole, partial, still.classes(replace(selection, periods=spans)))

@@ -1,0 +1,79 @@
+"""A catalogue opened for writing."""
+
+import json
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing, contextmanager, suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import sqlalchemy as sa
+
+from orbitdb.arithmetic import arithmetic
+from orbitdb.store.file.database import plain_errors, writing_engine
+from orbitdb.store.file.schema import run, stadium
+from orbitdb.version import __version__
+
+
+class Writer:
+    """A catalogue opened for writing, on behalf of one run of the program.
+
+    Parameters
+    ----------
+    path : Path
+        A catalogue of the newest schema.
+    parameters : dict
+        What the run was asked to do; kept as its provenance, with the `arithmetic` that computed it.
+    references : bool, optional
+        Whether SQLite looks up every reference that is written (`writing_engine`).
+    """
+
+    def __init__(self, path: Path, parameters: dict[str, Any], references: bool = True) -> None:
+        self.path = path
+        self._engine = writing_engine(path, references)
+        self._parameters = parameters
+        self._run_ids: dict[str, int] = {}
+        self._written = False
+
+    @contextmanager
+    def writing(self) -> Iterator[sa.Connection]:
+        """Give a connection that holds the write lock; all is written, or nothing."""
+        noted = dict(self._run_ids)
+        try:
+            with plain_errors(self.path), self._engine.begin() as connection:
+                yield connection
+        except BaseException:
+            self._run_ids = noted  # what was noted since is gone with the rest
+            raise
+        self._written = True
+
+    def close(self) -> None:
+        """Close the file, with all that was written in it and not in the journal, whoever reads it still."""
+        if self._written:
+            with (
+                suppress(sa.exc.DBAPIError, sqlite3.Error),
+                closing(self._engine.raw_connection()) as connection,
+            ):
+                connection.execute("PRAGMA wal_checkpoint")
+        self._engine.dispose()
+
+    def run_id(self, connection: sa.Connection, computed: str | None = None) -> int:
+        """Return the number of this run, noting it on its first write.
+
+        A run whose workers differ has several, one for each `arithmetic` that computed something; by
+        default it is this machine's.
+        """
+        computed = computed or arithmetic()
+        if computed not in self._run_ids:
+            provenance = json.dumps(self._parameters | {"arithmetic": computed}, sort_keys=True)
+            started = datetime.now(UTC).isoformat(timespec="seconds")
+            values = {"started": started, "version": __version__, "parameters": provenance}
+            fresh = sa.insert(run).values(**values).returning(run.c.id)
+            self._run_ids[computed] = int(connection.execute(fresh).scalar_one())
+        return self._run_ids[computed]
+
+    def stadium_id(self, connection: sa.Connection, a: float) -> int:
+        """Return the number of a stadium, adding it if it is new."""
+        connection.execute(sa.insert(stadium).prefix_with("OR IGNORE").values(a=a))
+        return int(connection.execute(sa.select(stadium.c.id).where(stadium.c.a == a)).scalar_one())

@@ -1,0 +1,226 @@
+"""The symmetries of the stadium: C2v and time reversal, acting on words and on coordinates.
+
+The eight elements are the subsets of three commuting involutions: the mirror ``x`` -> -x (left and
+right), the mirror ``y`` -> -y (up and down), and time reversal ``T``. An element is its bit mask
+(x = 1, y = 2, T = 4), so that the product of two elements is their exclusive or and each is its own
+inverse.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.stadium import STRAIGHT
+from orbitdb.symbols.words import from_strings, least_rotation, least_rotations, pack, to_strings
+
+MIRROR_X, MIRROR_Y, REVERSE = 1, 2, 4
+ELEMENTS = range(8)
+NAMES = ("e", "x", "y", "xy", "T", "xT", "yT", "xyT")
+
+_LONE = np.array([0, 6, 2, 7, 4, 5], dtype=np.uint8)
+"""Symbols, with single bounces on the left and right semicircle told apart as 6 and 7."""
+
+_MIRRORED = np.array([0, 3, 2, 1, 5, 4, 7, 6], dtype=np.uint8)
+_SWAPPED_WALLS = np.array([2, 1, 0, 3, 4, 5, 6, 7], dtype=np.uint8)
+_SWAPPED_SENSE = np.array([0, 4, 2, 5, 1, 3, 6, 7], dtype=np.uint8)
+_WRITTEN = np.array([0, 1, 2, 3, 4, 5, 1, 3], dtype=np.uint8)
+
+
+def _table(element: int) -> NDArray[np.uint8]:
+    """Return what becomes of each symbol, single bounces told apart, under one element."""
+    image = np.arange(8, dtype=np.uint8)
+    if bool(element & MIRROR_Y) != bool(element & REVERSE):
+        image = _SWAPPED_SENSE[image]
+    if element & MIRROR_Y:
+        image = _SWAPPED_WALLS[image]
+    if element & MIRROR_X:
+        image = _MIRRORED[image]
+    return _WRITTEN[image]
+
+
+_TABLES = [_table(element) for element in ELEMENTS]
+
+
+def _lone_apart(words: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return words with single bounces on a semicircle told apart; neighbours are cyclic."""
+    same = words == np.roll(words, 1, axis=1)
+    return np.where(same | np.roll(same, -1, axis=1), words, _LONE[words])
+
+
+def act_on_words(element: int, words: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the images of words under one element, symbol by symbol, reversed in time if it says so.
+
+    Parameters
+    ----------
+    element : int
+        One of `ELEMENTS`.
+    words : ndarray of uint8, shape (N, p)
+        Symbol sequences; neighbours are cyclic.
+
+    Returns
+    -------
+    ndarray of uint8, shape (N, p)
+        Bounce n of the word becomes bounce n of its image (bounce p - 1 - n under time reversal).
+
+    Notes
+    -----
+    Mirror ``y`` and time reversal turn the sense of a run, 1 <-> 4 and 3 <-> 5, but a single bounce
+    on a semicircle is always written 1 or 3.
+    """
+    image = _TABLES[element][_lone_apart(words)]
+    return image[:, ::-1] if element & REVERSE else image
+
+
+def act_on_coordinates(
+    element: int, words: NDArray[np.uint8], coordinates: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the coordinates of the images of orbits under one element.
+
+    Parameters
+    ----------
+    element : int
+        One of `ELEMENTS`.
+    words : ndarray of uint8, shape (N, p)
+        The words of the orbits before the element acts.
+    coordinates : ndarray, shape (N, p)
+        x in units of R on a straight wall, radians on a semicircle.
+
+    Returns
+    -------
+    ndarray, shape (N, p)
+        In the order of the symbols of ``act_on_words(element, words)``.
+    """
+    straight = STRAIGHT[words]
+    flips = (straight & bool(element & MIRROR_X)) | (~straight & bool(element & MIRROR_Y))
+    image = np.where(flips, -coordinates, coordinates)
+    return image[:, ::-1] if element & REVERSE else image
+
+
+def image_coordinates(
+    words: Sequence[str], least: Sequence[str], element: int, coordinates: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the coordinates of the images of orbits under one element, in chosen rotations.
+
+    Parameters
+    ----------
+    words : sequence of str, length N
+        A rotation of each image's word.
+    least : sequence of str, length N
+        The words of the orbits.
+    element : int
+        The element that leads to the images.
+    coordinates : ndarray, shape (N, p)
+        Those of the orbits, in the order of ``least``.
+
+    Returns
+    -------
+    ndarray, shape (N, p)
+        In the order of ``words``.
+    """
+    symbols = from_strings(least)
+    images = to_strings(act_on_words(element, symbols))
+    turned = act_on_coordinates(element, symbols, coordinates)
+    shift = np.array([(2 * image).index(word) for image, word in zip(images, words, strict=True)])
+    p = coordinates.shape[1]
+    return np.take_along_axis(turned, (shift[:, None] + np.arange(p)) % p, axis=1)
+
+
+@dataclass(frozen=True)
+class Classes:
+    """The symmetry classes of N cyclic words, as a structure of arrays.
+
+    Attributes
+    ----------
+    representative : ndarray of int64, shape (N,)
+        Packed least word of all images and rotations.
+    element : ndarray of uint8, shape (N,)
+        The first element that carries the representative to the word.
+    stabiliser : ndarray of uint8, shape (N,)
+        Bit g is set where element g maps the cyclic word to itself.
+    """
+
+    representative: NDArray[np.int64]
+    element: NDArray[np.uint8]
+    stabiliser: NDArray[np.uint8]
+
+
+def classify(words: NDArray[np.uint8]) -> Classes:
+    """Find the symmetry class of each word of order p <= 21.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+        Primitive words, each its own least rotation.
+    """
+    p = words.shape[1]
+    own = pack(words)
+    least = own.copy()
+    element = np.zeros(own.shape, dtype=np.uint8)
+    stabiliser = np.ones(own.shape, dtype=np.uint8)
+    apart = np.ascontiguousarray(_lone_apart(words).T, dtype=np.intp)  # bounces first: whole rows move
+    for g in ELEMENTS[1:]:
+        turned = _TABLES[g].take(apart)
+        image = least_rotations(pack((turned[::-1] if g & REVERSE else turned).T), p)
+        stabiliser |= (image == own).astype(np.uint8) << np.uint8(g)
+        element[image < least] = g
+        np.minimum(least, image, out=least)
+    return Classes(least, element, stabiliser)
+
+
+@dataclass(frozen=True)
+class SymmetryClass:
+    """The symmetry class of one cyclic word.
+
+    Attributes
+    ----------
+    representative : str
+        The least word of all images and rotations.
+    element : int
+        The first element that carries the representative to the word.
+    stabiliser : int
+        Bit mask of the elements that map the cyclic word to itself.
+    """
+
+    representative: str
+    element: int
+    stabiliser: int
+
+
+def class_of(word: str) -> SymmetryClass:
+    """Find the symmetry class of one primitive word of any order, in any rotation."""
+    own = least_rotation(word)
+    images = [least_rotation(image) for image in images_of(word)]
+    representative = min(images)
+    stabiliser = sum(1 << g for g in ELEMENTS if images[g] == own)
+    return SymmetryClass(representative, images.index(representative), stabiliser)
+
+
+def images_of(word: str) -> list[str]:
+    """Return the images of one word under the eight elements, in their order, not rotated."""
+    symbols = from_strings([word])
+    return [to_strings(act_on_words(g, symbols))[0] for g in ELEMENTS]
+
+
+def members(word: str) -> dict[str, int]:
+    """Return the least rotations of all different images of a word, each with the first element to it."""
+    found: dict[str, int] = {}
+    for g, image in enumerate(images_of(word)):
+        found.setdefault(least_rotation(image), g)
+    return found
+
+
+def class_size(stabiliser: int) -> int:
+    """Return the number of different cyclic words in the class of a word with this stabiliser."""
+    return len(ELEMENTS) // stabiliser.bit_count()
+
+
+def label(stabiliser: int) -> str:
+    """Name a stabiliser by its elements other than the identity, such as ``x,T,xT``; ``1`` if none."""
+    return ",".join(NAMES[g] for g in ELEMENTS[1:] if stabiliser >> g & 1) or "1"
+
+
+def time_reversal(stabiliser: int) -> str:
+    """Return ``self`` where the orbit retraces its path, ``pair`` where its reverse is another word."""
+    return "self" if stabiliser >> REVERSE & 1 else "pair"

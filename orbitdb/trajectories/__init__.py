@@ -1,0 +1,1 @@
+"""Random trajectories: the reference for averages over orbits."""

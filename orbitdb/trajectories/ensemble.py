@@ -1,0 +1,211 @@
+"""Ensembles of random trajectories: the reference for averages over orbits.
+
+The starts are drawn with the invariant measure of the bounces, restricted to the semicircles, and go on
+from semicircle to semicircle (`orbitdb.trajectories.arcs`). So every step is a fair sample from the
+first on, and only the tangent vectors need a while to settle.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
+
+Floats = NDArray[np.float64]
+
+TRAJECTORIES = 4096
+"""Run at the same time; few enough for their arrays to stay in the cache."""
+
+GROUPS = 32
+BLOCK = 256
+_RENORMALISE = 8
+_SETTLED = 8.0
+
+
+@dataclass(frozen=True)
+class Beam:
+    """Tangent vectors along N trajectories and what has been summed up on the way; shape (N,) each.
+
+    Attributes
+    ----------
+    y, slope : ndarray
+        Offset across the path and its change of direction, scaled to |y| + |slope| = 1.
+    growth : ndarray
+        Logarithm of the scales taken out.
+    path : ndarray
+        Length of the path.
+    bounces : ndarray
+        Number of bounces, on walls and semicircles.
+    """
+
+    y: Floats
+    slope: Floats
+    growth: Floats
+    path: Floats
+    bounces: Floats
+
+    @classmethod
+    def begin(cls, y: Floats, slope: Floats) -> "Beam":
+        """Return beams with the given tangent vectors and nothing summed up."""
+        return cls(y, slope, *np.zeros((3, len(y))))
+
+
+def follow(arcs: Arcs, beam: Beam, a: float, steps: int) -> tuple[Arcs, Beam]:
+    """Follow trajectories and their tangent vectors over a number of steps.
+
+    Notes
+    -----
+    A path of length l adds l * slope to y, a bounce on a semicircle takes 2 y / sin(theta) from the
+    slope: the matrices of `orbitdb.billiard.stability` less the -1 that each bounce has.
+    """
+    y, slope = beam.y, beam.slope
+    growth, path, bounces = beam.growth.copy(), beam.path.copy(), beam.bounces + steps
+    for step in range(1, steps + 1):
+        hit = advance(arcs, a)
+        arcs = hit.arcs
+        path += hit.path
+        bounces += hit.walls
+        y = y + hit.path * slope
+        slope = slope - hit.kick * y
+        if step % _RENORMALISE == 0 or step == steps:
+            size = np.abs(y) + np.abs(slope)
+            growth += np.log(size)
+            y, slope = y / size, slope / size
+    return arcs, Beam(y, slope, growth, path, bounces)
+
+
+def _settled(n: int, a: float, rng: np.random.Generator) -> tuple[Arcs, Beam]:
+    """Return random starts whose tangent vectors have forgotten how they began.
+
+    With det M = 1, growth by e^g turns a vector to within about e^(-2g) of the one that grows. Near the
+    circle a vector first grows by shear alone, as the logarithm of the steps; there, measured,
+    lambda is 1.6 sqrt(a) a step.
+    """
+    arcs, beam = random_arcs(n, rng), Beam.begin(np.zeros(n), np.ones(n))
+    arcs, beam = follow(arcs, beam, a, math.ceil(_SETTLED / math.sqrt(a)))
+    while beam.growth.mean() < _SETTLED:
+        arcs, beam = follow(arcs, beam, a, _RENORMALISE)
+    return arcs, Beam.begin(beam.y, beam.slope)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Averages over random trajectories, each with the standard error of its mean.
+
+    Attributes
+    ----------
+    lambda_d, lambda_d_error : float
+        Lyapunov exponent per bounce.
+    lambda_c, lambda_c_error : float
+        Lyapunov exponent per length.
+    mean_free_path, mean_free_path_error : float
+        Mean path between bounces; `Stadium.mean_free_path` is its exact value.
+    bounces : int
+        Bounces in the averages.
+    groups : int
+        Number of independent groups that the errors come from.
+    seed : int
+    """
+
+    lambda_d: float
+    lambda_d_error: float
+    lambda_c: float
+    lambda_c_error: float
+    mean_free_path: float
+    mean_free_path_error: float
+    bounces: int
+    groups: int
+    seed: int
+
+
+def simulate(
+    stadium: Stadium,
+    bounces: int,
+    seed: int = 0,
+    trajectories: int = TRAJECTORIES,
+    groups: int = GROUPS,
+    progress: Callable[[float, Reference], None] | None = None,
+) -> Reference:
+    """Average over random trajectories.
+
+    Parameters
+    ----------
+    stadium : Stadium
+    bounces : int
+        Bounces to expect in all; at least one on a semicircle is made by every trajectory.
+    seed : int, optional
+        The same seed and numbers give the same result.
+    trajectories, groups : int, optional
+        Trajectories run at the same time, and independent groups of them.
+    progress : callable, optional
+        Called every few hundred steps with the fraction done and the averages so far.
+
+    Raises
+    ------
+    ValueError
+        If there are no bounces, fewer than two groups, or trajectories that do not fill the groups.
+    """
+    for done, found in references(stadium, bounces, seed, trajectories, groups):
+        if progress is not None:
+            progress(done, found)
+    return found
+
+
+def references(
+    stadium: Stadium,
+    bounces: int,
+    seed: int = 0,
+    trajectories: int = TRAJECTORIES,
+    groups: int = GROUPS,
+) -> Iterator[tuple[float, Reference]]:
+    """Yield the fraction done and the averages so far, every few hundred steps of `simulate`.
+
+    Every value is a full result of fewer bounces, so a caller may stop at any.
+    """
+    if bounces < 1 or groups < 2 or trajectories < groups or trajectories % groups:
+        raise ValueError("give at least one bounce, two groups, and a multiple of them as trajectories")
+    arcs, beam = _settled(trajectories, stadium.a, np.random.default_rng(seed))
+    steps = math.ceil(bounces / trajectories * 2 * math.pi / stadium.perimeter)
+    done = 0
+    while done < steps:
+        block = min(BLOCK, steps - done)
+        arcs, beam = follow(arcs, beam, stadium.a, block)
+        done += block
+        yield done / steps, _reference(beam, done, stadium, groups, seed)
+
+
+def _reference(beam: Beam, steps: int, stadium: Stadium, groups: int, seed: int) -> Reference:
+    """Average over trajectories, and take the errors from the spread of the groups.
+
+    Between two bounces on a semicircle lie perimeter / 2 pi bounces and a path of area / 2 on average,
+    by the invariant measure. With these exact numbers the exponents need only the growth per step; the
+    numbers counted on the way, which a few long stays between the walls throw off, go into the mean
+    free path alone, a check that stands by itself.
+    """
+    count = len(beam.growth) // groups * steps
+    growth, path, bounces = (
+        values.reshape(groups, -1).sum(axis=1) / count for values in (beam.growth, beam.path, beam.bounces)
+    )
+
+    def mean(values: Floats) -> tuple[float, float]:
+        """Return the mean and its standard error."""
+        return float(values.mean()), float(values.std(ddof=1)) / math.sqrt(groups)
+
+    free = path.mean() / bounces.mean()
+    per_step, per_step_error = mean(growth)
+    per_bounce, per_length = 2 * math.pi / stadium.perimeter, 2 / stadium.area
+    return Reference(
+        lambda_d=per_step * per_bounce,
+        lambda_d_error=per_step_error * per_bounce,
+        lambda_c=per_step * per_length,
+        lambda_c_error=per_step_error * per_length,
+        mean_free_path=float(free),
+        mean_free_path_error=mean(path - free * bounces)[1] / float(bounces.mean()),
+        bounces=int(beam.bounces.sum()),
+        groups=groups,
+        seed=seed,
+    )

@@ -1,0 +1,263 @@
+"""Checks of orbits by themselves: all that must hold of their coordinates, length, lambda and margin.
+
+Every number is computed again from the coordinates by plane geometry, bounce by bounce, which knows
+nothing of runs and legs. What may differ follows from the row's own error bound, no tolerance is a
+matter of taste: a bounce is where the orbit has it up to that bound and the rounding of a place on the
+table, e in all. To first order this turns a link of length l by 2 e / l, and moves angles, length,
+monodromy matrix and Hessian by what their formulas say.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.legs import Derivatives
+from orbitdb.billiard.stability import Links, exponent, hessian, link_couplings
+from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
+from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.symbols.words import to_strings
+from orbitdb.verification.check import Check, judged, measured, shown
+
+Floats = NDArray[np.float64]
+
+EPSILON = float(np.finfo(float).eps)
+MAX_DENSE = 512
+"""Words of more bounces are not checked by their p x p Hessian."""
+
+_DENSE_NUMBERS = 1 << 20
+_VAGUE = 1e-2
+
+
+@dataclass(frozen=True)
+class _Path:
+    """Closed paths through stored bounces, and how far they may be from the orbits; all (N, p).
+
+    Attributes
+    ----------
+    links : Links
+    curved : ndarray of bool
+        Whether a bounce is on a semicircle.
+    place : ndarray
+        How far a bounce may be from where the orbit has it, in any direction.
+    rounding : ndarray
+        The part of it that is not the row's own error bound.
+    sine : ndarray, shape (2, N, p)
+        Sine of the angle between the tangent and the arriving and the leaving path.
+    tilt : ndarray, shape (2, N, p)
+        By how much these angles may be off.
+    stretch : ndarray
+        By how much the link behind each bounce may be too long or too short.
+    """
+
+    links: Links
+    curved: NDArray[np.bool_]
+    place: Floats
+    rounding: float
+    sine: Floats
+    tilt: Floats
+    stretch: Floats
+
+    @classmethod
+    def of(cls, orbits: Orbits, stadium: Stadium) -> "_Path":
+        links = Links.of(stadium, orbits.words, orbits.coordinates)
+        curved = ~STRAIGHT[orbits.words]
+        rounding = 4 * EPSILON * (stadium.a + 2)
+        place = np.repeat((orbits.error + rounding)[:, None], curved.shape[1], axis=1)
+        cosine = np.stack([links.cos_in, links.cos_out])
+        sine = np.sqrt(np.maximum(1 - cosine**2, EPSILON**2))
+        turn = 2 * place / np.stack([links.before, links.after])
+        tilt = turn + np.where(curved, place, 0.0) + 4 * EPSILON / sine
+        return cls(links, curved, place, rounding, sine, tilt, 2 * place + 4 * EPSILON * links.after)
+
+    def bend(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """Return how large the entries of the Hessian are, and by how much they may be off.
+
+        Its diagonal is sin^2 / l of both links (the first array) less both sines on a semicircle (the
+        last); its couplings are sin sin' / l at an orbit (the second), and computed as
+        (cos cos' - t . t') / l, t being the tangents at the ends of a link. The third and the fourth
+        are the errors of diagonal and couplings.
+        """
+        path = np.stack([self.links.before, self.links.after])
+        stretch = np.stack([_before(self.stretch), self.stretch])
+        own = self.sine**2 / path
+        loose = (2 * self.sine * self.tilt + self.tilt**2) / path + own * stretch / path
+        sines = np.where(self.curved, self.sine.sum(axis=0), 0.0)
+        loose_sines = np.where(self.curved, self.tilt.sum(axis=0), 0.0)
+        coupling = self.sine[1] * _behind(self.sine[0]) / path[1]
+        angles = self.sine[1] * self.tilt[1] + _behind(self.sine[0] * self.tilt[0])
+        tangents = self.place + _behind(self.place) + 4 * EPSILON
+        loose_coupling = (angles + tangents) / path[1] + coupling * self.stretch / path[1]
+        return own.sum(axis=0), coupling, loose.sum(axis=0) + loose_sines, loose_coupling, sines
+
+
+def _before(values: Floats) -> Floats:
+    return np.roll(values, 1, axis=1)
+
+
+def _behind(values: Floats) -> Floats:
+    return np.roll(values, -1, axis=1)
+
+
+def _finite(matrices: Floats) -> Floats:
+    """Return matrices, shape (N, p, p), with zeros for those that are not finite and have no eigenvalues.
+
+    They are those of bounces on one point; zeros tell nothing of any sign.
+    """
+    finite: Floats = np.where(np.isfinite(matrices).all(axis=(1, 2), keepdims=True), matrices, 0.0)
+    return finite
+
+
+def with_bounds(orbits: Orbits, stadium: Stadium) -> Orbits:
+    """Return orbits with error bounds where they have none, as the relaxation leaves them.
+
+    To first order the coordinates are off by the inverse Hessian times the forces; the bound is twice
+    that. Words that are too long for it keep none.
+    """
+    p = orbits.words.shape[1]
+    bare = np.flatnonzero(np.isnan(orbits.error) & np.isfinite(orbits.residual))
+    if p > MAX_DENSE or not len(bare):
+        return orbits
+    part = orbits.rows(bare)
+    size = np.abs(np.linalg.eigvalsh(_finite(hessian(stadium, part.words, part.coordinates))))
+    rounding = 4 * EPSILON * (stadium.a + 2)
+    error = 2 * np.sqrt(p) * (part.residual + 2 * rounding) / size.min(axis=1)
+    found = {"error": error, "length_error": p * (size.max(axis=1) * error**2 + 2 * rounding)}
+    part = replace(part, error=error)
+    found["lyapunov_error"] = _exponents(part, _Path.of(part, stadium))[1]
+    columns = {name: getattr(orbits, name).copy() for name in found}
+    for name, values in found.items():
+        columns[name][bare] = values
+    return replace(orbits, **columns)
+
+
+def check_consistency(orbits: Orbits, stadium: Stadium) -> Iterator[Check]:
+    """Check stored orbits: walls, margin, law of reflection, length, lambda and Hessian.
+
+    Parameters
+    ----------
+    orbits : Orbits
+        N orbits, or orbits through a joint, of one order.
+    stadium : Stadium
+    """
+    if not len(orbits):
+        return
+    labels = [shown(word) for word in to_strings(orbits.words)]
+    path = _Path.of(orbits, stadium)
+    yield from _walls(orbits, stadium, path, labels)
+    yield from _reflection(orbits, path, labels)
+    yield _length(orbits, path, labels)
+    yield _lambda(orbits, path, labels)
+    p = orbits.words.shape[1]
+    if p <= MAX_DENSE:
+        step = max(1, _DENSE_NUMBERS // p**2)
+        for start in range(0, len(orbits), step):
+            part = orbits.rows(np.arange(start, min(start + step, len(orbits))))
+            yield from _hessian(part, stadium, _Path.of(part, stadium), labels[start : start + step])
+
+
+def _walls(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str]) -> Iterator[Check]:
+    """Check that bounces keep to their walls, runs to their sense, and the margin to the bounces."""
+    words, x = orbits.words, orbits.coordinates
+    ends = np.where(path.curved, HALF_PI, stadium.a)
+    margin = (ends - np.abs(x)).min(axis=1)
+    allowed = path.place[:, 0]
+    sense = np.where(words >= 4, -1.0, 1.0)
+    in_run = path.curved & (words == np.roll(words, -1, axis=1))
+    backwards = np.where(in_run, sense * (x - _behind(x)), 0.0).max(axis=1)
+    outside = np.where(orbits.status == Status.BOUNDARY.value, np.abs(margin), -margin)
+    yield measured("walls", labels, np.maximum(outside, backwards).clip(0.0), allowed)
+    yield measured("margins", labels, np.abs(orbits.margin - margin), allowed)
+
+
+def _reflection(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Iterator[Check]:
+    """Check the law of reflection at every bounce, and the residual that is stored."""
+    force = np.abs(path.links.cos_in - path.links.cos_out)
+    allowed = ((path.sine + path.tilt) * path.tilt).sum(axis=0)
+    worst = (force / allowed).argmax(axis=1)[:, None]
+    picked = (np.take_along_axis(part, worst, axis=1)[:, 0] for part in (force, allowed))
+    yield measured("reflection", labels, *picked)
+    shortest = np.minimum(path.links.before, path.links.after).min(axis=1)
+    rounding = 4 * path.rounding / shortest + 8 * EPSILON
+    yield measured("residuals", labels, np.abs(orbits.residual - force.max(axis=1)), rounding)
+
+
+def _length(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
+    """Check the stored length against the sum of the links, stationary at the orbit."""
+    own, coupling, loose, loose_coupling, sines = path.bend()
+    firm = own + sines + loose + 2 * (coupling + loose_coupling)
+    second = orbits.error**2 * firm.sum(axis=1)
+    rounding = (2 * path.rounding + 4 * EPSILON * path.links.after).sum(axis=1)
+    deviation = np.abs(orbits.length - path.links.after.sum(axis=1))
+    return measured("lengths", labels, deviation, orbits.length_error + second + rounding)
+
+
+def _lambda(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
+    """Check the stored lambda against the product of the monodromy matrices of all bounces.
+
+    Words whose bounces, very close on a semicircle, do not tell lambda are passed over.
+    """
+    middle, spread = _exponents(orbits, path)
+    told = np.flatnonzero(spread < _VAGUE * (1 + middle))
+    deviation, allowed = np.abs(orbits.lyapunov - middle)[told], (orbits.lyapunov_error + spread)[told]
+    return measured("lambda", [labels[row] for row in told.tolist()], deviation, allowed)
+
+
+def _exponents(orbits: Orbits, path: _Path) -> tuple[Floats, Floats]:
+    """Return lambda from the bounces and by how much it may be off, shape (N,) each.
+
+    Taken between the feet of the circles' centres, the matrices of `orbitdb.billiard.stability` have no
+    negative entries: every semicircle bounce is a kick 2 / sin(theta), every link a drift of its length less
+    sin(theta) at each end on a semicircle (none along a chord). So the least and the greatest kicks and
+    drifts that the bounces allow give the least and the greatest lambda.
+    """
+    sine = path.sine.mean(axis=0)
+    angle = path.tilt.max(axis=0)
+    foot, loose_foot = (np.where(path.curved, part, 0.0) for part in (sine, angle))
+    drift = path.links.after - foot - _behind(foot)
+    loose = path.stretch + loose_foot + _behind(loose_foot)
+
+    def exponents(shift: int) -> Floats:
+        drifts = np.maximum(drift + shift * loose, 0.0)
+        stiffness = np.where(path.curved, np.maximum(sine - shift * angle, 1e-9 * sine) / 2, np.inf)
+        nothing = np.zeros_like(drifts.T)
+        return exponent(Derivatives(nothing, nothing, drifts.T, stiffness.T))
+
+    least, middle, greatest = (exponents(shift) for shift in (-1, 0, 1))
+    spread = np.maximum(greatest - middle, middle - least)
+    rounding = 12 * orbits.words.shape[1] * EPSILON + 4 * EPSILON * middle
+    return middle, spread + rounding
+
+
+def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str]) -> Iterator[Check]:
+    """Check the Hessian's signature, and lambda by its determinant.
+
+    det H = prod(-b_i) (tr M - 2), where tr M = (-1)^(straight bounces) 2 cosh(lambda). Rows and columns
+    are scaled to entries of about 1, which keeps the signature and divides det H by a known factor. An
+    eigenvalue moves by at most the norm of the error, and the logarithm of det H by that times the sum
+    of 1 / |eigenvalue|. Words with an eigenvalue that could have either sign are passed over.
+    """
+    words, p = orbits.words, orbits.words.shape[1]
+    own, coupling, loose, loose_coupling, sines = path.bend()
+    scale = 1 / np.sqrt(own + sines)
+    beside = scale * _behind(scale)
+    matrix = hessian(stadium, words, orbits.coordinates) * scale[:, :, None] * scale[:, None, :]
+    eigenvalues = np.linalg.eigvalsh(_finite(matrix))
+    off, loose_off = coupling * beside, loose_coupling * beside
+    norm = (loose * scale**2 + loose_off + _before(loose_off)).max(axis=1)
+    norm += 4 * p * EPSILON * (1 + off + _before(off)).max(axis=1)
+    least = np.abs(eigenvalues).min(axis=1)
+    sure = np.flatnonzero(least > 2 * norm)
+    labels = [labels[row] for row in sure.tolist()]
+    straights, eigenvalues, norm = STRAIGHT[words[sure]].sum(axis=1), eigenvalues[sure], norm[sure]
+    yield judged("signature", labels, (eigenvalues > 0).sum(axis=1) != straights)
+
+    exponent, sign = orbits.lyapunov[sure], 1.0 - 2.0 * (straights % 2)
+    trace = exponent + 2 * np.log(np.abs(1 - sign * np.exp(-exponent)))
+    links = np.abs(link_couplings(stadium, words, orbits.coordinates) * beside)[sure]
+    identity = np.log(np.abs(eigenvalues)).sum(axis=1) - np.log(links).sum(axis=1) - trace
+    allowed = 2 * norm * (1 / np.abs(eigenvalues)).sum(axis=1)
+    allowed += (loose_coupling / coupling)[sure].sum(axis=1) + 8 * p * EPSILON
+    allowed += np.tanh(exponent / 2) ** -sign * orbits.lyapunov_error[sure]
+    yield measured("Hessian", labels, np.abs(identity), allowed)

@@ -1,0 +1,165 @@
+"""Verifying a catalogue: everything is computed again from the words alone and compared.
+
+The words must be all there (`orbitdb.verification.completeness`); what is stored of an orbit must agree
+with itself (`orbitdb.verification.invariants`) and with new solutions
+(`orbitdb.verification.recomputation`).
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from orbitdb import __version__
+from orbitdb.arithmetic import arithmetic
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.newton import solve
+from orbitdb.orbits.orbit import EXISTING, Orbits
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading import audit
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.soundness import is_whole
+from orbitdb.store.reading.stored_blocks import Ids, StoredBlock, blocks, choose, load_orbits, whole_rows
+from orbitdb.symbols.words import to_strings
+from orbitdb.verification.check import Check, Step, judged, measured, shown
+from orbitdb.verification.completeness import check_counts, check_file, check_pruned, check_words
+from orbitdb.verification.invariants import check_consistency, with_bounds
+from orbitdb.verification.recomputation import check_against, check_bits, restart
+
+if TYPE_CHECKING:
+    import sqlalchemy as sa
+
+PROMISES = {
+    "file": "SQLite finds the file sound",
+    "foreign keys": "no reference leads nowhere",
+    "schema": "tables and view are those of this version",
+    "counts": "the sequences of every period are as many as the transfer matrix says",
+    "classes": "class words are least, with the right size, walls, time reversal and symmetry",
+    "sequences": "every class has all its words, each with the element that leads to it",
+    "rules": "pruned words break the rules that are stored",
+    "fills": "the counts of every filled period are those of its rows",
+    "values": "every row has what its status demands",
+    "statuses": "a new solution gives the same status",
+    "unresolved": "every status is decided",
+    "bounds": "a new solution lies within the error bounds",
+    "bits": "a new solution on the same machine gives the same bits",
+    "walls": "every bounce is on its own wall",
+    "margins": "the margin is that of the bounces",
+    "reflection": "every bounce obeys the law of reflection",
+    "residuals": "the residual is that of the bounces",
+    "lengths": "the length is that of the path",
+    "lambda": "lambda is that of the monodromy matrices",
+    "signature": "the Hessian has the right signature",
+    "Hessian": "the Hessian's determinant gives lambda",
+    "radii": "certified radii are within the error bounds",
+    "restarts": "other starts lead to the same orbit",
+    "certificates": "ball arithmetic proves the row",
+}
+"""What is checked, in the order of the report."""
+
+
+def report(steps: Iterable[Step]) -> list[Check]:
+    """Join what the steps have found, one check a promise, in order."""
+    found: dict[str, Check] = {}
+    for step in steps:
+        for check in step.checks:
+            found[check.name] = found[check.name].joined(check) if check.name in found else check
+    return [found[name] for name in PROMISES if name in found]
+
+
+def verify(
+    catalogue: Catalogue,
+    selections: Sequence[Selection],
+    sample: int | None = None,
+    restarts: int = 0,
+    seed: int = 0,
+) -> Iterator[Step]:
+    """Compute a catalogue again and compare.
+
+    Parameters
+    ----------
+    catalogue : Catalogue
+        All is read from it as it is at one moment.
+    selections : sequence of Selection
+        What to check, one for each a. File, schema and counts are always checked for whole periods;
+        rows only of the chosen classes: a class is chosen if one of its words is.
+    sample : int, optional
+        Check only so many of the chosen classes of every a, drawn at random.
+    restarts : int, optional
+        Solve every class again from so many random starts.
+    seed : int, optional
+        Of sample and restarts.
+
+    Yields
+    ------
+    Step
+        Behind every block of rows, so that memory is bounded.
+
+    Raises
+    ------
+    StoreError
+        If the database cannot be read.
+    """
+    rng = np.random.default_rng(seed)
+    with catalogue.at_one_moment() as still, still.reading() as connection:
+        chosen = {s.a: choose(still, s, sample, rng) for s in selections}
+        yield Step("file", 0, 1, tuple(check_file(connection)))
+        yield Step("counts", 0, 1, tuple(check_counts(connection, selections)))
+        yield from check_words(connection, chosen.values())
+        if sample is None and selections:
+            yield from check_pruned(still, selections[0])
+        for a, ids in chosen.items():
+            yield from _orbits(connection, a, ids, restarts, rng)
+
+
+def _orbits(
+    connection: "sa.Connection", a: float, ids: Ids, restarts: int, rng: np.random.Generator
+) -> Iterator[Step]:
+    """Check what is stored of the chosen classes at one a."""
+    number = audit.stadium_id(connection, a)
+    if number is None:
+        return
+    stadium, runs, total = Stadium(a), audit.runs(connection), sum(map(len, ids.values()))
+    for p, block, before in blocks(ids):
+        stored = load_orbits(connection, number, block)
+        checks = [_values(stored, p)]
+        rows = whole_rows(stored, p)
+        if rows:
+            details = [stored.rows[i] for i in rows]
+            with np.errstate(all="ignore"):  # what is stored may be any number
+                orbits = with_bounds(stored.orbits(rows), stadium)
+                checks += _block(orbits, details, stadium, runs)
+            if restarts:
+                checks.append(restart(orbits.words, stadium, restarts, rng))
+        named = (replace(check, first=check.first and f"{check.first} at a = {a:g}") for check in checks)
+        yield Step(f"orbits, p = {p} at a = {a:g}", before, total, tuple(named))
+
+
+def _block(
+    stored: Orbits,
+    rows: Sequence[Mapping[str, Any]],
+    stadium: Stadium,
+    runs: Mapping[int, tuple[str, str | None]],
+) -> Iterator[Check]:
+    fresh = solve(stored.words, stadium)
+    yield from check_against(stored, fresh)
+    here = (__version__, arithmetic())
+    comparable = [
+        i for i, row in enumerate(rows) if row["solver"] != "relaxation" and runs.get(row["run"]) == here
+    ]
+    yield check_bits(
+        stored.rows(np.array(comparable, dtype=np.intp)), fresh.rows(np.array(comparable, dtype=np.intp))
+    )
+    existing = np.flatnonzero(np.isin(stored.status, EXISTING) & np.isfinite(stored.error))
+    yield from check_consistency(stored.rows(existing), stadium)
+    proofs = [i for i, row in enumerate(rows) if row["radius"] is not None]
+    labels = [shown(word) for word in to_strings(stored.words[proofs])]
+    radius = np.array([rows[i]["radius"] for i in proofs])
+    allowed = np.where(np.isfinite(stored.error[proofs]), stored.error[proofs], 0.0)
+    yield measured("radii", labels, radius, allowed)
+
+
+def _values(stored: StoredBlock, p: int) -> Check:
+    wrong = [not is_whole(row, p) for row in stored.rows]
+    return judged("values", [shown(word) for word in stored.words], wrong)

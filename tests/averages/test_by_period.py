@@ -1,0 +1,303 @@
+"""Averages against every single symbol sequence, against orbits solved by hand, and the paper's table."""
+
+import itertools
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+
+from orbitdb.averages.by_period import entropy, lyapunov, lyapunov_by_stability
+from orbitdb.averages.fixed_points import (
+    ClassRows,
+    Weight,
+    divisors,
+    fixed_point_sums,
+    missing_divisors,
+    missing_periods,
+)
+from orbitdb.billiard.stability import Links, bounce_matrices
+from orbitdb.billiard.stadium import STRAIGHT, Stadium
+from orbitdb.orbits.newton import solve
+from orbitdb.symbols.enumeration import admissible_words
+from orbitdb.symbols.pruning import rules_broken
+from orbitdb.symbols.symmetry import class_size, classify
+from orbitdb.symbols.words import pack, primitive_root, to_strings
+
+DIRECT = 7
+
+
+@cache
+def class_rows(a, highest):
+    """Solve one word of every class up to a period."""
+    columns = []
+    for p in range(2, highest + 1):
+        for words in admissible_words(p):
+            classes = classify(words)
+            least = classes.representative == pack(words)
+            orbits = solve(words[least], Stadium(a))
+            size = np.array([class_size(int(mask)) for mask in classes.stabiliser[least]])
+            inverse = STRAIGHT[orbits.words].sum(axis=1) % 2 == 1
+            table = np.stack([np.full(len(size), p), size, orbits.length, orbits.lyapunov, inverse])
+            columns.append(table[:, orbits.status == "orbit"])
+    period, size, length, exponent, inverse = np.concatenate(columns, axis=1)
+    return ClassRows(period.astype(int), size.astype(int), length, exponent, inverse == 1)
+
+
+@cache
+def every_sequence(a, p):
+    """Return length, lambda and |det(1 - M)| of every sequence of p symbols that is a fixed point.
+
+    All rotations and repetitions are solved and measured on their own, from the bounces' coordinates
+    and the paper's matrices.
+    """
+    sequences = np.array(list(itertools.product(range(6), repeat=p)), dtype=np.uint8)
+    sequences = sequences[rules_broken(sequences) == 0]
+    roots = [len(primitive_root(word)) for word in to_strings(sequences)]
+    found = []
+    for d in set(roots):
+        repeated = sequences[np.array(roots) == d]
+        orbits = solve(repeated[:, :d], Stadium(a))
+        real = orbits.status == "orbit"
+        words, coordinates = repeated[real], np.tile(orbits.coordinates[real], p // d)
+        length = Links.of(Stadium(a), words, coordinates).before.sum(axis=1)
+        M = np.broadcast_to(np.eye(2), (len(words), 2, 2))
+        for factor in np.moveaxis(bounce_matrices(Stadium(a), words, coordinates), 1, 0):
+            M = factor @ M
+        exponent = np.log(np.abs(np.linalg.eigvals(M)).max(axis=1))
+        found.append(np.stack([length, exponent, np.abs(np.linalg.det(np.eye(2) - M))]))
+    return np.concatenate(found, axis=1)
+
+
+def weights_of(weight, exponent, determinant):
+    return np.exp(-exponent) if weight is Weight.EXPONENTIAL else 1 / determinant
+
+
+@pytest.mark.parametrize("a", [1.6, 0.7])
+@pytest.mark.parametrize("weight", Weight)
+def test_averages_are_those_over_every_sequence(a, weight):
+    rows = class_rows(a, DIRECT)
+    counts, averages = entropy(rows, DIRECT), lyapunov(rows, DIRECT, weight)
+    for i, p in enumerate(range(2, DIRECT + 1)):
+        length, exponent, determinant = every_sequence(a, p)
+        w = weights_of(weight, exponent, determinant)
+        assert counts.N[i] == len(length)
+        assert averages.lambda_d[i] == pytest.approx((w * exponent).sum() / w.sum() / p, rel=1e-9)
+        assert averages.lambda_c[i] == pytest.approx((w * exponent / length).sum() / w.sum(), rel=1e-9)
+
+
+@pytest.mark.parametrize("weight", Weight)
+def test_zeta_averages_are_derivatives_of_the_growth_rate_of_every_sequence(weight):
+    """Tilt all weights by e^(beta A), find the zero of exp(-sum T_n z^n / n) again, and differentiate."""
+
+    def growth(order, tilt):
+        log_zeta = np.zeros(order + 1)
+        for p in range(2, order + 1):
+            length, exponent, determinant = every_sequence(1.6, p)
+            w = weights_of(weight, exponent, determinant)
+            log_zeta[p] = -(w * np.exp(tilt[0] * exponent + tilt[1] * length)).sum() / p
+        series, power = np.zeros(order + 1), np.eye(1, order + 1)[0]
+        for k in range(1, order + 2):
+            series += power
+            power = np.convolve(power, log_zeta)[: order + 1] / k
+        value = np.polynomial.Polynomial(series)
+        grid = np.linspace(0, 12, 1201)
+        first = np.flatnonzero(value(grid) < 0)[0]
+        return -math.log(brentq(value, grid[first - 1], grid[first], xtol=1e-14))
+
+    averages = lyapunov(class_rows(1.6, DIRECT), DIRECT, weight)
+    h = 1e-4
+    for order in (4, DIRECT):
+        slope = [
+            (growth(order, step) - growth(order, -step)) / (2 * h)
+            for step in (np.array([h, 0]), np.array([0, h]))
+        ]
+        i = order - 2
+        assert averages.z0[i] == pytest.approx(math.exp(-growth(order, np.zeros(2))), rel=1e-10)
+        assert averages.lambda_d_zeta[i] == pytest.approx(slope[0], rel=1e-6)
+        assert averages.mean_path_zeta[i] == pytest.approx(slope[1], rel=1e-6)
+        assert averages.lambda_c_zeta[i] == pytest.approx(slope[0] / slope[1], rel=1e-6)
+
+
+def test_topological_zeta_is_the_product_over_every_cyclic_word():
+    product = np.eye(1, DIRECT + 1)[0]
+    for p in range(2, DIRECT + 1):
+        for words in admissible_words(p):
+            for _ in range((solve(words, Stadium(1.6)).status == "orbit").sum()):
+                shifted = np.concatenate([np.zeros(p), product])[: DIRECT + 1]
+                product = product - shifted
+    found = entropy(class_rows(1.6, DIRECT), DIRECT)
+    for i, order in enumerate(range(2, DIRECT + 1)):
+        z0 = math.exp(-found.h_zeta[i])
+        terms = product[: order + 1] * z0 ** np.arange(order + 1)
+        assert abs(terms.sum()) < 1e-12 * np.abs(terms).sum()
+        assert (np.polynomial.Polynomial(product[: order + 1])(np.linspace(0, z0 * 0.999, 500)) > 0).all()
+
+
+def by_hand(a):
+    """Return L and lambda of the words 13, 013 and 113 from their triangles, by school geometry.
+
+    013: one path is level, the other two go down to the middle of the wall; the normal at the upper
+    bounce, at the angle t, halves the angle 2t between them. 113: one path is a vertical chord; the two
+    others meet on the axis at the slope 2t - pi/2.
+    """
+
+    def exponent(*links):
+        M = np.eye(2)
+        for path, sine in links:
+            M = np.array([[1, 0], [-2 / sine if sine else 0, 1]]) @ np.array([[1, path], [0, 1]]) @ M
+        return math.acosh(abs(np.trace(M)) / 2)
+
+    t = brentq(lambda t: math.tan(2 * t) * (a + math.cos(t)) - math.sin(t) - 1, 1e-3, math.pi / 4 - 1e-9)
+    level, slanted = 2 * (a + math.cos(t)), (1 + math.sin(t)) / math.sin(2 * t)
+    wall = level + 2 * slanted, exponent((level, math.cos(t)), (2 * slanted, math.cos(t)))
+    reach = 2 * a + 1
+    t = brentq(lambda t: math.tan(2 * t - math.pi / 2) * (reach + math.cos(t)) - math.sin(t), 0.8, 1.5)
+    chord, leg = 2 * math.sin(t), (reach + math.cos(t)) / math.cos(2 * t - math.pi / 2)
+    corner, tip = math.sin(t), math.cos(2 * t - math.pi / 2)
+    run = chord + 2 * leg, exponent((chord, corner), (leg, tip), (leg, corner))
+    axis = 4 * (1 + a), math.acosh((4 * (1 + 2 * a) ** 2 - 2) / 2)
+    return axis, wall, run
+
+
+@pytest.mark.parametrize("a", [0.5, 1.6, 4.0])
+def test_first_two_periods_by_hand(a):
+    (L2, lam2), (La, lama), (Lb, lamb) = by_hand(a)
+    found, counts = lyapunov(class_rows(a, 3), 3), entropy(class_rows(a, 3), 3)
+    assert list(counts.N) == [2, 24]
+    assert pytest.approx([math.log(2) / 2, math.log(24) / 3]) == counts.K_0
+    assert counts.h_zeta[0] == 0
+    assert counts.h_zeta[1] == pytest.approx(-math.log(brentq(lambda z: 1 - z**2 - 8 * z**3, 0, 1)))
+    assert counts.h_zeta_change[1] == pytest.approx(counts.h_zeta[1])
+    assert math.isnan(counts.h_zeta_change[0])
+
+    assert found.lambda_d[0] == pytest.approx(lam2 / 2, rel=1e-12)
+    assert found.lambda_c[0] == pytest.approx(lam2 / L2, rel=1e-12)
+    ta, tb = math.exp(-lama), math.exp(-lamb)
+    assert found.lambda_d[1] == pytest.approx((ta * lama + tb * lamb) / (ta + tb) / 3, rel=1e-11)
+    assert found.lambda_c[1] == pytest.approx((ta * lama / La + tb * lamb / Lb) / (ta + tb), rel=1e-11)
+    assert found.lambda_d_pair[1] == pytest.approx((found.lambda_d[0] + found.lambda_d[1]) / 2)
+    assert math.isnan(found.lambda_d_pair[0])
+
+    t2 = math.exp(-lam2)
+    assert found.z0[0] == pytest.approx(math.exp(lam2 / 2), rel=1e-12)
+    assert found.mean_path_zeta[0] == pytest.approx(L2 / 2, rel=1e-12)
+    z = brentq(lambda z: 1 - t2 * z**2 - 4 * (ta + tb) * z**3, 0, 20, xtol=1e-15)
+    two, three_a, three_b = t2 * z**2, 4 * ta * z**3, 4 * tb * z**3
+    exponent = two * lam2 + three_a * lama + three_b * lamb
+    path = two * L2 + three_a * La + three_b * Lb
+    assert found.z0[1] == pytest.approx(z, rel=1e-11)
+    assert found.lambda_d_zeta[1] == pytest.approx(exponent / (2 * two + 3 * (three_a + three_b)), rel=1e-10)
+    assert found.lambda_c_zeta[1] == pytest.approx(exponent / path, rel=1e-10)
+
+
+def test_paper_table_and_steady_zeta_entropy():
+    """Table 1 of the paper, whose K_0 is cut, not rounded, to three digits."""
+    found = entropy(class_rows(1.6, 11), 11)
+    assert list(found.N) == [2, 24, 130, 400, 1154, 2632, 11522, 36960, 111042, 328680]
+    printed = [0.346, 1.059, 1.216, 1.198, 1.175, 1.125, 1.169, 1.168, 1.161, 1.154]
+    assert list(np.floor(found.K_0 * 1000) / 1000) == printed
+    late = found.h_zeta[found.p >= 8]
+    assert np.ptp(late) < 0.005
+    assert found.h_zeta_change[found.p >= 8].max() < 0.005
+    assert np.ptp(late) < np.ptp(found.K_0[found.p >= 8]) / 3
+
+
+def test_zeta_of_all_orbits_conserves_probability_ever_better():
+    found = lyapunov(class_rows(1.6, 11), 11)
+    assert abs(found.z0[-1] - 1) < 0.03 < abs(found.z0[2] - 1)
+    assert np.diff(found.lambda_d_zeta[4:]).max() < 0
+
+
+@pytest.mark.parametrize("weight", Weight)
+def test_stability_cut_so_high_that_it_keeps_all_is_the_period_truncation(weight):
+    rows = class_rows(1.6, DIRECT)
+    by_period, by_stability = lyapunov(rows, DIRECT, weight), lyapunov_by_stability(rows, 40, DIRECT, weight)
+    assert by_stability.z0 == pytest.approx(by_period.z0[-1], rel=1e-11)
+    assert by_stability.lambda_d == pytest.approx(by_period.lambda_d_zeta[-1], rel=1e-11)
+    assert by_stability.lambda_c == pytest.approx(by_period.lambda_c_zeta[-1], rel=1e-11)
+    assert by_stability.mean_path == pytest.approx(by_period.mean_path_zeta[-1], rel=1e-11)
+
+
+def test_stability_cut_between_the_first_orbits_is_a_short_formula():
+    rows = class_rows(1.6, 3)
+    (L2, lam2), *_ = by_hand(1.6)
+    only = lyapunov_by_stability(rows, (lam2 + rows.lyapunov[1:].min()) / 2)
+    assert only.z0 == pytest.approx(math.exp(lam2 / 2))
+    assert (only.lambda_d, only.lambda_c) == (pytest.approx(lam2 / 2), pytest.approx(lam2 / L2))
+    assert math.isnan(lyapunov_by_stability(rows, lam2 / 2).lambda_d)
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from(list(Weight)))
+@settings(max_examples=10, deadline=None)
+def test_only_the_classes_and_their_sizes_count(seed, weight):
+    """Rows in any order, and classes split into words of their own, give the same numbers."""
+    rows = class_rows(1.6, 6)
+    split = np.repeat(np.arange(len(rows)), rows.size)
+    np.random.default_rng(seed).shuffle(split)
+    words = rows.rows(split)
+    words = ClassRows(words.period, np.ones_like(words.size), words.length, words.lyapunov, words.inverse)
+    for name in ("lambda_d", "lambda_c", "lambda_d_zeta", "lambda_c_zeta", "z0"):
+        np.testing.assert_allclose(
+            getattr(lyapunov(words, 6, weight), name), getattr(lyapunov(rows, 6, weight), name), rtol=1e-11
+        )
+    assert list(entropy(words, 6).N) == list(entropy(rows, 6).N)
+
+
+def test_sums_of_very_different_terms_are_exact_to_rounding():
+    rng = np.random.default_rng(1)
+    n = 200_000
+    exponent = rng.uniform(0.5, 40, n)
+    rows = ClassRows(np.full(n, 3), rng.integers(1, 9, n), exponent * 2, exponent, rng.random(n) < 0.5)
+    sums = fixed_point_sums(rows, 3)
+    w = 3 * rows.size * np.exp(sums.least[2] - exponent)
+    assert sums.total[2] == pytest.approx(math.fsum(w), rel=1e-14)
+    assert sums.lyapunov[2] == pytest.approx(math.fsum(w * exponent), rel=1e-14)
+    assert sums.ratio[2] == pytest.approx(sums.total[2] / 2, rel=1e-14)
+
+
+def test_averages_of_long_words_do_not_underflow():
+    one = ClassRows(np.array([3]), np.array([2]), np.array([500.0]), np.array([2000.0]), np.array([True]))
+    found = lyapunov(one, 6)
+    assert found.lambda_d[1] == pytest.approx(2000 / 3)
+    assert found.lambda_d[4] == pytest.approx(2000 / 3)
+    assert found.lambda_c[1] == pytest.approx(4)
+
+
+@pytest.mark.parametrize("weight", Weight)
+def test_no_orbit_gives_no_number(weight):
+    rows = class_rows(1.6, 4).rows(np.zeros(0, int))
+    assert np.isnan(lyapunov(rows, 5, weight).lambda_d).all()
+    assert np.isnan(lyapunov(rows, 5, weight).lambda_d_zeta).all()
+    assert np.isnan(entropy(rows, 5).K_0).all()
+    assert np.isnan(entropy(rows, 5).h_zeta).all()
+    assert math.isnan(lyapunov_by_stability(rows, 9, weight=weight).lambda_c)
+
+
+def test_rows_that_are_no_orbits_are_refused():
+    good = class_rows(1.6, 3)
+    columns = [good.period, good.size, good.length, good.lyapunov, good.inverse]
+    for place, bad in ((0, 0), (1, 0), (2, -1.0), (2, np.inf), (3, np.nan), (3, 0.0)):
+        wrong = [column.copy() for column in columns]
+        wrong[place][0] = bad
+        with pytest.raises(ValueError, match="orbits only"):
+            ClassRows(*wrong)
+    with pytest.raises(ValueError, match="one length"):
+        ClassRows(*columns[:4], good.inverse[:-1])
+
+
+def test_missing_periods_are_named():
+    assert missing_divisors(12, [2, 3, 12]) == [4, 6]
+    assert missing_divisors(11, range(11)) == [11]
+    assert missing_divisors(7, [7]) == []
+    assert missing_periods(6, {2, 4, 6, 9}) == [3, 5]
+    assert missing_periods(4, [2, 3, 4]) == []
+
+
+@given(st.integers(1, 200))
+@settings(deadline=None)
+def test_divisors_divide(p):
+    assert divisors(p) == [d for d in range(1, p + 1) if p / d == p // d]

@@ -1,0 +1,116 @@
+"""Zeta functions against systems whose zeta function is known, and against listing every pseudo-cycle."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from orbitdb.averages.pseudocycles import Factors, expand_by_stability
+from orbitdb.averages.zeta import cycle_averages, expand, leading_zero
+
+NOTHING = np.zeros((0, 8))
+
+
+@pytest.mark.parametrize("symbols", [1, 2, 6])
+def test_full_shift_has_one_minus_bz(symbols):
+    traces = float(symbols) ** np.arange(1, 9)
+    found = expand(traces, NOTHING).coefficients
+    np.testing.assert_allclose(found, [1, -symbols, *[0] * 7], atol=1e-9 * symbols**8)
+    assert leading_zero(found[:2]) == pytest.approx(1 / symbols, rel=1e-15)
+
+
+def test_golden_mean_shift_has_one_minus_z_minus_z_squared():
+    lucas = [1, 3]
+    while len(lucas) < 8:
+        lucas.append(lucas[-1] + lucas[-2])
+    found = expand(np.array(lucas, float), NOTHING).coefficients
+    np.testing.assert_allclose(found, [1, -1, -1, 0, 0, 0, 0, 0, 0], atol=1e-12)
+    assert -math.log(leading_zero(found)) == pytest.approx(math.log((1 + 5**0.5) / 2), rel=1e-14)
+
+
+@pytest.mark.parametrize("shares", [(0.5, 0.5), (0.9, 0.1), (0.2, 0.3, 0.5)])
+def test_piecewise_linear_map_has_its_exact_exponent(shares):
+    """A map with slopes 1/share has lambda = -sum share ln share, from its shortest cycles on."""
+    orders = np.arange(1, 8)
+    entropy = -sum(share * math.log(share) for share in shares)
+    slopes = (orders * entropy)[None]  # each word of n symbols has weight prod share, in all 1
+    for order in orders:
+        found = cycle_averages(expand(np.ones(order), slopes[:, :order]))
+        assert found.z0 == pytest.approx(1, rel=1e-12)
+        assert found.observables[0] / found.period == pytest.approx(entropy, rel=1e-12)
+
+
+def test_no_positive_zero_is_nan():
+    assert math.isnan(leading_zero(np.array([1.0])))
+    assert math.isnan(leading_zero(np.array([1.0, 0.0, 1.0])))
+    assert math.isnan(leading_zero(np.array([1.0, 2.0, 0.0, 0.0])))
+    assert math.isnan(cycle_averages(expand(np.zeros(3), np.zeros((2, 3)))).observables[1])
+
+
+@given(st.lists(st.floats(0.2, 3), min_size=1, max_size=6))
+@settings(deadline=None)
+def test_leading_zero_is_the_least_of_known_zeros(zeros):
+    zeros = sorted(set(np.round(zeros, 1)))
+    polynomial = np.polynomial.Polynomial([1.0])
+    for zero in zeros:
+        polynomial *= np.polynomial.Polynomial([1.0, -1 / zero])
+    assert leading_zero(polynomial.coef) == pytest.approx(zeros[0], rel=1e-7)
+
+
+def listed(factors, cut, degree):
+    """Multiply out 1/zeta by listing every set of single factors."""
+    kinds = [i for i, count in enumerate(factors.count) for _ in range(count)]
+    sums = np.zeros((1 + len(factors.observables), degree + 1))
+    for size in range(len(kinds) + 1):
+        for chosen in map(list, itertools.combinations(kinds, size)):
+            period = factors.period[chosen].sum()
+            if period <= degree and factors.cost[chosen].sum() <= cut:
+                value = np.prod(-factors.weight[chosen])
+                sums[0, period] += value
+                sums[1:, period] += value * factors.observables[:, chosen].sum(axis=1)
+    return sums
+
+
+kinds = st.tuples(
+    st.integers(1, 5), st.integers(1, 3), st.integers(4, 20), st.booleans(), st.floats(0, 5), st.floats(0, 5)
+)
+
+
+@given(st.lists(kinds, min_size=0, max_size=4), st.integers(3, 60), st.integers(1, 25))
+@settings(max_examples=60, deadline=None)
+def test_stability_expansion_is_that_of_listed_pseudocycles(rows, cut, degree):
+    """Costs are odd multiples of 1/8 in the cut's unit, so that sums are exact and none is the cut."""
+    period, count, cost, negative, one, two = np.array(rows, float).reshape(-1, 6).T
+    factors = Factors(
+        period.astype(int),
+        count.astype(int),
+        cost / 4,
+        np.where(negative == 1, -1, 1) * np.exp(-cost / 4),
+        np.stack([one, two]),
+    )
+    found = expand_by_stability(factors, cut / 4 + 0.125, degree)
+    expected = listed(factors, cut / 4 + 0.125, degree)
+    sums = np.concatenate([found.coefficients[None], found.slopes])
+    size = sums.shape[1]
+    np.testing.assert_allclose(sums, expected[:, :size], rtol=1e-12, atol=1e-12)
+    assert not expected[:, size:].any()
+    free = expand_by_stability(factors, cut / 4 + 0.125)
+    np.testing.assert_allclose(free.coefficients[:size], found.coefficients, rtol=1e-12, atol=1e-12)
+
+
+def test_small_chunks_change_nothing(monkeypatch):
+    rng = np.random.default_rng(5)
+    n = 60
+    cost = rng.uniform(1, 8, n)
+    factors = Factors(
+        rng.integers(2, 9, n), rng.integers(1, 9, n), cost, np.exp(-cost), np.stack([cost, 2 * cost])
+    )
+    whole = expand_by_stability(factors, 7.0)
+    monkeypatch.setattr("orbitdb.averages.pseudocycles.CHUNK", 40)
+    parts = expand_by_stability(factors, 7.0)
+    scale = np.abs(whole.coefficients).max()
+    np.testing.assert_allclose(parts.coefficients, whole.coefficients, atol=1e-12 * scale)
+    np.testing.assert_allclose(parts.slopes, whole.slopes, atol=1e-10 * scale)

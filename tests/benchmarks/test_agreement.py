@@ -1,0 +1,122 @@
+"""Three ways to a status: where they differ, and why."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from orbitdb.benchmarks.agreement import agreement, compare
+from orbitdb.benchmarks.representatives import representatives
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.enclosure import true_errors
+from orbitdb.orbits.newton import certificates, solve
+from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.relaxation import EPSILON, STEP, relax, slowest_rates
+from orbitdb.symbols.words import from_strings
+
+THROUGH_A_JOINT = ["011032", "011033", "011332", "011333", "012032", "012333", "111333"]
+
+
+@pytest.mark.parametrize(("a", "p"), [(0.5, 5), (1.6, 4)])
+def test_the_dynamics_decays_as_fast_as_its_slowest_rate(a, p):
+    """From starts without symmetry, which a symmetric word would keep; some swing while they decay."""
+    stadium = Stadium(a)
+    words, _ = representatives(p)
+    rest = relax(words, stadium, 1e-12).coordinates
+    start = rest + np.random.default_rng(1).uniform(-1e-3, 1e-3, rest.shape)
+    early, late = (relax(words, stadium, epsilon, start=start) for epsilon in (1e-8, 1e-11))
+    steps = np.log(1e3) / (slowest_rates(words, stadium, rest) * STEP)
+    assert steps.max() > 5 * steps.min()
+    np.testing.assert_allclose(late.iterations - early.iterations, steps, rtol=0.1)
+
+
+@pytest.mark.slow
+def test_the_error_that_the_force_leaves_is_the_true_one():
+    stadium = Stadium(1.6)
+    words, _ = representatives(6)
+    relaxed = relax(words, stadium)
+    orbits = relaxed.rows(relaxed.status == Status.ORBIT)
+    true, _, _ = true_errors(orbits, certificates(orbits.words, stadium))
+    share = true * slowest_rates(orbits.words, stadium, orbits.coordinates) / EPSILON
+    assert share.max() < 1.01
+    assert np.median(share) > 0.5
+
+
+def test_all_agree_where_no_orbit_comes_near_a_joint():
+    for p in range(2, 6):
+        found, differing = agreement(p, Stadium(1.6))
+        assert differing == []
+        assert found.doubles == found.relaxation == found.classes == len(representatives(p)[0])
+        assert found.disagreements == found.unresolved == found.boundary == 0
+        assert found.orbits == (solve(representatives(p)[0], Stadium(1.6)).status == Status.ORBIT).sum()
+
+
+def test_orbits_through_a_joint_are_the_ones_that_differ_at_a_1():
+    found, differing = agreement(6, Stadium(1.0))
+    assert [each.word for each in differing] == THROUGH_A_JOINT
+    assert all(each.explained and each.proved == Status.BOUNDARY for each in differing)
+    assert {each.doubles for each in differing} == {Status.UNRESOLVED}
+    assert (found.boundary, found.disagreements, found.unexplained) == (7, 7, 0)
+    assert found.doubles == found.relaxation == found.classes - 7
+    assert "012032 at a = 1: boundary by proof, orbit by the relaxation; it runs through a joint" in [
+        each.sentence() for each in differing
+    ]
+
+
+def test_next_to_a_joint_the_force_leaves_the_relaxation_undecided():
+    """A hair beside a = 1 the same words are orbits or not, too close to call for the relaxation."""
+    stadium = Stadium(1.0 + 1e-8)
+    words = from_strings(THROUGH_A_JOINT)
+    found, differing = compare(relax(words, stadium), stadium)
+    assert found.boundary == 0
+    assert found.doubles == len(words)
+    assert differing
+    for each in differing:
+        assert each.explained
+        assert {each.relaxed, each.proved} == {"orbit", "dynamical"}
+        assert 1e-10 < abs(each.margin) < each.error < 1e-4
+    finer, none = compare(relax(words, stadium, 1e-12), stadium, 1e-12)
+    assert (finer.relaxation, none) == (len(words), [])
+
+
+def test_what_has_no_reason_is_not_explained():
+    stadium = Stadium(1.6)
+    words, _ = representatives(4)
+    relaxed = relax(words, stadium)
+    statuses = np.where(np.arange(len(words)) == 2, Status.DYNAMICAL.value, relaxed.status)
+    found, (only,) = compare(replace(relaxed, status=statuses), stadium)
+    assert (found.disagreements, found.unexplained, found.relaxation) == (1, 1, len(words) - 1)
+    assert not only.explained
+    assert only.sentence().endswith("NOT EXPLAINED")
+
+
+def test_what_does_not_come_to_rest_is_counted_and_not_taken_for_another_status():
+    stadium = Stadium(1.6)
+    words, _ = representatives(4)
+    found, differing = compare(relax(words, stadium, max_steps=100), stadium)
+    assert 0 < found.unresolved < found.classes
+    assert found.relaxation == found.classes - found.unresolved
+    assert found.steps == 100
+    assert differing == []
+
+
+@pytest.mark.slow
+def test_the_command_lists_periods_and_names_the_words_that_differ(cli):
+    found = cli("bench", "--kind", "statuses", "--a", "1", "--p", "5-6", "--json")
+    assert found.code == 0
+    rows = json.loads(found.out)
+    assert [(row["a"], row["p"], row["classes"], row["disagreements"]) for row in rows] == [
+        (1.0, 5, 17, 0),
+        (1.0, 6, 47, 7),
+    ]
+    assert [line.partition(" ")[0] for line in found.err.splitlines()] == THROUGH_A_JOINT
+
+
+def test_progress_tells_steps_and_words_that_move():
+    words, _ = representatives(4)
+    told = []
+    relaxed = relax(words, Stadium(1.6), progress=lambda step, moving: told.append((step, moving)))
+    steps = [step for step, _ in told]
+    assert steps == list(range(0, steps[-1] + 1, steps[1]))
+    assert [(relaxed.iterations > step).sum() for step in steps] == [moving for _, moving in told]

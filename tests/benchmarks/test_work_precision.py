@@ -1,0 +1,144 @@
+"""Run time against error: the errors are true ones, and every method is judged on the same words."""
+
+import mpmath
+import numpy as np
+import pytest
+
+from orbitdb.benchmarks.representatives import representatives
+from orbitdb.benchmarks.stage_times import stage_times
+from orbitdb.benchmarks.work_precision import (
+    ball_rows,
+    newton_rows,
+    relaxation_rows,
+    root_rows,
+    sample,
+    work_precision,
+)
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.enclosure import true_errors
+from orbitdb.orbits.newton import certificates, solve, solve_in_doubles
+from orbitdb.orbits.orbit import Status
+from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.words import from_strings
+
+
+@pytest.fixture(scope="module")
+def cases():
+    return sample(5, Stadium(1.0))
+
+
+def test_a_sample_is_spread_over_all_classes():
+    words, sizes = representatives(7)
+    few = sample(7, Stadium(), 10)
+    assert len(few.words) == len(few.truth) == 10
+    np.testing.assert_array_equal(few.words[[0, -1]], words[[0, -1]])
+    assert sizes.sum() == count_admissible(7)
+
+
+def test_the_truth_agrees_with_mpmath():
+    """The orbit of 1^k 5^k is known in closed form: two horizontal legs and two half polygons."""
+    (found,) = certificates(from_strings(["111555"]), Stadium(1.5), 256)
+    with mpmath.workdps(60):
+        exact = 2 * 2 * mpmath.mpf("1.5") + 2 * 2 * 3 * mpmath.sin(mpmath.pi / 6)
+        places = [mpmath.pi * (2 * j - 2) / 6 for j in range(3)]
+        assert abs(mpmath.mpf(found.length.mid().str(60, radius=False)) - exact) < mpmath.mpf(10) ** -50
+        for ball, place in zip(found.coordinates, places, strict=False):
+            assert abs(mpmath.mpf(ball.mid().str(60, radius=False)) - place) < mpmath.mpf(10) ** -50
+
+
+def test_the_truth_satisfies_the_law_of_reflection_to_fifty_digits():
+    word = "1232131"
+    (found,) = certificates(from_strings([word]), Stadium(1.25), 256)
+    with mpmath.workdps(60):
+        x = [mpmath.mpf(ball.mid().str(60, radius=False)) for ball in found.coordinates]
+        frames = [frame(symbol, t, mpmath.mpf("1.25")) for symbol, t in zip(word, x, strict=True)]
+        points, tangents = zip(*frames, strict=True)
+        for i, tangent in enumerate(tangents):
+            ahead, behind = points[(i + 1) % 7] - points[i], points[i] - points[i - 1]
+            cosines = [(tangent * way.conjugate()).real / abs(way) for way in (behind, ahead)]
+            assert abs(cosines[0] - cosines[1]) < mpmath.mpf(10) ** -50
+
+
+def frame(symbol, x, a):
+    """Return point and tangent of a bounce as complex numbers."""
+    if symbol in "02":
+        return mpmath.mpc(x, int(symbol) - 1), mpmath.mpc(1, 0)
+    side = 1 if symbol in "35" else -1
+    return (
+        mpmath.mpc(side * (a + mpmath.cos(x)), mpmath.sin(x)),
+        mpmath.mpc(-side * mpmath.sin(x), mpmath.cos(x)),
+    )
+
+
+@pytest.mark.parametrize("a", [1e-3, 0.2, 1.0, 1.6, 10.0, 1e3])
+def test_no_stored_bound_is_smaller_than_the_true_error(a):
+    stadium = Stadium(a)
+    words, _ = representatives(8)
+    found = solve(words, stadium)
+    orbits = found.rows(found.status == Status.ORBIT)
+    truth = certificates(orbits.words, stadium, 192)
+    coordinates, length, lyapunov = true_errors(orbits, truth)
+    assert (coordinates <= orbits.error).all()
+    assert (length <= orbits.length_error).all()
+    assert (lyapunov <= orbits.lyapunov_error).all()
+    assert (coordinates < 1e-14 * max(a, 1)).all()
+    assert (length < 1e-13 * orbits.length).all()
+    assert (lyapunov < 1e-13 * orbits.lyapunov).all()
+
+
+def test_a_looser_tolerance_gives_larger_errors_that_the_bounds_still_hold():
+    stadium = Stadium()
+    words, _ = representatives(7)
+    truth = certificates(words, stadium, 192)
+    worst = []
+    for tolerance in (1e-1, 1e-6, 1e-16):
+        found = solve_in_doubles(words, stadium, tolerance)
+        kept = np.flatnonzero(found.status == Status.ORBIT)
+        errors = true_errors(found.rows(kept), [truth[row] for row in kept])
+        bounds = (found.error, found.length_error, found.lyapunov_error)
+        assert all((error <= bound[kept]).all() for error, bound in zip(errors, bounds, strict=True))
+        worst.append(errors[0].max())
+    assert worst[0] > 10 * worst[1] > 1e8 * worst[2]
+
+
+def test_newton_is_charged_once_for_a_class(cases):
+    (row,) = newton_rows(cases, (1e-16,))
+    assert row.failures == 0
+    assert row.coordinates_max < 1e-14
+    assert row.seconds * row.words == pytest.approx(row.seconds_per_sequence * count_admissible(5))
+
+
+def test_relaxation_errs_in_proportion_to_its_force_and_takes_longer_for_less(cases):
+    rows = list(relaxation_rows(cases, (1e-4, 1e-6, 1e-8)))
+    assert [row.setting for row in rows] == [1e-4, 1e-6, 1e-8]
+    errors = np.array([row.coordinates_max for row in rows])
+    np.testing.assert_allclose(errors[:-1] / errors[1:], 100, rtol=0.2)
+    assert all(0 < row.length_max < row.coordinates_max for row in rows)
+    assert rows[0].seconds < rows[1].seconds < rows[2].seconds
+
+
+def test_balls_report_radii_that_shrink_with_the_bits(cases):
+    rows = list(ball_rows(cases, (64, 128)))
+    assert rows[0].coordinates_max < 1e-15
+    assert rows[1].coordinates_max < 1e-30
+    assert rows[0].failures == rows[1].failures == 0
+
+
+def test_root_is_judged_by_the_orbit_it_finds(cases):
+    loose, tight = root_rows(cases.part(8), (1e-4, 1e-10))
+    assert tight.coordinates_max < 1e-7 < loose.coordinates_max
+    assert tight.words == loose.words == 8
+
+
+def test_all_methods_are_measured():
+    rows = list(work_precision(sample(4, Stadium(0.5)), slow=4))
+    assert {row.method for row in rows} == {"newton", "balls", "root", "relaxation"}
+    assert all(row.seconds > 0 for row in rows)
+    assert all(row.length_max >= row.length_median for row in rows)
+
+
+def test_stages_count_what_they_time():
+    times = stage_times(8, Stadium(1.0))
+    assert times.sequences == count_admissible(8)
+    assert times.classes == len(representatives(8)[0])
+    assert all(value > 0 for value in (times.enumeration, times.classification, times.cutting, times.newton))

@@ -1,0 +1,210 @@
+"""Runs and legs: how words are cut, the length as a function of directions, and its derivatives."""
+
+import numpy as np
+import pytest
+
+from orbitdb.billiard.bounces import (
+    coordinates,
+    end_angles,
+    margin_distances,
+    slack_errors,
+    slacks,
+)
+from orbitdb.billiard.legs import (
+    Legs,
+    cut,
+    derivatives,
+    direction_limits,
+    gradient_rounding,
+    length,
+    summation_rounding,
+)
+from orbitdb.billiard.stability import forces
+from orbitdb.billiard.stadium import STRAIGHT, Stadium
+from orbitdb.orbits.newton import newton
+from orbitdb.symbols.enumeration import admissible_words
+from orbitdb.symbols.words import from_strings
+
+ALL = {p: np.concatenate(list(admissible_words(p))) for p in range(2, 8)}
+STEP = 1e-30
+
+
+def pieces(max_p: int = 7):
+    """All admissible words with their structure."""
+    return [(words[rows], legs) for p, words in ALL.items() if p <= max_p for rows, legs in cut(words)]
+
+
+def directions(legs: Legs, a: float, seed: int) -> np.ndarray:
+    """Random directions between the limits."""
+    low, high = direction_limits(legs, a)
+    return np.random.default_rng(seed).uniform(low, high)
+
+
+def hessian(legs: Legs, a: float, alpha: np.ndarray) -> np.ndarray:
+    """The Hessian of L from what `derivatives` says of legs and runs, shape (N, m, m)."""
+    slopes = derivatives(legs, a, alpha)
+    m, count = alpha.shape
+    matrix = np.zeros((count, m, m))
+    for i in range(m):
+        matrix[:, i, i] -= slopes.beyond[i]
+        sign = legs.parity[i - 1]  # run i sees parity * alpha of the leg before it
+        matrix[:, i, i] -= slopes.stiffness[i]
+        matrix[:, i - 1, i - 1] -= slopes.stiffness[i]
+        matrix[:, i, i - 1] -= sign * slopes.stiffness[i]
+        matrix[:, i - 1, i] -= sign * slopes.stiffness[i]
+    return matrix
+
+
+@pytest.mark.parametrize(
+    ("word", "k", "d", "n", "s"),
+    [
+        ("13", [1, 1], [1, 1], [0, 0], [0, 0]),
+        ("1232131", [1, 1, 2, 1], [1, 1, 1, 1], [0, 0, 1, 1], [0, 0, 1, 1]),
+        ("020344", [2, 1], [-1, 1], [3, 0], [-1, 0]),
+        ("4420255", [2, 2], [-1, -1], [3, 0], [1, 0]),
+        ("1550", [1, 2], [1, -1], [0, 1], [0, -1]),
+    ],
+)
+def test_runs_and_legs_by_hand(word, k, d, n, s):
+    ((_, legs),) = cut(from_strings([word]))
+    assert legs.k[:, 0].tolist() == k
+    assert legs.d[:, 0].tolist() == d
+    assert legs.n[:, 0].tolist() == n
+    assert legs.s[:, 0].tolist() == s
+
+
+def test_every_word_is_cut_once():
+    for p, words in ALL.items():
+        groups = cut(words)
+        assert sorted(np.concatenate([rows for rows, _ in groups]).tolist()) == list(range(len(words)))
+        for rows, legs in groups:
+            assert (legs.k.sum(axis=0) + legs.n.sum(axis=0) == p).all()
+            assert (STRAIGHT[words[rows]] == legs.straight.T).all()
+
+
+def test_the_structure_does_not_depend_on_the_rotation():
+    words = ALL[7]
+    for turn in range(1, 7):
+        for (_, one), (_, other) in zip(cut(words), cut(np.roll(words, turn, axis=1)), strict=True):
+            starts = [{tuple(np.roll(part, 2 * i, axis=0).T.ravel()) for i in range(len(one.k))}
+                      for part in (one.k[:, :1], one.n[:, :1])]  # fmt: skip
+            assert tuple(other.k[:, 0]) in starts[0]
+            assert tuple(other.n[:, 0]) in starts[1]
+
+
+@pytest.mark.parametrize("a", [1e-3, 0.5, 1.6, 50.0])
+def test_gradient_is_the_derivative_of_the_length(a):
+    """The complex step has no cancellation: it is exact to rounding."""
+    for _, legs in pieces():
+        alpha = directions(legs, a, 1)
+        found = derivatives(legs, a, alpha).gradient
+        for i in range(len(alpha)):
+            moved = alpha.astype(complex)
+            moved[i] += 1j * STEP
+            exact = length(legs, a, moved).imag / STEP
+            assert (np.abs(found[i] - exact) <= gradient_rounding(legs, a, alpha)[i]).all()
+
+
+@pytest.mark.parametrize("a", [1e-3, 0.5, 1.6, 50.0])
+def test_curvatures_are_the_derivatives_of_the_gradient(a):
+    for _, legs in pieces():
+        alpha = directions(legs, a, 2)
+        matrix = hessian(legs, a, alpha)
+        for i in range(len(alpha)):
+            moved = alpha.astype(complex)
+            moved[i] += 1j * STEP
+            exact = derivatives(legs, a, moved).gradient.imag / STEP
+            assert np.abs(matrix[:, :, i] - exact.T).max() < 1e-13 * (10 + a)
+
+
+@pytest.mark.parametrize("a", [1e-6, 1e-3, 0.1, 0.5, 1.6, 50.0, 1e6])
+def test_length_is_strictly_concave_between_the_limits(a):
+    """This proves that no word has two orbits; the corners of the box are the worst places."""
+    for _, legs in pieces():
+        corners = np.where(directions(legs, a, 3) > directions(legs, a, 4), *direction_limits(legs, a))
+        for alpha in (directions(legs, a, 5), corners):
+            slopes = derivatives(legs, a, alpha)
+            assert (slopes.beyond > 0).all()
+            assert (slopes.stiffness > 0).all()
+            scale = np.abs(hessian(legs, a, alpha)).max(axis=(1, 2))
+            assert (np.linalg.eigvalsh(hessian(legs, a, alpha)).max(axis=1) < 1e-14 * scale).all()
+
+
+@pytest.mark.parametrize("a", [0.2, 1.0, 1.6, 7.0])
+def test_gradient_vanishes_where_the_law_of_reflection_holds(a):
+    stadium = Stadium(a)
+    for words, legs in pieces():
+        found = newton(legs, a).alpha
+        low, high = direction_limits(legs, a)
+        free = ((found > low) & (found < high)).all(axis=0)
+        at_rest = np.abs(derivatives(legs, a, found).gradient).max(axis=0)
+        force = np.abs(forces(stadium, words, coordinates(legs, a, found))).max(axis=1)
+        assert at_rest[free].max(initial=0) < 1e-13 * (1 + a)
+        assert force[free].max(initial=0) < 1e-13
+        for seed in range(3):
+            alpha = found + 1e-4 * np.random.default_rng(seed).uniform(-1, 1, found.shape)
+            steep = np.abs(derivatives(legs, a, alpha).gradient).max(axis=0)
+            assert (steep > 1e-7).all()
+
+
+@pytest.mark.parametrize("a", [0.2, 1.0, 1.6, 7.0])
+def test_limits_hold_the_directions_of_every_orbit(a):
+    for words, legs in pieces():
+        alpha = newton(legs, a).alpha
+        low, high = direction_limits(legs, a)
+        inside = (slacks(legs, alpha) > 1e-9).all(axis=(0, 1)) & ((alpha > low) & (alpha < high)).all(axis=0)
+        x = coordinates(legs, a, alpha)
+        on_walls = (np.abs(x) < np.where(STRAIGHT[words], a, np.pi / 2)).all(axis=1)
+        assert (on_walls >= inside).all()
+        assert (np.arctan(np.maximum(legs.n - 1, 0) / (a + 1)) <= np.abs(alpha))[:, inside].all()
+        assert (np.abs(alpha) <= np.arctan((legs.n + 1) / a))[:, inside].all()
+
+
+@pytest.mark.parametrize("a", [0.5, 1.6, 7.0])
+def test_slacks_say_whether_bounces_keep_to_their_walls(a):
+    """Straight from the coordinates: the sign of the least slack, and the margin."""
+    for words, legs in pieces():
+        alpha = newton(legs, a).alpha
+        low, high = direction_limits(legs, a)
+        free = ((alpha > low) & (alpha < high)).all(axis=0)
+        slack = slacks(legs, alpha)
+        x = coordinates(legs, a, alpha)
+        ends = np.where(STRAIGHT[words], a, np.pi / 2) - np.abs(x)
+        margin = margin_distances(legs, alpha, slack).min(axis=(0, 1))
+        clear = free & (np.abs(slack).min(axis=(0, 1)) > 1e-12)
+        assert ((slack > 0).all(axis=(0, 1)) == (ends > 0).all(axis=1))[clear].all()
+        inside = clear & (ends > 0).all(axis=1)
+        assert np.abs(margin - ends.min(axis=1))[inside].max(initial=0) < 1e-13 * (1 + a)
+
+
+def test_slack_errors_bound_what_a_change_of_direction_does():
+    rng = np.random.default_rng(7)
+    for _, legs in pieces():
+        alpha = directions(legs, 1.6, 8)
+        size = 10.0 ** rng.uniform(-12, -3, alpha.shape)
+        moved = alpha + size * rng.choice([-1, 1], alpha.shape)
+        before, bound = slacks(legs, alpha), slack_errors(legs, size)
+        walled = np.isfinite(before)
+        change = np.abs(slacks(legs, moved)[walled] - before[walled])
+        assert (change <= bound[walled]).all()
+
+
+def test_bounces_of_a_run_are_equally_spaced():
+    ((_, legs),) = cut(from_strings(["1111132"]))
+    alpha = newton(legs, 1.6).alpha
+    (x,) = coordinates(legs, 1.6, alpha)
+    first, last = end_angles(legs, alpha)
+    assert np.diff(x[:5]) == pytest.approx((x[4] - x[0]) / 4 * np.ones(4), abs=1e-15)
+    assert (x[0], x[4]) == pytest.approx((first[0, 0], last[0, 0]), abs=1e-15)
+
+
+def test_sums_over_many_legs_keep_their_bound():
+    """A batch of long words, where a plain loop over the legs would lose five digits."""
+    word = "13" * 20_000 + "3"
+    ((_, legs),) = cut(from_strings([word, word[1:] + word[:1]]))
+    alpha = newton(legs, 0.7).alpha
+    found = length(legs, 0.7, alpha)
+    for i, one in enumerate((word, word[1:] + word[:1])):
+        ((_, alone),) = cut(from_strings([one]))
+        (single,) = length(alone, 0.7, alpha[:, i : i + 1])
+        assert abs(found[i] - single) <= 2 * summation_rounding(len(alpha)) * single

@@ -1,0 +1,171 @@
+"""Lambda in independent ways: bounce by bounce, from the Hessian, and in closed form."""
+
+import math
+import sys
+
+import mpmath as mp
+import numpy as np
+import pytest
+import reference
+from solutions import real, representatives
+
+from orbitdb.billiard.legs import Derivatives
+from orbitdb.billiard.stability import Links, bounce_matrices, exponent, forces, hessian, link_couplings
+from orbitdb.billiard.stadium import STRAIGHT, Stadium
+from orbitdb.orbits.newton import solve
+from orbitdb.symbols.enumeration import admissible_words
+from orbitdb.symbols.words import from_strings, to_strings
+
+VALUES = [0.1, 0.5, 1.6, 5.0]
+
+
+def orbits_of(p: int, a: float):
+    """The orbits among the representatives: words, coordinates, lambda and its bound."""
+    orbits = solve(representatives(p), Stadium(a))
+    found = real(orbits)
+    return (
+        orbits.words[found],
+        orbits.coordinates[found],
+        orbits.lyapunov[found],
+        orbits.lyapunov_error[found],
+    )
+
+
+def traces(stadium: Stadium, words: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
+    """The trace of the product of the paper's mended matrices, last bounce on the left."""
+    product = np.eye(2)[None]
+    for n in range(words.shape[1]):
+        product = bounce_matrices(stadium, words, coordinates)[:, n] @ product
+    return np.trace(product, axis1=1, axis2=2)
+
+
+@pytest.mark.parametrize("a", VALUES)
+@pytest.mark.parametrize("p", range(2, 9))
+def test_lambda_is_that_of_the_product_of_bounces(p, a):
+    words, x, exponents, _ = orbits_of(p, a)
+    trace = traces(Stadium(a), words, x)
+    assert (np.abs(trace) > 2).all()
+    assert np.arccosh(np.abs(trace) / 2) == pytest.approx(exponents, rel=1e-10)
+
+
+@pytest.mark.parametrize("a", VALUES)
+@pytest.mark.parametrize("p", range(2, 9))
+def test_every_straight_bounce_changes_the_sign_of_the_trace(p, a):
+    words, x, _, _ = orbits_of(p, a)
+    straight = np.count_nonzero(STRAIGHT[words], axis=1)
+    assert (np.sign(traces(Stadium(a), words, x)) == (-1.0) ** straight).all()
+
+
+@pytest.mark.parametrize("p", range(2, 9))
+def test_areas_in_phase_space_are_kept(p):
+    words, x, _, _ = orbits_of(p, 1.6)
+    matrices = bounce_matrices(Stadium(1.6), words, x)
+    assert np.abs(np.linalg.det(matrices) - 1).max() < 1e-11
+
+
+def test_the_paper_as_printed_loses_hyperbolic_orbits():
+    """With the matrices of its eqs. (3) and (4) no eigenvalue of 0103 or 0123 exceeds 1."""
+    words = from_strings(["0103", "0123"])
+    orbits = solve(words, Stadium(1.6))
+    links = Links.of(Stadium(1.6), words, orbits.coordinates)
+    straight = STRAIGHT[words]
+    bend = np.where(straight, 0.0, 2 / np.sqrt(1 - links.cos_in**2))
+    top = np.stack([np.where(straight, 1.0, bend * links.before - 1), bend], axis=-1)
+    low = np.where(straight, -links.before, -links.after)
+    printed = np.stack([top, np.stack([low, np.where(straight, 1.0, -1.0)], axis=-1)], axis=-2)
+    product = printed[:, 3] @ printed[:, 2] @ printed[:, 1] @ printed[:, 0]
+    assert np.abs(np.linalg.eigvals(product)).max() < 1 + 1e-6
+    assert (orbits.lyapunov > 4).all()
+
+
+@pytest.mark.parametrize("a", VALUES)
+@pytest.mark.parametrize("p", range(2, 9))
+def test_hessian_identity(p, a):
+    """det H = prod(-b_i) (tr M - 2), signs included, with tr M from lambda alone."""
+    stadium = Stadium(a)
+    words, x, exponents, _ = orbits_of(p, a)
+    straight = np.count_nonzero(STRAIGHT[words], axis=1)
+    trace = (-1.0) ** straight * 2 * np.cosh(exponents)
+    expected = np.prod(-link_couplings(stadium, words, x), axis=1) * (trace - 2)
+    assert np.linalg.det(hessian(stadium, words, x)) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("a", VALUES)
+@pytest.mark.parametrize("p", range(2, 9))
+def test_signature_of_the_hessian(p, a):
+    """An orbit is a minimum of the length along every wall, a maximum along every semicircle."""
+    words, x, _, _ = orbits_of(p, a)
+    eigenvalues = np.linalg.eigvalsh(hessian(Stadium(a), words, x))
+    straight = np.count_nonzero(STRAIGHT[words], axis=1)
+    assert (np.count_nonzero(eigenvalues > 0, axis=1) == straight).all()
+    assert (np.count_nonzero(eigenvalues < 0, axis=1) == p - straight).all()
+
+
+@pytest.mark.parametrize("p", [2, 3, 5, 7])
+def test_hessian_and_forces_are_those_of_the_reference(p):
+    """At the orbit, where the library's Hessian holds."""
+    words, x, _, _ = orbits_of(p, 1.6)
+    matrices = hessian(Stadium(1.6), words, x)
+    for i in range(0, len(words), 3):
+        _, gradient, exact = reference.length_derivatives(
+            to_strings(words[i : i + 1])[0], mp.mpf(1.6), [mp.mpf(v) for v in x[i].tolist()]
+        )
+        assert np.abs(matrices[i] - np.array(exact.tolist(), dtype=float)).max() < 1e-12
+        assert max(abs(g) for g in gradient) < 1e-13
+
+
+def test_forces_are_the_derivative_of_the_length_anywhere():
+    rng = np.random.default_rng(3)
+    words = from_strings(["1232131", "0113022", "3144552"])
+    x = rng.uniform(-1.2, 1.2, words.shape)
+    found = forces(Stadium(1.6), words, x)
+    for word, place, force in zip(to_strings(words), x, found, strict=True):
+        _, gradient, _ = reference.length_derivatives(word, mp.mpf(1.6), [mp.mpf(v) for v in place.tolist()])
+        assert np.abs(force - np.array([float(g) for g in gradient])).max() < 1e-13
+
+
+@pytest.mark.parametrize("p", range(2, 12))
+def test_lambda_against_fifty_digits(p):
+    words = np.concatenate(list(admissible_words(p))) if p > 8 else representatives(p)
+    orbits = solve(words[:: 1 + len(words) // 12], Stadium(1.6))
+    for i in np.flatnonzero(real(orbits)):
+        (word,) = to_strings(orbits.words[i : i + 1])
+        exact = reference.refine(word, 1.6, orbits.coordinates[i].tolist())
+        assert reference.relative(float(orbits.lyapunov[i]), exact.lyapunov) < 1e-14
+        assert abs(mp.mpf(float(orbits.lyapunov[i])) - exact.lyapunov) <= orbits.lyapunov_error[i]
+
+
+@pytest.mark.parametrize("a", [0.5, 1.6])
+def test_repeated_traversals_add_up(a):
+    """A word written k times has k times the length and lambda: far beyond the range of doubles."""
+    for word in ("13133", "113123", "1232131", "031331"):
+        single = solve(from_strings([word]), Stadium(a))
+        for count in (2, 7, 400):
+            many = solve(from_strings([word * count]), Stadium(a))
+            assert many.lyapunov[0] == pytest.approx(count * single.lyapunov[0], rel=1e-13)
+            assert many.length[0] == pytest.approx(count * single.length[0], rel=1e-13)
+        assert many.lyapunov[0] > math.log(sys.float_info.max)
+
+
+def test_small_lambda_keeps_its_digits():
+    """As a goes to 0 the orbit 13 becomes neutral: lambda = 2 arsinh(2 sqrt(a (1 + a)))."""
+    for a in (1e-6, 1e-4, 1e-2):
+        found = solve(from_strings(["13"]), Stadium(a)).lyapunov[0]
+        assert found == pytest.approx(2 * math.asinh(2 * math.sqrt(a * (1 + a))), rel=1e-14)
+
+
+def test_one_batch_holds_words_in_and_out_of_range():
+    """Drifts and kicks of any size against the product in 50 digits; rescaling must not spill over."""
+    rng = np.random.default_rng(5)
+    drift, kick = 10.0 ** rng.uniform(-3, 3, (2, 60, 4)) * [1e-6, 1.0, 1e3, 1e5]
+    found = exponent(Derivatives(np.zeros_like(drift), np.zeros_like(drift), drift, 1 / kick))
+    for word in range(4):
+        with mp.workdps(50):
+            product = mp.eye(2)
+            for d, stiffness in zip(drift[:, word], 1 / kick[:, word], strict=True):
+                product = (
+                    mp.matrix([[1, d], [0, 1]]) * mp.matrix([[1, 0], [1 / mp.mpf(stiffness), 1]]) * product
+                )
+            exact = mp.acosh((product[0, 0] + product[1, 1]) / 2)
+        assert reference.relative(float(found[word]), exact) < 1e-14
+    assert found[0] < 276 < 709 < found[3]

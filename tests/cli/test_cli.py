@@ -1,0 +1,320 @@
+"""The command line as users meet it."""
+
+import csv
+import io
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from processes import COMMAND
+
+ROOT = Path(__file__).parents[2]
+KEYS = [
+    "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
+    "time_reversal", "class_size", "margin", "residual", "error",
+]  # fmt: skip
+
+
+def commands() -> list[str]:
+    from orbitdb.cli.main import app
+
+    return [
+        command.name or command.callback.__name__ for command in app.registered_commands if not command.hidden
+    ]
+
+
+def test_fill_table_query(cli):
+    assert cli("fill", "--p", "7").code == 0
+    table = cli("table")
+    assert table.out.splitlines()[0].split() == [
+        "p",
+        "N_t",
+        "N_c",
+        "N",
+        "K_0",
+        "classes",
+        "boundary",
+        "unresolved",
+    ]
+    assert table.out.splitlines()[-1].split()[:5] == ["7", "712", "376", "2632", "1.125"]
+    again = cli("fill", "--p", "7")
+    assert again.code == 0
+    assert again.out == ""
+    (found,) = json.loads(cli("query", "--code", "1232131", "--json").out)
+    assert list(found) == [*KEYS, "coordinates", "stored"]
+    assert found["stored"] is True
+    assert found["status"] == "orbit"
+    assert found["rules"] == []
+    assert len(found["coordinates"]) == 7
+
+
+def test_table_1_as_printed(cli):
+    """The paper cuts K_0 behind the third decimal."""
+    cli("fill", "--p", "8")
+    rows = [line.split() for line in cli("table").out.splitlines()[1:]]
+    assert [(row[0], row[1], row[2], row[3], row[4]) for row in rows] == [
+        ("2", "1", "1", "2", "0.346"),
+        ("3", "8", "8", "24", "1.059"),
+        ("4", "32", "32", "130", "1.216"),
+        ("5", "96", "80", "400", "1.198"),
+        ("6", "252", "188", "1154", "1.175"),
+        ("7", "712", "376", "2632", "1.125"),
+        ("8", "2096", "1424", "11522", "1.169"),
+    ]
+
+
+def test_table_says_what_it_lacks(cli):
+    cli("fill", "--from", "6", "--p", "6")
+    outcome = cli("table", "--json")
+    assert "N needs the periods 2, 3" in outcome.err
+    (row,) = json.loads(outcome.out)
+    assert row["N"] is None
+    empty = cli("table", "--a", "2")
+    assert empty.code == 1
+    assert "fill" in empty.err
+
+
+def test_query_solves_what_is_not_stored_and_stores_nothing(cli, tmp_path):
+    (found,) = json.loads(cli("query", "--code", "1232131", "--json").out)
+    assert found["stored"] is False
+    assert not (tmp_path / "orbits.db").exists()
+    assert cli("fill", "--code", "1232131").code == 0
+    (stored,) = json.loads(cli("query", "--code", "2321311", "--json").out)
+    assert stored["stored"] is True
+    rotated = found["coordinates"][1:] + found["coordinates"][:1]
+    assert stored["coordinates"] == pytest.approx(rotated, abs=1e-14)
+
+
+def test_pruned_words_say_why(cli):
+    outcome = cli("query", "--code", "1001")
+    assert outcome.code == 0
+    assert "geometrically pruned" in outcome.out
+    assert [f"rule {n}" in outcome.out for n in range(1, 7)] == [True, False, True, False, False, True]
+    (found,) = json.loads(cli("query", "--code", "1001", "--json").out)
+    assert found["rules"] == [1, 3, 6]
+    family = cli("query", "--code", "02")
+    assert "family" in family.out
+    assert "never counted" in family.out
+    dynamical = cli("query", "--code", "01132")
+    assert "dynamically pruned" in dynamical.out
+    assert "margin" in dynamical.out
+
+
+def test_repetitions_are_reduced(cli):
+    outcome = cli("query", "--code", "131313", "--json")
+    assert json.loads(outcome.out)[0]["code"] == "13"
+    assert "13" in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["query", "--code", "1717"], r"'7' at place 2"),
+        (["query", "--code", ""], "empty"),
+        (["query", "--code", "1^"], "needs a number"),
+        (["query", "--code", "13", "--a", "0"], "half length"),
+        (["query", "--code", "13", "--a", "-1"], "half length"),
+        (["query", "--code", "13", "--a", "nan"], "half length"),
+        (["query", "--code", "13", "--a", "inf"], "half length"),
+        (["query", "--code", "13", "--a", "1e-9"], "half length"),
+        (["query", "--code", "13", "--a", "1e9"], "half length"),
+        (["query", "--code", "13", "--a", "wide"], "--a"),
+        (["fill"], "--p 11"),
+        (["fill", "--p", "1"], "from 2"),
+        (["fill", "--p", "40"], "20 or less"),
+        (["fill", "--p", "5", "--from", "7"], "periods 7 to 5"),
+        (["fill", "--p", "4", "--method", "magic"], "magic"),
+        (["query", "--p", "8-2"], "backwards"),
+        (["query", "--status", "lost"], "lost"),
+        (["query", "--range", "colour=1:2"], "colour"),
+        (["query", "--range", "length=long:"], "length=3:10"),
+        (["query", "-P", "=3"], "name=value"),
+        (["nonsense"], "nonsense"),
+        (["query", "--nonsense"], "nonsense"),
+    ],
+)
+def test_bad_input_is_one_line_and_code_2(cli, arguments, message):
+    cli("fill", "--p", "3")
+    outcome = cli(*arguments)
+    assert outcome.code == 2
+    assert outcome.out == ""
+    assert len(outcome.err.splitlines()) == 1
+    assert re.search(message, outcome.err)
+
+
+def test_bad_databases_are_code_3(cli, tmp_path):
+    other = tmp_path / "notes.txt"
+    other.write_text("not a database\n" * 20)
+    for arguments in (
+        ["query"],
+        ["table"],
+        ["info"],
+        ["fill", "--p", "3"],
+        ["migrate"],
+        ["query", "--code", "13"],
+    ):
+        outcome = cli(*arguments, "--db", str(other))
+        assert outcome.code == 3
+        assert len(outcome.err.splitlines()) == 1
+        assert "not an orbitdb catalogue" in outcome.err
+    assert other.read_text() == "not a database\n" * 20
+    assert cli("table").code == 3
+    assert "orbitdb fill" in cli("table").err
+
+
+def test_formats_agree(cli):
+    cli("fill", "--p", "5")
+    options = [
+        "query",
+        "--p",
+        "4-5",
+        "--status",
+        "orbit",
+        "--order",
+        "length desc",
+        "-c",
+        "word,p,length,lambda_c",
+    ]
+    rows = json.loads(cli(*options, "--json").out)
+    lines = [json.loads(line) for line in cli(*options, "--format", "jsonl").out.splitlines()]
+    commas = list(csv.DictReader(io.StringIO(cli(*options, "--format", "csv").out)))
+    tabs = list(csv.DictReader(io.StringIO(cli(*options, "--format", "tsv").out), delimiter="\t"))
+    assert rows == lines
+    assert commas == tabs
+    assert [float(row["length"]) for row in commas] == [row["length"] for row in rows]
+    assert [row["length"] for row in rows] == sorted((row["length"] for row in rows), reverse=True)
+    table = cli(*options)
+    assert len(table.out.splitlines()) == 41
+    assert "112 orbits of period 4 to 5 at a = 1.6; 40 shown" in table.err
+    assert len(cli(*options, "--limit", "3", "--offset", "2").out.splitlines()) == 4
+
+
+def test_default_json_keys(cli):
+    cli("fill", "--p", "3")
+    rows = json.loads(cli("query", "--json").out)
+    assert list(rows[0]) == KEYS
+    assert cli("query", "--p", "9", "--json").code == 1
+    assert json.loads(cli("query", "--p", "9", "--json").out) == []
+
+
+def test_where_with_parameters(cli):
+    cli("fill", "--p", "6")
+    found = json.loads(
+        cli(
+            "query",
+            "--where",
+            "lambda_c < :cut and time_reversal = :kind",
+            "-P",
+            "cut=0.5",
+            "-P",
+            "kind=self",
+            "--json",
+        ).out
+    )
+    assert found
+    assert all(row["lambda_c"] < 0.5 and row["time_reversal"] == "self" for row in found)
+
+
+def test_codes_from_stdin(cli, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO("13\n1^20 (02)^5 3\n\n1001\n"))
+    outcome = cli("fill", "--code", "-")
+    assert outcome.code == 0
+    assert len(outcome.err.splitlines()) == 3
+    (found,) = json.loads(cli("query", "--code", "1^20 (02)^5 3", "--json").out)
+    assert found["stored"] is True
+    assert found["p"] == 31
+
+
+def test_one_bad_code_stores_none(cli, tmp_path):
+    assert cli("fill", "--code", "13", "--code", "1717").code == 2
+    assert not (tmp_path / "orbits.db").exists()
+
+
+def test_dry_run_writes_nothing(cli, tmp_path):
+    outcome = cli("fill", "--p", "11", "--dry-run")
+    assert outcome.code == 0
+    assert "89789 sequences" in outcome.err
+    assert not (tmp_path / "orbits.db").exists()
+
+
+def test_info_and_migrate(cli):
+    assert "made" in cli("migrate").err
+    assert "nothing to do" in cli("migrate").err
+    cli("fill", "--p", "4")
+    assert "schema" in cli("info").out
+    rows = json.loads(cli("info", "--json").out)
+    assert [(row["p"], row["state"], row["N_c"]) for row in rows] == [
+        (2, "done", 1),
+        (3, "done", 8),
+        (4, "done", 32),
+    ]
+
+
+@pytest.mark.parametrize("command", commands())
+def test_every_command_has_help_with_an_example_and_stands_in_the_readme(cli, command):
+    outcome = cli(command, "--help")
+    assert outcome.code == 0
+    assert f"orbitdb {command}" in outcome.out
+    assert "Example" in outcome.out
+    assert f"orbitdb {command}" in (ROOT / "README.md").read_text()
+
+
+@pytest.mark.parametrize("command", ["query", "entropy", "lyapunov", "export", "plot", "verify", "browse"])
+def test_subsets_are_chosen_by_the_same_options_everywhere(cli, command):
+    text = cli(command, "--help").out
+    names = ["--p", "--status", "--reversal", "--symmetry", "--contains", "--range", "--where", "-P"]
+    places = [text.index(f"\n  {name} ") for name in names]
+    assert places == sorted(places)
+    assert text.index("--a ") < places[0]
+
+
+def test_help_and_version_load_nothing_heavy():
+    script = (
+        "import sys; from orbitdb.cli.main import _run; _run(sys.argv[1:]);"
+        "heavy = ('numpy', 'scipy', 'sqlalchemy', 'textual', 'alembic', 'flint');"
+        "print([name for name in heavy if name in sys.modules])"
+    )
+    for option in (["--help"], ["--version"], ["fill", "--help"], ["query", "--help"], ["plot", "--help"]):
+        result = subprocess.run(
+            [sys.executable, "-P", "-c", script, *option], capture_output=True, text=True, check=True
+        )
+        assert result.stdout.splitlines()[-1] == "[]"
+
+
+def test_head_ends_quietly(filled):
+    command = " ".join(f"'{part}'" for part in [*COMMAND, "query", "--format", "csv", "--db", str(filled)])
+    result = subprocess.run(f"{command} | head -n 2", shell=True, capture_output=True, text=True, check=False)
+    assert len(result.stdout.splitlines()) == 2
+    assert result.stderr == ""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+def test_ctrl_c_ends_with_130_and_goes_on(tmp_path):
+    path = tmp_path / "orbits.db"
+    process = subprocess.Popen(
+        [*COMMAND, "fill", "--p", "14", "--db", str(path)], stderr=subprocess.PIPE, text=True
+    )
+    deadline = time.monotonic() + 60
+    while not path.exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert err.splitlines()[1:] == [  # the first line says what the fill takes
+        "orbitdb: interrupted; nothing that was stored is lost, the same command goes on from there"
+    ]
+    subprocess.run([*COMMAND, "fill", "--p", "5", "--db", str(path)], check=True, capture_output=True)
+
+
+def test_environment_names_the_catalogue(tmp_path):
+    environment = os.environ | {"ORBITDB_DB": str(tmp_path / "named.db")}
+    subprocess.run([*COMMAND, "fill", "--p", "3"], check=True, env=environment, capture_output=True)
+    assert (tmp_path / "named.db").exists()

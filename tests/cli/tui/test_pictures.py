@@ -1,0 +1,154 @@
+"""Pictures: what is drawn is where the physics says it is."""
+
+import math
+
+import numpy as np
+import pytest
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.tui.braille import DOTS_X, DOTS_Y, Frame, Layer, Mark, draw, polyline
+from orbitdb.cli.tui.pictures import (
+    Curve,
+    along,
+    draw_curves,
+    draw_orbit,
+    draw_phase,
+    length_of,
+    path_of,
+    phase_points,
+)
+from orbitdb.orbits.newton import solve_word
+from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
+
+A = 1.6
+WORDS = ["13", "1232131", "0132", "113", "1554455", "1111113"]
+
+
+def solved(word, a=A):
+    orbit = solve_word(word, Stadium(a))
+    assert orbit.coordinates is not None
+    return orbit
+
+
+def dots_of(picture):
+    """Return the dots that are set, read back from the characters."""
+    codes = picture.text.copy().view(np.uint32).reshape(picture.text.shape).astype(int)
+    bits = {(0, 0): 1, (0, 1): 2, (0, 2): 4, (1, 0): 8, (1, 1): 16, (1, 2): 32, (0, 3): 64, (1, 3): 128}
+    braille = np.where(codes >= 0x2800, codes - 0x2800, 0)
+    found = [np.argwhere(braille & bit)[:, ::-1] * (DOTS_X, DOTS_Y) + place for place, bit in bits.items()]
+    return np.concatenate(found)
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(40, 9), (90, 18), (30, 40), (200, 5)])
+@pytest.mark.parametrize("a", [0.01, 1.0, 1.6, 4.0])
+def test_the_stadium_has_its_aspect_at_any_size(a, columns, rows):
+    picture, true = draw_orbit(a, np.zeros((0, 2)), columns, rows)
+    assert picture.text.shape == picture.styles.shape == (rows, columns)
+    if not true:
+        return
+    dots = dots_of(picture)
+    width, height = np.ptp(dots, axis=0)
+    assert abs(width - height * (a + 1)) <= 2 + 2 * (a + 1)
+    assert width >= DOTS_X * columns - 4 or height >= DOTS_Y * rows - 4
+
+
+def test_a_very_long_stadium_is_stretched_and_says_so():
+    picture, true = draw_orbit(1e4, np.zeros((0, 2)), 60, 10)
+    assert not true
+    assert len(np.unique(np.argwhere(picture.text != " ")[:, 0])) == 10
+
+
+def test_a_line_has_no_gaps_and_both_its_ends():
+    frame = Frame.around((-1, -1), (1, 1), 30, 15)
+    ends = np.array([[-0.9, -0.7], [0.8, 0.95], [0.1, -0.4]])
+    dots = polyline(frame, ends)
+    assert np.abs(np.diff(dots, axis=0)).max() == 1
+    assert {tuple(dot) for dot in frame.dots(ends).tolist()} <= {tuple(dot) for dot in dots.tolist()}
+
+
+def test_every_dot_has_its_bit():
+    frame = Frame(1, 1, (1.0, 1.0), (0.0, 0.0))
+    seen = set()
+    for x in range(DOTS_X):
+        for y in range(DOTS_Y):
+            (cell,) = draw(frame, [Layer("path", np.array([[x, y]]))]).text[0]
+            seen.add(ord(cell) - 0x2800)
+    assert seen == {1 << n for n in range(8)}
+
+
+def test_marks_lie_over_dots_and_what_is_outside_is_left_out():
+    frame = Frame(2, 1, (1.0, 1.0), (0.0, 0.0))
+    dots = np.array([[0, 0], [-1, 2], [4, 0], [3, 3]])
+    picture = draw(frame, [Layer("path", dots)], [Mark("start", (1, 1), "S"), Mark("bounce", (9, 9), "B")])
+    assert "".join(picture.text[0]) == "S" + chr(0x2800 + 0x80)
+    assert picture.runs(0) == [("S", "start"), (chr(0x2880), "path")]
+
+
+@pytest.mark.parametrize("word", WORDS)
+def test_the_path_is_closed_and_as_long_as_the_orbit(word):
+    orbit = solved(word)
+    path = path_of(orbit)
+    assert (path[0] == path[-1]).all()
+    assert length_of(path) == pytest.approx(orbit.length, rel=1e-12)
+    assert along(path, 1.25) == pytest.approx(along(path, 0.25))
+    walked = np.array([along(path, share) for share in np.linspace(0, 1, 400)])
+    assert length_of(walked) == pytest.approx(orbit.length, rel=0.02)
+
+
+def test_half_the_way_of_the_orbit_13_is_its_other_end():
+    path = path_of(solved("13"))
+    assert along(path, 0.0) == pytest.approx([-A - 1, 0], abs=1e-12)
+    assert along(path, 0.5) == pytest.approx([A + 1, 0], abs=1e-12)
+
+
+def test_the_picture_marks_start_direction_and_particle():
+    orbit = solved("13")
+    picture, _ = draw_orbit(A, path_of(orbit), 60, 12, particle=0.5)
+    row = "".join(picture.text[np.argwhere(picture.text == "◆")[0][0]])
+    assert row.index("◆") < row.index("→") < row.index("●")
+    assert {"wall", "path", "start", "arrow", "particle", "trail"} <= set(picture.styles.ravel())
+
+
+@pytest.mark.parametrize("word", WORDS)
+def test_time_reversal_turns_the_sine_and_keeps_the_place(word):
+    points = phase_points(solved(word))
+    back = phase_points(solved(images_of(word)[REVERSE]))[::-1]
+    assert np.abs(points[:, 1]).max() < 1
+    assert back[:, 0] == pytest.approx(points[:, 0], abs=1e-9)
+    assert back[:, 1] == pytest.approx(-points[:, 1], abs=1e-9)
+
+
+@pytest.mark.parametrize("element", [MIRROR_X, MIRROR_Y])
+def test_mirrors_turn_the_sense_of_the_boundary(element):
+    points, image = (phase_points(solved(word)) for word in ("1232131", images_of("1232131")[element]))
+    assert image[:, 1] == pytest.approx(-points[:, 1], abs=1e-9)
+    perimeter = Stadium(A).perimeter
+    axis = 2 * A if element == MIRROR_X else 2 * (2 * A) + math.pi
+    turns = (image[:, 0] + points[:, 0] - axis) / perimeter
+    assert turns == pytest.approx(np.rint(turns), abs=1e-9)
+
+
+def test_a_run_along_a_semicircle_keeps_its_sine():
+    points = phase_points(solved("1111113"))
+    assert np.ptp(points[:-2, 1]) == pytest.approx(0, abs=1e-9)
+
+
+def test_phase_space_names_walls_and_orbits():
+    orbits = [solved("13"), solved("113")]
+    picture = draw_phase(A, [phase_points(orbit) for orbit in orbits], 60, 12, ["13", "113"])
+    lines = ["".join(line) for line in picture.text]
+    assert picture.text.shape == (12, 60)
+    assert lines[-2].split() == ["0", "bottom", "3", "right", "2", "top", "1", "left"]
+    assert lines[-1].split() == ["●", "13", "•", "113"]
+    assert sum(line.count("●") for line in lines[:-2]) == 2
+
+
+@pytest.mark.parametrize("size", [(60, 12), (20, 6), (10, 3)])
+def test_curves_fill_their_frame_and_pass_over_what_is_not_known(size):
+    p = np.arange(2.0, 8.0)
+    values = np.array([1.0, np.nan, 2.0, 3.0, 2.5, 2.0])
+    picture = draw_curves([Curve("one", "K_0", p, values), Curve("two", "zeta", p, values, "×")], *size)
+    assert picture.text.shape == size[::-1]
+    assert draw_curves([], *size).text.shape == size[::-1]
+    if size[0] == 60:
+        assert (picture.text[:-1] == "×").sum() == 5

@@ -1,0 +1,660 @@
+"""The terminal UI, driven by keys and mouse against a filled catalogue, at two sizes."""
+
+import csv
+import json
+import os
+import re
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+from pilot import LARGE, SMALL, ask, drive, press, send, settle, shown, table_of, until
+from textual import events
+
+from orbitdb.averages.by_period import entropy, lyapunov
+from orbitdb.cli.tui.dialogs import KeysDialog, LineDialog, QuestionDialog
+from orbitdb.cli.tui.drawing import OrbitDrawing, Plot, View
+from orbitdb.cli.tui.export import export
+from orbitdb.cli.tui.facts import FactsPanel
+from orbitdb.cli.tui.filling import FillDialog, parse_wish
+from orbitdb.cli.tui.main_screen import MainScreen
+from orbitdb.cli.tui.source import Ordering, Pages
+from orbitdb.cli.tui.statistics import StatisticsScreen
+from orbitdb.cli.tui.table import PagedTable
+from orbitdb.errors import InputError
+from orbitdb.filling.periods import fill_periods
+from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.writing.references import add_reference
+from orbitdb.store.writing.writer import Writer
+from orbitdb.symbols.symmetry import REVERSE, images_of
+from orbitdb.symbols.words import least_rotation
+from orbitdb.trajectories.ensemble import Reference
+
+SNAPSHOTS = Path(__file__).parent / "snapshots"
+WRITE = "ORBITDB_WRITE_SNAPSHOTS"
+TAKEN_WITH = "8.2"
+"""The Textual that drew the snapshots; another may draw borders or scrollbars in other ways."""
+
+both_sizes = pytest.mark.parametrize(
+    "size",
+    [pytest.param(SMALL, id="80x24"), pytest.param(LARGE, id="160x48", marks=pytest.mark.slow)],
+)
+
+
+@pytest.fixture(scope="session")
+def filled(tmp_path_factory):
+    path = tmp_path_factory.mktemp("tui") / "orbits.db"
+    Catalogue.create(path)
+    for a, highest in ((1.6, 7), (1.0, 6)):
+        for _ in fill_periods(path, a, range(2, highest + 1)):
+            pass
+    return path
+
+
+@both_sizes
+def test_it_opens_with_the_first_orbit(filled, size):
+    async def steps(app, pilot):
+        table = table_of(app)
+        assert isinstance(table.source, Pages)
+        assert len(table.source) == app.catalogue.count(Selection())
+        assert app.screen.orbit.code == "13"
+        assert app.screen.sub_title == Selection().describe()
+        text = shown(app)
+        assert "an unstable" in text
+        assert "10.4000000" in text
+        assert "1 of 1,101" in text
+        assert "◆" in text
+
+    drive(filled, steps, size)
+
+
+@both_sizes
+def test_moving_through_the_table(filled, size):
+    async def steps(app, pilot):
+        table = table_of(app)
+        words = [code for (code,) in app.catalogue.rows(Selection(), ("code",))]
+        await press(pilot, "j", "j", "down", "k")
+        assert table.cursor == 2
+        assert app.screen.orbit.code == words[2]
+        await press(pilot, "pagedown")
+        assert table.cursor > 10
+        await press(pilot, "pageup", "G")
+        assert app.screen.orbit.code == words[-1]
+        assert words[-1] in shown(app)
+        await press(pilot, "k", "up")
+        assert app.screen.orbit.code == words[-3]
+        await press(pilot, "g")
+        assert table.cursor == 0
+        await press(pilot, "l", "l", "h")
+        assert table.first_column == 2
+        await pilot.click(PagedTable, offset=(3, 6))
+        await settle(pilot)
+        assert app.screen.orbit.code == words[5]
+
+    drive(filled, steps, size)
+
+
+@pytest.mark.slow
+@both_sizes
+def test_sorting_by_key_and_by_heading(filled, size):
+    async def steps(app, pilot):
+        table = table_of(app)
+        await press(pilot, "s", "j", "enter")
+        first = [code for (code,) in app.catalogue.rows(Selection(), ("code",), "length", 3)]
+        assert [table.source.row(place)[0] for place in range(3)] == first
+        await press(pilot, "R", "g")
+        longest = next(app.catalogue.rows(Selection(), ("code",), "length desc", 1))[0]
+        assert app.screen.orbit.code == longest
+        assert "length▼" in shown(app)
+        await pilot.click(PagedTable, offset=(2, 0))
+        await settle(pilot)
+        assert app.screen.ordering.column == "code"
+
+    drive(filled, steps, size)
+
+
+def test_keys_that_come_faster_than_the_screen_are_not_lost(filled):
+    async def steps(app, pilot):
+        for key in "jjjjmjjm":
+            app.post_message(events.Key(key, key))
+        await settle(pilot)
+        words = [code for (code,) in app.catalogue.rows(Selection(), ("code",), limit=7)]
+        assert [orbit.code for orbit in app.screen.compared] == [words[4], words[6]]
+
+    drive(filled, steps)
+
+
+@pytest.mark.slow
+def test_the_cursor_stays_on_its_word_when_the_order_changes(filled):
+    async def steps(app, pilot):
+        await press(pilot, *"jjjjjjj")
+        word = table_of(app).row[0]
+        await press(pilot, "R")
+        assert table_of(app).row[0] == word
+        assert table_of(app).cursor > 1000
+
+    drive(filled, steps)
+
+
+@both_sizes
+def test_filter_is_checked_as_it_is_typed_and_remembered(filled, size):
+    async def steps(app, pilot):
+        await press(pilot, "slash", *"lenght")
+        assert "no such column" in str(app.screen.query_one(".complaint").render())
+        await press(pilot, "enter")
+        assert isinstance(app.screen, LineDialog)
+        app.screen.query_one("Input").value = "length < 3"
+        await pilot.pause()
+        assert "where length < 3" in str(app.screen.query_one(".complaint").render())
+        await press(pilot, "escape")
+        await ask(pilot, "slash", "length < 11")
+        chosen = Selection(where="length < 11")
+        assert app.screen.selection == chosen
+        assert app.screen.sub_title == chosen.describe()
+        assert len(table_of(app).source) == app.catalogue.count(chosen) == 5
+        await press(pilot, "slash", "ctrl+a", "ctrl+k", "enter")
+        assert app.screen.selection.where is None
+        await press(pilot, "slash", "up", "enter")
+        assert app.screen.selection == chosen
+
+    drive(filled, steps, size)
+
+
+@pytest.mark.slow
+@both_sizes
+def test_quick_choices(filled, size):
+    async def steps(app, pilot):
+        screen = app.screen
+        await press(pilot, "o")
+        assert screen.selection.statuses == (Status.ORBIT,)
+        assert len(table_of(app).source) == 685
+        await press(pilot, "r")
+        assert len(table_of(app).source) == app.catalogue.count(
+            Selection(statuses=(Status.ORBIT,), time_reversal="self")
+        )
+        await press(pilot, "right_square_bracket", "right_square_bracket")
+        assert screen.selection.periods == ((3, 3),)
+        assert "that retrace their path" in screen.sub_title
+        await press(pilot, "left_square_bracket", "left_square_bracket")
+        assert screen.selection.periods == ()
+        await press(pilot, "a", "k", "enter")
+        assert screen.selection.a == 1.0
+        assert screen.orbit.a == 1.0
+        assert "a = 1 " in shown(app)
+
+    drive(filled, steps, size)
+
+
+def test_an_empty_subset_shows_nothing(filled):
+    async def steps(app, pilot):
+        assert app.screen.orbit is None
+        assert "none" in shown(app)
+        await press(pilot, "j", "T", "y", "m", "v", "space", "space")
+
+    drive(filled, steps, selection=Selection(where="length < 0"))
+
+
+@both_sizes
+def test_a_code_in_any_rotation(filled, size):
+    async def steps(app, pilot):
+        await ask(pilot, "c", "3112321")
+        assert app.screen.orbit.code == "3112321"
+        assert table_of(app).row[0] == least_rotation("3112321")
+        await press(pilot, "escape")
+        assert app.screen.orbit.code == least_rotation("3112321")
+        await press(pilot, "j")
+        assert least_rotation(app.screen.orbit.code) != least_rotation("3112321")
+
+    drive(filled, steps, size)
+
+
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        pytest.param("1^20 3", "1^20 3", marks=pytest.mark.slow),
+        ("00123", "hits one straight wall twice"),
+        pytest.param("02", "bouncing-ball", marks=pytest.mark.slow),
+        pytest.param("1123123", "solved on the spot", marks=pytest.mark.slow),
+    ],
+)
+def test_a_word_that_is_not_stored_is_solved_and_says_why(filled, code, told):
+    async def steps(app, pilot):
+        await ask(pilot, "c", code)
+        assert not app.screen.orbit.stored
+        assert told in shown(app)
+
+    selection = Selection(a=1.0) if code == "1123123" else Selection()
+    drive(filled, steps, LARGE, selection)
+
+
+def test_a_bad_code_is_not_taken(filled):
+    async def steps(app, pilot):
+        await ask(pilot, "c", "129")
+        assert isinstance(app.screen, LineDialog)
+        assert "symbol '9'" in str(app.screen.query_one(".complaint").render())
+
+    drive(filled, steps)
+
+
+def test_it_opens_at_a_code_and_with_a_filter(filled):
+    async def steps(app, pilot):
+        assert app.screen.orbit.code == "1232131"
+        assert table_of(app).row[0] == least_rotation("1232131")
+
+    drive(filled, steps, code="1232131")
+    drive(filled, steps, code="1232131", selection=Selection(periods=((7, 7),), where="lambda_c < 0.5"))
+
+
+@pytest.mark.slow
+@both_sizes
+def test_moving_in_the_class(filled, size):
+    async def steps(app, pilot):
+        await ask(pilot, "c", "0132")
+        length = app.screen.orbit.length
+        seen = {least_rotation(app.screen.orbit.code)}
+        for key in ("T", "X", "T", "Y", "T", "X", "T"):
+            await press(pilot, key)
+            assert app.screen.orbit.length == pytest.approx(length, rel=1e-12)
+            assert table_of(app).row[0] == least_rotation(app.screen.orbit.code)
+            seen.add(table_of(app).row[0])
+        assert len(seen) == app.screen.orbit.class_size == 4
+
+    drive(filled, steps, size)
+
+
+@pytest.mark.slow
+def test_an_orbit_that_is_its_own_reverse_runs_the_other_way(filled):
+    async def steps(app, pilot):
+        await ask(pilot, "c", "0103")
+        before = app.screen.orbit
+        await press(pilot, "T")
+        assert app.screen.orbit.code == images_of("0103")[REVERSE]
+        assert app.screen.orbit.coordinates == pytest.approx(before.coordinates[::-1])
+        assert app.screen.query_one(FactsPanel).border_title == "its own time reverse"
+
+    drive(filled, steps)
+
+
+@pytest.mark.slow
+@both_sizes
+def test_a_particle_runs_and_phase_space_compares(filled, size):
+    async def steps(app, pilot):
+        drawing = app.screen.query_one(OrbitDrawing)
+        await pilot.press("space")
+        before = drawing.particle
+        drawing.step()
+        way = (drawing.particle - before) % 1 * app.screen.orbit.length
+        assert way == pytest.approx(0.125)  # 2.5 a second, 20 pictures a second
+        await pilot.pause()
+        assert "●" in shown(app)
+        await pilot.press("space")
+        assert drawing.particle is None
+        await press(pilot, "m", "j", "m", "j", "v")
+        assert drawing.view is View.PHASE
+        assert [orbit.code for orbit in app.screen.compared] == ["13", "013"]
+        assert "● 031  • 13  • 013" in shown(app)
+        await press(pilot, "M", "v")
+        assert app.screen.compared == ()
+        assert drawing.view is View.STADIUM
+
+    drive(filled, steps, size)
+
+
+@pytest.mark.slow
+@both_sizes
+def test_statistics_are_those_of_the_averages(filled, size):
+    async def steps(app, pilot):
+        await press(pilot, "S")
+        screen = app.screen
+        assert isinstance(screen, StatisticsScreen)
+        found = screen.found
+        assert found.words == {2: 1, 3: 8, 4: 32, 5: 80, 6: 188, 7: 376}
+        assert found.entropy.N.tolist() == [2, 24, 130, 400, 1154, 2632]
+        assert all(plot.curves for plot in screen.query(Plot))
+        error = abs(screen.reference.lambda_d - 0.887)
+        assert error < 5 * screen.reference.lambda_d_error + 0.001
+        assert "2632" in shown(app)
+        before = found.lyapunov.lambda_d[-1]
+        await press(pilot, "w")
+        assert screen.found.lyapunov.lambda_d[-1] != before
+        await press(pilot, "j", "l", "h", "k", "escape")
+        assert isinstance(app.screen, MainScreen)
+
+    drive(filled, steps, size)
+
+
+@pytest.mark.slow
+def test_statistics_show_the_stored_reference_until_new_trajectories_are_wanted(filled, tmp_path):
+    path = tmp_path / "orbits.db"
+    path.write_bytes(filled.read_bytes())
+    kept = Reference(0.8867, 0.0001, 0.3752, 0.0001, 2.3, 0.1, 10**9, 16, 5)
+    writer = Writer(path, {"command": "test"})
+    add_reference(writer, 1.6, kept)
+    writer.close()
+
+    async def steps(app, pilot):
+        await press(pilot, "S")
+        assert app.screen.reference == kept
+        await press(pilot, "t")
+        assert app.screen.reference.bounces < 10**7
+        assert app.screen.reference.lambda_d == pytest.approx(kept.lambda_d, abs=0.01)
+
+    drive(path, steps, LARGE)
+
+
+def test_statistics_of_chosen_words_count_those_words_alone(filled):
+    from orbitdb.averages.fixed_points import ClassRows
+    from orbitdb.cli.tui.numbers import curves_of, statistics, table_of
+
+    catalogue = Catalogue(filled)
+    chosen = Selection(contains="13", statuses=(Status.ORBIT,))
+    *_, found = statistics(catalogue, chosen)
+    rows = list(catalogue.rows(chosen, ("p", "length", "lyapunov", "walls")))
+    import numpy as np
+
+    p, length, exponent, walls = np.array(rows).T
+    single = ClassRows(p.astype(int), np.ones(len(p), int), length, exponent, walls % 2 == 1)
+    assert found.entropy.N.tolist() == entropy(single, 7).N.tolist()
+    assert found.lyapunov.lambda_c == pytest.approx(lyapunov(single, 7).lambda_c, nan_ok=True)
+    assert sum(found.words.values()) == len(rows)
+    *_, even = statistics(catalogue, Selection(periods=((4, 4), (6, 6))))
+    assert [row[0] for row in table_of(even)] == ["4", "6"]
+    assert even.missing == (2, 3, 5)
+    assert table_of(even)[0][4:7] == ["", "", ""]
+    assert not np.isfinite(curves_of(even, None)["entropy"][0].y).any()
+
+
+@both_sizes
+def test_an_empty_place_greets_and_is_filled(tmp_path, size):
+    path = tmp_path / "new.db"
+
+    async def steps(app, pilot):
+        assert "Press f" in shown(app)
+        await ask(pilot, "c", "13")
+        assert "10.4000000" in shown(app)
+        await press(pilot, "f")
+        assert isinstance(app.screen, FillDialog)
+        app.screen.query_one("#periods").value = "2-5"
+        await press(pilot, "enter")
+        assert app.fill_state.state == "done"
+        await press(pilot, "escape")
+        assert len(table_of(app).source) == 137
+        assert app.screen.orbit.stored
+        await press(pilot, "f")
+        app.screen.query_one("#codes").value = "1^10 3, 0132"
+        await pilot.click("#start")
+        await settle(pilot)
+        await press(pilot, "escape")
+        assert len(table_of(app).source) > 137
+
+    drive(path, steps, size)
+    assert [fill.n_c for fill in Catalogue(path).fills(1.6)] == [1, 8, 32, 80]
+
+
+@pytest.mark.slow
+def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
+    path = tmp_path / "new.db"
+
+    async def steps(app, pilot):
+        await pilot.press("f")
+        app.screen.query_one("#periods").value = "2-14"
+        await send(app, "enter", FillDialog)
+        await until(lambda: app.fill_state is not None and app.fill_state.done)
+        await send(app, "escape", MainScreen)
+        await send(app, "q", QuestionDialog)
+        await send(app, "n", MainScreen)
+        await send(app, "f", FillDialog)
+        await until(lambda: app.screen.query("#stop"))
+        app.screen.query_one("#stop").press()
+        await settle(pilot)
+        assert app.fill_state.state == "stopped"
+
+    drive(path, steps)
+    done = [fill.p for fill in Catalogue(path).fills(1.6) if fill.state == "done"]
+    assert 14 not in done
+    for _ in fill_periods(path, 1.6, range(2, 8)):
+        pass
+    counts = {fill.p: fill.n_c for fill in Catalogue(path).fills(1.6)}
+    assert [counts[p] for p in range(2, 8)] == [1, 8, 32, 80, 188, 376]
+
+
+def test_quitting_while_a_fill_runs_asks_and_keeps_what_is_stored(tmp_path):
+    path = tmp_path / "new.db"
+
+    async def steps(app, pilot):
+        await pilot.press("f")
+        app.screen.query_one("#periods").value = "2-14"
+        await send(app, "enter", FillDialog)
+        await until(lambda: app.fill_state is not None)
+        await send(app, "escape", MainScreen)
+        await send(app, "q", QuestionDialog)
+        assert app.fill_state.runs
+        app.post_message(events.Key("y", "y"))
+        await until(lambda: app._exit)
+
+    drive(path, steps)
+    for _ in fill_periods(path, 1.6, range(2, 6)):
+        pass
+    assert [fill.n_c for fill in Catalogue(path).fills(1.6)][:4] == [1, 8, 32, 80]
+
+
+@pytest.mark.parametrize(
+    ("texts", "complaint"),
+    [
+        (("x", "2-5", ""), "write a number"),
+        (("-1", "2-5", ""), "half length"),
+        (("1.6", "two", ""), "periods"),
+        (("1.6", "1-5", ""), "fill from 2"),
+        (("1.6", "2-5", "9"), "symbol"),
+    ],
+)
+def test_what_cannot_be_filled_is_refused(texts, complaint):
+    with pytest.raises(InputError, match=complaint):
+        parse_wish(*texts)
+
+
+def test_a_read_only_file_can_be_read_and_not_filled(filled, tmp_path, monkeypatch):
+    path = tmp_path / "frozen.db"
+    path.write_bytes(filled.read_bytes())
+    monkeypatch.setattr(os, "access", lambda *_: False)
+
+    async def steps(app, pilot):
+        assert len(table_of(app).source) == 1101
+        await press(pilot, "f")
+        assert isinstance(app.screen, MainScreen)
+        assert any("read-only" in note.message for note in app._notifications)
+
+    drive(path, steps)
+
+
+@pytest.mark.slow
+@both_sizes
+def test_copy_and_export(filled, tmp_path, size):
+    async def steps(app, pilot):
+        await ask(pilot, "c", "1232131")
+        await press(pilot, "y")
+        assert app.clipboard == "1232131"
+        await ask(pilot, "e", str(tmp_path / "rows.csv"))
+        await ask(pilot, "e", str(tmp_path / "orbit.svg"))
+        await ask(pilot, "e", "orbit.gif")
+        assert isinstance(app.screen, LineDialog)
+
+    chosen = Selection(statuses=(Status.ORBIT,), periods=((2, 4),))
+    drive(filled, steps, size, chosen)
+    with (tmp_path / "rows.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["code"],) for row in rows] == list(Catalogue(filled).rows(chosen, ("code",)))
+    assert float(rows[0]["length"]) == 10.4
+    assert "<polygon" in (tmp_path / "orbit.svg").read_text()
+
+
+@pytest.mark.parametrize("name", ["rows.tsv", "rows.json", "rows.jsonl", "orbit.svg", "orbit.png"])
+def test_every_kind_of_export(filled, tmp_path, name):
+    if name.endswith("png"):
+        pytest.importorskip("matplotlib")
+    catalogue, path = Catalogue(filled), tmp_path / name
+    told = export(
+        path, catalogue, Selection(periods=((2, 4),)), Ordering("length", True), catalogue.find("013", 1.6)
+    )
+    assert str(path) in told
+    if name == "rows.json":
+        rows = json.loads(path.read_text())
+        assert len(rows) == 41
+        assert [row["length"] for row in rows] == sorted((row["length"] for row in rows), reverse=True)
+    elif name == "rows.jsonl":
+        assert [json.loads(line)["p"] for line in path.read_text().splitlines()].count(4) == 32
+    elif name == "rows.tsv":
+        assert len(path.read_text().splitlines()) == 42
+    elif name == "orbit.svg":
+        corners = re.search(r'<polygon points="([^"]*)"', path.read_text())[1].split()
+        assert len(corners) == 3
+    else:
+        assert path.read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(InputError):
+        export(tmp_path / "x.svg", catalogue, Selection(), Ordering(), None)
+    with pytest.raises(InputError):
+        export(tmp_path / "x.csv", None, Selection(), Ordering(), None)
+
+
+@pytest.mark.slow
+def test_help_palette_and_themes(filled):
+    async def steps(app, pilot):
+        await press(pilot, "question_mark")
+        assert isinstance(app.screen, KeysDialog)
+        await press(pilot, "escape")
+        titles = {command.title for command in app.get_system_commands(app.screen)}
+        actions = {b.description for b in MainScreen.BINDINGS if b.description}
+        assert {text[:1].upper() + text[1:] for text in actions} <= titles
+        await press(pilot, "ctrl+p", *"time", "enter")
+        assert isinstance(app.screen, MainScreen)
+        app.theme = "textual-light"
+        await pilot.pause()
+        assert "◆" in shown(app)
+
+    drive(filled, steps)
+
+
+def test_without_colours_everything_is_told_by_its_shape(filled, monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+
+    async def steps(app, pilot):
+        assert app.no_color
+        assert {"◆", "•"} <= set(shown(app))
+        svg = app.export_screenshot().replace("#c5c8c6", "")  # of the picture's frame, not of the app
+        colours = set(re.findall(r"fill: (#\w{6})", svg))
+        assert all(colour[1:3] == colour[3:5] == colour[5:7] for colour in colours)
+
+    drive(filled, steps)
+
+
+def test_the_panels_fold(filled):
+    async def steps(app, pilot):
+        assert app.screen.query_one(FactsPanel).region.height >= 8
+        assert app.screen.query_one(OrbitDrawing).region.right <= 80
+        await pilot.resize_terminal(*LARGE)
+        await settle(pilot)
+        assert app.screen.query_one(OrbitDrawing).size.width == 90
+        assert app.screen.query_one("#rows").size.width > 60
+
+    drive(filled, steps)
+
+
+def test_it_works_beside_a_process_that_fills(tmp_path):
+    path = tmp_path / "shared.db"
+    Catalogue.create(path)
+    steps_of_fill = fill_periods(path, 1.6, range(2, 8))
+    for step in steps_of_fill:
+        if step.p == 4:
+            break
+
+    async def steps(app, pilot):
+        assert len(table_of(app).source) == 41
+        for _ in steps_of_fill:
+            pass
+        await press(pilot, "o", "j", "G")
+        assert app.screen.orbit is not None
+
+    drive(path, steps)
+
+
+@pytest.mark.slow
+def test_a_partial_period_is_said_to_be_one_and_a_look_shows_how_it_goes_on(filled, tmp_path, begin_fill):
+    path = tmp_path / "shared.db"
+    path.write_bytes(filled.read_bytes())
+    going = begin_fill(path, 8)
+
+    async def steps(app, pilot):
+        before = len(table_of(app).source)
+        assert before == Catalogue(path).count(Selection())
+        assert "p = 8 is partial" in shown(app)
+        for _ in range(3):
+            next(going)
+        await press(pilot, "ctrl+r")
+        after = len(table_of(app).source)
+        assert before < after == Catalogue(path).count(Selection())
+        assert "p = 8 is partial" in shown(app)
+        told = export(tmp_path / "rows.csv", app.catalogue, Selection(), Ordering(), None)
+        assert "period 8 at a = 1.6 is partial" in told
+        await press(pilot, "S")
+        assert list(app.screen.found.words) == list(range(2, 8))
+        assert "partial, left out: 8" in shown(app)
+        await press(pilot, "escape", "right_square_bracket")
+        assert "partial" not in shown(app)  # period 2 is shown, which is whole
+        for _ in going:
+            pass
+        await press(pilot, "left_square_bracket")  # any look reads anew what has been stored
+        assert len(table_of(app).source) == Catalogue(path).count(Selection()) > after
+        assert "partial" not in shown(app)
+
+    drive(path, steps, LARGE)
+
+
+@pytest.mark.slow
+def test_statistics_of_a_part_alone_say_that_there_are_none(tmp_path, begin_fill):
+    path = tmp_path / "partial.db"
+    Catalogue.create(path)
+    begin_fill(path, 8).close()
+
+    async def steps(app, pilot):
+        await press(pilot, "S")
+        assert "no orbit of a whole period is chosen" in shown(app)
+
+    drive(path, steps)
+
+
+def normalised(svg):
+    """Leave out what Textual makes anew every time, and the fonts it would fetch."""
+    return re.sub(r"@font-face \{.*?\}\s*", "", re.sub(r"terminal-\d+", "terminal", svg), flags=re.DOTALL)
+
+
+@pytest.mark.skipif(not version("textual").startswith(TAKEN_WITH), reason="drawn with another Textual")
+@pytest.mark.parametrize(
+    ("name", "size", "keys"),
+    [
+        ("main", SMALL, ["j", "j", "j"]),
+        pytest.param("main-large", LARGE, ["j", "j", "j", "j"], marks=pytest.mark.slow),
+        pytest.param("phase", SMALL, ["m", "j", "m", "G", "v"], marks=pytest.mark.slow),
+        pytest.param("statistics", LARGE, ["S"], marks=pytest.mark.slow),
+        ("help", SMALL, ["question_mark"]),
+        ("empty", SMALL, []),
+    ],
+)
+def test_snapshots(filled, tmp_path, monkeypatch, name, size, keys):
+    monkeypatch.chdir(tmp_path)
+    if name != "empty":
+        Path("orbits.db").write_bytes(filled.read_bytes())
+    svgs = []
+
+    async def steps(app, pilot):
+        await press(pilot, *keys)
+        svgs.append(normalised(app.export_screenshot()))
+
+    drive(Path("orbits.db"), steps, size)
+    (svg,) = svgs
+    file = SNAPSHOTS / f"{name}.svg"
+    if os.environ.get(WRITE):
+        file.write_text(svg, encoding="utf-8")
+    assert file.exists(), f"no snapshot: look at the screen, then run the test with {WRITE}=1"
+    assert svg == file.read_text(encoding="utf-8"), f"{name} looks different; {WRITE}=1 takes the new look"

@@ -1,0 +1,282 @@
+"""Bad input, however odd: one line that says what is wrong, a documented exit code, nothing changed."""
+
+import contextlib
+import io
+import os
+import random
+import sqlite3
+import string
+import subprocess
+import sys
+from pathlib import Path
+
+import bad_values as bad
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+from processes import COMMAND
+
+from orbitdb.store.asking.selection import Selection, SelectionError
+from orbitdb.store.reading import class_first
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.symbols.words import WordError, parse, run_notation
+
+SELECTING = {
+    "--a": bad.NUMBERS, "--p": bad.PERIODS, "--status": bad.TEXTS, "--reversal": bad.TEXTS,
+    "--symmetry": bad.TEXTS, "--contains": bad.CODES, "--range": bad.RANGES, "--where": bad.EXPRESSIONS,
+    "-P": bad.PARAMETERS,
+}  # fmt: skip
+QUERY = {"--code": bad.CODES, "--order": bad.ORDERS, "--limit": bad.INTEGERS, "--offset": bad.INTEGERS,
+         "-c": bad.COLUMNS, "--format": bad.FORMATS}  # fmt: skip
+COMMANDS = {
+    "query": SELECTING | QUERY,
+    "table": {"--a": bad.NUMBERS, "--p": bad.PERIODS, "--format": bad.FORMATS},
+    "entropy": SELECTING | {"--format": bad.FORMATS},
+    "lyapunov": SELECTING | {"--weight": [*bad.TEXTS, "det"], "--cut": bad.NUMBERS},
+    "export": SELECTING | {"--order": bad.ORDERS, "--limit": bad.INTEGERS, "-c": bad.COLUMNS},
+    "verify": SELECTING | {"--sample": bad.INTEGERS, "--seed": bad.INTEGERS, "--restarts": ["-1", "1e9"]},
+    "plot": SELECTING | {"--code": bad.CODES, "--limit": bad.INTEGERS},
+    "simulate": {"--a": ["0", "nan", "½"], "--bounces": ["0", "-1", "x", "9" * 30], "--seed": ["-1", "½"]},
+    "bench": {"--kind": bad.TEXTS, "--a": ["0", "nan"], "--p": ["", "1", "8-2", "2-3", "½"]},
+    "browse": SELECTING | {"--code": bad.CODES},
+    "fill": {"--p": bad.INTEGERS, "--from": bad.INTEGERS, "--a": ["0", "nan", "½", "1e400"],
+             "--method": bad.TEXTS, "--code": ["7", "", "(", "1^", "\udcff"]},
+    "info": {"--format": bad.FORMATS},
+}  # fmt: skip
+SUPPLIED = {"plot": ["orbit", "--code", "013"], "fill": ["--dry-run"], "simulate": ["--no-store"]}
+"""What a command needs beside the options that are tried."""
+
+
+def judge(outcome, arguments):
+    """Demand one line of what went wrong, without control characters, and a code that is documented."""
+    code, out, err = outcome
+    shown = [argument[:60] for argument in arguments]
+    assert code in (0, 1, 2, 3), shown
+    assert all(symbol.isprintable() or symbol in "\t\n" for symbol in out + err), shown
+    lines = err.splitlines()
+    assert max(map(len, lines), default=0) < 1100, shown
+    if code in (2, 3):
+        assert out == "", shown
+        assert [line for line in lines if line.startswith("orbitdb: ")] == lines[-1:], shown
+        assert len(lines) <= 2, shown  # a code that repeats a shorter one is told before
+    elif code == 1:
+        assert lines, shown
+
+
+@pytest.fixture
+def tried(cli, varied, tmp_path, monkeypatch):
+    """Run a command on a small catalogue, and demand that it stays as it is."""
+    monkeypatch.setenv("ORBITDB_DB", str(varied))
+    monkeypatch.setattr("sys.stdin", io.StringIO())
+    before = varied.read_bytes()
+
+    def tried(command: str, *arguments: str) -> int:
+        supplied = [*SUPPLIED.get(command, [])]
+        if command == "plot":
+            supplied += ["-o", str(tmp_path / "figure.svg")]
+        if command == "export":
+            supplied += [str(tmp_path / "rows.csv"), "--force"]
+        every = [command, *supplied, *arguments]
+        outcome = cli(*every)
+        judge(outcome, every)
+        assert varied.read_bytes() == before
+        return outcome.code
+
+    return tried
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("option", COMMANDS["query"])
+def test_every_odd_value_of_every_option_of_query(tried, option):
+    for value in COMMANDS["query"][option]:
+        tried("query", *([f"{option}={value}"] if option.startswith("--") else [option, value]))
+
+
+@pytest.mark.fuzz
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_odd_value_of_every_option(tried, command):
+    for option, values in COMMANDS[command].items():
+        for value in values:
+            tried(command, option, value)
+
+
+def try_some(tried, seed: int, count: int) -> None:
+    rng = random.Random(f"options {seed}")
+    for _ in range(count):
+        command = rng.choice(list(COMMANDS))
+        options = COMMANDS[command]
+        arguments: list[str] = []
+        for option in rng.sample(list(options), min(rng.randrange(1, 4), len(options))):
+            arguments += [option, rng.choice(options[option])]
+        tried(command, *arguments)
+
+
+@pytest.mark.slow
+def test_odd_values_together(tried):
+    try_some(tried, 0, 60)
+
+
+@pytest.mark.fuzz
+@pytest.mark.parametrize("seed", range(1, 5))
+def test_many_odd_values_together(tried, seed):
+    try_some(tried, seed, 1000)
+
+
+TEXT_OPTIONS = ["--code", "--p", "--status", "--reversal", "--symmetry", "--contains", "--range", "--where",
+                "-P", "--order", "--limit", "-c", "--format", "--a"]  # fmt: skip
+
+
+@pytest.mark.slow
+@settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(option=st.sampled_from(TEXT_OPTIONS), value=st.text(st.characters(), max_size=30))
+@example(option="--where", value="a=:\x85")
+def test_any_text_behind_an_option(tried, option, value):
+    tried("query", f"{option}={value}" if option.startswith("--") else option, value)
+
+
+@pytest.mark.parametrize("command", ["query", "table", "entropy", "info", "verify", "fill", "migrate"])
+def test_names_that_are_no_catalogue(cli, tmp_path, command):
+    folder = tmp_path / "odd"
+    folder.mkdir()
+    names = bad.databases(folder)
+    supplied = {"fill": ["--p", "2"]}.get(command, [])
+    for name in names:
+        if command in ("fill", "migrate") and Path(name).name == "missing.db":
+            continue
+        outcome = cli(command, *supplied, "--db", name)
+        judge(outcome, [command, name])
+        assert outcome.code == (2 if "\x00" in name else 3), name
+    assert not list(Path("/dev").glob("*-journal"))
+
+
+@pytest.mark.parametrize(
+    ("command", "ending"), [("plot", ".svg"), ("export", ".csv"), ("export", ".parquet")]
+)
+def test_files_that_can_and_cannot_be_written(tried, cli, tmp_path, command, ending):
+    folder = tmp_path / "files"
+    folder.mkdir()
+    bad.make_paths(folder, ending)
+    codes = {}
+    for name in bad.paths(folder, ending):
+        target = ["orbit", "--code", "013", "-o", name] if command == "plot" else [name]
+        outcome = cli(command, *target)
+        judge(outcome, [command, name])
+        codes[name] = outcome.code
+    kept = {name for name, code in codes.items() if code == 0}
+    assert kept == {str(folder / name) for name in (f"ok{ending}", f"\udcff{ending}", f"new\nline{ending}",
+                                                    f"\x1b[31m{ending}")}  # fmt: skip
+    assert all(Path(name).stat().st_size > 100 for name in kept)
+    assert set(codes.values()) == {0, 2}
+    assert not [name for name in os.listdir(folder) if name.endswith(".part")]
+    assert Path("/dev/null").is_char_device()
+
+
+def fuzz_where(catalogue: Catalogue, plain: sqlite3.Connection, numbers: range) -> int:
+    """Try expressions; those that are allowed choose what SQLite itself would; return how many are."""
+    allowed, refusals = 0, []
+    for number in numbers:
+        text = bad.damaged(random.Random(f"where {number}"))
+        chosen = Selection(where=text)
+        try:
+            count = catalogue.count(chosen)
+            shown = list(catalogue.rows(chosen, ("code",), limit=3))
+        except SelectionError as error:
+            refusals.append(str(error))
+            continue
+        allowed += 1
+        if "random" not in text:
+            query = f"SELECT count(*) FROM catalogue WHERE a = 1.6 AND (\n{text}\n)"
+            assert plain.execute(query).fetchone() == (count,), (number, text)
+            assert len(shown) == min(count, 3), (number, text)
+    assert all("\n" not in refusal and len(refusal) < 1100 for refusal in refusals)
+    return allowed
+
+
+@pytest.fixture
+def fuzzed(varied):
+    before = varied.read_bytes()
+    plain = sqlite3.connect(f"file:{varied}?mode=ro", uri=True)
+    yield Catalogue(varied), plain
+    plain.close()
+    assert varied.read_bytes() == before
+
+
+def test_expressions_choose_or_are_refused(fuzzed):
+    assert fuzz_where(*fuzzed, range(300)) > 60
+
+
+@pytest.mark.fuzz
+@pytest.mark.parametrize("thousand", range(10))
+def test_ten_thousand_expressions_choose_or_are_refused(fuzzed, monkeypatch, thousand):
+    if thousand % 2:
+        monkeypatch.setattr(class_first, "_MANY", 0)  # class first, as in a large catalogue
+    assert fuzz_where(*fuzzed, range(1000 * thousand, 1000 * (thousand + 1))) > 200
+
+
+def fuzz_codes(numbers: range) -> None:
+    """Try codes in run notation, whole and with something wrong in them."""
+    for number in numbers:
+        rng = random.Random(f"code {number}")
+        text, word = bad.run_notation(rng)
+        assert parse(text) == word, (number, text)
+        assert parse(run_notation(word)) == word, (number, text)
+        place = rng.randrange(len(text) + 1)
+        wrong = text[:place] + rng.choice(string.printable + "½٣\udcff") + text[place + rng.randrange(2) :]
+        with contextlib.suppress(WordError):
+            assert set(parse(wrong)) <= set("012345"), (number, wrong)
+
+
+def test_codes_are_words_or_refused():
+    fuzz_codes(range(1000))
+
+
+@pytest.mark.fuzz
+def test_ten_thousand_codes_are_words_or_refused():
+    fuzz_codes(range(1000, 11_000))
+
+
+def run(*arguments: str | bytes, **options):
+    done = subprocess.run([*COMMAND, *arguments], capture_output=True, timeout=120, check=False, **options)
+    return done.returncode, *(os.fsdecode(text) for text in (done.stdout, done.stderr))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX names and devices")
+def test_names_that_are_not_utf_8(varied, tmp_path):
+    name = os.fsencode(tmp_path) + b"/\xff.db"
+    Path(os.fsdecode(name)).write_bytes(varied.read_bytes())
+    for arguments in (["query", "--p", "3"], ["fill", "--p", "3"]):
+        outcome = run(*arguments, "--db", name)
+        judge(outcome, arguments)
+        assert outcome[0] == 0
+    outcome = run("query", "--code", b"13\xff", "--where", b"\xff")
+    judge(outcome, ["query"])
+    assert outcome[0] == 2
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+@pytest.mark.parametrize("arguments", [["query", "--json"], ["--help"], ["export", "--format", "csv"]])
+def test_a_full_disk_behind_stdout(varied, arguments):
+    environment = os.environ | {"ORBITDB_DB": str(varied)}
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [*COMMAND, *arguments],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=environment,
+            check=False,
+        )
+    assert done.returncode == 3
+    assert done.stderr == "orbitdb: the output cannot be written (No space left on device)\n"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a POSIX shell")
+@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
+def test_closed_outputs(varied, closed):
+    environment = os.environ | {"ORBITDB_DB": str(varied)}
+    command = " ".join(f"'{part}'" for part in [*COMMAND, "query", "--p", "3"])
+    done = subprocess.run(f"{command} {closed}", shell=True, capture_output=True, text=True, env=environment,
+                          check=False)  # fmt: skip
+    assert done.returncode == 0
+    assert "Traceback" not in done.stdout + done.stderr

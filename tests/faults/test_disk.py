@@ -1,0 +1,233 @@
+"""Disks that are full and files that may not be written: one line, exit code 3, nothing half-written."""
+
+import ctypes
+import shutil
+import sqlite3
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from contents import content, is_sound
+from older import make_older
+from processes import run, run_several, small_blocks
+
+resource = pytest.importorskip("resource")
+
+CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH, PR_CAPBSET_DROP = 1, 2, 24
+
+WRITING = (
+    ["fill", "--p", "9"],
+    ["fill", "--code", "1^30 3"],
+    ["simulate", "--bounces", "20000"],
+    ["verify", "--rigorous", "--p", "2-4"],
+)
+READING = (
+    ["query", "--p", "3"],
+    ["query", "--code", "13"],
+    ["table"],
+    ["entropy"],
+    ["info"],
+    ["export", "--format", "csv"],
+    ["verify", "--p", "2-4"],
+)
+
+
+def fails(done: subprocess.CompletedProcess, said: str) -> None:
+    assert done.returncode == 3, done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert done.stderr.startswith("orbitdb: ")
+    assert said in done.stderr
+
+
+def room(size: int) -> Callable[[], None]:
+    """Let no file grow larger, as a full disk does."""
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+
+@pytest.fixture
+def disk(tmp_path: Path) -> Iterator[Callable[[int], Path]]:
+    """Mount a disk of so many kilobytes, or change its size."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    kind = "mount", "-t", "tmpfs", "-o"
+
+    def mount(size: int) -> Path:
+        first = not folder.is_mount()
+        options = ("size=%dk" if first else "remount,size=%dk") % size
+        if subprocess.run([*kind, options, "tmpfs", folder], capture_output=True, check=False).returncode:
+            pytest.skip("needs the right to mount a disk")
+        return folder
+
+    yield mount
+    if folder.is_mount():
+        subprocess.run(["umount", folder], check=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [300, 400])
+def test_a_disk_that_gets_full_during_a_fill(filled, disk, size):
+    path = disk(size) / "orbits.db"
+    arguments = "fill", "--p", "8", "--db", path
+    done = run(*arguments, command=small_blocks(16))
+    fails(done, "no space left" if size == 400 else "no room")
+    disk(2000)
+    assert run(*arguments).returncode == 0
+    assert content(path) == content(filled)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [0, 50_000, 150_000, 225_000])
+def test_wherever_a_fill_is_starved_it_goes_on(filled, tmp_path, size):
+    """The sizes meet the creation, blocks of several periods, and the journal."""
+    path = tmp_path / "new.db"
+    arguments = "fill", "--p", "8", "--db", path
+    fails(run(*arguments, command=small_blocks(16), preexec_fn=room(size)), "has room")
+    assert run(*arguments).returncode == 0
+    assert content(path) == content(filled)
+
+
+@pytest.mark.slow
+def test_the_close_of_a_period_has_no_room(filled, tmp_path):
+    """Every size of the journal between the last block and the end."""
+    whole = tmp_path / "whole.db"
+    shutil.copy(filled, whole)
+    with closing(sqlite3.connect(whole)) as plain, plain:
+        plain.execute(
+            "UPDATE fill SET state = 'filling', n_t = NULL, n_c = NULL, classes = NULL, boundary = NULL"
+        )
+    for pages in range(1, 4):
+        path = tmp_path / f"{pages}.db"
+        shutil.copy(whole, path)
+        fails(run("fill", "--p", "8", "--db", path, preexec_fn=room(4096 * pages)), "has room")
+        assert run("fill", "--p", "8", "--db", path).returncode == 0
+        assert content(path) == content(filled)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [0, 100])
+def test_a_migration_has_no_room_for_its_copy(filled, disk, size):
+    older = filled.with_name("older.db")
+    shutil.copy(filled, older)
+    make_older(older)
+    before = older.read_bytes()
+    folder = disk(len(before) // 1024 + 40 + size)
+    path = Path(shutil.copy(older, folder))
+    fails(run("migrate", "--db", path), "no space left" if size else "")
+    assert not list(folder.glob("*schema-1*"))
+    with closing(sqlite3.connect(path)) as plain:
+        assert plain.execute("PRAGMA user_version").fetchone() == (1,)
+    disk(4000)
+    assert run("migrate", "--db", path).returncode == 0
+    assert content(path) == content(filled)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["new.csv", "new.jsonl", "new.parquet", "new.npz"])
+def test_an_export_has_no_room(filled, disk, name):
+    folder = disk(40)
+    fails(run("export", folder / name, "--coordinates", "--db", filled), "No space left")
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["new.pdf", "new.svg"])
+def test_a_figure_has_no_room(filled, disk, name):
+    folder = disk(4)
+    fails(run("plot", "entropy", "-o", folder / name, "--db", filled), "No space left")
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+@pytest.mark.parametrize(
+    "arguments",
+    [["table"], pytest.param(["query", "--format", "csv", "--limit", "9999"], marks=pytest.mark.slow)],
+)
+def test_the_output_has_no_room(filled, arguments):
+    with open("/dev/full", "wb") as full:
+        done = subprocess.run(
+            [
+                sys.executable,
+                "-P",
+                "-c",
+                "from orbitdb.cli.main import run; run()",
+                *arguments,
+                "--db",
+                filled,
+            ],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 3
+    assert done.stderr == "orbitdb: the output cannot be written (No space left on device)\n"
+
+
+@pytest.mark.slow
+def test_a_simulation_that_cannot_be_stored_is_shown(filled):
+    with closing(sqlite3.connect(filled)) as beside:  # keeps the journal longer than a file may get
+        beside.execute("PRAGMA wal_autocheckpoint = 0")
+        for seconds in range(20):
+            with beside:
+                beside.execute("UPDATE fill SET seconds = ?", (seconds,))
+        assert filled.with_name("orbits.db-wal").stat().st_size > 40_000
+        done = run("simulate", "--bounces", "20000", "--json", "--db", filled, preexec_fn=room(40_000))
+    fails(done, "has room")
+    assert "lambda_d" in done.stdout
+    assert is_sound(filled)
+
+
+def drop_rights() -> None:
+    """Let permissions hold for root, too."""
+    for right in (CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH):
+        ctypes.CDLL(None).prctl(PR_CAPBSET_DROP, right, 0, 0, 0)
+
+
+@pytest.fixture
+def locked(filled: Path) -> Iterator[Path]:
+    """A catalogue in a folder of its own, which can be written again when the test has ended."""
+    if sys.platform != "linux":
+        pytest.skip("drops the rights of root as Linux does")
+    folder = filled.with_name("locked")
+    folder.mkdir()
+    path = Path(shutil.copy(filled, folder))
+    path.chmod(0)
+    refused = subprocess.run(["cat", path], capture_output=True, preexec_fn=drop_rights, check=False)
+    path.chmod(0o644)
+    if not refused.returncode:
+        pytest.skip("permissions do not hold here")
+    yield path
+    folder.chmod(0o755)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("file", "folder"), [(0o444, 0o755), (0o444, 0o555), (0o644, 0o555)])
+def test_every_command_knows_what_it_may(locked, file, folder):
+    before = content(locked)
+    locked.chmod(file)
+    locked.parent.chmod(folder)
+    found = run_several([*READING, *WRITING], locked, preexec_fn=drop_rights)
+    assert [code for _, code, _ in found] == [0] * len(READING) + [3] * len(WRITING)
+    assert all(err.count("\n") == 1 and "cannot be written" in err for _, code, err in found if code)
+    locked.chmod(0)
+    found = run_several([*READING, *WRITING], locked, preexec_fn=drop_rights)
+    assert all(code == 3 and err.count("\n") == 1 and "permissions" in err for _, code, err in found)
+    locked.parent.chmod(0o755)
+    locked.chmod(0o644)
+    assert content(locked) == before
+    assert run("fill", "--p", "8", "--a", "1", "--db", locked, preexec_fn=drop_rights).returncode == 0
+
+
+@pytest.mark.slow
+def test_a_folder_that_cannot_be_made_is_named(locked):
+    locked.parent.chmod(0o555)
+    deeper = locked.parent / "deeper" / "new.db"
+    fails(run("fill", "--p", "3", "--db", deeper, preexec_fn=drop_rights), "cannot be made")
+    fails(run("fill", "--p", "3", "--db", locked / "new.db"), "cannot be made")
+    fails(
+        run("fill", "--p", "3", "--db", locked.parent / "new.db", preexec_fn=drop_rights),
+        "permissions, and those of its folder",
+    )

@@ -1,0 +1,181 @@
+"""Kills and signals: nothing stored is lost, nothing is half-done, and the same command goes on."""
+
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from contents import agrees, content, is_sound, rows
+from processes import kill_group, nobody_left, run, seeded, small_blocks, start, wait_until_ready, workers_of
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+
+GOES_ON = "nothing that was stored is lost, the same command goes on from there"
+UNWATCHED = "sequences to come"
+
+
+def killed_and_resumed(path: Path, jobs: list[str], kills: int, longest: float) -> None:
+    """Kill a fill again and again at random moments, then let it end; each time the file must be sound."""
+    moments = seeded(20260720)
+    for turn in range(kills):
+        count = jobs[turn % len(jobs)]
+        process = start("fill", "--p", "8", "--jobs", count, "--db", path, command=small_blocks(8))
+        wait_until_ready(process)
+        time.sleep(moments.uniform(0.0, longest * int(count)))
+        kill_group(process)
+        if path.exists() and path.stat().st_size:
+            assert is_sound(path)
+            agrees(path)
+    done = run("fill", "--p", "8", "--db", path)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_fill_that_is_killed_goes_on_as_if_never(filled, tmp_path):
+    path = tmp_path / "killed.db"
+    killed_and_resumed(path, ["1"], 2, 0.4)
+    assert content(path) == content(filled)
+
+
+@pytest.mark.slow
+def test_twenty_kills_lose_nothing(filled, tmp_path):
+    path = tmp_path / "killed.db"
+    killed_and_resumed(path, ["1", "2"], 20, 0.4)
+    assert content(path) == content(filled)
+    assert run("verify", "--db", path).returncode == 0
+
+
+@pytest.mark.slow
+def test_the_plain_command_is_killed_and_goes_on(tmp_path):
+    killed, whole = tmp_path / "killed.db", tmp_path / "whole.db"
+    arguments = ("fill", "--p", "12", "--jobs", "2", "--db")
+    moments = seeded(7)
+    for _ in range(3):
+        process = start(*arguments, killed)
+        time.sleep(moments.uniform(0.8, 2.5))
+        kill_group(process)
+    for path in (killed, whole):
+        done = run(*arguments, path)
+        assert done.returncode == 0, done.stderr
+    assert rows(killed) == rows(whole)
+
+
+@pytest.mark.slow
+def test_a_worker_that_is_killed_costs_only_time(filled, tmp_path):
+    path = tmp_path / "killed.db"
+    process = start("fill", "--p", "8", "--jobs", "2", "--db", path, command=small_blocks(4))
+    wait_until_ready(process)
+    killed: set[int] = set()
+    while process.poll() is None and len(killed) < 2:
+        for worker in set(workers_of(process)[:1]) - killed:
+            os.kill(worker, signal.SIGKILL)
+            killed.add(worker)
+    _, err = process.communicate(timeout=60)
+    assert killed
+    assert process.returncode == 0, err
+    assert len(err.splitlines()) == 1
+    assert content(path) == content(filled)
+
+
+def stop(process, name: str, group: bool) -> str:
+    """Send a signal, to the whole group as a terminal does or to the command alone; return what it said."""
+    (os.killpg if group else os.kill)(process.pid, signal.Signals[name])
+    _, err = process.communicate(timeout=60)
+    return err
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        pytest.param(["--jobs", "1"], marks=pytest.mark.slow),
+        ["--jobs", "2"],
+        pytest.param(["--jobs", "1", "--method", "relaxation"], marks=pytest.mark.slow),
+    ],
+)
+def test_ctrl_c_ends_at_once_with_one_line(tmp_path, options):
+    path = tmp_path / "orbits.db"
+    arguments = ["fill", "--p", "12", *options, "--db", path]
+    process = start(*arguments, command=small_blocks(64))
+    wait_until_ready(process)
+    time.sleep(seeded(len(options)).uniform(0.5, 1.5))
+    err = stop(process, "SIGINT", group=True)
+    assert process.returncode == 130
+    assert [line for line in err.splitlines() if UNWATCHED not in line] == [
+        f"orbitdb: interrupted; {GOES_ON}"
+    ]
+    assert nobody_left(process)
+    assert is_sound(path)
+    agrees(path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("turn", range(4))
+def test_ctrl_c_at_any_moment(tmp_path, turn):
+    """Processes that start, work or end, Ctrl-C once or twice: one line, and nobody is left behind."""
+    moments = seeded(turn)
+    process = start(
+        "fill", "--p", "13", "--jobs", "2", "--db", tmp_path / "orbits.db", command=small_blocks(512)
+    )
+    wait_until_ready(process)
+    time.sleep(moments.uniform(0.05, 2.5))
+    if turn % 2:
+        os.killpg(process.pid, signal.SIGINT)
+        time.sleep(moments.uniform(0.0, 0.3))
+    err = stop(process, "SIGINT", group=True)
+    assert process.returncode == 130
+    assert [line for line in err.splitlines() if UNWATCHED not in line] == [
+        f"orbitdb: interrupted; {GOES_ON}"
+    ]
+    assert nobody_left(process)
+
+
+@pytest.mark.slow
+def test_a_signal_to_terminate_leaves_nobody_behind(tmp_path):
+    path = tmp_path / "orbits.db"
+    process = start("fill", "--p", "13", "--jobs", "2", "--db", path, command=small_blocks(512))
+    wait_until_ready(process)
+    while not workers_of(process):
+        assert process.poll() is None
+    err = stop(process, "SIGTERM", group=False)
+    assert process.returncode == 128 + signal.SIGTERM
+    assert err.splitlines() == [f"orbitdb: terminated; {GOES_ON}"]
+    assert nobody_left(process)
+    agrees(path)
+
+
+@pytest.mark.slow
+def test_workers_end_with_the_process_that_stores(tmp_path):
+    process = start("fill", "--p", "13", "--jobs", "2", "--db", tmp_path / "orbits.db")
+    while len(workers_of(process)) < 2:
+        assert process.poll() is None
+    process.kill()
+    process.communicate()  # its stderr is closed when the last process that has it ends
+    assert nobody_left(process)
+
+
+_DEAF = """
+import os, signal
+import numpy as np
+from orbitdb.filling import blocks
+from orbitdb.cli.main import run
+solve = blocks.METHODS["newton"].solve
+class Looked:
+    def __getattr__(self, name):
+        if name.startswith("__array"):
+            os.kill(os.getpid(), signal.SIGINT)
+        raise AttributeError(name)
+def lost(words, stadium):
+    np.asarray(Looked())
+    return solve(words, stadium)
+blocks.METHODS["newton"] = blocks.Method(lost, 64)
+run()
+"""
+
+
+def test_a_ctrl_c_that_numpy_clears_is_not_lost(tmp_path):
+    command = [sys.executable, "-P", "-c", _DEAF]
+    done = run("fill", "--p", "8", "--jobs", "1", "--db", tmp_path / "orbits.db", command=command)
+    assert done.returncode == 130
+    assert done.stderr == f"orbitdb: interrupted; {GOES_ON}\n"
+    agrees(tmp_path / "orbits.db")

@@ -1,0 +1,186 @@
+"""Several processes at one file: fills side by side, readers beside a fill, and locks."""
+
+import re
+import sqlite3
+import sys
+import threading
+from contextlib import closing, suppress
+
+import pytest
+from contents import agrees, content, is_sound
+from processes import run, small_blocks, start, wait_until_ready
+
+from orbitdb.store.file.database import check_file, reading_engine, writing_engine
+from orbitdb.store.file.migrate import migrate
+from orbitdb.store.file.schema import SCHEMA_VERSION
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.writing.cursors import OvertakenError
+from orbitdb.store.writing.writer import Writer
+
+pytestmark = pytest.mark.skipif(
+    sys.platform == "win32", reason="the processes are stopped with POSIX signals"
+)
+
+
+IMPATIENT = [
+    sys.executable,
+    "-P",
+    "-c",
+    "from orbitdb.store import database; database.BUSY_TIMEOUT = 0.05;"
+    "from orbitdb.cli.main import run; run()",
+]
+
+
+def all_end_well(*processes) -> None:
+    for process in processes:
+        _, err = process.communicate(timeout=200)
+        assert process.returncode == 0, err
+        assert len(err.splitlines()) == 1
+
+
+def test_settings(filled):
+    with closing(sqlite3.connect(filled)) as plain:
+        assert plain.execute("PRAGMA journal_mode").fetchone() == ("wal",)
+    with writing_engine(filled).begin() as connection:
+        settings = {name: connection.exec_driver_sql(f"PRAGMA {name}").scalar() for name in (
+            "journal_mode", "synchronous", "foreign_keys", "busy_timeout"
+        )}  # fmt: skip
+    assert settings == {"journal_mode": "wal", "synchronous": 1, "foreign_keys": 1, "busy_timeout": 5000}
+    with reading_engine(filled).begin() as connection:
+        assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
+
+
+_WRITE = """
+import sqlite3, sys
+plain = sqlite3.connect(sys.argv[1])
+plain.execute("INSERT INTO stadium (a) VALUES (2.5)")
+plain.commit()
+plain.close()
+"""
+
+
+def test_looking_at_a_file_gives_no_lock_away(filled):
+    """Another process that closes the file must not think it is the last and remove the journal."""
+    writer = Writer(filled, {})
+    with writer.writing() as connection:
+        writer.stadium_id(connection, 1.0)
+    assert check_file(filled) == SCHEMA_VERSION
+    assert run(filled, command=[sys.executable, "-P", "-c", _WRITE]).returncode == 0
+    with writer.writing() as connection:
+        writer.stadium_id(connection, 3.0)
+    assert Catalogue(filled).a_values() == [1.0, 1.6, 2.5, 3.0]
+    writer.close()
+
+
+def test_a_run_that_was_taken_back_is_noted_again(filled):
+    writer = Writer(filled, {})
+    with suppress(OvertakenError), writer.writing() as connection:
+        writer.run_id(connection)
+        raise OvertakenError
+    with writer.writing() as connection:
+        number = writer.run_id(connection)
+    writer.close()
+    with closing(sqlite3.connect(filled)) as plain:
+        assert plain.execute("SELECT count(*) FROM run WHERE id = ?", (number,)).fetchone() == (1,)
+
+
+def test_what_was_written_is_in_the_file_though_others_read(filled):
+    catalogue = Catalogue(filled)
+    assert catalogue.a_values() == [1.6]
+    writer = Writer(filled, {})
+    with writer.writing() as connection:
+        writer.stadium_id(connection, 1.0)
+    writer.close()
+    copy = filled.with_name("copy.db")
+    copy.write_bytes(filled.read_bytes())
+    assert Catalogue(copy).a_values() == [1.0, 1.6]
+    catalogue.close()
+
+
+@pytest.mark.parametrize("options", [[], pytest.param(["--jobs", "2"], marks=pytest.mark.slow)])
+def test_a_commit_holds_rows_and_cursor(filled, tmp_path, options):
+    """Whoever looks at whatever moment sees the words that the cursor says, with classes and orbits."""
+    path = tmp_path / "new.db"
+    migrate(path)
+    process = start("fill", "--p", "8", *options, "--db", path, command=small_blocks(16))
+    wait_until_ready(process)
+    looks = set()
+    while process.poll() is None:
+        looks.add(agrees(path))
+    all_end_well(process)
+    assert len(looks) > 5
+    assert content(path) == content(filled)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_three_fills_at_once(tmp_path, jobs):
+    """They make the same new file, and fill the same periods, one of them at another a."""
+    path, expected = tmp_path / "shared.db", tmp_path / "expected.db"
+    arguments = ["fill", "--p", "8", "--jobs", jobs, "--db", path]
+    commands = [arguments, arguments, [*arguments, "--a", "1"]]
+    processes = [start(*each, command=small_blocks(32)) for each in commands]
+    for process in processes:
+        wait_until_ready(process)
+    all_end_well(*processes)
+    for a in ("1.6", "1"):
+        assert run("fill", "--p", "8", "--a", a, "--db", expected).returncode == 0
+    assert content(path) == content(expected)
+    assert run("verify", "--db", path).returncode == 0
+
+
+@pytest.mark.slow
+def test_two_processes_make_one_file(tmp_path):
+    path = tmp_path / "new.db"
+    processes = [start("fill", "--p", "5", "--db", path) for _ in range(3)]
+    all_end_well(*processes)
+    assert is_sound(path)
+    assert {fill.p: fill.words for fill in Catalogue(path).fills(1.6)} == {2: 1, 3: 8, 4: 32, 5: 96}
+
+
+@pytest.mark.slow
+def test_a_lock_that_is_given_back_in_time(filled):
+    with closing(sqlite3.connect(filled, isolation_level=None, check_same_thread=False)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        process = start("fill", "--p", "8", "--a", "1", "--db", filled, command=small_blocks())
+        wait_until_ready(process)
+        giving_back = threading.Timer(1.5, other.execute, ["ROLLBACK"])
+        giving_back.start()
+        all_end_well(process)
+        giving_back.join()
+
+
+def test_a_lock_that_is_kept(filled):
+    before = content(filled)
+    with closing(sqlite3.connect(filled, isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        done = run("fill", "--p", "8", "--a", "1", "--db", filled, command=IMPATIENT)
+        other.execute("ROLLBACK")
+    assert done.returncode == 3
+    assert done.stderr.splitlines() == [
+        f"orbitdb: {filled} is in use by another process that writes: try again when it has finished"
+    ]
+    assert content(filled) == before
+
+
+@pytest.mark.slow
+def test_readers_beside_a_fill(tmp_path):
+    """Queries, averages and verification again and again while periods come in, block by block."""
+    path = tmp_path / "orbits.db"
+    assert run("fill", "--p", "5", "--db", path).returncode == 0
+    filling = start("fill", "--p", "9", "--jobs", "2", "--db", path, command=small_blocks(32))
+    wait_until_ready(filling)
+    counts = []
+    while filling.poll() is None:
+        readers = [
+            start("query", "--p", "2-11", "--status", "all", "--limit", "1", "--db", path),
+            start("entropy", "--json", "--db", path),
+            start("verify", "--db", path),
+        ]
+        for reader in readers:
+            _, err = reader.communicate(timeout=200)
+            assert reader.returncode == 0, err
+            counts += [int(n) for n in re.findall(r"(\d+) symbol sequences", err)]
+    all_end_well(filling)
+    assert counts == sorted(counts)
+    assert run("verify", "--db", path).returncode == 0

@@ -1,0 +1,276 @@
+"""A dask cluster: the same catalogue as without it, and one line about whatever goes wrong with it."""
+
+import json
+import os
+import signal
+import socketserver
+import sqlite3
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager, suppress
+from pathlib import Path
+
+import dask
+import pytest
+from contents import rows
+from distributed import Client, LocalCluster
+from processes import COMMAND
+from workforce import Deadly, filled_by
+
+from orbitdb.errors import InputError, WorkError
+from orbitdb.filling.blocks import Block, cut_into_blocks
+from orbitdb.filling.cluster import Cluster
+from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.workers import HERE
+from orbitdb.store.file.migrate import migrate
+from orbitdb.version import __version__
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+
+WITHOUT_ORBITDB = """
+import sys
+class Missing:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] == "orbitdb":
+            raise ModuleNotFoundError("No module named 'orbitdb'", name="orbitdb")
+sys.meta_path.insert(0, Missing())
+"""
+
+
+@pytest.fixture
+def local_cluster() -> Iterator[LocalCluster]:
+    """Two worker processes; the scheduler runs in this process."""
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as cluster:
+        yield cluster
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_rows_are_those_of_a_fill_here_and_nothing_stays_on_the_cluster(tmp_path, local_cluster):
+    alone = filled_by(HERE, tmp_path / "alone.db", periods=(8,))
+    with Cluster(local_cluster.scheduler_address) as workers:
+        assert workers.size() == (2, 2)
+        assert rows(filled_by(workers, tmp_path / "shared.db", periods=(8,))) == rows(alone)
+        next(workers.solved(cut_into_blocks(1.6, "newton", 9)))  # the fill is left in the middle
+        assert local_cluster.scheduler.tasks
+    wait_until(lambda: not local_cluster.scheduler.tasks)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("small_blocks")
+def test_rows_are_the_same_though_workers_are_killed(tmp_path, local_cluster):
+    alone = filled_by(HERE, tmp_path / "alone.db")
+    path = tmp_path / "shared.db"
+    migrate(path)
+    killed = []
+    with Client(local_cluster) as client, Cluster(local_cluster.scheduler_address) as workers:
+        for step in fill_periods(path, 1.6, (7, 8), workers=workers):
+            if step.p == 8 and len(killed) < 2:  # both, and perhaps with results that nobody has read
+                victim = next(pid for pid in client.run(os.getpid).values() if pid not in killed)
+                os.kill(victim, signal.SIGKILL)
+                killed.append(victim)
+                time.sleep(0.5)
+            assert len(local_cluster.scheduler.tasks) < 12
+        assert rows(path) == rows(alone)
+        filled_by(workers, path, a=1.0)  # from the classes that are stored
+    assert rows(path) == rows(filled_by(HERE, alone, a=1.0))
+
+
+@pytest.mark.slow
+def test_a_block_that_kills_its_workers_is_given_up():
+    with (
+        dask.config.set({"distributed.scheduler.allowed-failures": 1}),
+        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0") as local,
+        Client(local) as client,
+        Cluster(local.scheduler_address) as workers,
+    ):
+        with pytest.raises(WorkError, match="died 2 times on one block"):
+            list(workers.solved([Block(1.6, "newton", Deadly())]))
+        client.wait_for_workers(1)  # a cluster cannot be closed while it starts a worker again
+
+
+@contextmanager
+def dask_scheduler(folder: Path, environment: dict[str, str] | None = None) -> Iterator[Callable]:
+    """A scheduler as a process of its own, which writes scheduler.json; gives what starts workers."""
+    file = folder / "scheduler.json"
+    options = ["--scheduler-file", str(file), "--no-dashboard"]
+    with ExitStack() as stack:
+
+        def start(*kind: str) -> subprocess.Popen:
+            process = subprocess.Popen(
+                [sys.executable, "-P", "-m", "dask", *kind, *options],
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                cwd=folder,
+                env=os.environ | (environment or {}),
+            )
+            stack.enter_context(process)
+            stack.callback(process.kill)
+            return process
+
+        scheduler = start("scheduler", "--port", "0")
+        wait_until(file.exists)
+
+        def worker() -> subprocess.Popen:
+            start("worker", "--nthreads", "1", "--no-nanny")
+            with Client(json.loads(file.read_text())["address"], set_as_default=False) as client:
+                client.wait_for_workers(1)
+            return scheduler
+
+        yield worker
+
+
+def wait_until(happened: Callable[[], bool], seconds: float = 60) -> None:
+    deadline = time.monotonic() + seconds
+    while not happened():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+def filling(folder: Path, *options: str) -> subprocess.Popen:
+    """A fill on the cluster of a folder, on its way as soon as it says how many workers there are."""
+    process = subprocess.Popen(
+        [*COMMAND, "fill", "--scheduler", "scheduler.json", *options, "--db", "orbits.db"],
+        cwd=folder,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    while "worker" not in process.stderr.readline():
+        assert process.poll() is None
+    return process
+
+
+def words_stored(path: Path) -> int:
+    """How many words of the one period that is filled are stored."""
+    with (
+        suppress(sqlite3.OperationalError),
+        closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as plain,
+    ):
+        return plain.execute("SELECT coalesce(max(words), 0) FROM fill").fetchone()[0]
+    return 0
+
+
+def said_at_the_end(fill: subprocess.Popen) -> str:
+    """What a fill said after it was under way: one line."""
+    _, said = fill.communicate(timeout=60)
+    assert said.count("\n") == 1
+    return said
+
+
+SLOW_FILL = ("--p", "9", "--from", "9", "--method", "relaxation")  # five blocks, each a few seconds
+
+
+@pytest.mark.slow
+def test_a_fill_that_loses_its_scheduler_keeps_what_is_stored(tmp_path):
+    path = tmp_path / "orbits.db"
+    with dask_scheduler(tmp_path) as worker:
+        scheduler = worker()
+        fill = filling(tmp_path, *SLOW_FILL)
+        wait_until(lambda: words_stored(path) > 0)
+        scheduler.kill()
+        assert "connection to the dask scheduler is lost" in said_at_the_end(fill)
+        assert fill.returncode == 1
+    assert words_stored(path) > 0
+
+
+@pytest.mark.slow
+def test_control_c_leaves_a_cluster_that_can_be_used_again(tmp_path):
+    path = tmp_path / "orbits.db"
+    with dask_scheduler(tmp_path) as worker:
+        worker()
+        fill = filling(tmp_path, *SLOW_FILL)
+        wait_until(lambda: words_stored(path) > 0)
+        fill.send_signal(signal.SIGINT)
+        assert "interrupted" in said_at_the_end(fill)
+        assert fill.returncode == 130
+        fill = filling(tmp_path, "--p", "10")
+        assert "orbits" in said_at_the_end(fill)
+        assert fill.returncode == 0
+
+
+@pytest.mark.slow
+def test_workers_without_orbitdb(tmp_path):
+    (tmp_path / "sitecustomize.py").write_text(WITHOUT_ORBITDB)
+    with dask_scheduler(tmp_path, {"PYTHONPATH": str(tmp_path)}) as worker:
+        worker()
+        fill = filling(tmp_path, "--p", "12")
+        assert f"install orbitdb {__version__} there" in said_at_the_end(fill)
+        assert fill.returncode == 1
+
+
+@pytest.mark.slow
+def test_workers_may_come_later(tmp_path):
+    with dask_scheduler(tmp_path) as worker:
+        fill = filling(tmp_path, "--p", "12")
+        assert fill.poll() is None
+        worker()
+        assert "orbits" in said_at_the_end(fill)
+        assert fill.returncode == 0
+
+
+class Silent(socketserver.BaseRequestHandler):
+    """Takes what it is told and never answers."""
+
+    def handle(self) -> None:
+        while self.request.recv(1024):
+            pass
+
+
+@pytest.mark.parametrize("listens", [False, True])
+def test_where_no_scheduler_is(tmp_path, monkeypatch, cli, listens):
+    monkeypatch.setattr("orbitdb.filling.cluster._PATIENCE", 0.5)
+    with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Silent, bind_and_activate=listens) as server:
+        server.daemon_threads = True
+        address = f"127.0.0.1:{server.server_address[1] or 1}"
+        if listens:
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+        found = cli("fill", "--p", "5", "--scheduler", address)
+        if listens:
+            server.shutdown()
+    assert found.code == 2
+    assert found.err.count("\n") == 1
+    assert f"no dask scheduler answers at {address}" in found.err
+    assert not (tmp_path / "orbits.db").exists()
+
+
+@pytest.mark.parametrize("scheduler", ["", "rubbish", "foo://there:1", "tls://there:1", "x" * 5000])
+def test_addresses_that_are_none(scheduler):
+    with pytest.raises(InputError, match="no dask scheduler answers"), Cluster(scheduler):
+        pass
+
+
+@pytest.mark.parametrize("content", ["", "{}", "[]", "\0"])
+def test_a_file_that_is_no_schedulers(tmp_path, content):
+    file = tmp_path / "scheduler.json"
+    file.write_text(content)
+    with pytest.raises(InputError, match="not a file that a dask scheduler has written"), Cluster(str(file)):
+        pass
+
+
+def test_without_dask_the_extra_is_named(cli, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    found = cli("fill", "--p", "5", "--scheduler", "127.0.0.1:8786")
+    assert found.code == 2
+    assert "pip install 'orbitdb[dask]'" in found.err
+
+
+@pytest.mark.parametrize(
+    ("options", "answer"),
+    [
+        (["--executor", "dask"], "--scheduler"),
+        (["--executor", "processes", "--scheduler", "host:1"], "--executor dask"),
+        (["--scheduler", "host:1", "--jobs", "2"], "leave out --jobs"),
+        (["--executor", "threads"], "dask"),
+    ],
+)
+def test_options_that_do_not_fit(cli, options, answer):
+    found = cli("fill", "--p", "5", *options)
+    assert found.code == 2
+    assert answer in found.err
+    assert found.err.count("\n") == 1
+
+
+def test_processes_are_the_default(cli):
+    assert cli("fill", "--p", "5", "--executor", "processes", "--jobs", "1").code == 0

@@ -1,0 +1,189 @@
+"""Filling: Table 1, resuming, reuse, two processes, and kills."""
+
+import os
+import sqlite3
+import subprocess
+import sys
+import time
+from itertools import zip_longest
+from pathlib import Path
+
+import pytest
+from contents import content
+
+from orbitdb.errors import StoreError
+from orbitdb.filling.periods import fill_geometric, fill_periods
+from orbitdb.filling.single_word import fill_word
+from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.migrate import migrate
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.symbols.counting import count_admissible, count_primitive
+
+TABLE_1 = {2: (1, 1), 3: (8, 8), 4: (32, 32), 5: (96, 80), 6: (252, 188), 7: (712, 376), 8: (2096, 1424)}
+
+
+def fill(path: Path, a: float = 1.6, periods=range(2, 9), **options) -> None:
+    for _ in fill_periods(path, a, periods, **options):
+        pass
+
+
+def test_counts_are_those_of_table_1(filled):
+    fills = {fill.p: fill for fill in Catalogue(filled).fills(1.6)}
+    assert {p: (fill.n_t, fill.n_c) for p, fill in fills.items()} == TABLE_1
+    assert all(fill.boundary == fill.unresolved == 0 for fill in fills.values())
+    assert fills[8].primitive == count_primitive(8)
+    assert fills[8].primitive - fills[8].pruned[0] == count_admissible(8, frozenset([1]))
+
+
+def test_all_sequences_are_there_once(filled):
+    catalogue = Catalogue(filled)
+    for p, (n_t, n_c) in TABLE_1.items():
+        words = [row[0] for row in catalogue.rows(Selection(periods=((p, p),)), ["word"])]
+        assert len(words) == len(set(words)) == n_t
+        assert catalogue.count(Selection(periods=((p, p),), statuses=(Status.ORBIT,))) == n_c
+
+
+def test_filling_again_changes_nothing(filled):
+    before = content(filled)
+    fill(filled)
+    assert content(filled) == before
+
+
+def test_a_second_stadium_reuses_words_and_classes(filled, tmp_path):
+    fill(filled, 1.0)
+    alone = tmp_path / "alone.db"
+    migrate(alone)
+    fill(alone, 1.0)
+    with sqlite3.connect(filled) as plain:
+        count = plain.execute("SELECT count(*) FROM sequence").fetchone()
+    plain.close()
+    assert count == (sum(n_t for n_t, _ in TABLE_1.values()),)
+    both, one = content(filled), content(alone)
+    assert [row for row in both["catalogue"] if row[0] == 1.0] == one["catalogue"]
+    assert [row for row in both["coordinates"] if row[0] == 1.0] == one["coordinates"]
+    assert Catalogue(filled).fills(1.0)[4].boundary == 32
+
+
+def test_single_words_first_and_the_period_after(filled, tmp_path):
+    path = tmp_path / "words.db"
+    migrate(path)
+    for word in ("1232131", "13", "01320155", "1001"):
+        assert fill_word(path, word, 1.6).stored
+    assert not fill_word(path, "02", 1.6).stored
+    fill(path)
+    stored, expected = content(path), content(filled)
+    assert [row for row in stored["catalogue"] if row[4] == "geometric"] == [
+        (1.6, 4, "0011", None, "geometric", "1,3,6", None, None, None, None)
+    ]
+    assert [row[:5] for row in stored["catalogue"] if row[4] != "geometric"] == [
+        row[:5] for row in expected["catalogue"]
+    ]
+
+
+@pytest.mark.parametrize("word", ["1^30 3", "1^20 (02)^25 3", "(0132)^10 3 1 2 3"])
+def test_words_of_any_order_are_stored(tmp_path, word):
+    from orbitdb.symbols.words import parse
+
+    path = tmp_path / "long.db"
+    migrate(path)
+    stored = fill_word(path, parse(word), 1.6)
+    assert stored.stored
+    assert Catalogue(path).find(parse(word), 1.6).status is stored.status
+
+
+def test_geometric_words_are_kept_with_their_rules(filled):
+    for _ in range(2):
+        for _ in fill_geometric(filled, range(2, 6)):
+            pass
+    catalogue = Catalogue(filled)
+    for p in range(2, 6):
+        pruned = list(
+            catalogue.rows(Selection(periods=((p, p),), statuses=(Status.GEOMETRIC,)), ["word", "rules"])
+        )
+        assert len(pruned) == count_primitive(p) - count_admissible(p) - (p == 2)
+    assert ("0011", "1,3,6") in pruned or catalogue.find("1001", 1.6).rules == (1, 3, 6)
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_stopped_between_blocks_and_resumed(filled, tmp_path):
+    path = tmp_path / "stopped.db"
+    migrate(path)
+    for steps in (1, 3, 7, 20):
+        going = fill_periods(path, 1.6, range(2, 9))
+        for _ in range(steps):
+            next(going)
+        going.close()
+    assert [fill.state for fill in Catalogue(path).fills(1.6)].count("filling") == 1
+    fill(path)
+    assert content(path) == content(filled)
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_two_fills_of_the_same_periods_take_turns(filled, tmp_path):
+    path = tmp_path / "shared.db"
+    migrate(path)
+    first, second = fill_periods(path, 1.6, range(2, 9)), fill_periods(path, 1.6, range(2, 9))
+    for _ in zip_longest(first, second):
+        pass
+    assert content(path) == content(filled)
+
+
+def test_a_locked_database_is_named(filled, monkeypatch):
+    monkeypatch.setattr("orbitdb.store.file.database.BUSY_TIMEOUT", 0.1)
+    with sqlite3.connect(filled, isolation_level=None) as other:
+        other.execute("BEGIN IMMEDIATE")
+        with pytest.raises(StoreError, match="another process that writes"):
+            fill(filled, 1.0)
+        other.execute("ROLLBACK")
+    other.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX limits")
+def test_a_full_disk_loses_nothing(filled, tmp_path):
+    path = tmp_path / "full.db"
+    migrate(path)
+    script = (
+        "import resource, sys; from pathlib import Path; from orbitdb import survey;"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000));"
+        "list(fill_periods(Path(sys.argv[1]), 1.6, range(2, 9)))"
+    )
+    result = subprocess.run(
+        [sys.executable, "-P", "-c", script, str(path)], capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 1
+    assert "StoreError" in result.stderr.splitlines()[-1]
+    fill(path)
+    assert content(path) == content(filled)
+
+
+def test_progress_counts_words(tmp_path):
+    path = tmp_path / "new.db"
+    migrate(path)
+    steps = list(fill_periods(path, 1.6, [7, 8]))
+    assert [(step.p, step.words, step.total) for step in steps if step.words == step.total] == [
+        (7, 712, 712),
+        (8, 2096, 2096),
+    ]
+
+
+def test_time_is_kept(tmp_path):
+    path = tmp_path / "new.db"
+    migrate(path)
+    start = time.monotonic()
+    fill(path, periods=[8])
+    (kept,) = Catalogue(path).fills(1.6)
+    assert 0 < kept.seconds < time.monotonic() - start
+    assert os.path.getsize(path) > 0
+
+
+@pytest.mark.slow
+def test_the_papers_method_fills_the_same_statuses(tmp_path):
+    newton, relaxed = tmp_path / "newton.db", tmp_path / "relaxed.db"
+    for path, method in ((newton, "newton"), (relaxed, "relaxation")):
+        migrate(path)
+        fill(path, periods=range(2, 7), method=method)
+    one, other = content(newton)["catalogue"], content(relaxed)["catalogue"]
+    assert [row[:6] for row in one] == [row[:6] for row in other]
+    lengths = [(row[6], again[6]) for row, again in zip(one, other, strict=True) if row[6] is not None]
+    assert all(again == pytest.approx(exact, rel=1e-11) for exact, again in lengths)

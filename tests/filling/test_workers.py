@@ -1,0 +1,184 @@
+"""Several processes: the same catalogue whatever their number, and none of them outlives its use."""
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from concurrent.futures import Future
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from contents import rows
+from verified import checks
+from workforce import Deadly, filled_by
+
+from orbitdb.arithmetic import arithmetic
+from orbitdb.errors import WorkError
+from orbitdb.filling.blocks import Block, cut_into_blocks, solve_block
+from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.workers import HERE, Processes, in_order
+from orbitdb.store.file.migrate import migrate
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+
+
+def workers_of(process: int) -> list[int]:
+    command = ["ps", "-o", "pid=", "--ppid", str(process)]
+    listed = subprocess.run(command, capture_output=True, text=True, check=False).stdout
+    return [int(line) for line in listed.split() if is_worker(int(line))]
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_rows_do_not_depend_on_the_number_of_processes(tmp_path):
+    alone = filled_by(HERE, tmp_path / "alone.db")
+    with Processes(3) as workers:
+        shared = filled_by(workers, tmp_path / "shared.db")
+        assert rows(shared) == rows(alone)
+        filled_by(workers, shared, a=1.0)  # from the classes that are stored
+    assert rows(shared) == rows(filled_by(HERE, alone, a=1.0))
+
+
+class Backwards:
+    """A pool that finishes what it was given last first."""
+
+    def __init__(self) -> None:
+        self.waiting: list[tuple[Block, Future]] = []
+        self.most = 0
+
+    def submit(self, block: Block) -> Future:
+        self.waiting.append((block, BackwardsFuture(self)))
+        self.most = max(self.most, len(self.waiting))
+        return self.waiting[-1][1]
+
+    def renew(self) -> None:
+        raise AssertionError("nobody has died")
+
+    def work(self) -> None:
+        while self.waiting:
+            block, future = self.waiting.pop()
+            future.set_result(solve_block(block))
+
+
+class BackwardsFuture(Future):
+    def __init__(self, pool: Backwards) -> None:
+        super().__init__()
+        self.pool = pool
+
+    def result(self, timeout: float | None = None):
+        if not self.done():
+            self.pool.work()
+        return super().result(timeout)
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_results_come_in_order_and_few_are_under_way():
+    blocks = list(cut_into_blocks(1.6, "newton", 9))
+    assert len(blocks) > 30
+    pool = Backwards()
+    found = list(in_order(pool, iter(blocks), lambda: 5))
+    assert [result.span for result in found] == [block.span for block in blocks]
+    assert pool.most == 6
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("small_blocks")
+def test_a_worker_that_is_killed_costs_only_its_blocks(tmp_path):
+    alone = filled_by(HERE, tmp_path / "alone.db")
+    path = tmp_path / "shared.db"
+    migrate(path)
+    killed: set[int] = set()
+    with Processes(2) as workers:
+        for step in fill_periods(path, 1.6, (7, 8), workers=workers):
+            alive = set(workers_of(os.getpid())) - killed
+            if step.p == 8 and len(alive) == 2 and len(killed) < 2:
+                victim = alive.pop()
+                os.kill(victim, signal.SIGKILL)
+                killed.add(victim)
+    assert len(killed) == 2
+    assert rows(path) == rows(alone)
+
+
+def is_worker(process: int) -> bool:
+    command = Path(f"/proc/{process}/cmdline")
+    return command.exists() and "spawn_main" in command.read_text()
+
+
+def test_a_block_that_kills_every_worker_is_given_up():
+    with Processes(1) as workers, pytest.raises(WorkError, match="died 3 times"):
+        list(workers.solved(iter([Block(1.6, "newton", Deadly())])))
+    assert not workers_of(os.getpid())
+
+
+def test_a_worker_of_another_version_is_refused(monkeypatch):
+    monkeypatch.setattr("orbitdb.filling.workers.__version__", "9.9")
+    with pytest.raises(WorkError, match=r"install 9\.9 there"):
+        list(in_order(Backwards(), cut_into_blocks(1.6, "newton", 5), lambda: 2))
+
+
+class Mixed:
+    """Solves every second block as if on another processor."""
+
+    jobs = 1
+
+    def solved(self, blocks):
+        for number, block in enumerate(blocks):
+            found = solve_block(block)
+            yield found if number % 2 else replace(found, arithmetic="an abacus")
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_every_orbit_knows_what_computed_it(tmp_path):
+    path = filled_by(Mixed(), tmp_path / "mixed.db", periods=(8,))
+    counts = (
+        "SELECT parameters ->> 'arithmetic', count(*) FROM orbit JOIN run ON run.id = orbit.run GROUP BY 1"
+    )
+    with closing(sqlite3.connect(path)) as plain:
+        shares = dict(plain.execute(counts))
+    assert set(shares) == {"an abacus", arithmetic()}
+    assert checks(path)["bits"].rows == shares[arithmetic()]
+
+
+FILL = """
+import sys
+from pathlib import Path
+from orbitdb import survey
+from orbitdb.filling.workers import Processes
+if __name__ == "__main__":
+    with Processes(2) as workers:
+        for step in fill_periods(Path(sys.argv[1]), 1.6, range(12, 15), workers=workers):
+            print(step.p, flush=True)
+"""
+
+
+@pytest.mark.parametrize(
+    "how",
+    [signal.SIGINT, *(pytest.param(how, marks=pytest.mark.slow) for how in (signal.SIGKILL, signal.SIGTERM))],
+)
+def test_no_process_is_left_behind(tmp_path, how):
+    path = tmp_path / "orbits.db"
+    migrate(path)
+    script = tmp_path / "script.py"
+    script.write_text(FILL)
+    process = subprocess.Popen(
+        [sys.executable, "-P", str(script), str(path)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    while process.stdout.readline().strip() != "12":
+        pass
+    workers = workers_of(process.pid)
+    assert len(workers) == 2
+    process.send_signal(how)
+    process.wait(timeout=30)
+    process.stdout.close()
+    deadline = time.monotonic() + 20
+    while any(Path(f"/proc/{worker}").exists() for worker in workers) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not any(Path(f"/proc/{worker}").exists() for worker in workers)
+    with closing(sqlite3.connect(path)) as plain:
+        assert plain.execute("PRAGMA quick_check").fetchone() == ("ok",)

@@ -1,0 +1,161 @@
+"""No stored bound is smaller than the true error, on thousands of rows; and the errors are small."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+import reference
+from flint import ctx
+from solutions import random_word, real, representatives, solved
+
+from orbitdb.billiard.legs import cut
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.bounds import assess
+from orbitdb.orbits.enclosure import Enclosure, enclose
+from orbitdb.orbits.newton import newton, solve
+from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.symbols.words import from_strings, parse, to_strings
+
+VALUES = [0.5, 1.6, 5.0]
+
+
+def sample(p: int, a: float, count: int) -> tuple[Orbits, np.ndarray]:
+    """Solved words of one period and a random choice of those that are orbits."""
+    orbits = solved(p, a) if p < 10 else solve(representatives(p), Stadium(a))
+    rows = np.flatnonzero(real(orbits))
+    return orbits, np.random.default_rng(p).permutation(rows)[:count]
+
+
+def true_errors(orbits: Orbits, row: int, exact: Enclosure) -> tuple[float, float, float]:
+    """Errors of coordinates, length and lambda of one row, from above."""
+    with ctx.workprec(256):
+        return (
+            max(
+                float(abs(x - y).abs_upper())
+                for x, y in zip(exact.coordinates, orbits.coordinates[row].tolist(), strict=True)
+            ),
+            float(abs(exact.length - float(orbits.length[row])).abs_upper()),
+            float(abs(exact.lyapunov - float(orbits.lyapunov[row])).abs_upper()),
+        )
+
+
+def check_bounds(orbits: Orbits, row: int, errors: tuple[float, float, float]) -> None:
+    (word,) = to_strings(orbits.words[row : row + 1])
+    assert errors[0] <= orbits.error[row], word
+    assert errors[1] <= orbits.length_error[row], word
+    assert errors[2] <= orbits.lyapunov_error[row], word
+
+
+@pytest.mark.parametrize("a", VALUES)
+@pytest.mark.parametrize("p", range(2, 12))
+def test_bounds_and_errors_against_fifty_digits(p, a):
+    """Against Newton's method in mpmath on all p coordinates, and lambda from p bounces."""
+    orbits, rows = sample(p, a, 8)
+    assert len(rows)
+    for row in rows:
+        (word,) = to_strings(orbits.words[row : row + 1])
+        exact = reference.refine(word, a, orbits.coordinates[row].tolist())
+        with mp.workdps(reference.DIGITS):
+            errors = (
+                max(
+                    float(abs(mp.mpf(x) - y))
+                    for x, y in zip(orbits.coordinates[row].tolist(), exact.coordinates, strict=True)
+                ),
+                float(abs(mp.mpf(float(orbits.length[row])) - exact.length)),
+                float(abs(mp.mpf(float(orbits.lyapunov[row])) - exact.lyapunov)),
+            )
+        check_bounds(orbits, row, errors)
+        assert errors[0] < 1e-13
+        assert errors[1] < 1e-13 * orbits.length[row]
+        assert errors[2] < 1e-13 * orbits.lyapunov[row]
+
+
+@pytest.mark.parametrize("a", VALUES)
+@pytest.mark.parametrize("p", range(2, 12))
+def test_bounds_of_many_rows_against_balls(p, a):
+    orbits, rows = sample(p, a, 60)
+    for row in rows:
+        exact = enclose(orbits.words[row], Stadium(a))
+        assert exact.status == Status.ORBIT
+        errors = true_errors(orbits, row, exact)
+        check_bounds(orbits, row, errors)
+        assert errors[0] < 1e-13
+        assert errors[1] < 1e-13 * orbits.length[row]
+        assert errors[2] < 1e-13 * orbits.lyapunov[row]
+
+
+@pytest.mark.parametrize("a", [1e-6, 1e-3, 0.1, 1.0, 30.0, 1e3, 1e6])
+def test_bounds_hold_at_any_a(a):
+    for p in (2, 4, 5, 7, 8):
+        orbits, rows = sample(p, a, 15)
+        for row in rows:
+            check_bounds(orbits, row, true_errors(orbits, row, enclose(orbits.words[row], Stadium(a))))
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-8])
+def test_bounds_hold_far_from_the_orbit(tolerance):
+    """They come from concavity and need no solution nearby."""
+    a = 1.6
+    worst = 0.0
+    for p in (3, 5, 6, 7):
+        orbits = solve(representatives(p), Stadium(a), tolerance)
+        for row in np.flatnonzero(real(orbits))[:40]:
+            errors = true_errors(orbits, row, enclose(orbits.words[row], Stadium(a)))
+            check_bounds(orbits, row, errors)
+            worst = max(worst, errors[0])
+    assert worst > 1e-12
+
+
+@pytest.mark.parametrize("a", VALUES)
+def test_bounds_are_not_much_larger_than_they_must_be(a):
+    """Within four orders for the worst row of all words to p = 8, and useful for deciding a status."""
+    for p in range(2, 9):
+        orbits = solved(p, a)
+        found = real(orbits)
+        assert orbits.error[found].max() < 1e-12
+        assert (orbits.length_error / orbits.length)[found].max() < 1e-14
+        assert (orbits.lyapunov_error / orbits.lyapunov)[found].max() < 1e-13
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(13)^300 3",
+        "1^1000 2 5^1000 0",
+        "1 (20)^500 3 (02)^500",
+        "1^20 (02)^5 3",
+        "(1 2 3 0 2)^100 1 3",
+        "(1 2 3 2)^99 1 3 1 3",
+    ],
+)
+@pytest.mark.parametrize("a", [0.3, 1.6, 20.0])
+def test_bounds_of_long_words(text, a):
+    words = from_strings([parse(text)] * 2)
+    ((_, legs),) = cut(words)
+    found = newton(legs, a)
+    orbits = assess(words, legs, Stadium(a), found.alpha, found.iterations)
+    exact = enclose(words[0], Stadium(a))
+    for row in range(2):
+        if orbits.status[row] != Status.UNRESOLVED:
+            assert exact.status == orbits.status[row]
+        if orbits.status[row] == Status.ORBIT:
+            check_bounds(orbits, row, true_errors(orbits, row, exact))
+
+
+def test_status_of_long_random_words_is_that_of_balls():
+    for seed in range(3):
+        words = from_strings([random_word(seed, 300)])
+        for a in (0.5, 5.0, 500.0):
+            orbits = solve(words, Stadium(a))
+            assert orbits.status[0] == enclose(words[0], Stadium(a)).status
+            if orbits.status[0] == Status.ORBIT:
+                check_bounds(orbits, 0, true_errors(orbits, 0, enclose(words[0], Stadium(a))))
+
+
+def test_doubles_leave_what_they_cannot_decide():
+    """011032 runs through a joint at a = 1: no double can tell on which side it lies."""
+    words = from_strings(["011032"])
+    ((_, legs),) = cut(words)
+    found = newton(legs, 1.0)
+    orbits = assess(words, legs, Stadium(1.0), found.alpha, found.iterations)
+    assert orbits.status[0] == Status.UNRESOLVED
+    assert abs(orbits.margin[0]) <= orbits.error[0]

@@ -1,0 +1,132 @@
+"""Ball arithmetic: joint orbits, enclosures that hold the true value, and agreement with doubles."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+import reference
+from solutions import representatives
+
+from orbitdb.billiard.stability import forces
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.enclosure import DIGITS, as_orbits, enclose
+from orbitdb.orbits.newton import solve
+from orbitdb.orbits.orbit import Status
+from orbitdb.symbols.enumeration import admissible_words
+from orbitdb.symbols.symmetry import members
+from orbitdb.symbols.words import from_strings, to_strings
+
+JOINT = {
+    0.5: ["01032123", "01032155", "01033155", "01132443", "01134443", "01234443", "11134443"],
+    1.0: ["011032", "011033", "011332", "011333", "012032", "012333", "111333"],
+    2.5: ["01320202", "01330202", "02021133"],
+}
+"""All classes to p = 9 that run exactly through a joint, by the value of a."""
+
+CASES = [(a, word) for a, words in JOINT.items() for word in words]
+
+
+def enclosed(word: str, a: float):
+    return enclose(from_strings([word])[0], Stadium(a))
+
+
+def holds(ball, exact: mp.mpf) -> bool:
+    """Tell whether a ball, taken outward to exact numbers, holds a 50-digit value."""
+    middle, radius = (
+        mp.mpf(str(ball.mid().str(80, radius=False))),
+        mp.mpf(str(ball.rad().str(20, radius=False))),
+    )
+    return abs(middle - exact) <= radius * (1 + mp.mpf(10) ** -15) + mp.mpf(10) ** -(reference.DIGITS + 5)
+
+
+@pytest.mark.parametrize(("a", "word"), CASES)
+def test_orbits_through_a_joint(a, word):
+    found = enclosed(word, a)
+    assert found.status == Status.BOUNDARY
+    assert found.margin.contains(0)
+    assert found.margin.rad() < 10.0**-DIGITS
+    assert solve(from_strings([word]), Stadium(a)).status[0] == Status.BOUNDARY
+
+
+@pytest.mark.parametrize(("a", "word"), CASES)
+def test_a_joint_orbit_needs_walls_no_shorter(a, word):
+    """In a longer stadium it is an orbit, in a shorter one the bounce has left its wall."""
+    below, above = enclosed(word, a - 1e-9), enclosed(word, a + 1e-9)
+    assert (below.status, above.status) == (Status.DYNAMICAL, Status.ORBIT)
+    for found in (below, above):
+        assert 1e-11 < abs(float(found.margin)) < 1e-8
+    for b, found in ((a - 1e-9, below), (a + 1e-9, above)):
+        assert solve(from_strings([word]), Stadium(b)).status[0] == found.status
+
+
+@pytest.mark.parametrize(("a", "word"), [(a, words[0]) for a, words in JOINT.items()])
+def test_a_whole_class_runs_through_the_joint(a, word):
+    for image in members(word):
+        assert enclosed(image, a).status == Status.BOUNDARY
+
+
+@pytest.mark.parametrize("a", JOINT)
+def test_these_are_all_joint_orbits(a):
+    found = []
+    for p in range(2, 10):
+        words = representatives(p)
+        found += to_strings(words[solve(words, Stadium(a)).status == Status.BOUNDARY])
+    assert found == JOINT[a]
+
+
+@pytest.mark.parametrize("a", [0.5, 1.6, 5.0])
+@pytest.mark.parametrize("p", range(2, 10))
+def test_enclosures_hold_the_mpmath_solution(p, a):
+    words = np.concatenate(list(admissible_words(p)))
+    orbits = solve(words, Stadium(a))
+    rows = np.flatnonzero(orbits.status == Status.ORBIT)
+    for row in np.random.default_rng(p).permutation(rows)[:4]:
+        (word,) = to_strings(words[row : row + 1])
+        exact = reference.refine(word, a, orbits.coordinates[row].tolist())
+        found = enclosed(word, a)
+        with mp.workdps(reference.DIGITS + 30):
+            ends = [mp.mpf(a) if symbol in "02" else mp.pi / 2 for symbol in word]
+            margin = min(end - abs(x) for end, x in zip(ends, exact.coordinates, strict=True))
+            assert holds(found.margin, margin)
+            assert all(holds(x, y) for x, y in zip(found.coordinates, exact.coordinates, strict=True))
+            assert holds(found.length, exact.length)
+            assert holds(found.lyapunov, exact.lyapunov)
+        assert max(x.rad() for x in [*found.coordinates, found.length, found.lyapunov]) < 1e-25
+
+
+@pytest.mark.parametrize("a", [0.2, 0.5, 1.0, 1.6, 2.5, 10.0])
+def test_doubles_never_contradict_balls(a):
+    """All classes to p = 7, and a third of those of p = 8."""
+    for p in range(2, 9):
+        words = representatives(p)[:: 3 if p == 8 else 1]
+        orbits = solve(words, Stadium(a))
+        for row, word in enumerate(words):
+            assert enclose(word, Stadium(a)).status == orbits.status[row], to_strings(word[None])
+
+
+def test_the_word_13_to_many_digits():
+    found = enclosed("13", 1.6)
+    a = mp.mpf(1.6)
+    with mp.workdps(reference.DIGITS + 30):
+        assert holds(found.length, 4 * (1 + mp.mpf(1.6)))
+        assert holds(found.lyapunov, mp.acosh((4 * (1 + 2 * a) ** 2 - 2) / 2))
+        assert holds(found.margin, mp.pi / 2)
+    assert found.precision == 128
+
+
+def test_an_enclosure_becomes_a_row_with_its_rounding():
+    word = from_strings(["011032"])
+    found = enclosed("011032", 1.0)
+    row = as_orbits(word[0], Stadium(1.0), found)
+    assert row.status[0] == Status.BOUNDARY
+    for x, ball in zip(row.coordinates[0].tolist(), found.coordinates, strict=True):
+        assert abs(ball - x) <= row.error[0]
+    assert abs(found.length - float(row.length[0])) <= row.length_error[0]
+    assert abs(found.lyapunov - float(row.lyapunov[0])) <= row.lyapunov_error[0]
+    assert row.residual[0] == np.abs(forces(Stadium(1.0), word, row.coordinates)).max() < 1e-15
+    assert row.error[0] < 1e-15
+
+
+@pytest.mark.parametrize("a", [1e-6, 1e-5, 1e6])
+def test_nothing_is_left_undecided_at_the_ends_of_the_range(a):
+    for p in range(2, 8):
+        assert Status.UNRESOLVED not in {enclose(word, Stadium(a)).status for word in representatives(p)[::3]}

@@ -1,0 +1,243 @@
+"""Solved orbits: the paper's table, known answers, the law of reflection, and words of great length."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from reference import symbols_of_trajectory
+from solutions import random_word, real, representatives, solved, words_of
+
+from orbitdb.billiard.legs import cut, derivatives, direction_limits
+from orbitdb.billiard.stability import forces
+from orbitdb.billiard.stadium import STRAIGHT, Stadium
+from orbitdb.orbits.bounds import direction_errors
+from orbitdb.orbits.newton import MAX_STEPS, newton, solve
+from orbitdb.orbits.orbit import NUMBERS, Status
+from orbitdb.symbols.pruning import rules_broken, rules_of
+from orbitdb.symbols.symmetry import class_size, classify
+from orbitdb.symbols.words import from_strings, pack, parse, to_strings
+
+TABLE_1 = """
+ 2     1     1      2 0.346
+ 3     8     8     24 1.059
+ 4    32    32    130 1.216
+ 5    96    80    400 1.198
+ 6   252   188   1154 1.175
+ 7   712   376   2632 1.125
+ 8  2096  1424  11522 1.169
+ 9  6440  4104  36960 1.168
+10 19664 11064 111042 1.161
+11 60488 29880 328680 1.154
+"""
+"""Biham and Kvale: p, N_t, N_c, N, K_0 at a = 1.6."""
+
+
+def test_table_1_of_the_paper():
+    """Every admissible word solved on its own; K_0 is cut, not rounded, to three decimals there."""
+    counts: dict[int, int] = {}
+    for line in TABLE_1.split("\n")[1:-1]:
+        p, total, isolated, points, entropy = line.split()
+        orbits = solved(int(p), 1.6)
+        counts[int(p)] = np.count_nonzero(real(orbits))
+        periodic = sum(d * counts[d] for d in counts if int(p) % d == 0)
+        k_0 = math.floor(1000 * math.log(periodic) / int(p)) / 1000
+        assert (len(orbits), counts[int(p)], periodic, f"{k_0:.3f}") == (
+            int(total),
+            int(isolated),
+            int(points),
+            entropy,
+        )
+        assert set(orbits.status) <= {Status.ORBIT, Status.DYNAMICAL}
+
+
+@pytest.mark.parametrize("p", range(2, 11))
+def test_one_representative_counts_for_its_class(p):
+    words = words_of(p)
+    classes = classify(words)
+    own = classes.representative == pack(words)
+    sizes = np.array([class_size(int(mask)) for mask in classes.stabiliser[own]])
+    assert sizes[real(solve(words[own], Stadium(1.6)))].sum() == np.count_nonzero(real(solved(p, 1.6)))
+
+
+@pytest.mark.parametrize("a", [1e-6, 1e-3, 0.2, 0.5, 1.0, 1.2, 1.6, 2.5, 5.0, 10.0, 1e3, 1e6])
+def test_every_word_is_decided(a):
+    """And the bounces of each orbit keep the law of reflection, each on its own wall."""
+    stadium = Stadium(a)
+    for p in range(2, 9):
+        orbits = solve(representatives(p), stadium)
+        assert not (orbits.status == Status.UNRESOLVED).any()
+        found = real(orbits)
+        ends = np.where(STRAIGHT[orbits.words], a, np.pi / 2) - np.abs(orbits.coordinates)
+        assert (ends + orbits.error[:, None] > 0)[found].all()
+        assert (orbits.margin[found] > 0).all()
+        assert np.abs(forces(stadium, orbits.words, orbits.coordinates))[found].max() < 1e-13 * (1 + a)
+        assert orbits.residual[found].max() < 1e-13 * (1 + a)
+        assert (orbits.error[found] < 1e-7).all()
+
+
+@pytest.mark.parametrize("p", range(2, 9))
+@pytest.mark.parametrize("a", [0.5, 1.6, 5.0])
+def test_length_is_the_sum_of_the_links(a, p):
+    orbits = solved(p, a)
+    points = Stadium(a).points(orbits.words, orbits.coordinates)
+    steps = np.roll(points, -1, axis=1) - points
+    total = np.hypot(steps[..., 0], steps[..., 1]).sum(axis=1)
+    assert np.abs(total / orbits.length - 1)[real(orbits)].max() < 1e-14
+
+
+@pytest.mark.parametrize("p", range(2, 9))
+def test_margin_is_the_distance_from_the_nearest_end(p):
+    orbits = solved(p, 1.6)
+    ends = np.where(STRAIGHT[orbits.words], 1.6, np.pi / 2) - np.abs(orbits.coordinates)
+    assert np.abs(ends.min(axis=1) - orbits.margin)[real(orbits)].max() < 1e-13
+    assert (orbits.margin[orbits.status == Status.DYNAMICAL] < 0).all()
+
+
+@settings(deadline=None)
+@given(a=st.floats(1e-6, 1e6))
+def test_the_word_13_is_known(a):
+    orbit = solve(from_strings(["13"]), Stadium(a))
+    trace = 4 * (1 + 2 * a) ** 2 - 2
+    assert orbit.status[0] == Status.ORBIT
+    assert np.abs(orbit.coordinates).max() < 1e-16
+    assert abs(orbit.length[0] - 4 * (1 + a)) <= orbit.length_error[0]
+    exact = 2 * math.asinh(math.sqrt(4 * a * (1 + a)))
+    assert math.cosh(exact) * 2 == pytest.approx(trace, rel=1e-12)
+    assert abs(orbit.lyapunov[0] - exact) <= orbit.lyapunov_error[0] + 1e-15 * exact
+
+
+@settings(deadline=None)
+@given(a=st.floats(1e-6, 1e6), n=st.integers(0, 40))
+def test_orbits_that_hit_both_semicircles_at_right_angles(a, n):
+    """There and back over n walls along the line of the unfolded centres: L = 4 (1 + hypot(a, n))."""
+    there = "20" * (n // 2) + "2" * (n % 2)
+    orbit = solve(from_strings([f"1{there}3{there[::-1]}"]), Stadium(a))
+    drift = 2 * math.hypot(a, n)
+    assert orbit.status[0] == Status.ORBIT
+    assert orbit.length[0] == pytest.approx(2 * drift + 4, rel=1e-14)
+    assert orbit.lyapunov[0] == pytest.approx(2 * math.asinh(math.sqrt(drift * (drift + 2))), rel=1e-13)
+    assert orbit.coordinates[0, 0] == pytest.approx(-math.atan2(n, a), abs=orbit.error[0] + 1e-15)
+
+
+@pytest.mark.parametrize("a", [0.5, 1.6])
+def test_a_batch_is_a_loop_over_its_words(a):
+    for p in range(2, 8):
+        batch = solved(p, a)
+        for i in range(p, len(batch), 17):
+            single = solve(batch.words[i : i + 1], Stadium(a))
+            assert single.status[0] == batch.status[i]
+            assert single.iterations[0] == batch.iterations[i]
+            for name in ("coordinates", *NUMBERS):
+                one, many = getattr(single, name)[0], getattr(batch, name)[i]
+                assert np.allclose(one, many, rtol=1e-14, atol=1e-15), name
+
+
+@pytest.mark.parametrize("a", [0.5, 1.0, 1.6])
+def test_every_rotation_is_the_same_orbit(a):
+    for p in range(2, 7):
+        batch = solved(p, a)
+        counted = np.isin(batch.status, [Status.ORBIT, Status.BOUNDARY])
+        for turn in range(1, p):
+            turned = solve(np.roll(batch.words, -turn, axis=1), Stadium(a))
+            assert (turned.status == batch.status).all()
+            apart = np.abs(turned.coordinates - np.roll(batch.coordinates, -turn, axis=1)).max(axis=1)
+            assert (apart <= batch.error + turned.error)[counted].all()
+            assert (np.abs(turned.length - batch.length) <= 2 * batch.length_error)[counted].all()
+            assert (np.abs(turned.lyapunov - batch.lyapunov) <= 2 * batch.lyapunov_error)[counted].all()
+
+
+@pytest.mark.parametrize("a", [1e-4, 0.2, 0.5, 1.6, 5.0])
+def test_newton_comes_to_the_same_orbit_from_anywhere(a):
+    """As the paper did for uniqueness, with random starts all over the directions allowed."""
+    rng = np.random.default_rng(11)
+    for p in range(2, 9):
+        for _, legs in cut(representatives(p)):
+            found = newton(legs, a)
+            slopes = derivatives(legs, a, found.alpha)
+            low, high = direction_limits(legs, a)
+            steep = slopes.gradient
+            pressed = ((found.alpha <= low) & (steep < 0)) | ((found.alpha >= high) & (steep > 0))
+            error = direction_errors(legs, a, found.alpha, slopes, pressed)
+            for _ in range(5):
+                again = newton(legs, a, start=rng.uniform(low, high))
+                assert (again.iterations < MAX_STEPS).all()
+                assert (np.abs(again.alpha - found.alpha) <= 2 * error).all()
+
+
+def test_statuses_do_not_change_within_a_mixed_batch():
+    words = representatives(6)
+    orbits = solve(words, Stadium(1.0))
+    assert {Status.ORBIT, Status.DYNAMICAL, Status.BOUNDARY} == set(orbits.status)
+    shuffled = np.random.default_rng(1).permutation(len(words))
+    again = solve(words[shuffled], Stadium(1.0))
+    assert (again.status == orbits.status[shuffled]).all()
+
+
+def test_nothing_to_solve():
+    orbits = solve(np.zeros((0, 5), dtype=np.uint8), Stadium())
+    assert len(orbits) == 0
+    assert orbits.coordinates.shape == (0, 5)
+
+
+@pytest.mark.parametrize(("p", "seed"), [(200, 1), (200, 2), (2000, 3)])
+def test_orbits_that_shadow_a_trajectory(p, seed):
+    """Segments of a random trajectory, closed: many are orbits of their own."""
+    walk = symbols_of_trajectory(1.6, 4 * p, seed)
+    segments = [walk[i : i + p] for i in range(0, 3 * p, p // 20)]
+    words = from_strings([segment for segment in segments if not rules_of(segment)])
+    orbits = solve(words, Stadium(1.6))
+    found = real(orbits)
+    assert np.count_nonzero(found) >= 5
+    assert not (orbits.status == Status.UNRESOLVED).any()
+    assert np.abs(forces(Stadium(1.6), words, orbits.coordinates))[found].max() < 1e-13
+    assert (orbits.error[found] < 1e-10).all()
+    assert (orbits.lyapunov[found] > 0.5 * p).all()
+    assert np.isfinite(orbits.lyapunov).all()
+
+
+@pytest.mark.parametrize("a", [1e-6, 0.1, 1.6, 1e6])
+def test_random_words_of_order_two_thousand(a):
+    """Overflow would be a warning, and every warning an error."""
+    for seed in range(4):
+        word = random_word(seed, 2000)
+        assert rules_of(word) == []
+        orbits = solve(from_strings([word]), Stadium(a))
+        assert orbits.status[0] in (Status.ORBIT, Status.DYNAMICAL)
+        assert np.isfinite(orbits.coordinates).all()
+
+
+def test_a_hundred_thousand_bounces_on_each_semicircle():
+    """The orbit that creeps along the whole boundary, almost as long as it."""
+    word = parse("1^100000 2 5^100000 0")
+    orbits = solve(from_strings([word]), Stadium(1.6))
+    assert orbits.status[0] == Status.ORBIT
+    assert orbits.residual[0] < 1e-13
+    assert orbits.length[0] == pytest.approx(Stadium(1.6).perimeter, rel=1e-8)
+    assert orbits.length[0] < Stadium(1.6).perimeter
+    assert orbits.error[0] < 1e-8
+    first, last = orbits.coordinates[0, 0], orbits.coordinates[0, 99_999]
+    assert first == pytest.approx(-last, abs=1e-12)
+    assert np.abs(np.diff(orbits.coordinates[0, :100_000]) - (last - first) / 99_999).max() < 1e-13
+
+
+def test_a_hundred_thousand_bounces_between_the_walls():
+    there = "20" * 50_000
+    orbits = solve(from_strings([f"1{there}3{there[::-1]}"]), Stadium(1.6))
+    drift = 2 * math.hypot(1.6, 100_000)
+    assert orbits.status[0] == Status.ORBIT
+    assert abs(orbits.length[0] - (2 * drift + 4)) <= orbits.length_error[0] + 1e-10
+    assert orbits.lyapunov[0] == pytest.approx(2 * math.asinh(math.sqrt(drift * (drift + 2))), rel=1e-14)
+    on_walls = orbits.coordinates[0, 1:100_001]
+    assert (np.diff(on_walls) > 0).all()
+    assert np.diff(on_walls) == pytest.approx(1.6 / 50_000 * np.ones(99_999), rel=1e-9)
+
+
+def test_words_are_left_alone():
+    words = words_of(6)
+    before = words.copy()
+    orbits = solve(words, Stadium(1.6))
+    assert (words == before).all()
+    assert to_strings(orbits.words) == to_strings(words)
+    assert not rules_broken(orbits.words).any()

@@ -1,0 +1,170 @@
+"""Figures: what is drawn is what was given, and files are what their endings say."""
+
+import json
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from orbitdb import Stadium, solve_word
+from orbitdb.errors import InputError
+from orbitdb.orbits.svg import number_labels
+from orbitdb.plots import curves, paths, style
+
+WORDS = ["13", "1232131", "010232", "111333", "11133"]
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture
+def ax():
+    return Figure().add_subplot()
+
+
+@pytest.mark.parametrize("word", WORDS)
+def test_the_drawn_path_runs_through_the_bounces_and_closes(ax, word):
+    orbit = solve_word(word, Stadium(1.6))
+    paths.draw_orbit(ax, Stadium(1.6), orbit.points)
+    drawn = [line.get_xydata() for line in ax.lines if len(line.get_xydata()) == orbit.p + 1]
+    assert any(
+        np.array_equal(path[:-1], orbit.points) and np.array_equal(path[-1], path[0]) for path in drawn
+    )
+    assert ax.get_aspect() == 1
+
+
+@pytest.mark.parametrize("word", WORDS)
+def test_every_bounce_is_numbered_once_outside_the_stadium(word):
+    orbit = solve_word(word, Stadium(1.6))
+    labels = number_labels(Stadium(1.6), orbit.points, 0.2)
+    numbers = [int(n) for _, _, text in labels for n in text.split(", ")]
+    assert sorted(numbers) == list(range(1, orbit.p + 1))
+    for x, y, _ in labels:
+        assert np.hypot(x - np.clip(x, -1.6, 1.6), y) == pytest.approx(1.2)
+
+
+def test_entropy_figure_holds_the_numbers(ax):
+    p = np.arange(2, 6)
+    k_0, h = np.array([0.3466, 1.059, 1.216, 1.198]), np.array([0.35, 1.0, 1.1, 1.19])
+    curves.draw_entropy(ax, p, k_0, h, np.array([np.nan, 0.6, 0.1, 0.09]))
+    drawn = next(line for line in ax.lines if line.get_label().startswith("$K_0"))
+    np.testing.assert_array_equal(drawn.get_xydata(), np.column_stack([p, k_0]))
+    hidden = [text.get_text() for text in ax.texts]
+    assert hidden == ["↓ 0.3466"]
+
+
+def test_lyapunov_figure_shows_the_reference_with_twice_its_error(ax):
+    p = np.arange(2, 5)
+    values = np.array([2.1, 1.5, 1.2])
+    rows = curves.LyapunovRows(values, values, np.array([2.1, np.nan, 1.3]), curves.Line(0.887, 0.01))
+    curves.draw_lyapunov(ax, p, rows, r"\lambda_d", "per bounce")
+    (band,) = ax.patches
+    assert (band.get_y(), band.get_height()) == pytest.approx((0.867, 0.04))
+
+
+def test_staircase_ends_at_the_number_of_orbits_and_density_integrates_to_it(ax):
+    rng = np.random.default_rng(5)
+    length, count, p = rng.uniform(5, 20, 300), rng.integers(1, 9, 300), rng.integers(2, 5, 300)
+    curves.draw_staircase(ax, length, count)
+    assert ax.lines[0].get_ydata()[-1] == count.sum()
+    below = Figure().add_subplot()
+    curves.draw_density(below, p, length, count)
+    total, *each = [patch.get_data() for patch in below.patches]
+    assert (total.values * np.diff(total.edges)).sum() == pytest.approx(count.sum())
+    np.testing.assert_allclose(np.sum([one.values for one in each], axis=0), total.values, atol=1e-9)
+
+
+@pytest.mark.parametrize(("ending", "head"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
+def test_files_are_what_they_end_in_and_the_same_each_time(tmp_path, ending, head):
+    stadium, orbit = Stadium(1.2), solve_word("1232131", Stadium(1.2))
+    for name in "ab":
+        with style.figure(4, 3) as made:
+            paths.draw_orbit(made.add_subplot(), stadium, orbit.points)
+        style.save(made, tmp_path / f"{name}.{ending}", ending, "an orbit")
+    first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in "ab")
+    assert first.startswith(head)
+    assert first == second
+
+
+def test_an_unknown_ending_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"\.png, \.svg, \.pdf"):
+        style.check_ending(tmp_path / "figure.gif")
+
+
+@pytest.mark.parametrize("a", [1e-3, 0.3, 1.6, 50.0, 1e6])
+def test_orbits_draw_themselves_for_every_a(a):
+    orbit = solve_word("13", Stadium(a))
+    root = ET.fromstring(orbit._repr_svg_())
+    assert root.tag == f"{SVG}svg"
+    numbers = [text.text for text in root.iter(f"{SVG}text")]
+    assert numbers == ["1", "2"]
+
+
+def test_the_svg_path_has_the_bounces_at_their_places():
+    stadium = Stadium(1.2)
+    orbit = solve_word("1232131", stadium)
+    root = ET.fromstring(orbit._repr_svg_())
+    (path,) = root.iter(f"{SVG}polygon")
+    drawn = np.array([pair.split(",") for pair in path.attrib["points"].split()], dtype=float)
+    scale = 480 / (2 * (1.2 + 1 + 0.3))
+    np.testing.assert_allclose(drawn / scale * [1, -1], orbit.points, atol=0.01 / scale)
+
+
+def test_words_without_an_orbit_have_no_picture():
+    assert solve_word("00", Stadium())._repr_svg_() is None
+    assert solve_word("02", Stadium()).points is None
+
+
+def test_the_readme_picture_is_the_one_the_library_draws(request):
+    stored = (request.config.rootpath / "docs" / "orbit.svg").read_text()
+    assert stored.rstrip("\n") == solve_word("1232131", Stadium(1.2))._repr_svg_()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["orbit", "--code", "1232131"],
+        ["reverse", "--code", "010232"],
+        ["entropy"],
+        ["lyapunov"],
+        ["sheet", "--p", "4"],
+        ["birkhoff", "--p", "2-4"],
+        ["lengths"],
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_the_command_draws_every_kind(varied, tmp_path, cli, arguments):
+    target = tmp_path / "figure.png"
+    done = cli("plot", *arguments, "-o", str(target), "--db", str(varied))
+    assert done.code == 0, done.err
+    assert target.read_bytes().startswith(b"\x89PNG")
+    assert done.out == ""
+    assert [path.name for path in tmp_path.iterdir() if path.suffix == ".part"] == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["orbit"], "--code"),
+        (["orbit", "--code", "001"], "geometrically pruned"),
+        (["sheet"], "--p"),
+        (["birkhoff", "--p", "77"], "nothing to draw"),
+        (["entropy", "--a", "0.7"], "orbitdb fill"),
+    ],
+)
+def test_what_cannot_be_drawn_is_said(varied, tmp_path, cli, arguments, said):
+    target = tmp_path / "figure.png"
+    done = cli("plot", *arguments, "-o", str(target), "--db", str(varied))
+    assert (done.code, target.exists()) == (2, False)
+    assert said in done.err
+    assert len(done.err.splitlines()) == 1
+
+
+def test_periods_that_an_average_lacks_are_named(varied, tmp_path, cli):
+    done = cli("plot", "entropy", "--p", "3-6", "-o", str(tmp_path / "f.svg"), "--db", str(varied))
+    assert "p = 2" in done.err.splitlines()[0]
+
+
+def test_json_is_not_a_figure(varied, tmp_path, cli):
+    done = cli("plot", "entropy", "-o", str(tmp_path / "f.json"), "--db", str(varied))
+    assert done.code == 2
+    assert json.dumps("f.json").strip('"') in done.err

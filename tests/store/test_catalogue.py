@@ -1,0 +1,272 @@
+"""The database file: its schema, what is refused, and what survives."""
+
+import os
+import shutil
+import sqlite3
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import StoreError
+from orbitdb.filling.periods import fill_periods
+from orbitdb.orbits.newton import solve_word
+from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.conditions import COLUMNS
+from orbitdb.store.asking.selection import Selection, SelectionError
+from orbitdb.store.file.database import writing_engine
+from orbitdb.store.file.migrate import migrate
+from orbitdb.store.file.schema import APPLICATION_ID, CATALOGUE_COLUMNS, SCHEMA_VERSION, metadata
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.symbols.symmetry import members
+
+BOMB = "WITH RECURSIVE bomb(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM bomb) SELECT max(n) FROM bomb"
+
+
+def test_migration_makes_the_schema_of_the_tables(tmp_path):
+    from alembic.autogenerate import compare_metadata
+    from alembic.migration import MigrationContext
+
+    path = tmp_path / "new.db"
+    assert migrate(path) == (0, SCHEMA_VERSION, None)
+    assert migrate(path) == (SCHEMA_VERSION, SCHEMA_VERSION, None)
+    with writing_engine(path).begin() as connection:
+        context = MigrationContext.configure(connection)
+        assert compare_metadata(context, metadata) == []
+    with sqlite3.connect(path) as plain:
+        assert plain.execute("PRAGMA application_id").fetchone() == (APPLICATION_ID,)
+        assert plain.execute("PRAGMA journal_mode").fetchone() == ("wal",)
+        names = [row[1] for row in plain.execute("PRAGMA table_info(catalogue)")]
+        assert sorted(names) == sorted(CATALOGUE_COLUMNS)
+        tables = dict(plain.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
+    plain.close()
+    assert all("STRICT" in tables[name] for name in metadata.tables)
+
+
+def test_failed_migration_leaves_nothing(tmp_path, monkeypatch):
+    from orbitdb.store.file import migrate as module
+
+    def broken(connection: sa.Connection) -> None:
+        connection.exec_driver_sql("CREATE TABLE half (done INTEGER)")
+        raise RuntimeError("in the middle")
+
+    monkeypatch.setattr(module, "_upgrade", broken)
+    path = tmp_path / "new.db"
+    with pytest.raises(RuntimeError):
+        module.migrate(path)
+    monkeypatch.undo()
+    assert migrate(path) == (0, SCHEMA_VERSION, None)
+    with sqlite3.connect(path) as plain:
+        assert not plain.execute("SELECT 1 FROM sqlite_master WHERE name = 'half'").fetchall()
+    plain.close()
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (
+            b"not a database at all, just text that is longer than one hundred bytes" * 3,
+            "not an orbitdb catalogue",
+        ),
+        (b"short", "not an orbitdb catalogue"),
+    ],
+)
+def test_other_files_are_refused(tmp_path, content, message):
+    path = tmp_path / "other"
+    path.write_bytes(content)
+    for use in (Catalogue, Catalogue.create):
+        with pytest.raises(StoreError, match=message):
+            use(path)
+    assert path.read_bytes() == content
+
+
+def test_other_databases_folders_and_nothing_are_refused(tmp_path):
+    other = tmp_path / "other.db"
+    with sqlite3.connect(other) as plain:
+        plain.execute("CREATE TABLE somebody (elses INTEGER)")
+    plain.close()
+    with pytest.raises(StoreError, match="another program"):
+        Catalogue.create(other)
+    with pytest.raises(StoreError, match="folder"):
+        Catalogue(tmp_path)
+    with pytest.raises(StoreError, match="orbitdb fill"):
+        Catalogue(tmp_path / "missing.db")
+
+
+def test_newer_schema_is_refused(filled):
+    with sqlite3.connect(filled) as plain:
+        plain.execute(f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
+    plain.close()
+    with pytest.raises(StoreError, match="upgrade orbitdb"):
+        Catalogue.create(filled)
+
+
+def test_damaged_file_is_named(filled):
+    size = filled.stat().st_size
+    with filled.open("r+b") as file:
+        file.seek(4096)
+        file.write(os.urandom(size - 4096))
+    with pytest.raises(StoreError, match=r"damaged|not an orbitdb"):
+        list(Catalogue(filled).rows(Selection()))
+
+
+def test_read_only_file_in_a_read_only_folder(filled, tmp_path):
+    folder = tmp_path / "locked"
+    folder.mkdir()
+    path = Path(shutil.copy(filled, folder / "orbits.db"))
+    path.chmod(0o444)
+    folder.chmod(0o555)
+    try:
+        assert Catalogue(path).find("13", 1.6) is not None
+        assert Catalogue(path).count(Selection(periods=((2, 8),), statuses=(Status.ORBIT,))) == 2109
+    finally:
+        folder.chmod(0o755)
+
+
+def test_reading_never_writes(filled):
+    before = filled.read_bytes()
+    catalogue = Catalogue(filled)
+    with pytest.raises(StoreError, match="cannot be written"), catalogue.reading() as connection:
+        connection.exec_driver_sql("DELETE FROM orbit")
+    assert filled.read_bytes() == before
+
+
+@pytest.mark.parametrize("word", ["13", "1232131", "0113", "0133", "01320155"])
+def test_every_image_of_a_stored_orbit_is_found_in_every_rotation(filled, word):
+    catalogue = Catalogue(filled)
+    for image in members(word):
+        for shift in range(len(image)):
+            asked = image[shift:] + image[:shift]
+            stored, solved = catalogue.find(asked, 1.6), solve_word(asked, Stadium(1.6))
+            assert stored.status is solved.status
+            assert stored.representative == solved.representative
+            if stored.status is Status.ORBIT:
+                np.testing.assert_allclose(stored.coordinates, solved.coordinates, rtol=0, atol=2e-14)
+                assert stored.length == pytest.approx(solved.length, rel=1e-14)
+                assert stored.lyapunov == pytest.approx(solved.lyapunov, rel=1e-13)
+
+
+def test_coordinates_are_stored_bit_by_bit(filled):
+    from orbitdb.orbits.newton import solve
+    from orbitdb.symbols.words import from_strings
+
+    words = [
+        row[0]
+        for row in Catalogue(filled).rows(
+            Selection(periods=((8, 8),), statuses=(Status.ORBIT,), where="word = representative"), ["word"]
+        )
+    ]
+    batch = solve(from_strings(words), Stadium(1.6))
+    for word, row in list(zip(words, batch.coordinates, strict=True))[:50]:
+        stored = Catalogue(filled).find(word, 1.6)
+        np.testing.assert_allclose(stored.coordinates, row, rtol=0, atol=2e-15)
+
+
+def test_rows_are_chosen_ordered_and_paged(filled):
+    catalogue = Catalogue(filled)
+    chosen = Selection(
+        periods=((5, 6),), statuses=(Status.ORBIT,), where="lambda_c < :cut", parameters={"cut": 0.6}
+    )
+    rows = list(catalogue.rows(chosen, ["word", "lambda_c", "p"], order="lambda_c desc"))
+    assert len(rows) == catalogue.count(chosen) > 50
+    values = [row[1] for row in rows]
+    assert values == sorted(values, reverse=True)
+    assert max(values) < 0.6
+    assert {row[2] for row in rows} == {5, 6}
+    pages = [
+        list(catalogue.rows(chosen, ["word", "lambda_c", "p"], "lambda_c desc", 20, at))
+        for at in range(0, len(rows), 20)
+    ]
+    assert [row for page in pages for row in page] == rows
+
+
+def test_every_part_of_a_selection_selects(filled):
+    catalogue = Catalogue(filled)
+    everything = [dict(zip(COLUMNS, row, strict=True)) for row in catalogue.rows(Selection())]
+
+    def expect(selection: Selection, wanted) -> None:
+        found = {row[0] for row in catalogue.rows(selection, ["word"])}
+        assert found == {row["word"] for row in everything if wanted(row)}
+        assert 0 < len(found) < len(everything)
+
+    expect(Selection(time_reversal="self"), lambda row: row["time_reversal"] == "self")
+    expect(Selection(symmetry="1"), lambda row: row["symmetry"] == "1")
+    expect(Selection(contains="0202"), lambda row: "0202" in row["word"] * 2)
+    expect(Selection(contains="31"), lambda row: "31" in row["word"] * 2)
+    expect(
+        Selection(ranges={"length": (10.0, 20.0)}), lambda row: row["length"] and 10 <= row["length"] <= 20
+    )
+    expect(Selection(ranges={"margin": (None, 0.0)}), lambda row: row["margin"] <= 0)
+    expect(Selection(periods=((3, 4), (7, 7))), lambda row: row["p"] in (3, 4, 7))
+    average = "length < (SELECT avg(length) FROM catalogue)"
+    mean = sum(row["length"] or 0 for row in everything) / sum(
+        row["length"] is not None for row in everything
+    )
+    expect(Selection(where=average), lambda row: row["length"] and row["length"] < mean)
+    expect(Selection(where="word = '13' OR p = 3"), lambda row: row["word"] == "13" or row["p"] == 3)
+
+
+@pytest.mark.parametrize(
+    ("where", "message"),
+    [
+        ("p IN (SELECT p FROM sequence)", "nothing else"),
+        ("p = (SELECT count(*) FROM sqlite_master)", "nothing else"),
+        ("1) UNION SELECT 1 FROM catalogue WHERE (1", "syntax"),
+        ("1; DROP TABLE orbit", "one statement"),
+        ("1 ORDER BY p", "syntax"),
+        ("colour = 'blue'", "no such column"),
+        ("load_extension('evil')", r"load_extension\(\) may not be called"),
+        ("p = :missing", "-P name=value"),
+        (f"({BOMB}) > 0", "WITH may not be used"),
+        ("length(zeroblob(100000000)) > 0", r"zeroblob\(\) may not be called"),
+        ("", "incomplete"),
+        ("p = ", "incomplete"),
+    ],
+)  # fmt: skip
+def test_expressions_that_do_more_than_select_are_refused(filled, where, message):
+    with pytest.raises(SelectionError, match=message) as caught:
+        list(Catalogue(filled).rows(Selection(where=where)))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_slow_expression_is_stopped(filled, monkeypatch):
+    from orbitdb.store.asking import expressions
+
+    monkeypatch.setattr(expressions, "SECONDS", 0.2)
+    slow = "(SELECT sum(b.length * catalogue.length * b.lyapunov) FROM catalogue AS b) < 0"
+    with pytest.raises(SelectionError, match=r"more than 0\.2 s"):
+        list(Catalogue(filled).rows(Selection(where=slow)))
+
+
+@pytest.mark.parametrize("names", [["word", "colour"], ["word; DROP TABLE orbit"]])
+def test_unknown_columns_are_named(filled, names):
+    with pytest.raises(SelectionError, match="the columns are"):
+        list(Catalogue(filled).rows(Selection(), names))
+    with pytest.raises(SelectionError, match=r"the columns are|order"):
+        list(Catalogue(filled).rows(Selection(), order=names[-1]))
+
+
+def test_plain_sqlite_reads_the_view(filled):
+    with sqlite3.connect(filled) as plain:
+        row = plain.execute(
+            "SELECT p, status, length, time_reversal FROM catalogue WHERE a = 1.6 AND code = '13'"
+        ).fetchone()
+        assert plain.execute("PRAGMA foreign_key_check").fetchall() == []
+    plain.close()
+    assert row == (2, "orbit", pytest.approx(4 * 2.6, rel=1e-15), "self")
+
+
+def test_writer_and_reader_work_side_by_side(filled):
+    catalogue = Catalogue(filled)
+    fill = fill_periods(filled, 1.6, [9])
+    next(fill)
+    assert catalogue.find("13", 1.6) is not None
+    with catalogue.reading() as connection:
+        seen = connection.exec_driver_sql("SELECT count(*) FROM sequence").scalar()
+        for _ in fill:
+            pass
+        assert connection.exec_driver_sql("SELECT count(*) FROM sequence").scalar() == seen
+    with catalogue.reading() as connection:
+        assert connection.exec_driver_sql("SELECT count(*) FROM sequence").scalar() > seen or seen >= 9637

@@ -1,0 +1,115 @@
+"""Rows and counts that are found class first are those of a pass over the view."""
+
+import pytest
+import sqlalchemy as sa
+from hypothesis import given
+from hypothesis import strategies as st
+
+from orbitdb.filling.blocks import METHODS, Method
+from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.single_word import fill_word
+from orbitdb.orbits.newton import solve
+from orbitdb.store.asking.conditions import answering, conditions_of
+from orbitdb.store.asking.confinement import Patience
+from orbitdb.store.asking.selection import SelectionError, choose
+from orbitdb.store.file.schema import catalogue as view
+from orbitdb.store.reading import class_first, reader
+from orbitdb.store.reading.catalogue import Catalogue
+
+NAMES = ("code", "p", "status", "length", "lambda_c", "rules")
+ORDERS = ("p,code", "length", "length desc,code", "lambda_c", "-p,length", "status,length", "code",
+          "margin desc", "class_size desc,lyapunov", "element,word")  # fmt: skip
+WHERE = ("lambda_c < 0.5", "length is null", "class_size = 2 or margin < 0.1", "p % 2", "word like '1%'",
+         "representative = word", "status = 'geometric'", "upper(margin is not null) < p")  # fmt: skip
+
+choices = st.fixed_dictionaries(
+    {},
+    optional={
+        "a": st.sampled_from([1.6, 1.0, 2.0]),
+        "p": st.sampled_from(["2", "3", "3-5", "6,12", "7", "2-30"]),
+        "status": st.sampled_from(["orbit", "dynamical,orbit", "geometric", "boundary", "all"]),
+        "time_reversal": st.sampled_from(["self", "pair"]),
+        "symmetry": st.sampled_from(["1", "T", "x,T,xT"]),
+        "contains": st.sampled_from(["13", "44"]),
+        "length": st.tuples(st.none() | st.just(11.0), st.none() | st.just(14.0)),
+        "where": st.sampled_from(WHERE),
+    },
+)
+limits = st.none() | st.integers(0, 40)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def in_every_catalogue():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(class_first, "_MANY", 0)
+        yield
+
+
+@pytest.fixture(scope="module")
+def ragged(varied, tmp_path_factory):
+    """The varied catalogue with half a period more, and a long word of another one."""
+    path = tmp_path_factory.mktemp("ragged") / "orbits.db"
+    path.write_bytes(varied.read_bytes())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(METHODS, "newton", Method(solve, 64))
+        going = fill_periods(path, 1.6, [7])
+        for _ in range(4):
+            next(going)
+        going.close()
+    fill_word(path, "1" * 20 + "3", 1.6)
+    fill_word(path, "1001", 1.6)
+    return path
+
+
+@given(choices, st.sampled_from(ORDERS), limits, st.integers(0, 5))
+def test_rows_are_those_of_a_pass(ragged, chosen, order, limit, offset):
+    selection, catalogue = choose(**chosen), Catalogue(ragged)
+    found = list(catalogue.rows(selection, NAMES, order, limit, offset))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reader, "few_words", lambda *_: None)
+        assert found == list(catalogue.rows(selection, NAMES, order, limit, offset))
+
+
+@given(choices)
+def test_counts_are_those_of_a_pass(ragged, chosen):
+    selection, catalogue = choose(**chosen), Catalogue(ragged)
+    with catalogue.reading() as connection, answering(connection, selection, Patience()):
+        query = sa.select(sa.func.count()).select_from(view).where(*conditions_of(selection))
+        assert catalogue.count(selection) == connection.scalar(query)
+
+
+@pytest.mark.parametrize(
+    ("chosen", "order", "wanted"),
+    [
+        ({"where": "lambda_c < 0.35", "p": "2-6"}, "p,code", None),
+        ({"status": "orbit"}, "length", 10),
+        ({"status": "orbit"}, "lambda_c desc", 3),
+        ({"length": (None, 12.0)}, "code", 5),
+    ],
+)
+def test_what_is_of_few_classes_needs_no_pass(filled, monkeypatch, chosen, order, wanted):
+    monkeypatch.setattr(class_first, "_FEW", 30)
+    with Catalogue(filled).reading() as connection:
+        words = class_first.few_words(connection, choose(**chosen), order, wanted, Patience())
+    assert words is not None
+    assert len(words) <= 8 * 30
+
+
+def test_what_is_of_many_classes_needs_one(filled, monkeypatch):
+    monkeypatch.setattr(class_first, "_FEW", 30)
+    with Catalogue(filled).reading() as connection:
+        assert class_first.few_words(connection, choose(), "length", 10, Patience()) is None
+        assert class_first.few_words(connection, choose(status="orbit"), "length", 31, Patience()) is None
+
+
+def test_a_small_catalogue_needs_a_pass(filled, monkeypatch):
+    monkeypatch.setattr(class_first, "_MANY", 10_000)
+    with Catalogue(filled).reading() as connection:
+        assert class_first.few_words(connection, choose(status="orbit"), "length", 3, Patience()) is None
+
+
+def test_bad_expressions_are_refused(filled):
+    for where in ("lambda_c <", "nothing = 3", "word = (SELECT word FROM sequence)", "randomblob(9) > 1"):
+        for ask in (Catalogue(filled).count, lambda chosen: list(Catalogue(filled).rows(chosen))):
+            with pytest.raises(SelectionError):
+                ask(choose(where=where))

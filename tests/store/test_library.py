@@ -1,0 +1,210 @@
+"""The catalogue as a Python object: subsets as arrays, classes for averages, words as keys."""
+
+import importlib.util
+import subprocess
+import sys
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from orbitdb import Catalogue, Selection, Stadium, Status, solve_word
+from orbitdb.billiard.stability import forces
+from orbitdb.store.asking.selection import SelectionError, choose
+from orbitdb.symbols.words import from_strings, least_rotation
+
+
+@pytest.fixture
+def catalogue(varied):
+    return Catalogue(varied)
+
+
+SUBSETS = [
+    {},
+    {"p": (2, 4)},
+    {"p": 4, "time_reversal": "self"},
+    {"p": "2,4-6", "length": (None, 14.0)},
+    {"symmetry": "1", "lambda_c": (0.38, 0.45)},
+    {"contains": "31"},
+    {"contains": "0202"},
+    {"where": "lambda_d < 1.2 and p > 3"},
+    {"where": "code like '01%'"},
+    {"where": "\"word\" < '1'"},
+    {"where": "walls >= :n", "parameters": {"n": 2}, "contains": "3"},
+    {"where": "element = 0 or p = 4"},
+]
+
+
+def test_the_package_is_light_until_a_name_is_used():
+    code = "import sys, orbitdb; print('numpy' in sys.modules, 'sqlalchemy' in sys.modules); orbitdb.Stadium"
+    code += "; print('numpy' in sys.modules, 'sqlalchemy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "False", "True", "False"]
+
+
+def test_an_unknown_name_of_the_package_is_an_attribute_error():
+    import orbitdb
+
+    with pytest.raises(AttributeError, match="no attribute 'orbits_of_all'"):
+        orbitdb.orbits_of_all  # noqa: B018
+    assert set(dir(orbitdb)) >= {"Catalogue", "Stadium", "solve_word"}
+
+
+def test_no_public_name_is_that_of_a_module():
+    """Else it would be the one or the other, by what was imported before."""
+    import orbitdb
+
+    assert [name for name in orbitdb.__all__ if importlib.util.find_spec(f"orbitdb.{name}")] == []
+    assert all(getattr(orbitdb, name) for name in orbitdb.__all__)
+
+
+def test_counts_of_a_subset_are_those_of_table_1(catalogue):
+    subset = catalogue.select(p=(2, 6), status="orbit")
+    assert Counter(subset.p.tolist()) == {2: 1, 3: 8, 4: 32, 5: 80, 6: 188}
+    assert len(set(subset.words.tolist())) == len(subset)
+    assert repr(subset) == "<309 orbits of period 2 to 6 at a = 1.6>"
+
+
+@pytest.mark.parametrize("criteria", SUBSETS, ids=str)
+def test_classes_are_the_subset_counted_by_class(catalogue, criteria):
+    subset = catalogue.select(status="orbit", **criteria)
+    classes = catalogue.classes(status="orbit", **criteria)
+    expected = {}
+    for row in range(len(subset)):
+        numbers = (int(subset.p[row]), int(subset.class_size[row]), int(subset.walls[row]))
+        key = (*numbers, subset.length[row], subset.lyapunov[row], str(subset.representative[row]))
+        expected[key] = expected.get(key, 0) + 1
+    found = Counter(zip(*(getattr(classes, name).tolist() for name in FIELDS), strict=True))
+    assert found == Counter((*key[:5], count) for key, count in expected.items())
+    assert len(subset) > 0
+
+
+FIELDS = ("p", "class_size", "walls", "length", "lyapunov", "chosen")
+
+
+def test_classes_are_orbits_unless_another_status_is_named(varied):
+    catalogue = Catalogue(varied, a=1.0)
+    orbits, boundary = catalogue.classes(p=6), catalogue.classes(p=6, status="boundary")
+    assert orbits.chosen.sum() == catalogue.count(choose(1.0, p=6, status="orbit"))
+    assert boundary.chosen.sum() == catalogue.count(choose(1.0, p=6, status="boundary")) > 0
+
+
+def test_class_rows_tell_negative_eigenvalues_by_the_straight_bounces(catalogue):
+    classes = catalogue.classes(p=(2, 6))
+    rows = classes.rows()
+    np.testing.assert_array_equal(rows.size, classes.class_size)
+    np.testing.assert_array_equal(rows.inverse, classes.walls % 2 == 1)
+
+
+@pytest.mark.parametrize("p", [2, 3, 5, 6, 12])
+def test_coordinates_from_the_store_are_orbits_of_their_words(catalogue, p):
+    subset = catalogue.select(p=p, status="orbit", coordinates=True)
+    symbols, coordinates = subset.of_period(p)
+    assert np.abs(forces(Stadium(1.6), symbols, coordinates)).max() < 1e-13
+    for row, word in enumerate(subset.words.tolist()):
+        np.testing.assert_array_equal(subset.coordinates_of(row), coordinates[row])
+        np.testing.assert_allclose(coordinates[row], solve_word(word, Stadium(1.6)).coordinates, atol=1e-12)
+
+
+def test_numbers_of_a_subset_are_those_of_single_words(catalogue):
+    subset = catalogue.select(p=(2, 5), status="orbit,dynamical", order="length desc")
+    lengths = subset.length[np.isfinite(subset.length)]
+    assert (np.diff(lengths) <= 0).all()
+    for row, word in enumerate(subset.words.tolist()):
+        one = catalogue[word]
+        assert (one.status, one.class_size, one.symmetry) == (
+            subset.status[row],
+            subset.class_size[row],
+            subset.symmetry[row],
+        )
+        for name in ("length", "lyapunov", "margin", "lambda_d", "lambda_c", "error"):
+            value = getattr(one, name)
+            np.testing.assert_equal(getattr(subset, name)[row], np.nan if value is None else value)
+
+
+def test_geometrically_pruned_words_have_no_numbers(catalogue):
+    subset = catalogue.select(p=3, status="geometric", coordinates=True)
+    assert len(subset) == 62  # of the 70 primitive cyclic words, 8 are admissible
+    assert np.isnan(subset.length).all()
+    assert np.isnan(subset.coordinates).all()
+    assert set(subset.representative.tolist()) == {""}
+
+
+def test_coordinates_that_were_not_read_are_not_made_up(catalogue):
+    subset = catalogue.select(p=3)
+    assert subset.coordinates is None
+    with pytest.raises(ValueError, match="coordinates=True"):
+        subset.coordinates_of(0)
+
+
+def test_an_empty_subset_is_empty(catalogue):
+    subset = catalogue.select(p=4, length=(99.0, None), coordinates=True)
+    assert len(subset) == len(subset.length) == len(subset.coordinates) == 0
+    assert len(catalogue.classes(p=4, length=(99.0, None))) == 0
+
+
+def test_words_are_keys_in_any_rotation(catalogue):
+    assert "3123" in catalogue
+    assert catalogue["3123"].coordinates.tolist() == np.roll(catalogue["1233"].coordinates, 1).tolist()
+    assert catalogue["(1)^2 3"].code == "113"
+    for absent in ("1232131", "1313", "00", "9", "", 13):
+        assert absent not in catalogue
+    with pytest.raises(KeyError, match=r"1232131 is not stored at a = 1\.6"):
+        catalogue["1232131"]
+
+
+def test_iteration_length_and_membership_agree(varied):
+    catalogue = Catalogue(varied, a=1.0)
+    words = list(catalogue)
+    assert len(words) == len(set(words)) == len(catalogue) == 1 + 8 + 32 + 96 + 252
+    assert all(word in catalogue and least_rotation(word) == word for word in words)
+
+
+def test_a_catalogue_speaks_of_its_a(varied):
+    at_one = Catalogue(varied, a=1.0)
+    assert at_one["13"].length == pytest.approx(8, rel=1e-15)
+    assert at_one.select(p=2).selection.a == 1.0
+    assert at_one.select(p=2, a=1.6).length.tolist() == [10.4]
+    assert at_one["111333"].status is Status.BOUNDARY
+    empty = Catalogue(varied, a=0.3)
+    assert (len(empty), bool(empty), "13" in empty) == (0, True, False)
+
+
+def test_criteria_are_those_of_a_selection():
+    ranges = {"margin": (None, 0.1)}
+    assert choose(2.0, (2, 4), "orbit", contains="02", **ranges) == Selection(
+        a=2.0, periods=((2, 4),), statuses=(Status.ORBIT,), contains="02", ranges=ranges
+    )
+
+
+@pytest.mark.parametrize("wrong", [{"colour": (1, 2)}, {"status": "good"}, {"p": (4, 2)}, {"p": "x"}])
+def test_wrong_criteria_are_refused(catalogue, wrong):
+    with pytest.raises(SelectionError):
+        catalogue.select(**wrong)
+
+
+def test_a_selection_and_criteria_do_not_mix(catalogue):
+    with pytest.raises(SelectionError, match="not both"):
+        catalogue.select(Selection(), p=3)
+
+
+def test_points_of_an_orbit_lie_on_the_boundary(catalogue):
+    orbit = catalogue["1233"]
+    x, y = orbit.points.T
+    straight = np.isin(from_strings([orbit.code])[0], (0, 2))
+    np.testing.assert_allclose(np.abs(y[straight]), 1)
+    np.testing.assert_allclose(np.hypot(np.abs(x[~straight]) - 1.6, y[~straight]), 1)
+
+
+@pytest.mark.parametrize("where", ["1 = 1", "p > 2", "lambda_c < 9", "code <> ''", "time_reversal = 'self'"])
+def test_a_free_expression_may_use_any_columns(catalogue, where):
+    assert sum(1 for _ in catalogue.rows(choose(where=where), ("code",))) == catalogue.count(
+        choose(where=where)
+    )
+
+
+@pytest.mark.parametrize("table", ["orbit", "cycle", "sequence", "run", "sqlite_master"])
+def test_a_free_expression_may_not_even_count_another_table(catalogue, table):
+    for where in (f"(SELECT count(*) FROM {table}) > 0", f"EXISTS (SELECT 1 FROM {table})"):
+        with pytest.raises(SelectionError):
+            catalogue.classes(where=where)

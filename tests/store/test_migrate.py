@@ -1,0 +1,155 @@
+"""Catalogues of older schemas: copied, brought to the newest one, and sound afterwards."""
+
+import sqlite3
+import sys
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from contents import content
+from older import make_older
+from processes import kill_group, start
+
+from orbitdb.errors import StoreError
+from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.single_word import fill_word
+from orbitdb.store.file.migrate import migrate
+from orbitdb.store.file.schema import SCHEMA_VERSION
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.symbols.words import least_rotation, parse
+
+LONG = parse("1^30 5^29")
+
+
+@pytest.fixture
+def older(varied: Path, tmp_path: Path) -> tuple[Path, dict]:
+    """A catalogue of schema 1 with two a, a long word, pruned words and a fill in the making; its content."""
+    path = tmp_path / "old.db"
+    path.write_bytes(varied.read_bytes())
+    fill_word(path, LONG, 1.6)
+    before = content(path)
+    make_older(path)
+    return path, before
+
+
+def test_an_older_catalogue_is_copied_and_made_new(older, cli):
+    path, before = older
+    with pytest.raises(StoreError, match="orbitdb migrate"):
+        Catalogue(path)
+    outcome = cli("migrate", "--db", str(path))
+    backup = path.with_name("old.db.schema-1")
+    assert outcome.code == 0
+    assert outcome.err == f"{path}: schema 1 -> {SCHEMA_VERSION}; as it was, it is kept in {backup}\n"
+    assert content(path) == before
+    assert Catalogue(path).find(LONG, 1.6).length == before_length(before, LONG)
+    assert {f.p: f.words for f in Catalogue(path).fills(1.6)} == {2: 1, 3: 8, 4: 32, 5: 96, 6: 252}
+    with closing(sqlite3.connect(backup)) as plain:
+        assert plain.execute("PRAGMA user_version").fetchone() == (1,)
+        assert plain.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+    assert cli("verify", "--db", str(path)).code == 0
+
+
+def before_length(before: dict, word: str) -> float:
+    least = least_rotation(word)
+    return next(row[6] for row in before["catalogue"] if least in (row[2], row[3]))
+
+
+def test_a_fill_brings_an_older_catalogue_to_the_newest_schema(older, cli):
+    path, _ = older
+    outcome = cli("fill", "--p", "7", "--db", str(path))
+    assert outcome.code == 0
+    assert "old.db.schema-1" in outcome.err
+    assert cli("verify", "--db", str(path)).code == 0
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_a_stopped_fill_goes_on_after_the_migration(older, tmp_path):
+    path, _ = older
+    migrate(path)
+    going = fill_periods(path, 1.6, [8])
+    stored = [next(going).words for _ in range(3)][-1]
+    going.close()
+    make_older(path)
+    assert migrate(path).before == 1
+    (half,) = (fill for fill in Catalogue(path).fills(1.6) if fill.p == 8)
+    assert half.state == "filling"
+    assert 0 < half.words <= stored
+    for _ in fill_periods(path, 1.6, [7, 8]):
+        pass
+    assert {f.p: f.words for f in Catalogue(path).fills(1.6)}[8] == 2096
+
+
+def test_a_migration_that_fails_leaves_the_file_as_it_was(older, monkeypatch):
+    from orbitdb.store.file import migrate as module
+
+    path, _ = older
+
+    def broken(connection: object) -> None:
+        connection.exec_driver_sql("UPDATE cycle SET walls = 0")
+        raise RuntimeError("in the middle")
+
+    monkeypatch.setattr(module, "_upgrade", broken)
+    with pytest.raises(RuntimeError):
+        migrate(path)
+    monkeypatch.undo()
+    with closing(sqlite3.connect(path)) as plain:
+        assert plain.execute("PRAGMA user_version").fetchone() == (1,)
+        assert plain.execute("SELECT count(*) FROM cycle WHERE walls > 0").fetchone() > (0,)
+    assert migrate(path).after == SCHEMA_VERSION
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+def test_two_processes_migrate_at_once(older):
+    path, before = older
+    processes = [start("migrate", "--db", path) for _ in range(2)]
+    for process in processes:
+        _, err = process.communicate(timeout=100)
+        assert process.returncode == 0, err
+        assert len(err.splitlines()) == 1
+    assert content(path) == before
+    with closing(sqlite3.connect(path.with_name("old.db.schema-1"))) as plain:
+        assert plain.execute("PRAGMA user_version").fetchone() == (1,)
+
+
+_SLOWLY = """
+import sqlite3, sys, time
+from alembic import command
+from orbitdb.store.file import migrate
+connect = sqlite3.connect
+def slowly(*arguments, **options):
+    connection = connect(*arguments, **options)
+    connection.set_trace_callback(told)
+    return connection
+def told(statement):
+    print(statement.split()[0], flush=True)
+    time.sleep(0.002)
+sqlite3.connect = slowly
+from pathlib import Path
+migrate.migrate(Path(sys.argv[1]))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+def test_a_migration_that_is_killed_leaves_old_or_new(older):
+    """Killed behind every few statements, from the copy to the commit and the last one."""
+    path, before = older
+    whole = path.read_bytes()
+    versions, statements = set(), 0
+    while versions != {1, SCHEMA_VERSION}:
+        statements += 4
+        for part in path.parent.glob("old.db*"):
+            part.unlink()
+        path.write_bytes(whole)
+        process = start(path, command=[sys.executable, "-P", "-c", _SLOWLY])
+        for _ in range(statements):
+            process.stdout.readline()
+        kill_group(process)
+        with closing(sqlite3.connect(path)) as plain:
+            assert plain.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+            (version,) = plain.execute("PRAGMA user_version").fetchone()
+        versions.add(version)
+        assert migrate(path).after == SCHEMA_VERSION
+        assert content(path) == before
+    assert statements > 20

@@ -1,0 +1,196 @@
+"""Reading beside a fill, or behind one that was stopped: whole periods, or a word that they are not."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+import sqlalchemy as sa
+from processes import SMALL_BLOCKS
+
+from orbitdb.filling.periods import fill_periods
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.whole_periods import read_whole
+from orbitdb.symbols.counting import count_admissible
+
+SENTENCE = (
+    "period 9 at a = 1.6 is partial: a fill goes on or was stopped; 'orbitdb fill --p 9 --a 1.6' completes it"
+)
+LEFT_OUT = SENTENCE.replace("partial", "partial and left out")
+NINE = Selection(periods=((9, 9),))
+
+
+@pytest.fixture
+def partial(filled, begin_fill):
+    """A catalogue with p = 2..8, and a part of p = 9."""
+    begin_fill(filled, 9).close()
+    return filled
+
+
+def notes(outcome):
+    assert outcome.code == 0, outcome.err
+    return [line for line in outcome.err.splitlines() if "partial" in line]
+
+
+@pytest.mark.parametrize("command", ["query", "export"])
+def test_rows_of_a_part_are_shown_and_said_to_be_one(cli, partial, command):
+    whole = cli(command, "--format", "csv", "--p", "2-8")
+    assert notes(whole) == []
+    asked = cli(command, "--format", "csv", "--p", "2-9")
+    assert notes(asked) == [SENTENCE]
+    rows, stored = len(asked.out.splitlines()), Catalogue(partial).count(NINE)
+    assert rows == len(whole.out.splitlines()) + stored
+    assert 0 < stored < count_admissible(9)
+
+
+@pytest.mark.parametrize("command", ["table", "entropy", "lyapunov"])
+def test_averages_are_over_whole_periods(cli, partial, command):
+    whole, asked = cli(command, "--p", "2-8"), cli(command)
+    assert notes(whole) == []
+    assert notes(asked) == [LEFT_OUT]
+    assert asked.out == whole.out
+
+
+@pytest.mark.slow
+def test_an_average_cut_by_stability_needs_all_lower_periods(cli, filled, begin_fill):
+    begin_fill(filled, 9).close()
+    below = cli("lyapunov", "--cut", "8", "--p", "2-8", "--json")
+    above = cli("lyapunov", "--cut", "8", "--json")
+    assert notes(above) == [LEFT_OUT]
+    assert above.out == below.out
+    for _ in fill_periods(filled, 1.6, [10]):
+        pass
+    holed = cli("lyapunov", "--cut", "8", "--json")
+    assert "the zeta function lacks the periods 9" in holed.err
+    assert json.loads(holed.out)[0]["lambda_d_zeta"] is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["entropy", "lyapunov", "sheet", "birkhoff", "lengths"])
+def test_figures_say_it(cli, partial, tmp_path, kind):
+    drawn = cli("plot", kind, "--p", "7-9", "--limit", "4", "-o", str(tmp_path / "figure.png"))
+    assert notes(drawn) == [LEFT_OUT if kind in ("entropy", "lyapunov") else SENTENCE]
+
+
+def test_a_file_keeps_what_was_partial(cli, partial, tmp_path):
+    for name, periods, expected in (("part.csv", "9", [9]), ("whole.csv", "8", [])):
+        cli("export", str(tmp_path / name), "--p", periods)
+        kept = json.loads((tmp_path / f"{name}-metadata.json").read_text())
+        assert kept["partial"] == expected
+
+
+def test_verify_takes_a_part_for_one(cli, partial):
+    found = cli("verify", "--p", "8-9")
+    assert notes(found) == [SENTENCE]
+    assert notes(cli("verify", "--p", "8")) == []
+
+
+def test_several_periods_are_one_line_and_each_a_its_own(cli, partial, begin_fill):
+    begin_fill(partial, 10).close()
+    begin_fill(partial, 9, a=1.0).close()
+    (line,) = notes(cli("query", "--p", "9-10", "--limit", "1"))
+    assert line.startswith("periods 9, 10 at a = 1.6 are partial: ")
+    assert "'orbitdb fill --p 10 --a 1.6' completes them" in line
+    (line,) = notes(cli("query", "--a", "1", "--limit", "1"))
+    assert line.startswith("period 9 at a = 1 is partial")
+
+
+def test_a_completed_period_is_said_to_be_whole(cli, partial):
+    cli("fill", "--p", "9")
+    for command in ("query", "table", "entropy", "lyapunov", "verify"):
+        assert notes(cli(command, "--p", "2-9")) == []
+    assert Catalogue(partial).count(NINE) == count_admissible(9)
+
+
+def test_one_moment_stays_while_a_fill_goes_on(filled, begin_fill):
+    catalogue = Catalogue(filled)
+    going = begin_fill(filled, 9, batches=1)
+    free = Selection(where="length > 0 and margin > 0")
+    with catalogue.at_one_moment() as still:
+        fills, count, classes = still.partial(NINE), still.count(NINE), len(still.classes(NINE))
+        rows = still.rows(free, ("code",))
+        first = [next(rows)]
+        for _ in range(3):
+            next(going)
+        assert still.partial(NINE) == fills
+        assert still.count(NINE) == count == len(still.select(NINE))  # beside an expression that is at work
+        assert len([*first, *rows]) == still.count(free)
+        assert len(still.classes(NINE)) == classes
+    assert catalogue.count(NINE) > count
+    for _ in going:
+        pass
+    assert catalogue.partial(p=9) == []
+
+
+@pytest.fixture(params=["not begun", "begun"])
+def busy(request, filled, begin_fill):
+    """A catalogue with p = 2..8 in which a fill of p = 9 goes a batch further behind every question."""
+    begun = request.param == "begun"
+    going = begin_fill(filled, 9) if begun else fill_periods(filled, 1.6, [9])
+    at_work = False
+
+    def go_on(connection, cursor, statement, *_):
+        nonlocal at_work
+        if not at_work and statement.startswith(("SELECT", "WITH")):
+            at_work = True
+            next(going, None)
+            at_work = False
+
+    sa.event.listen(sa.Engine, "after_cursor_execute", go_on)
+    yield [9] if begun else []
+    sa.event.remove(sa.Engine, "after_cursor_execute", go_on)
+
+
+@pytest.mark.parametrize("command", ["query", "entropy", "lyapunov", "verify"])
+def test_what_a_command_says_is_of_one_moment(cli, busy, command):
+    asked = cli(command, "--p", "8-9")
+    said = LEFT_OUT if command in ("entropy", "lyapunov") else SENTENCE
+    assert notes(asked) == [said] * len(busy)
+
+
+def test_rows_and_their_number_are_of_one_moment(cli, busy):
+    asked = cli("query", "--p", "8-9", "--limit", "100000")
+    rows = len(asked.out.splitlines()) - 1
+    assert asked.err.splitlines()[-1] == f"{rows} symbol sequences of period 8 to 9 at a = 1.6"
+    assert (rows > count_admissible(8)) == bool(busy)
+
+
+def test_whole_periods_are_read_without_their_neighbours_parts(partial):
+    found = read_whole(Catalogue(partial), Selection())
+    assert found.periods == list(range(2, 9))
+    assert [fill.p for fill in found.partial] == [9]
+    assert found.classes.p.max() == found.highest == 8
+    assert found.missing == []
+    assert len(read_whole(Catalogue(partial), NINE).classes) == 0
+
+
+@pytest.mark.slow
+def test_readers_beside_a_process_that_fills(cli, filled):
+    """Whenever they look: all words of the period, none, or a word that it is partial."""
+    script = SMALL_BLOCKS + (
+        "import sys; from pathlib import Path; from orbitdb import survey;"
+        "[(print(step.words, flush=True), sys.stdin.readline())"
+        " for step in fill_periods(Path(sys.argv[1]), 1.6, [9])]"
+    )
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen([sys.executable, "-P", "-c", script, str(filled)], **pipes) as process:
+        for _ in range(4):
+            stored = int(process.stdout.readline())
+            assert look(cli) == (stored, [SENTENCE])
+            process.stdin.write("\n")
+            process.stdin.flush()
+        process.stdin.close()  # from here on it waits for nobody
+        while process.poll() is None:
+            words, said = look(cli)
+            assert said == ([] if words in (0, count_admissible(9)) else [SENTENCE]) or said == [SENTENCE]
+            averages = cli("lyapunov", "--json")
+            periods = [row["p"] for row in json.loads(averages.out)]
+            assert periods == [*range(2, 9)] if notes(averages) == [LEFT_OUT] else [*range(2, 10)]
+    assert process.returncode == 0
+    assert look(cli) == (count_admissible(9), [])
+
+
+def look(cli):
+    asked = cli("query", "--p", "9", "--format", "csv", "-c", "code")
+    return len(asked.out.splitlines()) - 1, [line for line in asked.err.splitlines() if "partial" in line]

@@ -1,0 +1,95 @@
+"""What a fill needs, said before it begins, and what a catalogue takes."""
+
+import json
+
+import pytest
+
+from orbitdb.errors import StoreError
+from orbitdb.filling.estimate import Need, check_room, duration, need
+from orbitdb.filling.periods import fill_periods
+from orbitdb.store.file.migrate import migrate
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.size import room
+from orbitdb.symbols.counting import count_admissible
+
+
+def test_what_is_stored_is_not_needed_again(filled, tmp_path):
+    everything = sum(map(count_admissible, range(2, 11)))
+    assert need(tmp_path / "none.db", 1.6, range(2, 11), 1).sequences == everything
+    rest = count_admissible(9) + count_admissible(10)
+    assert need(filled, 1.6, range(2, 11), 1).sequences == rest
+    assert need(filled, 1.0, range(2, 11), 1).sequences == everything
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_half_a_period_needs_the_other_half(filled):
+    going = fill_periods(filled, 1.6, [9])
+    stored = [next(going).words for _ in range(5)][-1]
+    going.close()
+    assert need(filled, 1.6, [9], 1).sequences == count_admissible(9) - stored
+
+
+def test_the_room_is_estimated_to_a_factor_of_two(tmp_path):
+    path = tmp_path / "orbits.db"
+    expected = need(path, 1.6, range(2, 11), 1).bytes
+    migrate(path)
+    for _ in fill_periods(path, 1.6, range(2, 11)):
+        pass
+    assert path.stat().st_size / 2 < expected < 2 * path.stat().st_size
+
+
+def test_the_time_is_that_of_the_catalogues_own_fills(tmp_path):
+    path = tmp_path / "orbits.db"
+    migrate(path)
+    for _ in fill_periods(path, 1.6, [11]):
+        pass
+    (fill,) = Catalogue(path).fills(1.6)
+    each = (fill.enumerating + fill.solving + fill.storing) / fill.words
+    assert need(path, 1.6, [12], 1).seconds == pytest.approx(each * count_admissible(12))
+    assert need(path, 1.6, [12], 2).seconds < need(path, 1.6, [12], 1).seconds
+    assert need(path, 1.0, [11], 1).seconds < need(path, 1.0, [12], 1).seconds / 3
+
+
+def test_the_relaxation_takes_its_own_time(tmp_path):
+    path = tmp_path / "none.db"
+    assert need(path, 1.6, [9], 1, "relaxation").seconds > 100 * need(path, 1.6, [9], 1).seconds
+
+
+@pytest.mark.parametrize(
+    ("seconds", "said"),
+    [(0.034, "0.034 s"), (119, "119 s"), (120, "2 minutes"), (21_000, "5.8 hours"), (1e6, "12 days")],
+)
+def test_times_are_told_in_their_units(seconds, said):
+    assert duration(seconds) == said
+
+
+def test_a_disk_that_is_too_small_is_told_before_anything_is_written(cli, tmp_path, monkeypatch):
+    monkeypatch.setattr("orbitdb.filling.estimate._BYTES", 1e15)
+    outcome = cli("fill", "--p", "5")
+    assert outcome.code == 3
+    assert len(outcome.err.splitlines()) == 1
+    assert "137 sequences take about 1.4e+08 GB" in outcome.err
+    assert not (tmp_path / "orbits.db").exists()
+    with pytest.raises(StoreError, match="on another disk"):
+        check_room(tmp_path / "missing" / "folders" / "orbits.db", Need(1, 10**18, 1.0))
+
+
+def test_a_large_fill_says_first_what_it_takes(cli):
+    outcome = cli("fill", "--p", "15", "--dry-run")
+    assert outcome.code == 0
+    assert "8497721 sequences to come, about " in outcome.err
+    assert " s and 527 MB" in outcome.err
+
+
+def test_bytes_a_row_add_up_to_the_file(filled, cli):
+    taken = room(Catalogue(filled))
+    assert taken.sequences == sum(map(count_admissible, range(2, 9)))
+    assert 25 < taken.per_sequence < 60
+    assert 80 < taken.per_orbit < 250
+    size = filled.stat().st_size
+    assert 0.5 * size < taken.sequences * taken.per_sequence + taken.orbits * taken.per_orbit < size
+    shown = cli("info", "--db", str(filled)).out
+    assert f"sequences  {taken.sequences}, {taken.per_sequence:.0f} bytes each" in shown
+    (last,) = [row for row in json.loads(cli("info", "--db", str(filled), "--json").out) if row["p"] == 8]
+    assert last["stored"] == last["N_t"] == 2096
+    assert min(last["enumerating"], last["solving"], last["storing"]) > 0

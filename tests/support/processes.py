@@ -1,0 +1,118 @@
+"""orbitdb as users start it, in processes of its own that can be stopped, killed and starved."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+COMMAND = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()"]
+
+_SMALL = """
+import sys
+from orbitdb.filling import blocks
+from orbitdb.cli.main import run
+for name in blocks.METHODS:
+    blocks.METHODS[name] = blocks.Method(blocks.METHODS[name].solve, {words})
+print("ready", flush=True)
+run()
+"""
+
+SMALL_BLOCKS = """
+from orbitdb.filling import blocks
+from orbitdb.orbits.newton import solve
+blocks.METHODS["newton"] = blocks.Method(solve, 64)
+"""
+"""Cuts periods into many blocks, in a process that begins with it."""
+
+
+def small_blocks(words: int = 64) -> list[str]:
+    """Return the command with blocks of so many words, which says ``ready`` when all is imported."""
+    return [sys.executable, "-P", "-c", _SMALL.format(words=words)]
+
+
+def run(*arguments: str | Path, command: Sequence[str] = COMMAND, **options) -> subprocess.CompletedProcess:
+    """Run a command to its end."""
+    return subprocess.run(
+        [*command, *map(str, arguments)], capture_output=True, text=True, check=False, timeout=300, **options
+    )
+
+
+def start(*arguments: str | Path, command: Sequence[str] = COMMAND) -> subprocess.Popen:
+    """Start a command in a process group of its own, as a shell does."""
+    return subprocess.Popen(
+        [*command, *map(str, arguments)],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def wait_until_ready(process: subprocess.Popen) -> None:
+    """Wait for the first line of a command that was started with `small_blocks`."""
+    assert process.stdout.readline() == "ready\n"
+
+
+def alive(group: int) -> list[int]:
+    """Return the processes of a group that are at work."""
+    listed = subprocess.run(["ps", "-eo", "pid=,pgid=,stat="], capture_output=True, text=True, check=True)
+    members = [line.split() for line in listed.stdout.splitlines()]
+    return [int(pid) for pid, pgid, state in members if int(pgid) == group and not state.startswith("Z")]
+
+
+def nobody_left(process: subprocess.Popen) -> bool:
+    """Tell whether all processes of a command that has ended end with it, in a moment."""
+    deadline = time.monotonic() + 30
+    while alive(process.pid) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    return not alive(process.pid)
+
+
+def workers_of(process: subprocess.Popen) -> list[int]:
+    """Return the processes that solve for a command."""
+    found = []
+    for pid in alive(process.pid):
+        try:
+            command = Path(f"/proc/{pid}/cmdline").read_text()
+        except OSError:
+            continue
+        if "spawn_main" in command:
+            found.append(pid)
+    return found
+
+
+def kill_group(process: subprocess.Popen) -> None:
+    """Kill a command and all its processes at once, as a machine that goes down does."""
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+
+
+def seeded(seed: int) -> random.Random:
+    """Return a source of random moments; the seed is printed, and shown if the test fails."""
+    print(f"seed {seed}")
+    return random.Random(seed)
+
+
+_SEVERAL = """
+import contextlib, io, json, sys
+from orbitdb.cli.main import _run
+for arguments in json.loads(sys.argv[1]):
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = _run(arguments)
+    print(json.dumps([arguments, code, err.getvalue()]))
+"""
+
+
+def run_several(commands: Sequence[Sequence[str]], path: Path, **options) -> list[tuple[list[str], int, str]]:
+    """Run commands one after the other in one process; return what each was, its exit code and stderr."""
+    asked = json.dumps([[*arguments, "--db", str(path)] for arguments in commands])
+    done = run(asked, command=[sys.executable, "-P", "-c", _SEVERAL], **options)
+    assert done.returncode == 0, done.stderr
+    return [tuple(json.loads(line)) for line in done.stdout.splitlines()]

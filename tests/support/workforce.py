@@ -1,0 +1,22 @@
+"""Fills by given workers, and a block that kills them."""
+
+import os
+from pathlib import Path
+
+from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.workers import Workers
+from orbitdb.store.file.migrate import migrate
+
+
+def filled_by(workers: Workers, path: Path, a: float = 1.6, periods=(7, 8)) -> Path:
+    migrate(path)
+    for _ in fill_periods(path, a, periods, workers=workers):
+        pass
+    return path
+
+
+class Deadly:
+    """Ends every process that receives it."""
+
+    def __reduce__(self):
+        return os._exit, (7,)

@@ -1,0 +1,110 @@
+"""Enumeration and counts: brute force, the transfer matrix, Moreau's formula, and the paper's N_t."""
+
+from functools import cache
+from itertools import islice, pairwise, product
+
+import numpy as np
+import pytest
+from rules import broken_by_hand
+
+from orbitdb.symbols.counting import count_admissible, count_primitive
+from orbitdb.symbols.enumeration import CHUNK, MAX_PERIOD, admissible_words, primitive_words, spans
+from orbitdb.symbols.words import SYMBOLS, pack, to_strings
+
+N_T = {2: 1, 3: 8, 4: 32, 5: 96, 6: 252, 7: 712, 8: 2096, 9: 6440, 10: 19664, 11: 60488}
+"""Biham and Kvale, Table 1."""
+
+
+@cache
+def lyndon_by_hand(p: int) -> list[str]:
+    """All primitive words that are their own least rotation, in order."""
+    words = ("".join(symbols) for symbols in product(SYMBOLS, repeat=p))
+    return [w for w in words if all(w < w[i:] + w[:i] for i in range(1, p))]
+
+
+def strings(chunks) -> list[str]:
+    return [word for chunk in chunks for word in to_strings(chunk)]
+
+
+@pytest.mark.parametrize("p", range(1, 8))
+def test_enumeration_is_brute_force(p):
+    every = lyndon_by_hand(p)
+    assert strings(primitive_words(p)) == every
+    assert strings(admissible_words(p)) == [word for word in every if not broken_by_hand(word)]
+
+
+@pytest.mark.parametrize("p", range(1, 8))
+def test_counts_are_brute_force(p):
+    assert count_primitive(p) == len(lyndon_by_hand(p))
+    assert count_admissible(p) == sum(not broken_by_hand(word) for word in lyndon_by_hand(p))
+
+
+@pytest.mark.parametrize("p", range(1, 7))
+def test_counts_under_every_set_of_rules(p):
+    broken = [set(broken_by_hand(word)) for word in lyndon_by_hand(p)]
+    for bits in range(64):
+        rules = frozenset(number for number in range(1, 7) if bits >> (number - 1) & 1)
+        assert count_admissible(p, rules) == sum(not (numbers & rules) for numbers in broken), rules
+
+
+def test_table_1():
+    assert {p: count_admissible(p) for p in N_T} == N_T
+
+
+@pytest.mark.parametrize("p", range(2, 13))
+def test_the_transfer_matrix_counts_what_is_enumerated(p):
+    assert sum(len(chunk) for chunk in admissible_words(p)) == count_admissible(p)
+
+
+def test_counts_of_high_periods():
+    assert count_admissible(15) == 5_800_448
+    ratio = count_admissible(30) * 30 / (count_admissible(29) * 29)
+    assert ratio == pytest.approx(count_admissible(60) * 60 / (count_admissible(59) * 59), rel=1e-6)
+    assert count_primitive(30) * 30 == 6**30 - 6**15 - 6**10 - 6**6 + 6**5 + 6**3 + 6**2 - 6
+
+
+@pytest.mark.parametrize("words", [admissible_words, primitive_words])
+def test_goes_on_behind_any_word(words):
+    p = 6
+    codes = np.concatenate([pack(chunk) for chunk in words(p)])
+    assert (np.diff(codes) > 0).all()
+    places = [*range(0, len(codes), 1 + len(codes) // 17), len(codes) - 1]
+    for place in places:
+        rest = [pack(chunk) for chunk in words(p, after=int(codes[place]))]
+        assert np.concatenate([codes[:0], *rest]).tolist() == codes[place + 1 :].tolist()
+    between = int(codes[3]) + 1
+    assert np.concatenate([pack(chunk) for chunk in words(p, after=between)]).min() > codes[3]
+
+
+def test_chunks_are_bounded_and_in_order():
+    last = -1
+    for chunk in admissible_words(12):
+        codes = pack(chunk)
+        assert len(codes) <= 6 * CHUNK
+        assert codes[0] > last
+        assert (np.diff(codes) > 0).all()
+        last = int(codes[-1])
+
+
+@pytest.mark.parametrize(("p", "size"), [(2, 64), (5, 1), (6, 1), (8, 100), (9, 64), (11, 5000), (12, 65536)])
+def test_spans_hold_every_word_once(p, size):
+    cut = list(spans(p, size))
+    assert cut[0].after == -1
+    assert cut[-1].upto == 8**p - 1
+    assert all(one.upto == other.after for one, other in pairwise(cut))
+    parts = [strings(admissible_words(*span)) for span in cut]
+    assert [word for part in parts for word in part] == strings(admissible_words(p))
+    assert max(map(len, parts)) <= max(size, 350)  # a prefix is not cut
+
+
+def test_spans_begin_behind_any_word():
+    whole = strings(admissible_words(9))
+    for place in (0, 100, len(whole) - 2, len(whole) - 1):
+        cut = spans(9, 200, after=int(whole[place], 8))
+        assert [word for span in cut for word in strings(admissible_words(*span))] == whole[place + 1 :]
+
+
+def test_spans_of_the_highest_period_come_at_once():
+    first = list(islice(spans(MAX_PERIOD, 1 << 16), 3))
+    assert len(first) == 3
+    assert 2000 < sum(map(len, admissible_words(*first[1]))) < 1.1 * (1 << 16)

@@ -1,0 +1,157 @@
+"""The eight symmetries: group laws, classes, and their action on solved orbits."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from orbitdb.billiard.stability import forces
+from orbitdb.billiard.stadium import STRAIGHT, Stadium
+from orbitdb.orbits.newton import solve
+from orbitdb.orbits.orbit import Status
+from orbitdb.symbols.enumeration import admissible_words
+from orbitdb.symbols.pruning import rules_broken, rules_of
+from orbitdb.symbols.symmetry import (
+    ELEMENTS,
+    MIRROR_X,
+    MIRROR_Y,
+    NAMES,
+    REVERSE,
+    act_on_coordinates,
+    act_on_words,
+    class_of,
+    class_size,
+    classify,
+    images_of,
+    label,
+    members,
+    time_reversal,
+)
+from orbitdb.symbols.words import from_strings, least_rotation, pack, to_strings, unpack
+
+STADIUM = Stadium(1.6)
+ALL = {p: np.concatenate(list(admissible_words(p))) for p in range(2, 9)}
+
+admissible = st.sampled_from([word for p in range(2, 8) for word in to_strings(ALL[p])])
+
+
+@pytest.mark.parametrize("p", range(2, 8))
+def test_the_group_acts_on_words_and_coordinates(p):
+    words = ALL[p]
+    x = np.random.default_rng(p).uniform(-1, 1, words.shape)
+    for g in ELEMENTS:
+        image, moved = act_on_words(g, words), act_on_coordinates(g, words, x)
+        assert not rules_broken(image).any(), NAMES[g]
+        for h in ELEMENTS:
+            assert (act_on_words(h, image) == act_on_words(g ^ h, words)).all()
+            assert (act_on_coordinates(h, image, moved) == act_on_coordinates(g ^ h, words, x)).all()
+
+
+def test_generators_move_the_points_as_they_say():
+    words = ALL[6]
+    x = np.random.default_rng(6).uniform(-1, 1, words.shape)
+    points = STADIUM.points(words, x)
+    for g, mirror in ((MIRROR_X, [-1, 1]), (MIRROR_Y, [1, -1]), (REVERSE, [1, 1])):
+        image = STADIUM.points(act_on_words(g, words), act_on_coordinates(g, words, x))
+        expected = points[:, ::-1] if g == REVERSE else points
+        assert np.abs(image - expected * mirror).max() < 1e-15
+
+
+def test_known_images():
+    # the run 11 runs across the end of the word
+    assert images_of("1232131") == [
+        "1232131", "3212313", "4030134", "5010315", "4312324", "5132125", "1310301", "3130103",
+    ]  # fmt: skip
+    assert images_of("0113") == ["0113", "0331", "2443", "2551", "3440", "1550", "3112", "1332"]
+
+
+@settings(deadline=None)
+@given(admissible)
+def test_images_do_not_depend_on_the_rotation(word):
+    for turn in range(len(word)):
+        turned = images_of(word[turn:] + word[:turn])
+        assert [least_rotation(w) for w in turned] == [least_rotation(w) for w in images_of(word)]
+
+
+@pytest.mark.parametrize("p", range(2, 9))
+def test_a_batch_is_classified_as_its_words_are(p):
+    words = ALL[p]
+    classes = classify(words)
+    representatives = to_strings(unpack(classes.representative, p))
+    for i, word in enumerate(to_strings(words)):
+        single = class_of(word)
+        batch = (representatives[i], int(classes.element[i]), int(classes.stabiliser[i]))
+        assert batch == (single.representative, single.element, single.stabiliser)
+
+
+@pytest.mark.parametrize("p", range(2, 9))
+def test_classes_partition_the_words(p):
+    words = ALL[p]
+    classes = classify(words)
+    found, counts = np.unique(classes.representative, return_counts=True)
+    assert np.isin(found, pack(words)).all()
+    for representative, count in zip(found, counts, strict=True):
+        mask = int(classes.stabiliser[pack(words) == representative][0])
+        assert count == class_size(mask)
+        assert 8 % count == 0
+    by_element = [
+        least_rotation(to_strings(act_on_words(int(g), unpack(code[None], p)))[0])
+        for g, code in zip(classes.element, classes.representative, strict=True)
+    ]
+    assert by_element == to_strings(words)
+
+
+@settings(deadline=None)
+@given(admissible)
+def test_members_share_one_class(word):
+    family = class_of(word)
+    found = members(word)
+    assert min(found) == family.representative
+    assert len(found) == class_size(family.stabiliser)
+    assert {class_of(other).representative for other in found} == {family.representative}
+    assert {class_of(other).stabiliser for other in found} == {family.stabiliser}
+    for other, g in found.items():
+        assert least_rotation(images_of(word)[g]) == other
+        assert rules_of(other) == []
+
+
+def test_stabilisers_are_named():
+    assert label(class_of("13").stabiliser) == "x,y,xy,T,xT,yT,xyT"
+    assert class_size(class_of("13").stabiliser) == 1
+    assert time_reversal(class_of("1232").stabiliser) == "self"
+    assert time_reversal(class_of("1232131").stabiliser) == "pair"
+    assert time_reversal(class_of("0113").stabiliser) == "pair"
+    assert label(1) == "1"
+
+
+@pytest.mark.parametrize("a", [0.5, 1.6])
+@pytest.mark.parametrize("p", range(2, 9))
+def test_every_image_of_an_orbit_is_an_orbit(p, a):
+    stadium = Stadium(a)
+    words = ALL[p]
+    words = words[classify(words).representative == pack(words)]
+    orbits = solve(words, stadium)
+    real = orbits.status == Status.ORBIT
+    for g in ELEMENTS:
+        image = act_on_words(g, words)
+        x = act_on_coordinates(g, words, orbits.coordinates)
+        solved = solve(image, stadium)
+        assert (solved.status == orbits.status).all(), NAMES[g]
+        ends = np.where(STRAIGHT[image], a, np.pi / 2)
+        assert (np.abs(x) < ends)[real].all()
+        assert np.abs(forces(stadium, image, x))[real].max(initial=0) < 1e-13
+        apart = np.abs(solved.coordinates - x).max(axis=1)
+        assert (apart <= solved.error + orbits.error)[real].all()
+        assert (np.abs(solved.length - orbits.length) <= solved.length_error + orbits.length_error)[
+            real
+        ].all()
+        apart = np.abs(solved.lyapunov - orbits.lyapunov)
+        assert (apart <= solved.lyapunov_error + orbits.lyapunov_error)[real].all()
+
+
+def test_words_of_any_order_have_a_class():
+    word = "1" * 500 + "3" + "02" * 250
+    family = class_of(word)
+    assert family.representative == least_rotation(images_of(word)[family.element])
+    (image,) = to_strings(act_on_words(family.element, from_strings([family.representative])))
+    assert least_rotation(image) == least_rotation(word)

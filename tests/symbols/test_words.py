@@ -1,0 +1,179 @@
+"""Words: reading and writing them, rotations, and packed integers."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from orbitdb.symbols.words import (
+    MAX_ORDER,
+    MAX_PACKED,
+    SYMBOLS,
+    WordError,
+    from_strings,
+    is_primitive,
+    least_rotation,
+    least_rotations,
+    pack,
+    parse,
+    primitive_root,
+    run_notation,
+    to_strings,
+    unpack,
+)
+
+words = st.text(SYMBOLS, min_size=1, max_size=30)
+powered = st.lists(st.tuples(st.text(SYMBOLS, min_size=1, max_size=3), st.integers(1, 9)), min_size=1).map(
+    lambda terms: "".join(unit * count for unit, count in terms)
+)
+
+
+def rotations(word: str) -> list[str]:
+    return [word[i:] + word[:i] for i in range(len(word))]
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("1232131", "1232131"),
+        (" 12 32\t131\n", "1232131"),
+        ("1^20 (02)^5 3", "1" * 20 + "02" * 5 + "3"),
+        ("1^2", "11"),
+        ("1 ^ 2", "11"),
+        ("(13)", "13"),
+        ("((1^2 0)^2 3)^2", "1101103" * 2),
+        ("12^3", "1222"),
+        ("1^2^3", "1" * 6),
+        ("(1)(2)^2(3)", "1223"),
+        (f"(13)^{MAX_ORDER // 2}", "13" * (MAX_ORDER // 2)),
+    ],
+)
+def test_parse_reads(text, word):
+    assert parse(text) == word
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("1717", "symbol '7' at place 2 of '1717' is not one of 0 1 2 3 4 5"),
+        ("12 x3", "symbol 'x' at place 4 of '12 x3' is not one of 0 1 2 3 4 5"),
+        ("13\u00b2", "symbol '\u00b2' at place 3 of "),
+        ("13^\u0663", "'^' at place 3 of "),
+        ("13^", "'^' at place 3 of '13^' needs a number after it"),
+        ("13 ^a", "'^' at place 4 of '13 ^a' needs a number after it"),
+        ("^3", "'^' at place 1 of '^3' has nothing before it to repeat"),
+        ("1(^3)", "'^' at place 3 of '1(^3)' has nothing before it to repeat"),
+        ("13  ^0", "'^0' at place 5 of '13  ^0': repeat at least once"),
+        ("13)", "unmatched ')' at place 3 of '13)'"),
+        ("1(3", "unmatched '(' in '1(3'"),
+        ("1()3", "empty brackets at place 3 of '1()3'"),
+        ("", "the code is empty"),
+        ("  ", "the code is empty"),
+        ("-1", "symbol '-' at place 1 of '-1'"),
+        ("1.3", "symbol '.' at place 2 of '1.3'"),
+    ],
+)
+def test_parse_names_symbol_and_place(text, message):
+    with pytest.raises(WordError) as error:
+        parse(text)
+    assert str(error.value).startswith(message)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "bomb",
+    [
+        "((1^1000)^1000)^1000",
+        "1^" + "9" * 5000,
+        f"1^{MAX_ORDER + 1}",
+        "(((((((1^99)^99)^99)^99)^99)^99)^99",
+        f"(1^{MAX_ORDER})^2",
+        f"1^{MAX_ORDER - 1} 3^2",
+    ],
+)
+def test_bombs_are_refused(bomb):
+    with pytest.raises(WordError, match=f"more than {MAX_ORDER}"):
+        parse(bomb)
+
+
+def test_a_long_plain_word_has_a_limit_too():
+    assert len(parse("13" * (MAX_ORDER // 2))) == MAX_ORDER
+    with pytest.raises(WordError, match=f"has {MAX_ORDER + 1} symbols"):
+        parse("1" * (MAX_ORDER + 1))
+
+
+def test_messages_stay_short():
+    with pytest.raises(WordError) as error:
+        parse("1" * 100_000 + "7")
+    assert "place 100001" in str(error.value)
+    assert len(str(error.value)) < 200
+
+
+@settings(deadline=None)
+@given(st.one_of(words, powered))
+def test_run_notation_is_read_back(word):
+    assert parse(run_notation(word)) == word
+
+
+def test_run_notation_is_short():
+    assert run_notation("1" * 20 + "02" * 5 + "3") == "1^20 (02)^5 3"
+    assert run_notation("1232131") == "1232131"
+    assert run_notation("113") == "113"
+    assert run_notation("1" * 100_000) == "1^100000"
+
+
+@settings(deadline=None)
+@given(st.one_of(words, powered))
+def test_least_rotation_is_the_least(word):
+    assert least_rotation(word) == min(rotations(word))
+
+
+@settings(deadline=None)
+@given(words, st.integers(0, 30))
+def test_least_rotation_names_the_cyclic_word(word, turn):
+    turn %= len(word)
+    assert least_rotation(word[turn:] + word[:turn]) == least_rotation(word)
+
+
+@settings(deadline=None)
+@given(words, st.integers(1, 5))
+def test_primitivity(word, count):
+    root = primitive_root(word)
+    assert root * (len(word) // len(root)) == word
+    assert is_primitive(word) == (len(set(rotations(word))) == len(word))
+    assert primitive_root(word * count) == root
+    assert is_primitive(word * count) == (is_primitive(word) and count == 1)
+
+
+@settings(deadline=None)
+@given(
+    st.integers(1, MAX_PACKED).flatmap(
+        lambda p: st.lists(st.text(SYMBOLS, min_size=p, max_size=p), min_size=1)
+    )
+)
+def test_arrays_and_packed_words_are_the_strings(strings):
+    symbols = from_strings(strings)
+    p = symbols.shape[1]
+    assert to_strings(symbols) == strings
+    codes = pack(symbols)
+    assert (unpack(codes, p) == symbols).all()
+    assert np.argsort(codes, kind="stable").tolist() == sorted(range(len(strings)), key=strings.__getitem__)
+    least = to_strings(unpack(least_rotations(codes, p), p))
+    assert least == [least_rotation(word) for word in strings]
+
+
+def test_no_words_at_all():
+    assert to_strings(np.zeros((0, 5), dtype=np.uint8)) == []
+    assert len(least_rotations(np.zeros(0, dtype=np.int64), 5)) == 0
+
+
+def test_a_hundred_thousand_symbols():
+    """Linear algorithms take moments; quadratic ones would take longer than anyone waits."""
+    word = parse("1^49999 0 1^49999 2")
+    assert len(word) == 100_000
+    assert least_rotation(word) == "0" + "1" * 49999 + "2" + "1" * 49999
+    assert is_primitive(word)
+    assert primitive_root("13" * 50_000) == "13"
+    assert parse(run_notation(word)) == word
+    (back,) = to_strings(from_strings([word]))
+    assert back == word

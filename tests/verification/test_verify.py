@@ -1,0 +1,491 @@
+"""Verification: a sound catalogue passes, and whatever is altered by hand is found."""
+
+import json
+import sqlite3
+import struct
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from reference import refine
+from solutions import representatives
+from verified import checks
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.filling.periods import fill_geometric, fill_periods
+from orbitdb.filling.single_word import fill_word
+from orbitdb.orbits.newton import solve
+from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
+from orbitdb.orbits.relaxation import relax
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.migrate import migrate
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.symbols.words import from_strings, parse, to_strings
+from orbitdb.verification.check import Check, measured
+from orbitdb.verification.invariants import check_consistency, with_bounds
+from orbitdb.verification.recomputation import restart
+from orbitdb.verification.rigorous import certify
+from orbitdb.verification.verify import PROMISES, report
+
+SEQUENCES, CLASSES = 3197, 498  # p = 2..8
+STADIUMS = (1e-6, 1e-3, 0.2, 0.5, 1.0, 1.6, 2.5, 10.0, 1e4, 1e6)
+
+
+def alter(path: Path, *statements: str) -> None:
+    """Change a catalogue by hand."""
+    plain = sqlite3.connect(path)
+    with plain:
+        for statement in statements:
+            plain.execute(statement)
+    plain.close()
+
+
+def ask(path: Path, query: str) -> list[tuple]:
+    plain = sqlite3.connect(path)
+    rows = plain.execute(query).fetchall()
+    plain.close()
+    return rows
+
+
+def broken(path: Path, **options) -> set[str]:
+    return {name for name, check in checks(path, **options).items() if check.failures}
+
+
+@pytest.fixture(scope="session")
+def small_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("small") / "orbits.db"
+    migrate(path)
+    for a, periods in ((1.6, (5, 6)), (1.0, (6,))):
+        for _ in fill_periods(path, a, periods):
+            pass
+    for _ in fill_geometric(path, range(2, 4)):
+        pass
+    fill_word(path, parse("1^30 5^29"), 1.6)
+    return path
+
+
+@pytest.fixture
+def small(small_once: Path, tmp_path: Path) -> Path:
+    """A catalogue with p = 5 and 6 at two a, pruned words and a long one, the test's own."""
+    path = tmp_path / "orbits.db"
+    path.write_bytes(small_once.read_bytes())
+    return path
+
+
+def test_a_sound_catalogue_passes_every_check(filled):
+    found = checks(filled, restarts=2)
+    assert {name for name, check in found.items() if check.failures} == set()
+    assert set(found) == set(PROMISES) - {"certificates", "rules"}
+    rows = {name: check.rows for name, check in found.items()}
+    assert rows["counts"] == rows["sequences"] == SEQUENCES
+    assert rows["classes"] == rows["values"] == rows["statuses"] == rows["bits"] == CLASSES
+    per_orbit = ("bounds", "walls", "margins", "reflection", "lengths", "lambda", "signature", "Hessian")
+    orbits = Catalogue(filled).rows(Selection(statuses=(Status.ORBIT,)), ("representative",))
+    assert {rows[name] for name in per_orbit} == {len(set(orbits))}
+    assert rows["restarts"] == 2 * CLASSES
+    assert found["bounds"].worst == 0.0
+    assert 0 < found["restarts"].worst < 1e-13
+
+
+@pytest.mark.parametrize("a", STADIUMS)
+def test_no_sound_orbit_is_suspected_at_any_a(a):
+    stadium = Stadium(a)
+    for p in (2, 3, 6, 7):
+        orbits = solve(representatives(p), stadium)
+        for check in check_consistency(orbits.rows(np.isin(orbits.status, EXISTING)), stadium):
+            assert not check.failures, check
+        assert not restart(orbits.words, stadium, 2, np.random.default_rng(p)).failures
+
+
+@pytest.mark.parametrize("code", ["1^1000 5^1000", "1 2 (02)^300 3 2 (02)^300", "1^7 5^6"])
+def test_long_orbits_are_not_suspected(code):
+    orbits = solve(from_strings([parse(code)]), Stadium())
+    assert orbits.status.tolist() == ["orbit"]
+    found = {check.name: check for check in check_consistency(orbits, Stadium())}
+    assert found["reflection"].rows == found["lambda"].rows == 1
+    assert not any(check.failures for check in found.values())
+
+
+FIRST_ORBIT = "(SELECT min(cycle) FROM orbit WHERE status = 'orbit' AND stadium = 1 AND cycle > 0)"
+FIRST_DYNAMICAL = "(SELECT min(cycle) FROM orbit WHERE status = 'dynamical' AND stadium = 1)"
+SOME_CLASS = "(SELECT id FROM cycle WHERE p = 6 ORDER BY id LIMIT 1 OFFSET 4)"
+SOME_WORD = "(SELECT max(word) FROM sequence WHERE p = 6 AND cycle IS NOT NULL)"
+ALTERATIONS = {
+    "status of an orbit": (f"UPDATE orbit SET status = 'boundary' WHERE cycle = {FIRST_ORBIT}", "statuses"),
+    "an orbit called pruned": (
+        f"UPDATE orbit SET status = 'dynamical' WHERE cycle = {FIRST_ORBIT}",
+        "values",
+    ),
+    "an orbit called pruned, its numbers removed": (
+        "UPDATE orbit SET status = 'dynamical', coordinates = NULL, length = NULL, lyapunov = NULL,"
+        " residual = NULL, error = NULL, length_error = NULL, lyapunov_error = NULL"
+        f" WHERE cycle = {FIRST_ORBIT}",
+        "statuses",
+    ),
+    "a pruned word called undecided": (
+        f"UPDATE orbit SET status = 'unresolved' WHERE cycle = {FIRST_DYNAMICAL}",
+        "unresolved",
+    ),
+    "a status nobody knows": (f"UPDATE orbit SET status = 'odd' WHERE cycle = {FIRST_ORBIT}", "values"),
+    "side of a margin": (f"UPDATE orbit SET margin = -margin WHERE cycle = {FIRST_DYNAMICAL}", "statuses"),
+    "margin": (f"UPDATE orbit SET margin = margin + 1e-9 WHERE cycle = {FIRST_ORBIT}", "margins"),
+    "residual": (f"UPDATE orbit SET residual = residual + 1e-9 WHERE cycle = {FIRST_ORBIT}", "residuals"),
+    "length": (f"UPDATE orbit SET length = length + 1e-11 WHERE cycle = {FIRST_ORBIT}", "lengths"),
+    "lambda": (f"UPDATE orbit SET lyapunov = lyapunov + 1e-10 WHERE cycle = {FIRST_ORBIT}", "Hessian"),
+    "lambda beyond its bound": (
+        f"UPDATE orbit SET lyapunov = lyapunov + 4 * lyapunov_error WHERE cycle = {FIRST_ORBIT}",
+        "bounds",
+    ),
+    "lambda in the last digit": (
+        f"UPDATE orbit SET lyapunov = lyapunov * (1 + 2.3e-16) WHERE cycle = {FIRST_ORBIT}",
+        "bits",
+    ),
+    "an error bound": (f"UPDATE orbit SET error = error / 2 WHERE cycle = {FIRST_ORBIT}", "bits"),
+    "a negative error bound": (f"UPDATE orbit SET length_error = -1 WHERE cycle = {FIRST_ORBIT}", "values"),
+    "number of steps": (f"UPDATE orbit SET iterations = 9 WHERE cycle = {FIRST_ORBIT}", "bits"),
+    "solver": (f"UPDATE orbit SET solver = 'magic' WHERE cycle = {FIRST_ORBIT}", "values"),
+    "a coordinate lost": (
+        f"UPDATE orbit SET coordinates = substr(coordinates, 9) WHERE cycle = {FIRST_ORBIT}",
+        "values",
+    ),
+    "a missing sequence": (f"DELETE FROM sequence WHERE word = {SOME_WORD}", "counts"),
+    "the same, seen from its class": (f"DELETE FROM sequence WHERE word = {SOME_WORD}", "sequences"),
+    "a sequence too many": ("INSERT INTO sequence VALUES (6, '000000', 5, 0, NULL)", "counts"),
+    "element": (f"UPDATE sequence SET element = (element + 1) % 8 WHERE word = {SOME_WORD}", "sequences"),
+    "class of a sequence": (f"UPDATE sequence SET cycle = cycle - 1 WHERE word = {SOME_WORD}", "sequences"),
+    "class size": (f"UPDATE cycle SET class_size = class_size % 4 + 1 WHERE id = {SOME_CLASS}", "classes"),
+    "time reversal": (
+        "UPDATE cycle SET time_reversal = replace(replace(time_reversal, 'self', 'x'), 'pair', 'self')"
+        f" WHERE id = {SOME_CLASS}",
+        "classes",
+    ),
+    "symmetry": (f"UPDATE cycle SET symmetry = symmetry || ',y' WHERE id = {SOME_CLASS}", "classes"),
+    "walls": (f"UPDATE cycle SET walls = walls + 1 WHERE id = {SOME_CLASS}", "classes"),
+    "number of a class": (f"UPDATE cycle SET id = id + 7 WHERE id = {SOME_CLASS}", "foreign keys"),
+    "a class by another word": (
+        f"UPDATE cycle SET word = substr(word, 2) || substr(word, 1, 1) WHERE id = {SOME_CLASS}",
+        "classes",
+    ),
+    "a class that is no word": (f"UPDATE cycle SET word = '013x' WHERE id = {SOME_CLASS}", "classes"),
+    "a class that is pruned": (f"UPDATE cycle SET word = '000000' WHERE id = {SOME_CLASS}", "classes"),
+    "a missing class": (f"DELETE FROM cycle WHERE id = {SOME_CLASS}", "foreign keys"),
+    "a missing row": (f"DELETE FROM orbit WHERE cycle = {FIRST_ORBIT}", "fills"),
+    "N_c": ("UPDATE fill SET n_c = n_c - 1 WHERE p = 6", "fills"),
+    "N_t": ("UPDATE fill SET n_t = n_t + 1 WHERE p = 5", "fills"),
+    "Moreau's number": ("UPDATE fill SET primitive = primitive + 1 WHERE p = 5", "fills"),
+    "a rule's number": ("UPDATE fill SET rule_4 = rule_4 + 1 WHERE p = 5", "fills"),
+    "state": ("UPDATE fill SET state = 'finished' WHERE p = 5", "fills"),
+    "rules of a pruned word": ("UPDATE sequence SET rules = '2' WHERE p = 3 AND word = '001'", "rules"),
+    "a pruned word that is none": (
+        "INSERT INTO sequence (p, word, rules) VALUES (7, '0102023', '1')",
+        "rules",
+    ),
+    "a run that is not there": (f"UPDATE orbit SET run = 99 WHERE cycle = {FIRST_ORBIT}", "foreign keys"),
+    "a dangling certificate": ("INSERT INTO certificate VALUES (1, 9999, 0, 128, '0', 1)", "foreign keys"),
+    "a certificate beyond the bound": (
+        f"INSERT INTO certificate VALUES (1, {FIRST_ORBIT}, 1e-3, 128, '0', 1)",
+        "radii",
+    ),
+    "a column": ("ALTER TABLE cycle ADD COLUMN colour TEXT", "schema"),
+    "a trigger": ("CREATE TRIGGER t AFTER INSERT ON run BEGIN DELETE FROM orbit; END", "schema"),
+    "another a": ("UPDATE stadium SET a = 1.6000000000000003 WHERE a = 1.6", "bits"),
+}
+
+
+def test_a_class_with_all_that_is_its_own_under_another_number_is_found(small):
+    ((number,),) = ask(small, f"SELECT {SOME_CLASS}")
+    for table, column in (("cycle", "id"), ("sequence", "cycle"), ("orbit", "cycle")):
+        alter(small, f"UPDATE {table} SET {column} = {number} + 7 WHERE {column} = {number}")
+    assert broken(small) == {"classes"}
+
+
+@pytest.mark.parametrize("name", ALTERATIONS)
+def test_what_is_altered_is_found(small, cli, name):
+    statement, check = ALTERATIONS[name]
+    alter(small, statement)
+    outcome = cli("verify", "--json")
+    assert outcome.code == 1
+    failing = {row["check"]: row for row in json.loads(outcome.out) if row["failures"]}
+    assert check in failing
+    assert failing[check]["first"]
+    assert f"{check}: " in outcome.err
+
+
+def test_the_small_catalogue_is_sound_and_says_so(small, cli):
+    outcome = cli("verify", "--json")
+    assert outcome.code == 0
+    rows = json.loads(outcome.out)
+    assert [row["check"] for row in rows] == [name for name in PROMISES if name in {r["check"] for r in rows}]
+    assert list(rows[0]) == ["check", "rows", "failures", "worst", "share", "first"]
+    assert all(row["failures"] == 0 and row["first"] is None for row in rows)
+    assert "all is well" in outcome.err
+    table = cli("verify")
+    assert [line.split()[0] for line in table.out.splitlines()[1:]] == [
+        row["check"].split()[0] for row in rows
+    ]
+
+
+def flipped(blob: bytes, coordinate: int, bit: int) -> bytes:
+    places = list(struct.unpack(f"<{len(blob) // 8}q", blob))
+    places[coordinate] ^= -(2**63) if bit == 63 else 1 << bit
+    return struct.pack(f"<{len(places)}q", *places)
+
+
+def flip_every_bit(path: Path) -> dict[str, float]:
+    """Flip another bit in the first coordinate of each of 64 orbits; return by word the change made.
+
+    Coordinates of 0 are left, for flips of their sign or lowest bits make no other orbit.
+    """
+    rows = ask(
+        path,
+        "SELECT stadium, cycle, word, coordinates, error FROM orbit JOIN cycle ON cycle.id = orbit.cycle"
+        " WHERE p = 8 AND status = 'orbit' ORDER BY cycle",
+    )
+    moved = [row for row in rows if abs(struct.unpack("<d", row[3][:8])[0]) > 0.01][:64]
+    assert len(moved) == 64
+    plain = sqlite3.connect(path)
+    changes = {}
+    with plain:
+        for bit, (stadium, cycle, word, blob, error) in enumerate(moved):
+            new = flipped(blob, 0, bit)
+            key = (new, stadium, cycle)
+            plain.execute("UPDATE orbit SET coordinates = ? WHERE stadium = ? AND cycle = ?", key)
+            before, after = (struct.unpack("<d", data[:8])[0] for data in (blob, new))
+            changes[word] = abs(after - before) / error if np.isfinite(after) else np.inf
+    plain.close()
+    return changes
+
+
+def test_every_single_bit_of_a_coordinate_is_found(filled):
+    flip_every_bit(filled)
+    found = checks(filled)
+    assert found["values"].failures + found["bits"].failures == 64
+
+
+def test_elsewhere_every_bit_beyond_the_bound_is_found(filled):
+    """Where other libraries compute, last bits may differ, and only what the bounds allow is let pass."""
+    changes = flip_every_bit(filled)
+    alter(filled, """UPDATE run SET parameters = json_set(parameters, '$.arithmetic', 'an abacus')""")
+    found = checks(filled)
+    assert found["bits"].rows == 0
+    beyond = sum(share > 2 for share in changes.values())
+    within = sum(share <= 1 for share in changes.values())
+    assert beyond > 40
+    assert within > 2
+    assert beyond <= found["values"].failures + found["bounds"].failures <= 64 - within
+
+
+def test_elsewhere_is_told_and_not_a_failure(small, cli):
+    alter(small, "UPDATE run SET version = '0.0.1'")
+    outcome = cli("verify")
+    assert outcome.code == 0
+    assert "last bits were not compared" in outcome.err
+    alter(small, "UPDATE run SET parameters = 'not json'")
+    assert cli("verify").code == 0
+
+
+@pytest.mark.parametrize("a", [0.2, 1.0, 1.6, 10.0])
+@pytest.mark.parametrize("p", [8, 40, 100])
+def test_a_solution_has_the_same_bits_in_any_batch(a, p):
+    rng = np.random.default_rng(p)
+    if p == 8:
+        words = representatives(8)
+    else:
+        runs = rng.integers(1, 4, size=(60, p))
+        texts = ["".join("1" * k if i % 2 == 0 else "3" * k for i, k in enumerate(row)) for row in runs]
+        words = from_strings(sorted({text[: p - 1] + "3" for text in texts if text[p - 2] in "13"}))
+    orbits = solve(words, Stadium(a))
+    for size in (1, 2, 5, 30):
+        rows = rng.permutation(len(words))[:size]
+        again = solve(words[rows], Stadium(a))
+        for name in ("coordinates", "iterations", *NUMBERS):
+            assert getattr(again, name).tobytes() == getattr(orbits.rows(rows), name).tobytes()
+
+
+@pytest.mark.parametrize("a", [0.5, pytest.param(1.6, marks=pytest.mark.slow)])
+def test_orbits_of_the_relaxation_get_bounds_that_hold(a):
+    """The true error is that against Newton's method, a million times better; bounds are not far above it."""
+    stadium, words = Stadium(a), representatives(6)
+    relaxed, exact = relax(words, stadium), solve(words, stadium)
+    both = np.flatnonzero((relaxed.status == "orbit") & (exact.status == "orbit"))
+    bounded, exact = with_bounds(relaxed.rows(both), stadium), exact.rows(both)
+    true = np.abs(bounded.coordinates - exact.coordinates).max(axis=1)
+    assert 1e-8 < true.max() < 1e-4
+    assert np.all(true <= bounded.error + exact.error)
+    assert np.median(bounded.error / true) < 30
+    for name, bound in (("length", "length_error"), ("lyapunov", "lyapunov_error")):
+        off = np.abs(getattr(bounded, name) - getattr(exact, name))
+        assert np.all(off <= getattr(bounded, bound) + getattr(exact, bound))
+    assert not any(check.failures for check in check_consistency(bounded, stadium))
+    shifted = replace(bounded, coordinates=bounded.coordinates + 1e-9)
+    assert any(check.failures for check in check_consistency(shifted, stadium))
+
+
+def test_rows_without_bounds_are_the_relaxation_s_alone(small, cli):
+    nothing = "error = NULL, length_error = NULL, lyapunov_error = NULL"
+    alter(small, f"UPDATE orbit SET solver = 'relaxation', {nothing} WHERE cycle = {FIRST_ORBIT}")
+    outcome = cli("verify", "--rigorous")
+    assert outcome.code == 0
+    assert "rows are of another method" in outcome.err
+    alter(small, f"UPDATE orbit SET solver = 'newton' WHERE cycle = {FIRST_ORBIT}")
+    assert "values" in broken(small)
+
+
+def moved(orbits: Orbits, name: str, by: float) -> Orbits:
+    """Move one number of the first row by so many times its error bound."""
+    bound = {"coordinates": "error", "length": "length_error", "lyapunov": "lyapunov_error"}[name]
+    values = getattr(orbits, name).copy()
+    values[0] += by * getattr(orbits, bound)[0]
+    return replace(orbits, **{name: values})
+
+
+@pytest.mark.parametrize(
+    ("name", "suspected"),
+    [
+        ("coordinates", {"reflection", "margins"}),
+        ("length", {"lengths"}),
+        ("lyapunov", {"lambda", "Hessian"}),
+    ],
+)
+@pytest.mark.parametrize("a", [0.5, 1.6])
+def test_consistency_alone_finds_a_moved_number(a, name, suspected):
+    """A thousand bounds are enough: the checks by plane geometry are that sharp."""
+    stadium = Stadium(a)
+    orbits = solve(representatives(7), stadium)
+    orbits = orbits.rows(orbits.status == "orbit")
+    for by, expected in ((1e3, suspected), (0.1, set())):
+        found = {c.name: c for c in check_consistency(moved(orbits, name, by), stadium)}
+        failing = {check for check in found if found[check].failures}
+        assert bool(failing & suspected) == bool(expected)
+        assert all(found[check].first == to_strings(orbits.words[:1])[0] for check in failing)
+
+
+def test_certificates_hold_what_they_promise(small, cli):
+    """The radius lies between the true error, by 50 digits from plane geometry, and the stored bound."""
+    outcome = cli("verify", "--rigorous", "--a", "1.6", "--json")
+    assert outcome.code == 0
+    (certificates,) = (row for row in json.loads(outcome.out) if row["check"] == "certificates")
+    rows = ask(
+        small,
+        "SELECT word, coordinates, radius, error, bits, status FROM certificate JOIN orbit USING"
+        " (stadium, cycle) JOIN cycle ON cycle.id = orbit.cycle WHERE stadium = 1",
+    )
+    assert certificates["rows"] == len(rows)
+    assert ask(small, "SELECT count(*) FROM orbit WHERE stadium = 1") == [(len(rows),)]
+    orbits = [row for row in rows if row[5] == "orbit" and len(row[0]) <= 5]
+    assert len(orbits) > 5
+    for word, blob, radius, error, bits, _ in orbits:
+        places = np.frombuffer(blob, dtype="<f8").tolist()
+        truth = refine(word, 1.6, places).coordinates
+        true = max(float(abs(x - y)) for x, y in zip(truth, places, strict=True))
+        assert true <= radius * (1 + 1e-12)
+        assert radius <= error
+        assert radius <= true * (1 + 1e-6) + 1e-30
+        assert bits >= 128
+    assert cli("verify").code == 0
+
+
+def test_orbits_through_a_joint_are_certified(small, cli):
+    assert cli("verify", "--rigorous", "--a", "1").code == 0
+    query = "SELECT count(*) FROM orbit JOIN certificate USING (stadium, cycle) WHERE status = 'boundary'"
+    assert ask(small, query)[0][0] > 0
+
+
+def test_certification_goes_on_where_it_was_stopped(filled):
+    steps = certify(filled, Selection())
+    first = next(steps)
+    steps.close()
+    kept = ask(filled, "SELECT cycle, radius, run FROM certificate ORDER BY cycle")
+    assert len(kept) == first.done == first.checks[0].rows
+    assert 0 < len(kept) < CLASSES
+    (rest,) = report(certify(filled, Selection()))
+    assert rest.rows == CLASSES - len(kept)
+    assert report(certify(filled, Selection())) == []
+    (again,) = report(certify(filled, Selection(), again=True))
+    assert again.rows == CLASSES
+    found = ask(filled, "SELECT cycle, radius FROM certificate ORDER BY cycle")
+    assert [row for row in found if row[0] in dict.fromkeys(k[0] for k in kept)] == [k[:2] for k in kept]
+    assert ask(filled, "SELECT count(DISTINCT run) FROM certificate") == [(1,)]
+
+
+def test_an_altered_row_gets_no_certificate_and_loses_the_one_it_had(filled, cli):
+    assert cli("verify", "--rigorous", "--p", "3-5").code == 0
+    ((cycle, word),) = ask(filled, "SELECT id, word FROM cycle WHERE p = 5 ORDER BY id LIMIT 1")
+    alter(filled, f"UPDATE orbit SET lyapunov = lyapunov + 3 * lyapunov_error WHERE cycle = {cycle}")
+    outcome = cli("verify", "--rigorous", "--again", "--p", "5", "--json")
+    assert outcome.code == 1
+    failing = {row["check"]: row for row in json.loads(outcome.out) if row["failures"]}
+    assert failing["certificates"]["failures"] == 1
+    assert failing["certificates"]["first"] == f"{word} at a = 1.6"
+    assert ask(filled, f"SELECT count(*) FROM certificate WHERE cycle = {cycle}") == [(0,)]
+
+
+def test_subsets_samples_and_seeds(filled, cli):
+    found = checks(filled, Selection(periods=((3, 5),)))
+    assert found["counts"].rows == found["sequences"].rows == 8 + 32 + 96
+    chosen = Selection(where="lambda_c < 0.5")
+    words = Catalogue(filled).count(chosen)
+    assert 0 < checks(filled, chosen)["values"].rows < words < SEQUENCES
+    sampled = [checks(filled, sample=50, seed=seed, restarts=1)["restarts"] for seed in (1, 1, 2)]
+    assert sampled[0] == sampled[1] != sampled[2]
+    assert {check.rows for check in sampled} == {50}
+    assert cli("verify", "--sample", "100000").code == 0
+
+
+def test_a_sample_still_checks_all_counts(filled):
+    alter(
+        filled,
+        "DELETE FROM sequence WHERE word = '00000000'",
+        f"DELETE FROM sequence WHERE word = {SOME_WORD}",
+    )
+    assert "counts" in broken(filled, sample=1)
+
+
+def test_all_stored_a_are_checked(small, cli):
+    alter(small, "UPDATE orbit SET length = length + 1e-6 WHERE stadium = 2 AND status = 'orbit'")
+    assert cli("verify").code == 1
+    assert cli("verify", "--a", "1").code == 1
+    assert cli("verify", "--a", "1.6").code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["--a", "2"], 1, "nothing to look at"),
+        (["--p", "12"], 1, "nothing to look at"),
+        (["--where", "lambda_c < 0"], 1, "nothing to look at"),
+        (["--again"], 2, "--rigorous"),
+        (["--sample", "0"], 2, "--sample"),
+        (["--a", "-1"], 2, "half length"),
+        (["--where", "colour = 1"], 2, "colour"),
+        (["--db", "nowhere.db"], 3, "orbitdb fill"),
+    ],
+)
+def test_what_cannot_be_verified_says_so(filled, cli, arguments, code, message):
+    outcome = cli("verify", *arguments)
+    assert outcome.code == code
+    assert message in outcome.err
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_a_period_in_the_making_is_no_failure(tmp_path):
+    path = tmp_path / "half.db"
+    migrate(path)
+    going = fill_periods(path, 1.6, range(2, 9))
+    step = next(step for step in going if step.p == 8 and step.words)
+    going.close()
+    assert step.words < step.total
+    assert broken(path) == set()
+    ((word,),) = ask(path, f"SELECT min(word) FROM sequence WHERE p = {step.p}")
+    alter(path, f"DELETE FROM sequence WHERE word = '{word}'")
+    assert broken(path) == {"sequences"}
+
+
+def test_checks_join_to_the_worst_of_all_rows():
+    first = measured("x", ["a", "b"], np.array([1.0, 2.0]), np.array([4.0, 4.0]))
+    second = measured("x", ["c", "d", "e"], np.array([3.0, np.nan, 0.0]), np.array([1.0, 1.0, 0.0]))
+    assert first == Check("x", 2, 0, 2.0, 0.5, None)
+    joined = first.joined(second)
+    assert (joined.rows, joined.failures, joined.share, joined.first) == (5, 2, np.inf, "c")
+    assert measured("x", [], np.zeros(0), np.zeros(0)) == Check("x", 0)
