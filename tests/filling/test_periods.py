@@ -144,7 +144,7 @@ def test_a_full_disk_loses_nothing(filled, tmp_path):
     path = tmp_path / "full.db"
     migrate(path)
     script = (
-        "import resource, sys; from pathlib import Path; from orbitdb import survey;"
+        "import resource, sys; from pathlib import Path; from orbitdb.filling.periods import fill_periods;"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000));"
         "list(fill_periods(Path(sys.argv[1]), 1.6, range(2, 9)))"
     )

@@ -169,7 +169,7 @@ def test_whole_periods_are_read_without_their_neighbours_parts(partial):
 def test_readers_beside_a_process_that_fills(cli, filled):
     """Whenever they look: all words of the period, none, or a word that it is partial."""
     script = SMALL_BLOCKS + (
-        "import sys; from pathlib import Path; from orbitdb import survey;"
+        "import sys; from pathlib import Path; from orbitdb.filling.periods import fill_periods;"
         "[(print(step.words, flush=True), sys.stdin.readline())"
         " for step in fill_periods(Path(sys.argv[1]), 1.6, [9])]"
     )
