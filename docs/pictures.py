@@ -26,17 +26,15 @@ SHOWN = "1232131"
 
 def orbit(folder: Path) -> str:
     """Draw the orbit as a notebook does."""
-    from orbitdb.solve import solve_word
-    from orbitdb.stadium import Stadium
+    from orbitdb import Stadium, solve_word
 
     return solve_word(SHOWN, Stadium(1.2))._repr_svg_() + "\n"
 
 
 def browse(folder: Path) -> str:
     """Take the main screen of the terminal UI."""
+    from orbitdb import Selection, Status
     from orbitdb.cli.tui.app import BrowseApp
-    from orbitdb.orbits import Status
-    from orbitdb.selection import Selection
 
     async def take() -> str:
         app = BrowseApp(folder / "orbits.db", Selection(statuses=(Status.ORBIT,)), SHOWN)

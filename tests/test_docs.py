@@ -8,8 +8,7 @@ import console
 import pictures
 import pytest
 
-from orbitdb.solve import solve_word
-from orbitdb.stadium import Stadium
+from orbitdb import Stadium, solve_word
 
 SCREENSHOTS_OF = "8.2"
 """The Textual that took the pictures of the terminal UI; another may draw borders in other ways."""
