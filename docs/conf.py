@@ -17,6 +17,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.doctest",
+    "mathml",
     "numpydoc",
     "sphinx_copybutton",
     "sphinx_design",
@@ -50,7 +51,11 @@ os.chdir("/")
 _folder.cleanup()
 """
 
+smartquotes = False
 html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["pages.css"]
+html_math_renderer = "mathml"
 html_title = f"orbitdb {release}"
 html_show_copyright = False
 html_theme_options = {"sidebar_hide_name": False}

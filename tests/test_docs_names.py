@@ -6,8 +6,8 @@ import re
 from pathlib import Path
 
 import console
-import pytest
 import program
+import pytest
 
 import orbitdb
 
