@@ -27,6 +27,7 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -126,7 +127,7 @@ def examples(page: Path) -> list[Example]:
     lines = page.read_text(encoding="utf-8").splitlines()
     found: list[Example] = []
     parts = blocks(lines)
-    for block, behind in zip(parts, [*parts[1:], None], strict=True):
+    for block, behind in zip_longest(parts, parts[1:]):
         if block.language not in _EXAMPLES or block.mark.startswith("not run"):
             continue
         if block.language == "python":
