@@ -5,9 +5,7 @@ A page has a line such as ``<!-- here: commands -->``; `fill_in` puts the text t
 
 import inspect
 import re
-import sys
 from collections.abc import Callable, Iterator
-from types import ModuleType
 from typing import Any
 
 _HERE = re.compile(r"^<!-- here: (\w+) -->$", re.MULTILINE)
@@ -122,8 +120,7 @@ def names() -> str:
 
 
 def _name(name: str, thing: Any) -> str:
-    hidden = isinstance(sys.modules.get(f"orbitdb.{name}"), ModuleType)  # behind a module of its name
-    path = f"{thing.__module__}.{name}" if hidden else f"orbitdb.{name}"
+    path = f"orbitdb.{name}"
     if inspect.isclass(thing):
         lines = [
             f".. autoclass:: {path}",

@@ -11,7 +11,7 @@ import pytest
 
 import orbitdb
 
-PATHS = re.compile(r"(?<![\w./-])((?:orbitdb|cli|tests|docs|migrations|\.ci)/[\w./-]*\w/?)")
+PATHS = re.compile(r"(?<![\w./-])((?:orbitdb|cli|tests|docs|migrations)/[\w./-]*\w/?)")
 MODULES = re.compile(r"(?<![\w./-])orbitdb(?:\.[A-Za-z_]\w*)+")
 TESTS = re.compile(r"`(test_\w+)`")
 INLINE = re.compile(r"`([^`\n]+)`")
