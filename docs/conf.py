@@ -62,6 +62,7 @@ html_theme_options = {"sidebar_hide_name": False}
 copybutton_prompt_text = r"\$ |>>> "
 copybutton_prompt_is_regexp = True
 copybutton_only_copy_prompt_lines = True
+copybutton_line_continuation_character = "\\"
 
 
 def setup(app):

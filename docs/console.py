@@ -216,6 +216,7 @@ class Session:
         """Run a line of the shell: in this process if it is nothing but a command of orbitdb."""
         from orbitdb.cli.main import _run
 
+        line = line.replace("\\\n", " ")
         unquoted = re.sub(r"'[^']*'|\"[^\"$`]*\"", "", line)
         if line.startswith("orbitdb ") and not _SHELL.search(unquoted):
             words = shlex.split(line)[1:]

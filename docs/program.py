@@ -6,6 +6,7 @@ A page has a line such as ``<!-- here: commands -->``; `fill_in` puts the text t
 import inspect
 import re
 from collections.abc import Callable, Iterator
+from enum import Enum
 from typing import Any
 
 _HERE = re.compile(r"^<!-- here: (\w+) -->$", re.MULTILINE)
@@ -121,16 +122,17 @@ def names() -> str:
 
 def _name(name: str, thing: Any) -> str:
     path = f"orbitdb.{name}"
-    if inspect.isclass(thing):
-        lines = [
-            f".. autoclass:: {path}",
-            "   :members:",
-            *(["   :undoc-members:"] if issubclass(thing, str) else []),
-        ]
-        special = [each for each in _SPECIAL if each in vars(thing)]
-        lines += [f"   :special-members: {', '.join(special)}"] if special else []
-    else:
+    if not inspect.isclass(thing):
         lines = [f".. autofunction:: {path}"]
+    elif issubclass(thing, Exception):
+        lines = [f".. autoexception:: {path}"]
+    else:
+        ours = [base for base in thing.__mro__ if base.__module__.startswith("orbitdb.")]
+        special = [each for each in _SPECIAL if any(each in vars(base) for base in ours)]
+        lines = [f".. autoclass:: {path}", "   :members:"]
+        lines += ["   :inherited-members:"] if len(ours) > 1 else []
+        lines += ["   :undoc-members:"] if issubclass(thing, Enum) else []
+        lines += [f"   :special-members: {', '.join(special)}"] if special else []
     return "\n".join([f"## {name}", "", "```{eval-rst}", *lines, "```"])
 
 
