@@ -14,7 +14,7 @@ SCREENSHOTS_OF = "8.2"
 """The Textual that took the pictures of the terminal UI; another may draw borders in other ways."""
 
 
-QUICK = ("orbit.svg", "browse.svg", "entropy.svg")
+QUICK = ("orbit.svg", "browse.svg")
 """Pictures that plain pytest compares."""
 
 
