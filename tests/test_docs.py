@@ -5,6 +5,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import console
+import pages
 import pictures
 import pytest
 
@@ -31,14 +32,14 @@ def studio(tmp_path_factory, catalogue) -> Path:
     return folder
 
 
-def run(page: Path, folder: Path, catalogue: Path, slow: bool) -> list[tuple[console.Example, str]]:
+def run(page: Path, folder: Path, catalogue: Path, slow: bool) -> list[tuple[pages.Example, str]]:
     """Return the examples of a page, each with what comes out."""
-    wanted = [example for example in console.examples(page) if slow or example.mark != "slow"]
+    wanted = [example for example in pages.examples(page) if slow or example.mark != "slow"]
     session = console.begin(wanted, folder, catalogue)
     return [(example, session.run(example)) for example in wanted]
 
 
-def wrong(outputs: list[tuple[console.Example, str]]) -> str:
+def wrong(outputs: list[tuple[pages.Example, str]]) -> str:
     """Return the examples that do not show what comes out, each with that.
 
     ``python docs/console.py --write`` mends them.
@@ -51,17 +52,17 @@ def named(page: Path) -> str:
     return page.stem
 
 
-@pytest.mark.parametrize("page", console.PAGES, ids=named)
+@pytest.mark.parametrize("page", pages.PAGES, ids=named)
 def test_the_examples_of_a_page_show_what_comes_out(page, tmp_path, catalogue):
     assert wrong(run(page, tmp_path, catalogue, slow=False)) == ""
 
 
 def takes_long(page: Path) -> bool:
-    return any(example.mark == "slow" for example in console.examples(page))
+    return any(example.mark == "slow" for example in pages.examples(page))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", [*filter(takes_long, console.PAGES)], ids=named)
+@pytest.mark.parametrize("page", [*filter(takes_long, pages.PAGES)], ids=named)
 def test_the_examples_that_take_long_show_what_comes_out(page, tmp_path, catalogue):
     assert wrong(run(page, tmp_path, catalogue, slow=True)) == ""
 
@@ -95,7 +96,7 @@ def test_a_wrong_example_is_found_and_mended(tmp_path, catalogue):
     page = tmp_path / "page.md"
     page.write_text(PAGE)
     outputs = run(page, tmp_path, catalogue, slow=False)
-    assert wrong(outputs) == f"11: {console.examples(page)[2].source}\nlyapunov 9.637918173875862"
+    assert wrong(outputs) == f"11: {pages.examples(page)[2].source}\nlyapunov 9.637918173875862"
     console.rewrite(page, outputs)
     assert page.read_text() == PAGE.replace("9.6478825", "9.637918173875862")
 
@@ -104,7 +105,7 @@ def test_an_example_that_cannot_be_run_says_why(tmp_path):
     page = tmp_path / "page.md"
     page.write_text(PAGE.replace("<!-- not run: it installs -->", ""))
     with pytest.raises(ValueError, match=r"page.md:20: mark this block as"):
-        console.examples(page)
+        pages.examples(page)
 
 
 @pytest.mark.parametrize(
@@ -122,7 +123,7 @@ def test_an_example_that_cannot_be_run_says_why(tmp_path):
     ],
 )
 def test_what_agrees(shown, output, agree):
-    assert console.same(shown, output) is agree
+    assert pages.same(shown, output) is agree
 
 
 @pytest.mark.parametrize(
@@ -137,9 +138,9 @@ def test_a_picture_is_the_one_that_the_code_draws(name, studio):
     if name == "browse.svg" and not version("textual").startswith(SCREENSHOTS_OF):
         pytest.skip("taken with another Textual")
     drawn = pictures.DRAWN[name](studio)
-    assert console.same("\n".join(pictures.texts(kept)), "\n".join(pictures.texts(drawn)))
+    assert pages.same("\n".join(pictures.texts(kept)), "\n".join(pictures.texts(drawn)))
     if pictures.drawn_with(kept) == pictures.drawn_with(drawn):
-        assert console.same(kept, drawn), f"python docs/pictures.py {name} draws it anew"
+        assert pages.same(kept, drawn), f"python docs/pictures.py {name} draws it anew"
 
 
 def test_the_numbers_on_the_screenshot_are_those_of_the_orbits():

@@ -5,7 +5,7 @@ import inspect
 import re
 from pathlib import Path
 
-import console
+import pages
 import program
 import pytest
 
@@ -19,13 +19,13 @@ OPTION = re.compile(r"(?<![\w-])--?[A-Za-z][\w-]*")
 OF_OTHERS = {"--scheduler-file", "--write"}
 """Options of dask, and of the tool that rewrites examples."""
 
-pages = pytest.mark.parametrize("page", console.PAGES, ids=lambda page: page.stem)
+each_page = pytest.mark.parametrize("page", pages.PAGES, ids=lambda page: page.stem)
 
 
 def prose(page: Path) -> str:
     """Return a page without its blocks."""
     lines = page.read_text(encoding="utf-8").splitlines()
-    for block in reversed(console.blocks(lines)):
+    for block in reversed(pages.blocks(lines)):
         del lines[block.start - 1 : block.end + 1]
     return "\n".join(lines)
 
@@ -46,19 +46,19 @@ def exists(name: str) -> bool:
     return False
 
 
-@pages
+@each_page
 def test_the_files_of_a_page_are_there(page):
-    assert [path for path in PATHS.findall(prose(page)) if not (console.ROOT / path).exists()] == []
+    assert [path for path in PATHS.findall(prose(page)) if not (pages.ROOT / path).exists()] == []
 
 
-@pages
+@each_page
 def test_the_modules_of_a_page_are_there(page):
     assert [name for name in MODULES.findall(prose(page)) if not exists(name)] == []
 
 
-@pages
+@each_page
 def test_the_tests_of_a_page_are_there(page):
-    written = "\n".join(file.read_text(encoding="utf-8") for file in console.ROOT.glob("tests/**/*.py"))
+    written = "\n".join(file.read_text(encoding="utf-8") for file in pages.ROOT.glob("tests/**/*.py"))
     assert [name for name in TESTS.findall(prose(page)) if f"def {name}(" not in written] == []
 
 
@@ -70,7 +70,7 @@ def options() -> dict[str, set[str]]:
     }
 
 
-@pages
+@each_page
 def test_the_commands_and_options_of_a_page_are_there(page):
     known = options()
     every = set().union(*known.values()) | OF_OTHERS | {"--version"}
@@ -88,20 +88,20 @@ def test_the_commands_and_options_of_a_page_are_there(page):
 def test_every_column_stands_in_the_data_dictionary():
     """With a unit or type, a meaning, and when it is empty."""
     columns = inspect.signature(orbitdb.Catalogue.rows).parameters["columns"].default
-    page = (console.ROOT / "docs/columns.md").read_text(encoding="utf-8")
+    page = (pages.ROOT / "docs/columns.md").read_text(encoding="utf-8")
     told = dict(re.findall(r"(?m)^\| `(\w+)` \|(.+)\|$", page.partition("## Statuses")[0]))
     assert set(told) == set(columns)
     assert all(len(row.split("|")) >= 3 for row in told.values())
 
 
 def test_every_status_and_rule_stands_there():
-    page = (console.ROOT / "docs/columns.md").read_text(encoding="utf-8")
+    page = (pages.ROOT / "docs/columns.md").read_text(encoding="utf-8")
     assert [status for status in orbitdb.Status if f"\n| `{status}` |" not in page] == []
     assert re.findall(r"(?m)^\| (\d) \|", page) == [str(number) for number in range(1, 7)]
 
 
 def test_every_page_is_in_the_table_of_contents():
-    index = (console.ROOT / "docs/index.md").read_text(encoding="utf-8")
+    index = (pages.ROOT / "docs/index.md").read_text(encoding="utf-8")
     trees = re.findall(r"```\{toctree\}(.*?)```", index, flags=re.DOTALL)
     listed = {line for tree in trees for line in tree.split() if not line.startswith(":")}
-    assert {page.stem for page in (console.ROOT / "docs").glob("*.md")} - {"index"} <= listed
+    assert {page.stem for page in (pages.ROOT / "docs").glob("*.md")} - {"index"} <= listed
