@@ -1,0 +1,70 @@
+"""How Sphinx makes the documentation: ``sphinx-build -W --keep-going -b html docs BUILD``."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import program
+
+import orbitdb
+
+project = "orbitdb"
+author = "The orbitdb founders"
+version = release = orbitdb.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.doctest",
+    "mathml",
+    "numpydoc",
+    "sphinx_copybutton",
+    "sphinx_design",
+]
+exclude_patterns = ["_build"]
+default_role = "py:obj"
+nitpicky = False
+
+myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
+myst_heading_anchors = 3
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"
+autodoc_preserve_defaults = True
+add_module_names = False
+numpydoc_show_class_members = False
+
+doctest_global_setup = """
+import os, tempfile
+import console
+from pathlib import Path
+_folder = tempfile.TemporaryDirectory()
+_catalogue = console.first_catalogue(Path(_folder.name))
+os.chdir(_folder.name)
+from orbitdb import *
+catalogue = Catalogue("orbits.db")
+"""
+doctest_global_cleanup = """
+catalogue.close()
+os.chdir("/")
+_folder.cleanup()
+"""
+
+smartquotes = False
+html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["pages.css"]
+html_math_renderer = "mathml"
+html_title = f"orbitdb {release}"
+html_show_copyright = False
+html_theme_options = {"sidebar_hide_name": False}
+copybutton_prompt_text = r"\$ |>>> "
+copybutton_prompt_is_regexp = True
+copybutton_only_copy_prompt_lines = True
+copybutton_line_continuation_character = "\\"
+
+
+def setup(app):
+    """Let the pages take what the program itself says."""
+    app.connect("source-read", program.fill_in)

@@ -1,0 +1,166 @@
+"""The examples of a page: where they stand, and whether an output is the one that the page shows."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import zip_longest
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")))
+"""Every page whose examples are run."""
+
+_EXAMPLES = ("console", "python", "bash", "sh")
+_FENCE = re.compile(r"```(\S*)")
+_COMMENT = re.compile(r"<!-- (not run: .+|slow|varies) -->")
+_NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
+_TOKEN = re.compile(rf"{_NUMBER.pattern}|[^\s,]+")
+_ASIDE = (
+    (re.compile(r"\d[\d.e+-]* (?:s|ms|µs|minutes|hours|days)\b"), "TIME"),
+    (re.compile(r"\d[\d.e+-]* (?:bytes|kB|MB|GB|TB)\b"), "SIZE"),
+    (re.compile(r"\borbitdb \d+\.\d+\S*"), "orbitdb VERSION"),
+)
+_SMALL = 1e-9
+"""Below lie residuals and error bounds, of which the last bits of the machine decide."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block of a page.
+
+    Attributes
+    ----------
+    start, end : int
+        Its lines without the fences are ``lines[start:end]`` of the page.
+    """
+
+    language: str
+    start: int
+    end: int
+    mark: str
+
+    def text(self, lines: list[str]) -> str:
+        """Return what stands in it."""
+        return "\n".join(lines[self.start : self.end])
+
+
+@dataclass(frozen=True)
+class Example:
+    """A command or a piece of Python, and what the page says that comes out.
+
+    Attributes
+    ----------
+    start, end : int
+        The output as lines of the page.
+    line : int
+        Of the command, counted from 1.
+    """
+
+    language: str
+    source: str
+    shown: str
+    start: int
+    end: int
+    line: int
+    mark: str
+
+    def holds(self, output: str) -> bool:
+        """Tell whether the page shows this output, all that may vary aside."""
+        return same(self.shown, output, numbers=self.mark != "varies")
+
+
+def blocks(lines: list[str]) -> list[Block]:
+    """Find the fenced blocks of a page, with the mark that stands before each."""
+    found: list[Block] = []
+    mark, n = "", 0
+    while n < len(lines):
+        if comment := _COMMENT.fullmatch(lines[n].strip()):
+            mark = comment[1]
+        elif fence := _FENCE.match(lines[n]):
+            end = next(k for k in range(n + 1, len(lines)) if lines[k].rstrip() == "```")
+            found.append(Block(fence[1], n + 1, end, mark))
+            mark, n = "", end
+        elif lines[n].strip():
+            mark = ""
+        n += 1
+    return found
+
+
+def examples(page: Path) -> list[Example]:
+    """Return what is to be run of a page.
+
+    Raises
+    ------
+    ValueError
+        If an example can neither be run nor says why not.
+    """
+    lines = page.read_text(encoding="utf-8").splitlines()
+    found: list[Example] = []
+    parts = blocks(lines)
+    for block, behind in zip_longest(parts, parts[1:]):
+        if block.language not in _EXAMPLES or block.mark.startswith("not run"):
+            continue
+        if block.language == "python":
+            found.append(_python(block, behind, lines))
+        elif block.language == "console" and lines[block.start].startswith("$ "):
+            found += _commands(block, lines)
+        else:
+            raise ValueError(f"{page.name}:{block.start}: mark this block as not run, and say why")
+    return found
+
+
+def _python(block: Block, behind: Block | None, lines: list[str]) -> Example:
+    start = end = block.end
+    if behind is not None and behind.language == "text" and not any(lines[block.end + 1 : behind.start - 1]):
+        start, end = behind.start, behind.end
+    shown = "\n".join(lines[start:end])
+    return Example("python", block.text(lines), shown, start, end, block.start + 1, block.mark)
+
+
+def _commands(block: Block, lines: list[str]) -> Iterator[Example]:
+    starts = [n for n in range(block.start, block.end) if lines[n].startswith("$ ")]
+    for start, end in zip(starts, [*starts[1:], block.end], strict=True):
+        behind = start + 1
+        while lines[behind - 1].endswith("\\"):
+            behind += 1
+        source = "\n".join([lines[start][2:], *lines[start + 1 : behind]])
+        shown = "\n".join(lines[behind:end]).rstrip()
+        yield Example("console", source, shown, behind, end, start + 1, block.mark)
+
+
+def same(shown: str, output: str, numbers: bool = True) -> bool:
+    """Tell whether two outputs agree: words exactly, numbers to their last digits or within their errors."""
+    mine, other = _tokens(shown), _tokens(output)
+    if len(mine) != len(other):
+        return False
+    for n, (one, two) in enumerate(zip(mine, other, strict=True)):
+        if one == two:
+            continue
+        if not (_NUMBER.fullmatch(one) and _NUMBER.fullmatch(two)):
+            return False
+        if numbers and not _near(one, two, _error(mine, n) + _error(other, n)):
+            return False
+    return True
+
+
+def _tokens(text: str) -> list[str]:
+    for pattern, name in _ASIDE:
+        text = pattern.sub(name, text)
+    return _TOKEN.findall(text)
+
+
+def _error(tokens: list[str], n: int) -> float:
+    """Return the error that is given behind a number, or 0."""
+    given = tokens[n + 1 : n + 3]
+    return float(given[1]) if len(given) == 2 and given[0] == "+-" and _NUMBER.fullmatch(given[1]) else 0.0
+
+
+def _near(one: str, two: str, error: float) -> bool:
+    x, y = float(one), float(two)
+    if not any(mark in one for mark in ".e"):
+        return False
+    if max(abs(x), abs(y)) < _SMALL:
+        return True
+    mantissa, _, power = one.partition("e")
+    last = 10.0 ** (int(power or 0) - len(mantissa.partition(".")[2]))
+    return abs(x - y) <= max(2.5 * last, 5e-15 * abs(x), 3 * error)

@@ -1,0 +1,124 @@
+"""Draw the pictures of README.md and of the pages here, from the code as it is.
+
+    python docs/pictures.py                  draws all of them
+    python docs/pictures.py browse.svg       draws those that are named
+
+Each is drawn in an empty folder but for the catalogue of ``orbitdb fill --p 11`` and one `simulate`.
+`work-precision.svg` measures run times, for a minute: draw it on a machine that does nothing else.
+"""
+
+import argparse
+import asyncio
+import re
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from console import FIRST_FILL, Session
+
+PICTURES = Path(__file__).parent
+SCREEN = (150, 42)
+SHOWN = "1232131"
+"""The orbit of the paper's Fig. 1, on every picture of one orbit."""
+
+
+def orbit(folder: Path) -> str:
+    """Draw the orbit as a notebook does."""
+    from orbitdb import Stadium, solve_word
+
+    return solve_word(SHOWN, Stadium(1.2))._repr_svg_() + "\n"
+
+
+def browse(folder: Path) -> str:
+    """Take the main screen of the terminal UI."""
+    from orbitdb import Selection, Status
+    from orbitdb.cli.tui.app import BrowseApp
+
+    async def take() -> str:
+        app = BrowseApp(folder / "orbits.db", Selection(statuses=(Status.ORBIT,)), SHOWN)
+        async with app.run_test(size=SCREEN) as pilot:
+            await pilot.pause()
+            await app.workers.wait_for_complete()
+            await pilot.pause()
+            return app.export_screenshot(title="orbitdb browse")
+
+    return plain_screenshot(asyncio.run(take()))
+
+
+def plain_screenshot(svg: str) -> str:
+    """Leave out what Textual makes anew every time, and the fonts that it would fetch."""
+    svg = re.sub(r"@font-face \{.*?\}\s*", "", svg, flags=re.DOTALL)
+    return re.sub(r"terminal-\d+", "terminal", svg)
+
+
+def _figure(command: str) -> Callable[[Path], str]:
+    """Return what draws a figure by a command that writes figure.svg."""
+
+    def draw(folder: Path) -> str:
+        said = Session(folder).command(f"{command} figure.svg")
+        if not (folder / "figure.svg").exists():
+            raise SystemExit(said)
+        return (folder / "figure.svg").read_text(encoding="utf-8")
+
+    return draw
+
+
+DRAWN: dict[str, Callable[[Path], str]] = {
+    "orbit.svg": orbit,
+    "browse.svg": browse,
+    "reverse.svg": _figure("orbitdb plot reverse --code 1232131 --a 1.2 -o"),
+    "entropy.svg": _figure("orbitdb plot entropy -o"),
+    "lyapunov.svg": _figure("orbitdb plot lyapunov -o"),
+    "sheet.svg": _figure("orbitdb plot sheet --p 5 -o"),
+    "birkhoff.svg": _figure("orbitdb plot birkhoff --p 2-5 -o"),
+    "work-precision.svg": _figure("orbitdb bench --plot"),
+}
+"""Every picture, and what draws it from a folder with a catalogue."""
+
+MEASURED = {"work-precision.svg"}
+"""Those that show run times."""
+
+
+def prepare(folder: Path, catalogue: Path | None = None) -> None:
+    """Make the catalogue that the pictures show, or take a copy of one that is filled."""
+    if catalogue is None:
+        Session(folder).command(FIRST_FILL)
+    else:
+        shutil.copy(catalogue, folder / "orbits.db")
+    Session(folder).command("orbitdb simulate --bounces 2000000")
+
+
+def texts(svg: str) -> list[str]:
+    """Return the texts of a picture: those of a terminal line by line, those of matplotlib as they came."""
+    svg = svg.replace("&#160;", " ")
+    if "rich-terminal" not in svg:
+        return re.findall(r"(?:<!-- |<text[^>]*>)(.*?)(?: -->|</text>)", svg)
+    lines: dict[float, str] = {}
+    for y, text in re.findall(r'<text [^>]*\by="([\d.]+)"[^>]*>([^<]*)</text>', svg):
+        lines[float(y)] = lines.get(float(y), "") + text
+    return [lines[y] for y in sorted(lines)]
+
+
+def drawn_with(svg: str) -> str:
+    """Return the program and version that a picture says it was drawn with."""
+    found = re.search(r"Matplotlib v[\d.]+", svg)
+    return found[0] if found else ""
+
+
+def main() -> None:
+    """Draw the pictures that are wanted."""
+    parser = argparse.ArgumentParser(description="Draw the pictures of README.md and the pages.")
+    parser.add_argument("names", nargs="*", choices=[*DRAWN, []], default=[], metavar="NAME")
+    wanted = parser.parse_args().names or list(DRAWN)
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary).resolve()
+        prepare(folder)
+        for name in wanted:
+            (PICTURES / name).write_text(DRAWN[name](folder), encoding="utf-8")
+            print(PICTURES / name, file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,141 @@
+"""What the pages take from the program when they are built: its commands and its public names.
+
+A page has a line such as ``<!-- here: commands -->``; `fill_in` puts the text there.
+"""
+
+import inspect
+import re
+from collections.abc import Callable, Iterator
+from enum import Enum
+from typing import Any
+
+_HERE = re.compile(r"^<!-- here: (\w+) -->$", re.MULTILINE)
+
+
+def fill_in(app: Any, page: str, source: list[str]) -> None:
+    """Put the text in the place of every mark of a page, as Sphinx reads it."""
+    source[0] = _HERE.sub(lambda mark: _TEXTS[mark[1]](), source[0])
+
+
+def commands() -> str:
+    """Return a section for every command: its help, its options and its examples."""
+    return "\n\n".join(_command(name, command) for name, command in command_list())
+
+
+def command_list(hidden: bool = False) -> list[tuple[str, Any]]:
+    """Return the commands with their names, in the order of ``orbitdb --help``; other names, if hidden."""
+    import typer
+
+    from orbitdb.cli.main import app
+
+    known = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    return [(name, command) for name, command in known.items() if hidden or not command.hidden]
+
+
+def _command(name: str, command: Any) -> str:
+    arguments = [each for each in command.params if each.param_type_name == "argument"]
+    names = "".join(f" {_placeholder(each)}" for each in arguments)
+    return "\n".join([
+        f"({name})=",
+        f"## {name}",
+        "",
+        f"```text\norbitdb {name}{names} [OPTIONS]\n```",
+        "",
+        _paragraphs(command.help),
+        "",
+        *_table(command.params),
+        "",
+        *_epilog(command.epilog or ""),
+    ])  # fmt: skip
+
+
+def _placeholder(argument: Any) -> str:
+    text = (argument.metavar or argument.name.upper()).strip("[]")
+    return text if argument.required else f"[{text}]"
+
+
+def _paragraphs(text: str) -> str:
+    """Return plain text of the help as Markdown."""
+    return "\n\n".join(_plain(part) for part in inspect.cleandoc(text).split("\n\n"))
+
+
+def _plain(text: str) -> str:
+    return re.sub(r"([\\*_<>\[\]|$`])", r"\\\1", " ".join(text.split()))
+
+
+def _table(params: list[Any]) -> Iterator[str]:
+    yield "| option | takes | default | |"
+    yield "|---|---|---|---|"
+    for each in params:
+        names = ", ".join(f"`{name}`" for name in (*each.opts, *each.secondary_opts))
+        if each.param_type_name == "argument":
+            names = f"`{_placeholder(each)}`"
+        yield f"| {names} | {_takes(each)} | {_default(each)} | {_plain(each.help or '')} |"
+
+
+def _takes(option: Any) -> str:
+    if getattr(option, "is_flag", False):
+        return ""
+    choices = getattr(option.type, "choices", None)
+    kind = str(getattr(option.type, "name", "text")).lower()
+    if option.metavar:
+        text = option.metavar
+    elif choices:
+        text = "|".join(str(getattr(choice, "value", choice)) for choice in choices)
+    else:
+        text = next((word for key, word in _KINDS if kind.startswith(key)), "text")
+    shown = "`" + text.replace("|", "\\|") + "`"
+    return f"{shown}, repeatable" if option.multiple else shown
+
+
+_KINDS = (("int", "integer"), ("float", "number"))
+
+
+def _default(option: Any) -> str:
+    if option.required:
+        return "required"
+    value = option.default
+    if value in (None, (), False) or "[default" in (option.help or ""):
+        return ""
+    if value is True:
+        return "on"
+    return f"`{getattr(value, 'value', value)}`"
+
+
+def _epilog(text: str) -> Iterator[str]:
+    """Return the examples as a block, and the paragraphs behind them."""
+    parts = [part for part in inspect.cleandoc(text).split("\n\n") if not re.fullmatch("Examples?:", part)]
+    lines = [part.strip() for part in parts if part.startswith("  ")]
+    if lines:
+        yield "```console\n" + "\n".join(f"$ {line}" for line in lines) + "\n```"
+    for part in parts:
+        if not part.startswith("  "):
+            yield "\n" + _plain(part) + "\n"
+
+
+def names() -> str:
+    """Return the documentation of every public name, for autodoc."""
+    import orbitdb
+
+    return "\n\n".join(_name(name, getattr(orbitdb, name)) for name in orbitdb.__all__ if name[0] != "_")
+
+
+def _name(name: str, thing: Any) -> str:
+    path = f"orbitdb.{name}"
+    if not inspect.isclass(thing):
+        lines = [f".. autofunction:: {path}"]
+    elif issubclass(thing, Exception):
+        lines = [f".. autoexception:: {path}"]
+    else:
+        ours = [base for base in thing.__mro__ if base.__module__.startswith("orbitdb.")]
+        special = [each for each in _SPECIAL if any(each in vars(base) for base in ours)]
+        lines = [f".. autoclass:: {path}", "   :members:"]
+        lines += ["   :inherited-members:"] if len(ours) > 1 else []
+        lines += ["   :undoc-members:"] if issubclass(thing, Enum) else []
+        lines += [f"   :special-members: {', '.join(special)}"] if special else []
+    return "\n".join([f"## {name}", "", "```{eval-rst}", *lines, "```"])
+
+
+_SPECIAL = ("__contains__", "__getitem__", "__iter__", "__len__")
+
+_TEXTS: dict[str, Callable[[], str]] = {"commands": commands, "names": names}

@@ -1,0 +1,170 @@
+"""README and pages: what they show is what comes out."""
+
+import re
+from importlib.metadata import version
+from pathlib import Path
+
+import console
+import pages
+import pictures
+import pytest
+
+from orbitdb import Stadium, solve_word
+
+SCREENSHOTS_OF = "8.2"
+"""The Textual that took the pictures of the terminal UI; another may draw borders in other ways."""
+
+
+QUICK = ("orbit.svg", "browse.svg")
+"""Pictures that plain pytest compares."""
+
+
+@pytest.fixture(scope="session")
+def catalogue(tmp_path_factory) -> Path:
+    return console.first_catalogue(tmp_path_factory.mktemp("pages"))
+
+
+@pytest.fixture(scope="session")
+def studio(tmp_path_factory, catalogue) -> Path:
+    """The folder that pictures are drawn in."""
+    folder = tmp_path_factory.mktemp("studio")
+    pictures.prepare(folder, catalogue)
+    return folder
+
+
+def run(page: Path, folder: Path, catalogue: Path, slow: bool) -> list[tuple[pages.Example, str]]:
+    """Return the examples of a page, each with what comes out."""
+    wanted = [example for example in pages.examples(page) if slow or example.mark != "slow"]
+    session = console.begin(wanted, folder, catalogue)
+    return [(example, session.run(example)) for example in wanted]
+
+
+def wrong(outputs: list[tuple[pages.Example, str]]) -> str:
+    """Return the examples that do not show what comes out, each with that.
+
+    ``python docs/console.py --write`` mends them.
+    """
+    differing = [(each, output) for each, output in outputs if not each.holds(output)]
+    return "\n\n".join(f"{each.line}: {each.source}\n{output}" for each, output in differing)
+
+
+def named(page: Path) -> str:
+    return page.stem
+
+
+@pytest.mark.parametrize("page", pages.PAGES, ids=named)
+def test_the_examples_of_a_page_show_what_comes_out(page, tmp_path, catalogue):
+    assert wrong(run(page, tmp_path, catalogue, slow=False)) == ""
+
+
+def takes_long(page: Path) -> bool:
+    return any(example.mark == "slow" for example in pages.examples(page))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", [*filter(takes_long, pages.PAGES)], ids=named)
+def test_the_examples_that_take_long_show_what_comes_out(page, tmp_path, catalogue):
+    assert wrong(run(page, tmp_path, catalogue, slow=True)) == ""
+
+
+PAGE = """
+```console
+$ orbitdb query --code 1232131 --json | grep '"length"' | wc -l
+1
+
+$ orbitdb entropy --p 2-3 --format csv -c
+orbitdb: No such option: -c (--help shows the options)
+```
+
+```python
+from orbitdb import Catalogue
+print("lyapunov", Catalogue()["1232131"].lyapunov)
+```
+
+```text
+lyapunov 9.6478825
+```
+
+<!-- not run: it installs -->
+```console
+pip install .
+```
+"""
+
+
+def test_a_wrong_example_is_found_and_mended(tmp_path, catalogue):
+    page = tmp_path / "page.md"
+    page.write_text(PAGE)
+    outputs = run(page, tmp_path, catalogue, slow=False)
+    assert wrong(outputs) == f"11: {pages.examples(page)[2].source}\nlyapunov 9.637918173875862"
+    console.rewrite(page, outputs)
+    assert page.read_text() == PAGE.replace("9.6478825", "9.637918173875862")
+
+
+def test_an_example_that_cannot_be_run_says_why(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(PAGE.replace("<!-- not run: it installs -->", ""))
+    with pytest.raises(ValueError, match=r"page.md:20: mark this block as"):
+        pages.examples(page)
+
+
+@pytest.mark.parametrize(
+    ("shown", "output", "agree"),
+    [
+        ("p = 2..7: 685 orbits, 0.1 s", "p = 2..7: 685 orbits, 32 s", True),
+        ("p = 2..7: 685 orbits, 0.1 s", "p = 2..7: 686 orbits, 0.1 s", False),
+        ("lyapunov 9.63791817 +- 3e-14", "lyapunov 9.63791818 +- 1e-14", True),
+        ("lyapunov 9.63791817 +- 3e-14", "lyapunov 9.63791917 +- 3e-14", False),
+        ("lambda_d = 0.88690 +- 0.00021", "lambda_d = 0.88731 +- 0.00020", True),
+        ("residual 1.1e-16", "residual  0.0e+00", True),
+        ("01023,12.447620830852916", "01023,12.447620830852918", True),
+        ("01023,12.447620830852916", "01032,12.447620830852916", False),
+        ("no orbit", "no orbit\nmore", False),
+    ],
+)
+def test_what_agrees(shown, output, agree):
+    assert pages.same(shown, output) is agree
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow)
+        for name in sorted(set(pictures.DRAWN) - pictures.MEASURED)
+    ],
+)
+def test_a_picture_is_the_one_that_the_code_draws(name, studio):
+    kept = (pictures.PICTURES / name).read_text(encoding="utf-8")
+    if name == "browse.svg" and not version("textual").startswith(SCREENSHOTS_OF):
+        pytest.skip("taken with another Textual")
+    drawn = pictures.DRAWN[name](studio)
+    assert pages.same("\n".join(pictures.texts(kept)), "\n".join(pictures.texts(drawn)))
+    if pictures.drawn_with(kept) == pictures.drawn_with(drawn):
+        assert pages.same(kept, drawn), f"python docs/pictures.py {name} draws it anew"
+
+
+def test_the_numbers_on_the_screenshot_are_those_of_the_orbits():
+    """Every row of the table, and the facts, against orbits solved from their words."""
+    lines = pictures.texts((pictures.PICTURES / "browse.svg").read_text(encoding="utf-8"))
+    rows = re.findall(r"(?m)^│+([0-5]+) +(\d+) +([\d.]+) orbit +([\d.]+) +([\d.]+)", "\n".join(lines))
+    assert len(rows) > 20
+    for code, p, *numbers in rows:
+        orbit = solve_word(code, Stadium(1.6))
+        assert [p, *numbers] == [
+            str(orbit.p), f"{orbit.length:.7f}", f"{orbit.lambda_d:.6f}", f"{orbit.lambda_c:.6f}",
+        ]  # fmt: skip
+    shown = solve_word(pictures.SHOWN, Stadium(1.6))
+    facts = " ".join(lines)
+    for name, value in (("length", shown.length), ("lyapunov", shown.lyapunov)):
+        (found,) = re.findall(rf"{name} +([\d.]+) ±", facts)
+        assert found == f"{value:.7f}"
+
+
+@pytest.mark.slow
+def test_the_measured_picture_has_the_methods_of_today(studio):
+    def said(svg: str) -> list[str]:
+        return sorted(text for text in pictures.texts(svg) if not re.search("mathdefault|p = ", text))
+
+    console.Session(studio).command("orbitdb bench --p 3 --plot work.svg")
+    kept = (pictures.PICTURES / "work-precision.svg").read_text(encoding="utf-8")
+    assert said(kept) == said((studio / "work.svg").read_text(encoding="utf-8"))

@@ -1,0 +1,107 @@
+"""README and pages name nothing that is not there: modules, files, tests, commands, options, columns."""
+
+import importlib
+import inspect
+import re
+from pathlib import Path
+
+import pages
+import program
+import pytest
+
+import orbitdb
+
+PATHS = re.compile(r"(?<![\w./-])((?:orbitdb|cli|tests|docs|migrations)/[\w./-]*\w/?)")
+MODULES = re.compile(r"(?<![\w./-])orbitdb(?:\.[A-Za-z_]\w*)+")
+TESTS = re.compile(r"`(test_\w+)`")
+INLINE = re.compile(r"`([^`\n]+)`")
+OPTION = re.compile(r"(?<![\w-])--?[A-Za-z][\w-]*")
+OF_OTHERS = {"--scheduler-file", "--write"}
+"""Options of dask, and of the tool that rewrites examples."""
+
+each_page = pytest.mark.parametrize("page", pages.PAGES, ids=lambda page: page.stem)
+
+
+def prose(page: Path) -> str:
+    """Return a page without its blocks."""
+    lines = page.read_text(encoding="utf-8").splitlines()
+    for block in reversed(pages.blocks(lines)):
+        del lines[block.start - 1 : block.end + 1]
+    return "\n".join(lines)
+
+
+def exists(name: str) -> bool:
+    """Tell whether a dotted name is a module, or something in one."""
+    parts = name.split(".")
+    for end in range(len(parts), 0, -1):
+        try:
+            found = importlib.import_module(".".join(parts[:end]))
+        except ModuleNotFoundError:
+            continue
+        for part in parts[end:]:
+            if not hasattr(found, part):
+                return False
+            found = getattr(found, part)
+        return True
+    return False
+
+
+@each_page
+def test_the_files_of_a_page_are_there(page):
+    assert [path for path in PATHS.findall(prose(page)) if not (pages.ROOT / path).exists()] == []
+
+
+@each_page
+def test_the_modules_of_a_page_are_there(page):
+    assert [name for name in MODULES.findall(prose(page)) if not exists(name)] == []
+
+
+@each_page
+def test_the_tests_of_a_page_are_there(page):
+    written = "\n".join(file.read_text(encoding="utf-8") for file in pages.ROOT.glob("tests/**/*.py"))
+    assert [name for name in TESTS.findall(prose(page)) if f"def {name}(" not in written] == []
+
+
+def options() -> dict[str, set[str]]:
+    """Return the options of every command."""
+    return {
+        name: {text for each in command.params for text in (*each.opts, *each.secondary_opts)} | {"--help"}
+        for name, command in program.command_list(hidden=True)
+    }
+
+
+@each_page
+def test_the_commands_and_options_of_a_page_are_there(page):
+    known = options()
+    every = set().union(*known.values()) | OF_OTHERS | {"--version"}
+    unknown = []
+    for text in INLINE.findall(prose(page)):
+        words = text.split()
+        if words[0] == "orbitdb" and len(words) > 1 and words[1].isalpha() and words[1].islower():
+            mine = known.get(words[1])
+            unknown += [text] if mine is None else [each for each in OPTION.findall(text) if each not in mine]
+        elif words[0].startswith("--"):
+            unknown += [each for each in OPTION.findall(text) if each not in every]
+    assert unknown == []
+
+
+def test_every_column_stands_in_the_data_dictionary():
+    """With a unit or type, a meaning, and when it is empty."""
+    columns = inspect.signature(orbitdb.Catalogue.rows).parameters["columns"].default
+    page = (pages.ROOT / "docs/columns.md").read_text(encoding="utf-8")
+    told = dict(re.findall(r"(?m)^\| `(\w+)` \|(.+)\|$", page.partition("## Statuses")[0]))
+    assert set(told) == set(columns)
+    assert all(len(row.split("|")) >= 3 for row in told.values())
+
+
+def test_every_status_and_rule_stands_there():
+    page = (pages.ROOT / "docs/columns.md").read_text(encoding="utf-8")
+    assert [status for status in orbitdb.Status if f"\n| `{status}` |" not in page] == []
+    assert re.findall(r"(?m)^\| (\d) \|", page) == [str(number) for number in range(1, 7)]
+
+
+def test_every_page_is_in_the_table_of_contents():
+    index = (pages.ROOT / "docs/index.md").read_text(encoding="utf-8")
+    trees = re.findall(r"```\{toctree\}(.*?)```", index, flags=re.DOTALL)
+    listed = {line for tree in trees for line in tree.split() if not line.startswith(":")}
+    assert {page.stem for page in (pages.ROOT / "docs").glob("*.md")} - {"index"} <= listed
