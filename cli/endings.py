@@ -2,10 +2,10 @@
 
 import signal
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 _PATIENCE = 1.0
 """Seconds in which a further Ctrl-C does not disturb what the first one has set going."""
@@ -57,13 +57,18 @@ class _InterruptOnce:
 _interrupt = _InterruptOnce()
 
 
-def until_interrupted(steps: Iterable[Step]) -> Iterator[Step]:
-    """Pass steps on until Ctrl-C has been pressed.
+def interrupted() -> bool:
+    """Tell whether Ctrl-C has been pressed.
 
     It may be lost on its way: NumPy clears whatever is raised while it looks for attributes.
     """
+    return _interrupt.pressed
+
+
+def until_interrupted(steps: Iterable[Step]) -> Iterator[Step]:
+    """Pass steps on until Ctrl-C has been pressed, even if that was lost on its way."""
     for step in steps:
-        if _interrupt.pressed:
+        if interrupted():
             raise KeyboardInterrupt
         yield step
 
@@ -77,7 +82,28 @@ def with_other_processes() -> Iterator[None]:
     Terminated
         On a signal to terminate.
     """
-    wanted = dict.fromkeys(_TERMINATING, _terminate) | {"SIGPIPE": signal.SIG_IGN}
+    with told_to_end(), _unless_handled({"SIGPIPE": signal.SIG_IGN}):
+        yield
+
+
+@contextmanager
+def told_to_end() -> Iterator[None]:
+    """Close what is open when a signal says to end.
+
+    Raises
+    ------
+    Terminated
+        On a signal to terminate.
+    """
+    with _unless_handled(dict.fromkeys(_TERMINATING, _terminate)):
+        yield
+
+
+@contextmanager
+def _unless_handled(
+    wanted: Mapping[str, Callable[[int, FrameType | None], Any] | signal.Handlers],
+) -> Iterator[None]:
+    """Handle signals, by their names, in this way as long as they do what they do by default."""
     numbers = {getattr(signal, name): action for name, action in wanted.items() if hasattr(signal, name)}
     numbers = {each: action for each, action in numbers.items() if signal.getsignal(each) == signal.SIG_DFL}
     for number, action in numbers.items():
