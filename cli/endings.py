@@ -2,15 +2,16 @@
 
 import signal
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import Any, TypeVar
+from typing import TypeVar
 
 _PATIENCE = 1.0
 """Seconds in which a further Ctrl-C does not disturb what the first one has set going."""
 
-_TERMINATING = ("SIGTERM", "SIGHUP")
+TERMINATING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+"""Signals that tell a process to end."""
 
 Step = TypeVar("Step")
 
@@ -82,7 +83,8 @@ def with_other_processes() -> Iterator[None]:
     Terminated
         On a signal to terminate.
     """
-    with told_to_end(), _unless_handled({"SIGPIPE": signal.SIG_IGN}):
+    pipes = [signal.SIGPIPE] if hasattr(signal, "SIGPIPE") else []
+    with told_to_end(), _unless_handled(pipes, signal.SIG_IGN):
         yield
 
 
@@ -95,23 +97,22 @@ def told_to_end() -> Iterator[None]:
     Terminated
         On a signal to terminate.
     """
-    with _unless_handled(dict.fromkeys(_TERMINATING, _terminate)):
+    with _unless_handled(TERMINATING, _terminate):
         yield
 
 
 @contextmanager
 def _unless_handled(
-    wanted: Mapping[str, Callable[[int, FrameType | None], Any] | signal.Handlers],
+    signals: Iterable[int], action: Callable[[int, FrameType | None], None] | signal.Handlers
 ) -> Iterator[None]:
-    """Handle signals, by their names, in this way as long as they do what they do by default."""
-    numbers = {getattr(signal, name): action for name, action in wanted.items() if hasattr(signal, name)}
-    numbers = {each: action for each, action in numbers.items() if signal.getsignal(each) == signal.SIG_DFL}
-    for number, action in numbers.items():
+    """Handle those signals that do what they do by default."""
+    ours = [number for number in signals if signal.getsignal(number) == signal.SIG_DFL]
+    for number in ours:
         signal.signal(number, action)
     try:
         yield
     finally:
-        for number in numbers:
+        for number in ours:
             with suppress(ValueError):
                 signal.signal(number, signal.SIG_DFL)
 
