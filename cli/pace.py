@@ -96,9 +96,11 @@ def frame(pace: Pace, now: float, elapsed: float, room: int) -> str:
     """
     state = pace.state
     text = printable(state.text)
-    facts = _facts(pace, now) if state.total > 0 else [clock(elapsed)]
-    columns = min(_WIDEST, room // 3) if state.total > 0 else 0
-    shown = [text, *([_bar(state.share, columns)] if columns >= _NARROWEST else [])]
+    facts, shown = [clock(elapsed)], [text]
+    if state.total > 0:
+        facts = _facts(pace, now)
+        columns = min(_WIDEST, room // 3, room - len("  ".join([text, "", facts[0]])))
+        shown += [_bar(state.share, columns)] if columns >= _NARROWEST else []
     while len(facts) > 1 and len("  ".join([*shown, *facts])) > room:
         facts.pop()
     return "  ".join(part for part in [*shown, *facts] if part)[: max(room, 0)]
@@ -139,4 +141,4 @@ def _rounded(rate: float) -> str:
 
 def in_ascii(shown: str) -> str:
     """Return the line for terminals that have no other characters."""
-    return shown.translate(str.maketrans({_DONE: "#", _HALF: "#", _TO_COME: "-"}))
+    return shown.translate(str.maketrans(_DONE + _HALF + _TO_COME, "##-"))

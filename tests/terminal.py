@@ -4,8 +4,9 @@ import json
 import os
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import pexpect
@@ -16,6 +17,7 @@ _ESCAPE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|[@-_])")
 _ERASE = "\x1b[J"
 _MODE = re.compile(r"\x1b\[\?([0-9;]+)([hl])")
 _ALTERNATE = re.compile(r"\x1b\[\?1049h.*?\x1b\[\?1049l", re.DOTALL)
+_HIGH = 2000
 _ON_AT_FIRST = {"25", "7"}
 """Modes of every terminal: the cursor is shown, and long lines are wrapped."""
 
@@ -28,15 +30,31 @@ class Session:
     ----------
     code : int or None
         Exit code; None if a signal ended it.
-    raw : str
-        All that was written, escape sequences included.
-    lines : list of str
-        What is still to be seen at the end, the scrolled part included, without empty lines at the end.
+    written : tuple of (str, int)
+        All that was written, escape sequences included, in parts, each with the columns of the window then.
     """
 
     code: int | None
-    raw: str
-    lines: list[str]
+    written: tuple[tuple[str, int], ...]
+
+    @property
+    def raw(self) -> str:
+        """All that was written, escape sequences included."""
+        return "".join(raw for raw, _ in self.written)
+
+    @cached_property
+    def lines(self) -> list[str]:
+        """What is still to be seen at the end on a screen as high as can be, without empty lines there."""
+        screen = pyte.Screen(self.written[0][1], _HIGH)
+        stream = pyte.Stream(screen)
+        for raw, columns in self.written:
+            screen.resize(_HIGH, columns)
+            stream.feed(_ALTERNATE.sub("", raw))
+        shown = [screen.buffer[y] for y in range(max([0, *screen.buffer]) + 1)]
+        lines = ["".join(line[x].data for x in range(screen.columns)).rstrip() for line in shown]
+        while lines and not lines[-1]:
+            lines.pop()
+        return lines
 
     @property
     def text(self) -> str:
@@ -62,60 +80,35 @@ class Session:
 
 
 def run_in_terminal(
-    *arguments: str | Path,
-    columns: int = 80,
-    rows: int = 24,
-    command: Sequence[str] = COMMAND,
-    **variables: str,
+    *arguments: str | Path, columns: int = 80, command: Sequence[str] = COMMAND, **variables: str
 ) -> Session:
     """Run a command in a pseudo-terminal to its end."""
-    child = spawn(*arguments, columns=columns, rows=rows, command=command, **variables)
+    child = spawn(*arguments, columns=columns, command=command, **variables)
     child.expect(pexpect.EOF)
-    return ended(child, [(child.before, columns)], rows)
+    return ended(child, (child.before, columns))
 
 
 def spawn(
-    *arguments: str | Path,
-    columns: int = 80,
-    rows: int = 24,
-    command: Sequence[str] = COMMAND,
-    **variables: str,
+    *arguments: str | Path, columns: int = 80, command: Sequence[str] = COMMAND, **variables: str
 ) -> pexpect.spawn:
     """Start a command in a pseudo-terminal; an empty variable is one that is not set."""
     kept = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "COLUMNS", "LINES")}
-    set_ = {**kept, "TERM": "xterm-256color", **variables}
+    wanted = {**kept, "TERM": "xterm-256color", **variables}
     return pexpect.spawn(
         command[0],
         [*command[1:], *map(str, arguments)],
-        env={name: value for name, value in set_.items() if value},
-        dimensions=(rows, columns),
+        env={name: value for name, value in wanted.items() if value},
+        dimensions=(24, columns),
         encoding="utf-8",
-        timeout=60,
+        timeout=120,
+        maxread=1 << 16,
     )
 
 
-def ended(child: pexpect.spawn, written: Iterable[tuple[str, int]], rows: int = 24) -> Session:
-    """Return what a command that has closed its terminal has left on it.
-
-    ``written`` has its output in parts, each with the columns of the window then.
-    """
+def ended(child: pexpect.spawn, *written: tuple[str, int]) -> Session:
+    """Return what a command that has closed its terminal has written, part by part, as in `Session`."""
     child.close()
-    return seen(child.exitstatus, written, rows)
-
-
-def seen(code: int | None, written: Iterable[tuple[str, int]], rows: int = 24) -> Session:
-    """Return what was written, and what of it is left on the screen."""
-    written = list(written)
-    screen = pyte.HistoryScreen(written[0][1], rows, history=10_000)
-    stream = pyte.Stream(screen)
-    for raw, columns in written:
-        screen.resize(rows, columns)
-        stream.feed(_ALTERNATE.sub("", raw))
-    scrolled = ["".join(line[x].data for x in range(screen.columns)) for line in screen.history.top]
-    lines = [line.rstrip() for line in [*scrolled, *screen.display]]
-    while lines and not lines[-1]:
-        lines.pop()
-    return Session(code, "".join(raw for raw, _ in written), lines)
+    return Session(child.exitstatus, written)
 
 
 _SEVERAL = """
@@ -175,6 +168,6 @@ def run_several_in_terminal(runs: Sequence[Run], **variables: str) -> list[Sessi
     assert child.exitstatus == 0, child.before
     parts = child.before.split("\x1e")[:-1]
     return [
-        seen(int(code), [(raw, run.columns)])
+        Session(int(code), ((raw, run.columns),))
         for run, raw, code in zip(runs, parts[::2], parts[1::2], strict=True)
     ]

@@ -4,6 +4,7 @@ import re
 import signal
 import sys
 import time
+from itertools import chain
 from pathlib import Path
 
 import pexpect
@@ -41,7 +42,7 @@ MEASURING = [
     ("bench", "--kind", "methods", "--p", "3"),
 ]
 QUIET = [
-    ("fill", "--p", "30", "--dry-run"),
+    ("fill", "--p", "14", "--dry-run"),
     ("query", "--code", "1232131"),
     ("query", "--status", "orbit"),
     ("query", "--p", "4", "--json"),
@@ -88,7 +89,7 @@ def on_screens_as_in_files(commands, quiet, tmp_path: Path, **variables: str) ->
         name: runs_of(both, tmp_path / name, columns, to)
         for name, columns, to in (("both", 80, "oe"), ("s080", 80, ""), ("s200", 200, ""))
     }
-    sessions = iter(run_several_in_terminal(sum(runs.values(), []), **variables))
+    sessions = iter(run_several_in_terminal([*chain.from_iterable(runs.values())], **variables))
     codes = []
     for run in runs["both"]:
         found = next(sessions)
@@ -129,22 +130,29 @@ PLAIN = [  # where data, bars and notes meet
 
 @pytest.mark.parametrize("colour", ["", pytest.param("1", marks=pytest.mark.slow)])
 def test_each_stream_alone_on_the_terminal(varied, tmp_path, colour):
-    runs = {to: runs_of(PLAIN, tmp_path / (to or "s"), to=to) for to in ("oe", "o", "e", "")}
-    asked = sum(runs.values(), [])
-    sessions = dict(zip(map(id, asked), run_several_in_terminal(asked, ORBITDB_DB=str(varied), NO_COLOR=colour),
-                        strict=True))  # fmt: skip
-    for number, _ in enumerate(PLAIN):
-        both, out, err, none = (runs[to][number] for to in ("oe", "o", "e", ""))
-        for run in (out, err, none):
-            well_behaved(sessions[id(run)])
+    runs = [runs_of(PLAIN, tmp_path / (to or "s"), 200, to) for to in ("oe", "o", "e", "")]
+    everything = [*chain.from_iterable(runs)]
+    found = run_several_in_terminal(everything, ORBITDB_DB=str(varied), NO_COLOR=colour)
+    parts = [found[start : start + len(PLAIN)] for start in range(0, len(found), len(PLAIN))]
+    for (both, out, err, _), (_, to_err, to_out, to_both) in zip(
+        zip(*runs, strict=True), zip(*parts, strict=True), strict=True
+    ):
+        for session in (to_err, to_out, to_both):
+            well_behaved(session)
         data, notes = out.out.read_text(), err.err.read_text()
         assert not re.search(r"[\r\x1b]", data + notes)
-        assert sessions[id(out)].had_bar == (PLAIN[number][0] != "query")
-        assert not sessions[id(err)].had_bar
-        apart = same(data) + same("".join(sessions[id(out)].lines))
-        assert sorted(apart) == sorted(same(both.out.read_text().replace("/oe/", "/o/")))
-        assert same("".join(sessions[id(err)].lines)) == same(data)
-    assert not sessions[id(runs[""][0])].had_bar  # rows are seen as they come
+        assert to_err.had_bar == (both.arguments[0] != "query")
+        assert not to_out.had_bar
+        assert lines_of(data.splitlines()) == lines_of(to_out.lines)
+        together = [*data.splitlines(), *to_err.lines]
+        assert lines_of(together) == lines_of(both.out.read_text().replace("/oe/", "/o/").splitlines())
+    assert "rows written" in parts[1][0].raw
+    assert "rows written" not in parts[-1][0].raw  # they are seen as they come
+
+
+def lines_of(lines: list[str]) -> list[str]:
+    """Return lines in some order, without what differs between runs."""
+    return sorted(same(line) for line in lines)
 
 
 def ends_in_order(session: Session, code: int, lines: list[str]) -> None:
@@ -167,12 +175,12 @@ def test_ctrl_c_while_the_bar_is_up_and_the_window_changes(tmp_path):
     child.expect(r"\r\x1b\[Jwords, p = [ \d]+ of 12  [━╾─]{40}  [^\r]*/s  [\d,]+ of 276,797 *\r")
     wide = child.before + child.after
     child.setwinsize(24, 40)
-    child.expect(r"\r\x1b\[Jwords, p = [ \d]+ of 12  [━╾─]{13}  +\d+%[^\r]{,5}\r")
+    child.expect(r"\r\x1b\[Jwords, p = [ \d]+ of 12  [━╾─]{12}  +\d+%[^\r]{,5}\r")
     wide += child.before  # drawn for the window as it was
     narrow = child.after
     child.sendintr()
     child.expect(pexpect.EOF)
-    session = ended(child, [(wide, 200), (narrow + child.before, 40)])
+    session = ended(child, (wide, 200), (narrow + child.before, 40))
     ends_in_order(session, 130, [INTERRUPTED[:40], INTERRUPTED[40:80].rstrip(), INTERRUPTED[80:]])
 
 
@@ -182,7 +190,7 @@ def test_ctrl_c_twice(tmp_path, jobs):
     child.sendintr()
     child.sendintr()
     child.expect(pexpect.EOF)
-    ends_in_order(ended(child, [(child.before, 200)]), 130, [INTERRUPTED])
+    ends_in_order(ended(child, (child.before, 200)), 130, [INTERRUPTED])
 
 
 @pytest.mark.parametrize(
@@ -197,12 +205,11 @@ def test_told_to_end_while_the_bar_is_up(tmp_path, arguments):
     child.expect(r"[━╾─]{40}[^\r]*\r")
     child.kill(signal.SIGTERM)
     child.expect(pexpect.EOF)
-    ends_in_order(ended(child, [(child.before, 200)]), 143, [TERMINATED])
+    ends_in_order(ended(child, (child.before, 200)), 143, [TERMINATED])
 
 
 def test_ctrl_z_and_back(tmp_path):
-    shell = pexpect.spawn("bash", ["--norc", "--noprofile", "-i"], encoding="utf-8", timeout=30,
-                          env={"PATH": "/usr/bin:/bin", "PS1": "$ ", "TERM": "xterm"}, dimensions=(24, 80))  # fmt: skip
+    shell = spawn("--norc", "--noprofile", "-i", command=["bash"], PS1="$ ")
     command = [*COMMAND[:-1], f"'{COMMAND[-1]}'", "simulate", "--db", str(tmp_path / "orbits.db")]
     shell.sendline(" ".join(command))
     shell.expect(r"[━╾─]{26}[^\r]*\r")
@@ -231,8 +238,17 @@ run()
 """
 
 
-@pytest.mark.parametrize("name", ["typer", "numpy", *(pytest.param(name, marks=pytest.mark.slow) for name in (
-    "orbitdb.cli.fill", "numpy._core.multiarray", "scipy", "sqlalchemy", "alembic", "orbitdb.store.schema"))])  # fmt: skip
+@pytest.mark.parametrize(
+    "name",
+    [
+        "typer",
+        "numpy",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("orbitdb.cli.fill", "numpy._core.multiarray", "scipy", "sqlalchemy", "alembic")
+        ),
+    ],
+)
 def test_ctrl_c_while_the_commands_are_imported(tmp_path, name):
     command = [sys.executable, "-P", "-c", _INTERRUPTED_IMPORT.format(name=name)]
     session = run_in_terminal(
@@ -249,12 +265,12 @@ def test_ctrl_c_at_the_beginning(tmp_path):
         time.sleep(delay / 100)
         child.sendintr()
         child.expect(pexpect.EOF)
-        session = ended(child, [(child.before, 200)])
+        session = ended(child, (child.before, 200))
         if "orbitdb" in session.text and "site" not in session.text:
             assert "Traceback" not in session.text, (delay, session.text)
 
 
-ODD = [*READING, *PLAIN[:3], *QUIET]
+ODD = [*PLAIN[:4], *QUIET]
 
 
 @pytest.mark.parametrize(
@@ -264,15 +280,14 @@ ODD = [*READING, *PLAIN[:3], *QUIET]
         (20, {"TERM": "", "LC_ALL": "C"}),
         *(
             pytest.param(columns, variables, marks=pytest.mark.slow)
-            for columns, variables in [
+            for columns, variables in (
+                (0, {}),
                 (1, {}),
                 (2, {}),
                 (20, {}),
                 (80, {"NO_COLOR": "1"}),
-                (80, {"LC_ALL": "en_US.ISO-8859-1"}),
                 (80, {"PYTHONIOENCODING": "latin-1"}),
-                (0, {}),
-            ]  # fmt: skip
+            )
         ),
     ],
 )
@@ -288,21 +303,25 @@ def test_odd_terminals(varied, tmp_path, columns, variables):
 
 @pytest.mark.parametrize(
     ("leave", "code", "said"),
-    [("q", 0, ""), ("\x03", 0, ""), (signal.SIGTERM, 143, TERMINATED),
-     pytest.param(signal.SIGINT, 130, INTERRUPTED, marks=pytest.mark.slow),
-     pytest.param(signal.SIGHUP, 129, TERMINATED, marks=pytest.mark.slow)],
-)  # fmt: skip
+    [
+        ("q", 0, ""),
+        ("\x03", 0, ""),
+        (signal.SIGTERM, 143, TERMINATED),
+        pytest.param(signal.SIGINT, 130, INTERRUPTED, marks=pytest.mark.slow),
+        pytest.param(signal.SIGHUP, 129, TERMINATED, marks=pytest.mark.slow),
+    ],
+)
 @pytest.mark.parametrize("columns", [200, pytest.param(80, marks=pytest.mark.slow)])
 def test_browse_leaves_the_terminal_as_it_was(varied, leave, code, said, columns):
     child = spawn("browse", "--db", varied, columns=columns)
-    child.expect("q.{,20} quit")  # all of it is drawn
+    child.expect("quit")
     shown = child.before + child.after
     if isinstance(leave, str):
         child.send(leave)
     else:
         child.kill(leave)
     child.expect(pexpect.EOF)
-    session = ended(child, [(shown + child.before, columns)])
+    session = ended(child, (shown + child.before, columns))
     assert session.code == code, session.text
     assert session.restored
     assert "Traceback" not in session.text
