@@ -19,7 +19,7 @@ TERMINATED = INTERRUPTED.replace("interrupted", "terminated")
 NEW = ("--db", "{folder}/new.db")
 FILLING = [
     ("fill", "--p", "6", *NEW),
-    ("fill", "--p", "7", "--jobs", "2", *NEW),  # goes on
+    ("fill", "--p", "7", *NEW),  # goes on
     ("fill", "--p", "5", "--a", "1", *NEW),  # solves the classes that are known
     ("fill", "--p", "4", "--method", "relaxation", "--a", "2", *NEW),
     ("fill", "--p", "4", "--geometric", *NEW),
@@ -45,8 +45,8 @@ QUIET = [
     ("fill", "--p", "14", "--dry-run"),
     ("query", "--code", "1232131"),
     ("query", "--status", "orbit"),
-    ("query", "--p", "4", "--json"),
-    ("query", "--p", "4", "--format", "tsv"),
+    ("query", "--p", "2", "--json"),
+    ("query", "--p", "2,3", "--format", "tsv"),
     ("table",),
     ("info",),
     ("query", "--code", "9"),
@@ -110,6 +110,18 @@ def test_what_fills(tmp_path):
     on_screens_as_in_files(FILLING, [], tmp_path)
 
 
+def test_several_processes_and_the_way_they_have_come(tmp_path):
+    wanted = ["fill", "--p", "8", "--jobs", "2", "--db", str(tmp_path / "orbits.db")]
+    (session,) = run_several_in_terminal([Run(wanted, 200)])
+    well_behaved(session)
+    shares = [int(share) for share in re.findall(r"words, p =  8 of 8  .{40}  +(\d+)%", session.raw)]
+    assert len(shares) > 1
+    assert shares == sorted(shares)
+    assert shares[0] > 10  # of all periods, not of this one
+    (told,) = session.lines
+    assert told.startswith("p = 2..8 at a = 1.6: 3197 sequences, 2109 orbits")
+
+
 def test_what_reads(varied, tmp_path):
     on_screens_as_in_files(READING, QUIET, tmp_path, ORBITDB_DB=str(varied))
 
@@ -119,11 +131,11 @@ def test_what_measures(tmp_path):
 
 
 PLAIN = [  # where data, bars and notes meet
-    ("export", "--format", "csv", "--p", "2-5"),
+    ("export", "--format", "csv", "--p", "2,3"),
     ("verify", "--p", "2-3", "--json"),
     ("bench", "--kind", "statuses", "--p", "2-4", "--format", "csv"),
     ("entropy", "--format", "tsv"),
-    ("query", "--p", "4"),
+    ("query", "--p", "3"),
     ("fill", "--p", "4", *NEW),
 ]
 
@@ -146,8 +158,8 @@ def test_each_stream_alone_on_the_terminal(varied, tmp_path, colour):
         assert lines_of(data.splitlines()) == lines_of(to_out.lines)
         together = [*data.splitlines(), *to_err.lines]
         assert lines_of(together) == lines_of(both.out.read_text().replace("/oe/", "/o/").splitlines())
-    assert "rows written" in parts[1][0].raw
-    assert "rows written" not in parts[-1][0].raw  # they are seen as they come
+    assert "writing" in parts[1][0].raw
+    assert "writing" not in parts[-1][0].raw  # they are seen as they come
 
 
 def lines_of(lines: list[str]) -> list[str]:
