@@ -3,7 +3,6 @@
 import re
 import signal
 import sys
-import time
 from itertools import chain
 from pathlib import Path
 
@@ -21,7 +20,7 @@ FILLING = [
     ("fill", "--p", "6", *NEW),
     ("fill", "--p", "7", *NEW),  # goes on
     ("fill", "--p", "5", "--a", "1", *NEW),  # solves the classes that are known
-    ("fill", "--p", "4", "--method", "relaxation", "--a", "2", *NEW),
+    ("fill", "--p", "3", "--method", "relaxation", "--a", "2", *NEW),
     ("fill", "--p", "4", "--geometric", *NEW),
     ("simulate", "--bounces", "300000", *NEW),
     ("verify", "--rigorous", "--p", "2-4", *NEW),
@@ -38,7 +37,7 @@ READING = [
 ]
 MEASURING = [
     ("bench", "--kind", "stages", "--p", "2-4"),
-    ("bench", "--kind", "statuses", "--p", "2-4", "--format", "csv"),
+    ("bench", "--kind", "statuses", "--p", "2,3", "--format", "csv"),
     ("bench", "--kind", "methods", "--p", "3"),
 ]
 QUIET = [
@@ -133,7 +132,7 @@ def test_what_measures(tmp_path):
 PLAIN = [  # where data, bars and notes meet
     ("export", "--format", "csv", "--p", "2,3"),
     ("verify", "--p", "2-3", "--json"),
-    ("bench", "--kind", "statuses", "--p", "2-4", "--format", "csv"),
+    ("bench", "--kind", "statuses", "--p", "2,3", "--format", "csv"),
     ("entropy", "--format", "tsv"),
     ("query", "--p", "3"),
     ("fill", "--p", "4", *NEW),
@@ -257,7 +256,7 @@ run()
         "numpy",
         *(
             pytest.param(name, marks=pytest.mark.slow)
-            for name in ("orbitdb.cli.fill", "numpy._core.multiarray", "scipy", "sqlalchemy", "alembic")
+            for name in ("orbitdb.cli.fill", "numpy._core.multiarray", "sqlalchemy", "alembic")
         ),
     ],
 )
@@ -267,19 +266,6 @@ def test_ctrl_c_while_the_commands_are_imported(tmp_path, name):
         "fill", "--p", "3", "--db", tmp_path / "orbits.db", command=command, columns=200
     )
     ends_in_order(session, 130, [INTERRUPTED])
-
-
-@pytest.mark.slow
-def test_ctrl_c_at_the_beginning(tmp_path):
-    """Whenever it comes, but for the hundredths of a second in which Python itself starts."""
-    for delay in range(6, 40):
-        child = spawn("fill", "--p", "3", "--db", tmp_path / "orbits.db", columns=200)
-        time.sleep(delay / 100)
-        child.sendintr()
-        child.expect(pexpect.EOF)
-        session = ended(child, (child.before, 200))
-        if "orbitdb" in session.text and "site" not in session.text:
-            assert "Traceback" not in session.text, (delay, session.text)
 
 
 ODD = [*PLAIN[:4], *QUIET]

@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+import signal
 import sys
 import threading
 from collections.abc import Iterable
@@ -86,16 +87,16 @@ class BrowseApp(App[None]):
         self._known: tuple[list[Fill], Index] | None = None
         self._shown_at = 0.0
         self._leaving = False
-        self.failure: StoreError | Terminated | None = None
+        self.failure: StoreError | Terminated | KeyboardInterrupt | None = None
 
     def on_mount(self) -> None:
         """Restore the terminal, too, when a signal says to end."""
         if threading.current_thread() is threading.main_thread() and sys.platform != "win32":
-            for number in TERMINATING:
+            for number in (signal.SIGINT, *TERMINATING):
                 asyncio.get_running_loop().add_signal_handler(number, self._end, number)
 
     def _end(self, number: int) -> None:
-        self.failure = Terminated(number)
+        self.failure = KeyboardInterrupt() if number == signal.SIGINT else Terminated(number)
         self.action_stop_fill()
         self._leaving = True
         self.exit()
