@@ -323,4 +323,4 @@ def test_browse_leaves_the_terminal_as_it_was(varied, leave, code, said, columns
     assert session.code == code, session.text
     assert session.restored
     assert "Traceback" not in session.text
-    assert "".join(session.lines) == said
+    assert same("".join(session.lines)) == same(said)
