@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli.options import Format
+from orbitdb.cli.progress import aside
 from orbitdb.export import json_object, write_csv
 from orbitdb.plaintext import line, printable
 
@@ -38,7 +39,7 @@ _TIMES = ("seconds", "enumeration", "classification", "cutting", "newton", "asse
 
 def note(message: str) -> None:
     """Tell the user something that is not data, in one line, if there is somebody to be told."""
-    with contextlib.suppress(OSError):
+    with aside(), contextlib.suppress(OSError):
         print(line(message), file=sys.stderr)
 
 

@@ -7,6 +7,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note, note_partial, write
 from orbitdb.errors import InputError
 
@@ -65,8 +66,10 @@ def entropy(
     from orbitdb.averages import by_period
     from orbitdb.store.reading.catalogue import Catalogue
 
-    subset = _read(Catalogue(db), choice.at(a))
-    found = by_period.entropy(subset.classes.rows(), subset.highest)
+    with progress("reading orbits") as shown:
+        subset = _read(Catalogue(db), choice.at(a))
+        shown.tell("expanding the zeta function")
+        found = by_period.entropy(subset.classes.rows(), subset.highest)
     columns = {name: getattr(found, name).tolist() for name in ENTROPY_COLUMNS}
     _write(subset, ENTROPY_COLUMNS, columns, options.chosen(format_, json))
 
@@ -100,14 +103,15 @@ def lyapunov(
 
     if weight not in set(Weight):
         raise InputError(f"weight {weight!r}: use {' or '.join(Weight)}")
-    with Catalogue(db).at_one_moment() as catalogue:
+    with progress("reading orbits"), Catalogue(db).at_one_moment() as catalogue:
         subset = _read(catalogue, choice.at(a))
         reference = best_reference(catalogue, subset.selection.a)
     form = options.chosen(format_, json)
     if cut is not None:
         _write_cut(subset, cut, Weight(weight), form)
         return
-    found = by_period.lyapunov(subset.classes.rows(), subset.highest, Weight(weight))
+    with progress("expanding the zeta function"):
+        found = by_period.lyapunov(subset.classes.rows(), subset.highest, Weight(weight))
     columns = {name: getattr(found, name).tolist() for name in LYAPUNOV_COLUMNS}
     names = list(LYAPUNOV_COLUMNS)
     if reference is None:
@@ -133,7 +137,8 @@ def _write_cut(subset: "WholePeriods", cut: float, weight: "Weight", form: Forma
     rows = subset.classes.rows()
     if weight is Weight.DETERMINANT and (cut / rows.lyapunov).sum() > _MOST_FACTORS:
         raise InputError(f"cut {cut:g} has too many terms with --weight det: give a smaller one, such as 9")
-    found = by_period.lyapunov_by_stability(rows, cut, subset.highest, weight)
+    with progress("summing pseudo-cycles"):
+        found = by_period.lyapunov_by_stability(rows, cut, subset.highest, weight)
     values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)
     note(subset.selection.describe())
     _note_missing(subset)

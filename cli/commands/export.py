@@ -12,6 +12,7 @@ import typer
 from orbitdb import __version__
 from orbitdb.cli import options
 from orbitdb.cli.commands.query import KEYS
+from orbitdb.cli.progress import Progress, progress
 from orbitdb.cli.render import note, note_partial
 from orbitdb.errors import InputError
 
@@ -29,6 +30,7 @@ Examples:
   orbitdb export --format jsonl --p 11 --status orbit | jq .length
 """
 _BLOCK = 20_000
+_BETWEEN_TELLING = 1000
 _HOW = ("code", "cycle", "element")
 
 
@@ -82,18 +84,29 @@ def export(
         partial = catalogue.partial(chosen)
         note_partial(partial, chosen.a)
         rows = _rows(catalogue, chosen, names, order, limit, coordinates)
-        first = next(rows, None)
+        with progress("sorting"):
+            first = next(rows, None)
         if first is None:
             note(f"no {chosen.describe()}: nothing is written")
             raise typer.Exit(1)
         everything = chain([first], rows)
         names = (*names, "coordinates") if coordinates else names
-        if file is None:
-            files.TEXT_WRITERS[str(kind)](sys.stdout, names, everything)
-            return
-        provenance = _provenance(catalogue, chosen) | {"partial": [fill.p for fill in partial]}
-        files.write_file(file, str(kind), names, everything, provenance)
+        with progress("writing", to_stdout=file is None) as shown:
+            written = _watched(everything, shown)
+            if file is None:
+                files.TEXT_WRITERS[str(kind)](sys.stdout, names, written)
+                return
+            provenance = _provenance(catalogue, chosen) | {"partial": [fill.p for fill in partial]}
+            files.write_file(file, str(kind), names, written, provenance)
     note(f"{chosen.describe()}, in {file}")
+
+
+def _watched(rows: Iterator[list[Any]], shown: Progress) -> Iterator[list[Any]]:
+    """Pass rows on, and show how many they are."""
+    for count, row in enumerate(rows):
+        if count % _BETWEEN_TELLING == 0:
+            shown.tell(f"{count:,} rows written")
+        yield row
 
 
 def _provenance(catalogue: "Catalogue", chosen: "Selection") -> dict[str, Any]:

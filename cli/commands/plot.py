@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
 
@@ -77,10 +78,10 @@ def plot(
         from orbitdb.store.reading.catalogue import Catalogue
 
         chosen = replace(choice, status="orbit" if choice.status is None else choice.status).at(a)
-        with Catalogue(db).at_one_moment() as catalogue:
+        with progress("drawing"), Catalogue(db).at_one_moment() as catalogue:
             made = figures.OF_SUBSETS[kind.value](catalogue, chosen, limit)
         said = chosen.describe()
-    with complete(output) as draft:
+    with progress("drawing"), complete(output) as draft:
         style.save(made, draft, ending, said)
     note(f"{said}, in {output}")
 

@@ -1,8 +1,5 @@
 """``orbitdb simulate``: the trajectory reference."""
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,6 +9,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.commands.info import bring
 from orbitdb.cli.options import Format
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note, write
 from orbitdb.errors import InputError
 
@@ -63,7 +61,12 @@ def simulate(
     if store:
         bring(db or default_path())
         Catalogue(db)  # what is wrong with the catalogue is to be known before
-    with _progress() as show:
+    with progress("trajectories") as shown:
+
+        def show(done: float, found: "Reference") -> None:
+            so_far = f"lambda_d = {found.lambda_d:.5f} +- {found.lambda_d_error:.5f}"
+            shown.tell(so_far, done, 1.0, counted=False)
+
         found = ensemble.simulate(stadium, bounces, seed, progress=show)
     values = {"a": a, **asdict(found)}
     try:
@@ -84,28 +87,3 @@ def _store(a: float, found: "Reference", path: Path) -> None:
         add_reference(writer, a, found)
     finally:
         writer.close()
-
-
-@contextmanager
-def _progress() -> "Iterator[Callable[[float, Reference], None] | None]":
-    """Show how far the work is and what is known so far, if somebody watches."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich import progress as rich
-    from rich.console import Console
-
-    columns = (
-        rich.BarColumn(),
-        rich.TaskProgressColumn(),
-        rich.TextColumn("{task.description}"),
-        rich.TimeRemainingColumn(),
-    )
-    with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=1.0)
-
-        def show(done: float, found: "Reference") -> None:
-            said = f"lambda_d = {found.lambda_d:.5f} +- {found.lambda_d_error:.5f}"
-            bar.update(task, completed=done, description=said)
-
-        yield show

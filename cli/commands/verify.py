@@ -1,6 +1,5 @@
 """``orbitdb verify``: is the catalogue what it says."""
 
-import sys
 import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -10,6 +9,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note, note_partial, write
 from orbitdb.errors import InputError
 
@@ -136,20 +136,7 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, form:
 
 def _watched(steps: "Iterable[Step]") -> "Iterator[Step]":
     """Pass the steps on, and show how far they are if somebody watches."""
-    if not sys.stderr.isatty():
-        yield from steps
-        return
-    from rich import progress as rich
-    from rich.console import Console
-
-    columns = (
-        rich.TextColumn("{task.description}"),
-        rich.BarColumn(),
-        rich.MofNCompleteColumn(),
-        rich.TimeElapsedColumn(),
-    )
-    with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=None)
+    with progress("the catalogue") as shown:
         for step in steps:
-            bar.update(task, description=step.stage, completed=step.done, total=step.total)
+            shown.tell(step.stage, step.done, step.total if step.total > 1 else 0)
             yield step

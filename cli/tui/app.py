@@ -1,6 +1,10 @@
 """The application: it holds the catalogue and the fill, and shows the screens."""
 
+import asyncio
 import os
+import signal
+import sys
+import threading
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -14,6 +18,7 @@ from textual.reactive import reactive
 from textual.screen import Screen
 from textual.worker import get_current_worker
 
+from orbitdb.cli.endings import TERMINATING, Terminated
 from orbitdb.cli.tui.dialogs import KeysDialog, QuestionDialog
 from orbitdb.cli.tui.facts import Certificate
 from orbitdb.cli.tui.filling import FillDialog, FillState, Wish
@@ -54,7 +59,7 @@ class BrowseApp(App[None]):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("question_mark", "keys", "keys", key_display="?"),
         Binding("q", "quit", "quit"),
-        Binding("ctrl+q", "quit", show=False),
+        Binding("ctrl+q,ctrl+c", "quit", show=False),
     ]
 
     fill_state: reactive[FillState | None] = reactive(None, repaint=False)
@@ -82,7 +87,19 @@ class BrowseApp(App[None]):
         self._known: tuple[list[Fill], Index] | None = None
         self._shown_at = 0.0
         self._leaving = False
-        self.failure: StoreError | None = None
+        self.failure: StoreError | Terminated | KeyboardInterrupt | None = None
+
+    def on_mount(self) -> None:
+        """Restore the terminal, too, when a signal says to end."""
+        if threading.current_thread() is threading.main_thread() and sys.platform != "win32":
+            for number in (signal.SIGINT, *TERMINATING):
+                asyncio.get_running_loop().add_signal_handler(number, self._end, number)
+
+    def _end(self, number: int) -> None:
+        self.failure = KeyboardInterrupt() if number == signal.SIGINT else Terminated(number)
+        self.action_stop_fill()
+        self._leaving = True
+        self.exit()
 
     def get_default_screen(self) -> Screen[None]:
         """Begin with the main screen."""
