@@ -82,7 +82,9 @@ def lyapunov(
     ] = "exp",
     cut: Annotated[
         float | None,
-        typer.Option("--cut", help="One zeta average over all pseudo-cycles of lambda up to this, instead."),
+        options.number_option(
+            "--cut", help="One zeta average over all pseudo-cycles of lambda up to this, instead."
+        ),
     ] = None,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,

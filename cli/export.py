@@ -41,6 +41,7 @@ def register(app: typer.Typer) -> None:
 @options.with_choice
 def export(
     *,
+    context: typer.Context,
     file: Annotated[
         Path | None,
         typer.Argument(metavar="[FILE]", help="Ends in .csv, .jsonl, .parquet or .npz; none: stdout."),
@@ -50,7 +51,7 @@ def export(
     order: Annotated[
         str, typer.Option("--order", help="Columns to sort by; a falling one ends in desc.")
     ] = "p,code",
-    limit: Annotated[int | None, typer.Option("--limit", min=0, help="Rows at most.")] = None,
+    limit: Annotated[int | None, options.count_option("--limit", least=0, help="Rows at most.")] = None,
     columns: Annotated[
         str | None, typer.Option("-c", "--columns", help="Columns to write, with commas between.")
     ] = None,
