@@ -112,8 +112,10 @@ def _form_of_stdout(form: str | None) -> str:
 
     if form in TEXT_WRITERS:
         return str(form)
-    said = "" if form is None else f"{form} needs a file: " if form in FORMATS else f"no format {form!r}: "
-    raise InputError(f"{said}name one, such as orbits.parquet, or write to stdout with --format csv or jsonl")
+    said = "" if form is None else f"{form} is for files: " if form in FORMATS else f"no format {form!r}: "
+    raise InputError(
+        f"{said}name a file, such as orbits.parquet, or write to stdout with --format csv or jsonl"
+    )
 
 
 def _provenance(catalogue: "Catalogue", chosen: "Selection") -> dict[str, Any]:

@@ -10,7 +10,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
 from orbitdb.cli.reading import meant, note_gaps, note_nothing, reading
-from orbitdb.cli.render import LONG_CODE, code_text, note, number, write, write_facts
+from orbitdb.cli.render import LONG_CODE, code_text, note, number, repeats, write, write_facts
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -155,13 +155,6 @@ def primitive(code: str) -> str:
     return root
 
 
-def repeats(word: str, root: str) -> str:
-    """Say that a word repeats a shorter one, which is shown in its place."""
-    count = len(word) // len(root)
-    times = "twice" if count == 2 else f"{count} times"
-    return f"{code_text(word)} repeats {code_text(root)} {times}: this is {code_text(root)}"
-
-
 def _show_words(
     codes: list[str], a: float | None, db: Path | None, columns: str | None, form: Format
 ) -> None:
@@ -181,12 +174,15 @@ def _show_words(
     for code in codes:
         parse(code)  # so that a wrong one is all that is told
     found = [single.find(known, primitive(code), at) for code in codes]
-    if form is Format.TABLE and columns is None:
+    if found and form is Format.TABLE and columns is None:
         for orbit in found:
             write_facts(_facts(orbit))
             _write_bounces(orbit)
         return
     write(keys, ([_value(orbit, key) for key in keys] for orbit in found), form)
+    if not found:
+        note("no code on stdin")
+        raise typer.Exit(1)
 
 
 def _keys(text: str) -> tuple[str, ...]:
