@@ -140,3 +140,14 @@ def test_closed_streams(filled, tmp_path, command, streams, code, err):
         ["/bin/sh", "-c", line], cwd=tmp_path, env=variables, capture_output=True, text=True, check=False
     )
     assert (done.returncode, done.stderr) == (code, err)
+
+
+def test_a_cut_with_too_many_terms_is_told_one_that_is_taken(cli, filled, monkeypatch):
+    from orbitdb.cli import averages
+
+    monkeypatch.setattr(averages, "_MOST_FACTORS", 40)
+    refused = cli("lyapunov", "--weight", "det", "--cut", "9")
+    assert refused.code == 2
+    cut = refused.err.split("give ")[1].split()[0]
+    assert 0 < float(cut) < 9
+    assert cli("lyapunov", "--weight", "det", "--cut", cut).code == 0
