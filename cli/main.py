@@ -8,6 +8,7 @@ import sys
 from contextlib import suppress
 
 from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed, interrupted
+from orbitdb.cli.streams import stand_in_for_closed
 from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
 from orbitdb.plaintext import line
 
@@ -19,15 +20,16 @@ _GOES_ON = "nothing that was stored is lost, the same command goes on from there
 def run() -> None:
     """Run the command line; every failure becomes one line on stderr and an exit code."""
     end_as_users_expect()
-    nowhere = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, for as long as the process lives
-    sys.stdout, sys.stderr = sys.stdout or nowhere, sys.stderr or nowhere  # None where they are closed
+    stand_in_for_closed()
     code = _run(sys.argv[1:] or ["--help"])
     end_undisturbed()
     try:
         sys.stdout.flush()
     except OSError as error:
         code = code or _unwritten(error)
-        os.dup2(nowhere.fileno(), sys.stdout.fileno())  # for the flush at the end of the process
+        os.dup2(
+            os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
+        )  # for the flush at the end of the process
     sys.exit(code)
 
 

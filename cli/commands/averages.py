@@ -8,7 +8,8 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import progress
-from orbitdb.cli.render import note, note_partial, write
+from orbitdb.cli.reading import note_gaps, note_nothing, reading
+from orbitdb.cli.render import note, write
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def register(app: typer.Typer) -> None:
 @options.with_choice
 def entropy(
     *,
-    a: options.HalfLength = 1.6,
+    a: options.StoredHalfLength = None,
     choice: options.Choice,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
@@ -64,10 +65,10 @@ def entropy(
     the zeta function cut off at p, which converges much faster, with its change from p - 1.
     """
     from orbitdb.averages import by_period
-    from orbitdb.store.reading.catalogue import Catalogue
 
     with progress("reading orbits") as shown:
-        subset = _read(Catalogue(db), choice.at(a))
+        with reading(db, a, choice) as (catalogue, chosen):
+            subset = _read(catalogue, chosen)
         shown.tell("expanding the zeta function")
         found = by_period.entropy(subset.classes.rows(), subset.highest)
     columns = {name: getattr(found, name).tolist() for name in ENTROPY_COLUMNS}
@@ -77,14 +78,16 @@ def entropy(
 @options.with_choice
 def lyapunov(
     *,
-    a: options.HalfLength = 1.6,
+    a: options.StoredHalfLength = None,
     choice: options.Choice,
     weight: Annotated[
         str, typer.Option("--weight", help="exp: e^-lambda, as in the paper; det: 1/|det(1 - M)|.")
     ] = "exp",
     cut: Annotated[
         float | None,
-        typer.Option("--cut", help="One zeta average over all pseudo-cycles of lambda up to this, instead."),
+        options.number_option(
+            "--cut", help="One zeta average over all pseudo-cycles of lambda up to this, instead."
+        ),
     ] = None,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
@@ -98,14 +101,13 @@ def lyapunov(
     """
     from orbitdb.averages import by_period
     from orbitdb.averages.fixed_points import Weight
-    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.references import best_reference
 
     if weight not in set(Weight):
         raise InputError(f"weight {weight!r}: use {' or '.join(Weight)}")
-    with progress("reading orbits"), Catalogue(db).at_one_moment() as catalogue:
-        subset = _read(catalogue, choice.at(a))
-        reference = best_reference(catalogue, subset.selection.a)
+    with progress("reading orbits"), reading(db, a, choice) as (catalogue, chosen):
+        subset = _read(catalogue, chosen)
+        reference = best_reference(catalogue, chosen.a)
     form = options.chosen(format_, json)
     if cut is not None:
         _write_cut(subset, cut, Weight(weight), form)
@@ -115,7 +117,7 @@ def lyapunov(
     columns = {name: getattr(found, name).tolist() for name in LYAPUNOV_COLUMNS}
     names = list(LYAPUNOV_COLUMNS)
     if reference is None:
-        note(f"no trajectory value at a = {a:g}: 'orbitdb simulate --a {a:g}' makes one")
+        note(f"no trajectory value at a = {chosen.a:g}: 'orbitdb simulate --a {chosen.a:g}' makes one")
     elif form is Format.TABLE:
         note(
             f"trajectories: lambda_d = {reference.lambda_d:.6f} +- {reference.lambda_d_error:.6f}, "
@@ -135,8 +137,8 @@ def _write_cut(subset: "WholePeriods", cut: float, weight: "Weight", form: Forma
     if not 0 < cut <= _LARGEST_CUT:
         raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
     rows = subset.classes.rows()
-    if weight is Weight.DETERMINANT and (cut / rows.lyapunov).sum() > _MOST_FACTORS:
-        raise InputError(f"cut {cut:g} has too many terms with --weight det: give a smaller one, such as 9")
+    if weight is Weight.DETERMINANT and (most := by_period.largest_cut(rows, cut, _MOST_FACTORS)) < cut:
+        raise InputError(f"cut {cut:g} has too many terms with --weight det: give {most:g} or less")
     with progress("summing pseudo-cycles"):
         found = by_period.lyapunov_by_stability(rows, cut, subset.highest, weight)
     values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)
@@ -150,9 +152,9 @@ def _read(catalogue: "Catalogue", chosen: "Selection") -> "WholePeriods":
     from orbitdb.store.reading.whole_periods import read_whole
 
     subset = read_whole(catalogue, chosen)
-    note_partial(subset.partial, chosen.a, left_out=True)
+    note_gaps(catalogue, chosen, left_out=True)
     if not len(subset.classes):
-        note(f"no {subset.selection.describe()} in filled periods: 'orbitdb info' shows what is filled")
+        note_nothing(catalogue, subset.selection)
         raise typer.Exit(1)
     return subset
 

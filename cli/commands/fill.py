@@ -1,18 +1,18 @@
 """``orbitdb fill``: enumerate, solve and store."""
 
-import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from orbitdb.cli.codes import given_codes, primitive
 from orbitdb.cli.commands.info import bring
 from orbitdb.cli.endings import until_interrupted, with_other_processes
 from orbitdb.cli.executors import Executor, Solvers
-from orbitdb.cli.options import Database, HalfLength
+from orbitdb.cli.options import Database, HalfLength, count_option, takes_only
 from orbitdb.cli.progress import Progress, progress
 from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
@@ -31,7 +31,7 @@ Examples:
 
   orbitdb fill --p 10 --method relaxation --scheduler tcp://node1:8786
 
-  orbitdb fill --code 1^20(02)^5 3
+  orbitdb fill --code '1^20(02)^5 3'
 """
 
 
@@ -41,8 +41,9 @@ def register(app: typer.Typer) -> None:
 
 
 def fill(
-    p: Annotated[int | None, typer.Option("--p", help="The highest period to fill.")] = None,
-    first: Annotated[int, typer.Option("--from", help="The lowest period to fill.")] = 2,
+    context: typer.Context,
+    p: Annotated[int | None, count_option("--p", help="The highest period to fill.")] = None,
+    first: Annotated[int, count_option("--from", help="The lowest period to fill.")] = 2,
     a: HalfLength = 1.6,
     code: Annotated[
         list[str] | None,
@@ -59,7 +60,7 @@ def fill(
     ] = "newton",
     jobs: Annotated[
         int | None,
-        typer.Option("--jobs", help="Processes that solve [default: all cores where it pays]."),
+        count_option("--jobs", help="Processes that solve [default: all cores where it pays]."),
     ] = None,
     executor: Annotated[
         Executor | None,
@@ -85,12 +86,11 @@ def fill(
     Stadium(a)
     if method not in METHODS:
         raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
-    solvers = Solvers.chosen(executor, scheduler, jobs)
     if code:
-        if solvers.scheduler:
-            raise InputError("--code solves single words here: leave out --scheduler")
-        _fill_words(_words(code), a, method, db, dry_run)
+        takes_only(context, "with --code", "code", "a", "method", "dry_run")
+        _fill_words(given_codes(code), a, method, db, dry_run)
         return
+    solvers = Solvers.chosen(executor, scheduler, jobs)
     if p is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
     if not 2 <= first <= p <= MAX_PERIOD:
@@ -152,17 +152,7 @@ def _show(
         shown.tell(f"{what}, p = {step.p:>2} of {max(totals)}", before + step.words, total)
 
 
-def _words(codes: list[str]) -> Iterator[str]:
-    """Return the codes given, those on stdin among them, without checking them."""
-    for code in codes:
-        if code == "-":
-            yield from (line.strip() for line in sys.stdin if line.strip())
-        else:
-            yield code
-
-
 def _fill_words(codes: Iterable[str], a: float, method: str, db: Path | None, dry_run: bool) -> None:
-    from orbitdb.cli.commands.query import primitive
     from orbitdb.filling.single_word import fill_word
     from orbitdb.store.file.database import default_path
 

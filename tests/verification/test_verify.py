@@ -26,7 +26,7 @@ from orbitdb.verification.check import Check, measured
 from orbitdb.verification.invariants import check_consistency, with_bounds
 from orbitdb.verification.recomputation import restart
 from orbitdb.verification.rigorous import certify
-from orbitdb.verification.verify import PROMISES, report
+from orbitdb.verification.verify import PROMISES, report, verify
 
 SEQUENCES, CLASSES = 3197, 498  # p = 2..8
 STADIUMS = (1e-6, 1e-3, 0.2, 0.5, 1.0, 1.6, 2.5, 10.0, 1e4, 1e6)

@@ -13,6 +13,7 @@ from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lookup import find_word
 from orbitdb.store.reading.reader import Reader
+from orbitdb.store.reading.stadiums import a_stored, meant
 from orbitdb.symbols.words import SYMBOLS, is_primitive, parse
 
 if TYPE_CHECKING:
@@ -30,7 +31,8 @@ class Catalogue(Reader):
     path : path-like, optional
         The file; by default ``ORBITDB_DB`` or a file in the user's data folder.
     a : float, optional
-        The stadium that words and `select` are about, unless they name another.
+        The stadium that words and `select` are about, unless they name another; by default the only
+        one of which the catalogue has orbits, else 1.6.
 
     Raises
     ------
@@ -44,16 +46,30 @@ class Catalogue(Reader):
     >>> orbits = catalogue.select(p=(2, 11), status="orbit", lambda_c=(None, 0.4))  # doctest: +SKIP
     """
 
-    def __init__(self, path: Path | str | None = None, a: float = 1.6) -> None:
-        self.a = Stadium(a).a
+    def __init__(self, path: Path | str | None = None, a: float | None = None) -> None:
+        self._a = None if a is None else Stadium(a).a
         super().__init__(path)
 
     @classmethod
-    def create(cls, path: Path | str | None = None, a: float = 1.6) -> "Catalogue":
+    def create(cls, path: Path | str | None = None, a: float | None = None) -> "Catalogue":
         """Open a catalogue, making it or bringing it to the newest schema first."""
         path = Path(path) if path is not None else default_path()
         migrate(path)
         return cls(path, a)
+
+    @property
+    def a(self) -> float:
+        """The stadium that is meant where none is named; once it is asked for, it stays the same.
+
+        Raises
+        ------
+        InputError
+            If none was given, and the catalogue has orbits at several, but none at 1.6.
+        """
+        if self._a is None:
+            with self.reading() as connection:
+                self._a = meant(a_stored(connection))
+        return self._a
 
     def partial(self, selection: Selection | None = None, **criteria: Any) -> list[Fill]:
         """Return those periods of a subset that are stored in part: a fill goes on, or was stopped.
@@ -63,6 +79,14 @@ class Catalogue(Reader):
         """
         chosen = self._chosen(selection, criteria)
         return [fill for fill in self.fills(chosen.a) if not fill.whole and chosen.includes(fill.p)]
+
+    def unfilled(self, selection: Selection | None = None, **criteria: Any) -> str | None:
+        """Say in one line which periods of a subset are not filled, what is, and what fills them.
+
+        None if all that are named are there, if only in part (`partial`). What is not filled is not
+        known to be empty. The parameters are those of `select`.
+        """
+        return self.gaps(self._chosen(selection, criteria))
 
     def find(self, word: str, a: float) -> Orbit | None:
         """Return a primitive word's stored orbit, in the rotation asked for, or None.
@@ -152,4 +176,6 @@ class Catalogue(Reader):
     def _chosen(self, selection: Selection | None, criteria: dict[str, Any]) -> Selection:
         if selection is not None and criteria:
             raise SelectionError("give a Selection or criteria, not both")
-        return choose(**{"a": self.a} | criteria) if selection is None else selection
+        if selection is not None:
+            return selection
+        return choose(**criteria) if "a" in criteria else choose(self.a, **criteria)

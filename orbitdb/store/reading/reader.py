@@ -22,7 +22,8 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import check_file, default_path, plain_errors, reading_engine
 from orbitdb.store.file.schema import SCHEMA_VERSION, catalogue, fill, stadium
 from orbitdb.store.reading.class_first import count_rows, few_words
-from orbitdb.store.reading.fills import Fill, as_fill
+from orbitdb.store.reading.fills import Fill, as_fill, describe_unfilled
+from orbitdb.store.reading.stadiums import a_filled
 
 _BLOCK = 2000
 _ALL = 2**63 - 1
@@ -100,6 +101,12 @@ class Reader:
         query = sa.select(fill).join(stadium).where(stadium.c.a == a).order_by(fill.c.p)
         with self.reading() as connection:
             return [as_fill(row) for row in connection.execute(query)]
+
+    def gaps(self, selection: Selection) -> str | None:
+        """Say in one line which of the chosen periods are not filled, None if all that are named are."""
+        with self.at_one_moment() as still, still.reading() as connection:
+            known, elsewhere = still.fills(selection.a), a_filled(connection)
+        return describe_unfilled(known, selection.periods, selection.a, elsewhere)
 
     def count(self, selection: Selection) -> int:
         """Return the number of rows in a chosen subset."""
