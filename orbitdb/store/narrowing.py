@@ -18,7 +18,7 @@ from orbitdb.store.fills import DONE
 from orbitdb.store.rows import need_words
 from orbitdb.store.schema import catalogue as view
 from orbitdb.store.schema import fill, sequence, stadium
-from orbitdb.store.selecting import answering, conditions_of, ordering_of
+from orbitdb.store.selecting import answering, conditions_of, parse_order, sort_key
 
 _FEW = 250
 """Classes whose words are looked up one by one: a pass over all words takes longer."""
@@ -72,7 +72,7 @@ def few_words(
     query = sa.select(classes.representative, classes.p).where(*conditions_of(selection, classes))
     with answering(connection, selection, patience):
         if wanted is not None and 0 < wanted <= _FEW:
-            key, falling = _first_key(order)
+            key, falling = next(iter(parse_order(order).items()))
             if key in classes:
                 query = query.where(*_up_to(connection, query, classes[key], falling, wanted))
         found = connection.execute(query.limit(_FEW + 1)).all()
@@ -96,14 +96,6 @@ def _class_first(connection: sa.Connection, selection: Selection) -> bool:
     )
 
 
-def _first_key(order: str) -> tuple[str, bool]:
-    """Return the first column to sort by, and whether it falls."""
-    first = ordering_of(order)[0]
-    if isinstance(first, sa.UnaryExpression):
-        return first.element.name, True
-    return first.name, False
-
-
 def _up_to(
     connection: sa.Connection,
     chosen: sa.Select[tuple[str, int]],
@@ -113,15 +105,14 @@ def _up_to(
 ) -> list[sa.ColumnElement[bool]]:
     """Return the condition that a sort key is no later than that of the last wanted row.
 
-    Every class has a row, so that it is no later than that of the class in this place.
+    Every class has a row, so that it is no later than that of the class in this place. Where that one
+    has no value, which is last, no row is too late.
     """
-    ordered = chosen.with_only_columns(key).order_by(key.desc() if falling else key)
-    last = connection.execute(ordered.offset(wanted - 1).limit(1)).first()
+    ordered = chosen.with_only_columns(key).order_by(sort_key(key, falling))
+    last = connection.scalar(ordered.offset(wanted - 1).limit(1))
     if last is None:
         return []
-    if last[0] is None:
-        return [] if falling else [key.is_(None)]  # NULL is the least
-    return [key >= last[0]] if falling else [sa.or_(key <= last[0], key.is_(None))]
+    return [key >= last] if falling else [key <= last]
 
 
 def _ragged_periods(connection: sa.Connection) -> list[int]:
