@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.equality import ByValue
 from orbitdb.fixed_points import ClassRows, FixedPointSums, Weight, divisors, fixed_point_sums
 from orbitdb.pseudocycles import Factors, expand_by_stability
 from orbitdb.zeta import CycleAverages, Expansion, cycle_averages, expand, leading_zero
@@ -17,8 +18,8 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class Entropy:
+@dataclass(frozen=True, eq=False)
+class Entropy(ByValue):
     """Entropies by period; all arrays have the shape of p.
 
     Attributes
@@ -64,8 +65,8 @@ def entropy(rows: ClassRows, highest: int) -> Entropy:
     return Entropy(p[1:], points[1:], k0[1:], h[1:], change[1:])
 
 
-@dataclass(frozen=True)
-class Lyapunov:
+@dataclass(frozen=True, eq=False)
+class Lyapunov(ByValue):
     """Lyapunov averages by period; all arrays have the shape of p, and NaN where there is no orbit.
 
     Attributes

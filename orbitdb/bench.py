@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.equality import ByValue
 from orbitdb.orbits import Orbits, Status
 from orbitdb.relaxation import relax, starting_points
 from orbitdb.solve import certificates, solve_in_doubles
@@ -74,8 +75,8 @@ class WorkPrecision:
     lyapunov_median: float
 
 
-@dataclass(frozen=True)
-class Sample:
+@dataclass(frozen=True, eq=False)
+class Sample(ByValue):
     """Words of one order, one of each class, with the truth about them.
 
     Attributes

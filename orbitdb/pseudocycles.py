@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.equality import ByValue
 from orbitdb.zeta import Expansion
 
 Floats = NDArray[np.float64]
@@ -23,8 +24,8 @@ CHUNK = 1 << 16
 """Pseudo-cycles that are built at a time, about: it bounds the memory."""
 
 
-@dataclass(frozen=True)
-class Factors:
+@dataclass(frozen=True, eq=False)
+class Factors(ByValue):
     """N kinds of factors (1 - t z^p)^count of 1/zeta.
 
     Attributes

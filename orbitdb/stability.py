@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.equality import ByValue
 from orbitdb.legs import Chain, Derivatives, add_up, following, preceding
 from orbitdb.stadium import ANTICLOCKWISE, STRAIGHT, Stadium
 
@@ -134,8 +135,8 @@ def link_couplings(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floa
     return found
 
 
-@dataclass(frozen=True)
-class Links:
+@dataclass(frozen=True, eq=False)
+class Links(ByValue):
     """The straight pieces of closed paths, seen from each bounce; all of shape (N, p).
 
     Attributes

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.equality import ByValue
 from orbitdb.stadium import STRAIGHT
 from orbitdb.words import from_strings, least_rotation, least_rotations, pack, to_strings
 
@@ -127,8 +128,8 @@ def image_coordinates(
     return np.take_along_axis(turned, (shift[:, None] + np.arange(p)) % p, axis=1)
 
 
-@dataclass(frozen=True)
-class Classes:
+@dataclass(frozen=True, eq=False)
+class Classes(ByValue):
     """The symmetry classes of N cyclic words, as a structure of arrays.
 
     Attributes

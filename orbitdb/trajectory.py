@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arcs import Arcs, advance, random_arcs
+from orbitdb.equality import ByValue
 from orbitdb.stadium import Stadium
 
 Floats = NDArray[np.float64]
@@ -26,8 +27,8 @@ _RENORMALISE = 8
 _SETTLED = 8.0
 
 
-@dataclass(frozen=True)
-class Beam:
+@dataclass(frozen=True, eq=False)
+class Beam(ByValue):
     """Tangent vectors along N trajectories and what has been summed up on the way; shape (N,) each.
 
     Attributes

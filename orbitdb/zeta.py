@@ -16,11 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.equality import ByValue
+
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Expansion:
+@dataclass(frozen=True, eq=False)
+class Expansion(ByValue):
     """A truncated power series of 1/zeta in z.
 
     Attributes
@@ -80,8 +82,8 @@ def leading_zero(coefficients: Floats) -> float:
     return float(zero - polynomial(zero) / slope) if slope else zero
 
 
-@dataclass(frozen=True)
-class CycleAverages:
+@dataclass(frozen=True, eq=False)
+class CycleAverages(ByValue):
     """What a zeta function says of the average cycle.
 
     Attributes

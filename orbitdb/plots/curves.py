@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from orbitdb.equality import ByValue
 from orbitdb.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, PURPLE
 from orbitdb.stadium import Stadium
 
@@ -54,8 +55,8 @@ class Line:
     error: float
 
 
-@dataclass(frozen=True)
-class LyapunovRows:
+@dataclass(frozen=True, eq=False)
+class LyapunovRows(ByValue):
     """One kind of Lyapunov average by period; arrays of shape (n,).
 
     Attributes

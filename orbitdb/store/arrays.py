@@ -15,6 +15,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb import symmetry
+from orbitdb.equality import ByValue
 from orbitdb.orbits import NUMBERS, Status
 from orbitdb.selection import Selection
 from orbitdb.store.classes import class_view
@@ -34,8 +35,8 @@ _SHARED_TEXTS = ("representative", "time_reversal", "symmetry")
 _SHARED_INTEGERS = ("class_size", "walls")
 
 
-@dataclass(frozen=True, repr=False)
-class Subset:
+@dataclass(frozen=True, eq=False, repr=False)
+class Subset(ByValue):
     """The chosen symbol sequences, one entry each; numbers that a sequence does not have are NaN.
 
     Attributes

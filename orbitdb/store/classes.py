@@ -7,6 +7,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.equality import ByValue
 from orbitdb.fixed_points import ClassRows
 from orbitdb.orbits import NUMBERS
 from orbitdb.selection import Selection
@@ -25,8 +26,8 @@ _IMPOSSIBLE = 1e15
 """A thousand times the length of an orbit of a million bounces at the largest a."""
 
 
-@dataclass(frozen=True)
-class ChosenClasses:
+@dataclass(frozen=True, eq=False)
+class ChosenClasses(ByValue):
     """The symmetry classes that have chosen words, one entry each, for averages over orbits.
 
     Attributes

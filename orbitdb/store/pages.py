@@ -16,6 +16,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.equality import ByValue
 from orbitdb.selection import Selection, SelectionError
 from orbitdb.store.catalogue import Catalogue
 from orbitdb.store.classes import class_view
@@ -37,8 +38,8 @@ class CancelledError(Exception):
     """Nobody waits for the result any more."""
 
 
-@dataclass(frozen=True)
-class Index:
+@dataclass(frozen=True, eq=False)
+class Index(ByValue):
     """The symbol sequences that a catalogue knows at one a.
 
     Attributes
