@@ -45,15 +45,15 @@ def _options(
 def run() -> None:
     """Run the command line; every failure becomes one line on stderr and an exit code."""
     end_as_users_expect()
-    nowhere = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, for as long as the process lives
-    sys.stdout, sys.stderr = sys.stdout or nowhere, sys.stderr or nowhere  # None where they are closed
-    code = _run(sys.argv[1:] or ["--help"])
-    end_undisturbed()
-    try:
-        sys.stdout.flush()
-    except OSError as error:
-        code = code or _unwritten(error)
-        os.dup2(nowhere.fileno(), sys.stdout.fileno())  # for the flush at the end of the process
+    with open(os.devnull, "w", encoding="utf-8") as nowhere:
+        sys.stdout, sys.stderr = sys.stdout or nowhere, sys.stderr or nowhere  # None where they are closed
+        code = _run(sys.argv[1:] or ["--help"])
+        end_undisturbed()
+        try:
+            sys.stdout.flush()
+        except OSError as error:
+            code = code or _unwritten(error)
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())  # for the flush at the end of the process
     sys.exit(code)
 
 

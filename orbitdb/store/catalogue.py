@@ -1,5 +1,6 @@
 """Catalogue: a database of periodic orbits, opened for reading."""
 
+import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import copy
@@ -67,6 +68,7 @@ class Catalogue:
         with plain_errors(self.path), self._engine.connect():
             pass  # so that a file that is damaged or tampered with is refused now, and not in mid-use
         self._engine.dispose()
+        weakref.finalize(self, self._engine.dispose)  # so that it may be dropped without `close`
         self._moment: sa.Connection | None = None
 
     @classmethod
