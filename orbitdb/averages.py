@@ -171,6 +171,11 @@ class ZetaAverages:
     fault: str = ""
 
     @classmethod
+    def none(cls, fault: str = "") -> "ZetaAverages":
+        """Return no averages."""
+        return cls(math.nan, math.nan, math.nan, math.nan, fault)
+
+    @classmethod
     def of(cls, found: CycleAverages, rows: ClassRows) -> "ZetaAverages":
         """Take ratios of cycle averages of the observables lambda and L over some orbits.
 
@@ -185,10 +190,10 @@ class ZetaAverages:
         period = found.period or math.nan  # 0 at a double zero
         values = (exponent / period, exponent / (length or math.nan), length / period)
         if not len(rows):
-            return cls(*[math.nan] * 4)
+            return cls.none()
         fault = _zero_fault(found.z0, found.last_term) or _range_fault(found.z0, values, rows)
         if fault:
-            return cls(*[math.nan] * 4, fault)
+            return cls.none(fault)
         return cls(found.z0, *values)
 
 
@@ -230,7 +235,7 @@ def lyapunov_by_stability(
     series = expand_by_stability(_factors(rows, levels, cut), cut, highest)
     kept = rows.rows((rows.lyapunov <= cut) & (rows.period <= (highest or rows.period)))
     if not len(kept):
-        return ZetaAverages(*[math.nan] * 4, f"(no orbit has a lambda up to {cut:g})")
+        return ZetaAverages.none(f"(no orbit has a lambda up to {cut:g})")
     return ZetaAverages.of(cycle_averages(series), kept)
 
 
