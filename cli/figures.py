@@ -6,8 +6,10 @@ from collections.abc import Callable
 import numpy as np
 import typer
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from orbitdb.averages import by_period
+from orbitdb.averages.standing import faults_of, standing
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.reading import note_gaps, note_nothing
@@ -19,7 +21,7 @@ from orbitdb.plots.style import BLUE, ORANGE, figure, plain
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.references import best_reference
-from orbitdb.store.reading.whole_periods import WholePeriods, read_whole
+from orbitdb.store.reading.whole_periods import WholePeriods, read_whole, why_missing
 from orbitdb.symbols.symmetry import REVERSE, images_of
 from orbitdb.symbols.words import run_notation
 
@@ -69,10 +71,12 @@ def _short(code: str) -> str:
 def _draw_entropy(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
     subset = _read(catalogue, chosen)
     found = by_period.entropy(subset.classes.rows(), subset.highest)
+    p, shown = _standing(found, subset)
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
-        curves.draw_entropy(ax, found.p, found.K_0, found.h_zeta, found.h_zeta_change)
+        curves.draw_entropy(ax, p, shown["K_0"], shown["h_zeta"], shown["h_zeta_change"])
         ax.set_title(plain(chosen.describe()))
+        curves.explain(made, ax)
     return made
 
 
@@ -90,15 +94,32 @@ def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
             curves.Line(known.lambda_c, known.lambda_c_error),
         )
     )
-    discrete = curves.LyapunovRows(found.lambda_d, found.lambda_d_pair, found.lambda_d_zeta, lines[0])
-    continuous = curves.LyapunovRows(found.lambda_c, found.lambda_c_pair, found.lambda_c_zeta, lines[1])
+    p, shown = _standing(found, subset)
+    discrete, continuous = (
+        curves.LyapunovRows(shown[name], shown[f"{name}_pair"], shown[f"{name}_zeta"], line)
+        for name, line in zip(("lambda_d", "lambda_c"), lines, strict=True)
+    )
     with figure(6.4, 6.4) as made:
         above, below = made.subplots(2, 1, sharex=True)
-        curves.draw_lyapunov(above, found.p, discrete, r"\lambda_d", "per bounce")
-        curves.draw_lyapunov(below, found.p, continuous, r"\lambda_c", "per length $R$")
+        curves.draw_lyapunov(above, p, discrete, r"\lambda_d", "per bounce")
+        curves.draw_lyapunov(below, p, continuous, r"\lambda_c", "per length $R$")
         above.set(xlabel="", title=plain(chosen.describe()))
-        above.legend(loc="upper right")
+        curves.explain(made, above)
     return made
+
+
+def _standing(
+    found: by_period.Entropy | by_period.Lyapunov, subset: WholePeriods
+) -> tuple[NDArray[np.int64], dict[str, NDArray[np.float64]]]:
+    """Return the periods from the first whole one on and the averages that stand; say why others do not.
+
+    NaN where there is none, so that no line is drawn across a period that is not there.
+    """
+    if fault := faults_of(found, subset.periods):
+        note(fault)
+    here = found.p >= subset.periods[0]
+    columns = standing(found, subset.periods)
+    return found.p[here], {name: np.array(column, dtype=float)[here] for name, column in columns.items()}
 
 
 def _read(catalogue: Catalogue, chosen: Selection) -> WholePeriods:
@@ -108,7 +129,7 @@ def _read(catalogue: Catalogue, chosen: Selection) -> WholePeriods:
     if not len(subset.classes):
         raise _nothing(catalogue, chosen)
     if subset.missing:
-        note(f"left out or not filled: p = {', '.join(map(str, subset.missing))}; averages lack their orbits")
+        note(f"averages lack the orbits of p = {why_missing(subset.missing, subset.selection)}")
     return subset
 
 

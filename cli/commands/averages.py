@@ -41,7 +41,6 @@ LYAPUNOV_COLUMNS = (
 CUT_COLUMNS = ("cut", "lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
 _LARGEST_CUT = 1000
 _MOST_FACTORS = 100_000
-_FIXED_POINTS = {"N", "K_0", "lambda_d", "lambda_c"}
 
 
 def register(app: typer.Typer) -> None:
@@ -65,14 +64,16 @@ def entropy(
     the zeta function cut off at p, which converges much faster, with its change from p - 1.
     """
     from orbitdb.averages import by_period
+    from orbitdb.averages.standing import faults_of, standing
 
     with progress("reading orbits") as shown:
         with reading(db, a, choice) as (catalogue, chosen):
             subset = _read(catalogue, chosen)
         shown.tell("expanding the zeta function")
         found = by_period.entropy(subset.classes.rows(), subset.highest)
-    columns = {name: getattr(found, name).tolist() for name in ENTROPY_COLUMNS}
-    _write(subset, ENTROPY_COLUMNS, columns, options.chosen(format_, json))
+    note(subset.selection.describe())
+    _note_faults(subset, faults_of(found, subset.periods))
+    _write(subset, ENTROPY_COLUMNS, standing(found, subset.periods), options.chosen(format_, json))
 
 
 @options.with_choice
@@ -101,6 +102,7 @@ def lyapunov(
     """
     from orbitdb.averages import by_period
     from orbitdb.averages.fixed_points import Weight
+    from orbitdb.averages.standing import faults_of, standing
     from orbitdb.store.reading.references import best_reference
 
     if weight not in set(Weight):
@@ -114,7 +116,7 @@ def lyapunov(
         return
     with progress("expanding the zeta function"):
         found = by_period.lyapunov(subset.classes.rows(), subset.highest, Weight(weight))
-    columns = {name: getattr(found, name).tolist() for name in LYAPUNOV_COLUMNS}
+    columns = standing(found, subset.periods)
     names = list(LYAPUNOV_COLUMNS)
     if reference is None:
         note(f"no trajectory value at a = {chosen.a:g}: 'orbitdb simulate --a {chosen.a:g}' makes one")
@@ -127,6 +129,8 @@ def lyapunov(
         for name in ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error"):
             names.append(f"{name}_trajectory")
             columns[names[-1]] = [getattr(reference, name)] * len(columns["p"])
+    note(subset.selection.describe())
+    _note_faults(subset, faults_of(found, subset.periods))
     _write(subset, names, columns, form)
 
 
@@ -143,7 +147,8 @@ def _write_cut(subset: "WholePeriods", cut: float, weight: "Weight", form: Forma
         found = by_period.lyapunov_by_stability(rows, cut, subset.highest, weight)
     values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)
     note(subset.selection.describe())
-    _note_missing(subset)
+    fault = "" if subset.missing or not found.fault else f"the zeta function gives no average {found.fault}"
+    _note_faults(subset, fault)
     write(CUT_COLUMNS, [[cut, *(None if subset.missing else _known(value) for value in values)]], form)
 
 
@@ -160,33 +165,24 @@ def _read(catalogue: "Catalogue", chosen: "Selection") -> "WholePeriods":
 
 
 def _write(subset: "WholePeriods", names: Sequence[str], columns: dict[str, list[Any]], form: Format) -> None:
-    """Write one row a filled period; what periods that are not there would change is left out."""
-    from orbitdb.averages.fixed_points import missing_divisors, missing_periods
+    """Write one row a whole period, and say which sums over fixed points lack periods."""
+    from orbitdb.averages.fixed_points import missing_divisors
 
-    note(subset.selection.describe())
-    rows = []
-    for i, p in enumerate(columns["p"]):
-        if p not in subset.periods:
-            continue
-        gaps, holes = missing_divisors(p, subset.periods), missing_periods(p, subset.periods)
-        if gaps:
-            note(f"p = {p}: the sums over fixed points lack the periods {_listed(gaps)}")
-        row = []
-        for name in names:
-            lost = gaps if name in _FIXED_POINTS else holes if name != "p" else []
-            row.append(None if lost and not name.endswith("trajectory") else _known(columns[name][i]))
-        rows.append(row)
-    _note_missing(subset)
-    write(names, rows, form)
+    for p in subset.periods:
+        if gaps := missing_divisors(p, subset.periods):
+            note(f"p = {p}: the sums over fixed points lack the periods {', '.join(map(str, gaps))}")
+    rows = [list(row) for row in zip(*(columns[name] for name in names), strict=True)]
+    write(names, [row for row in rows if row[names.index("p")] in subset.periods], form)
 
 
-def _note_missing(subset: "WholePeriods") -> None:
+def _note_faults(subset: "WholePeriods", fault: str) -> None:
+    """Say what is missing to the zeta function, and where it has no zero that can be used."""
+    from orbitdb.store.reading.whole_periods import why_missing
+
     if subset.missing:
-        note(f"the zeta function lacks the periods {_listed(subset.missing)}")
-
-
-def _listed(periods: list[int]) -> str:
-    return ", ".join(map(str, periods))
+        note(f"the zeta function lacks the periods {why_missing(subset.missing, subset.selection)}")
+    if fault:
+        note(fault)
 
 
 def _known(value: Any) -> Any:

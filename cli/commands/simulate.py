@@ -28,6 +28,8 @@ COLUMNS = (
     "bounces", "seed",
 )  # fmt: skip
 _MOST = 10**12
+_NEAR = 0.05
+_WHY = "every trajectory ends on a semicircle, over however many walls it goes there"
 
 
 def register(app: typer.Typer) -> None:
@@ -76,7 +78,13 @@ def simulate(
             _store(a, found, db or default_path())
     finally:
         write(COLUMNS, [[values[name] for name in COLUMNS]], options.chosen(format_, json))
-    note(f"mean free path by the invariant measure: {stadium.mean_free_path:.6f}")
+    off = (found.mean_free_path - stadium.mean_free_path) / found.mean_free_path_error
+    note(
+        f"mean free path by the invariant measure, pi Area / Perimeter: {stadium.mean_free_path:.6f}; "
+        f"the simulated one is {abs(off):.1f} errors {'above' if off > 0 else 'below'} it"
+    )
+    if abs(found.bounces - bounces) > _NEAR * bounces:
+        note(f"{found.bounces} bounces were made, not {bounces}: {_WHY}")
 
 
 def _store(a: float, found: "Reference", path: Path) -> None:

@@ -17,7 +17,7 @@ from textual.worker import get_current_worker
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.drawing import Plot
-from orbitdb.cli.tui.numbers import COLUMNS, Statistics, curves_of, statistics, table_of
+from orbitdb.cli.tui.numbers import COLUMNS, Statistics, curves_of, notes_of, statistics, table_of
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.asking.selection import Selection
 from orbitdb.trajectories.ensemble import Reference, references
@@ -188,8 +188,5 @@ def _as_table(found: Statistics) -> Table:
         table.add_column(name.replace("lambda", "λ"), justify="right", no_wrap=True)
     for row in table_of(found):
         table.add_row(*row)
-    gaps = {"not filled": found.missing, "partial, left out": found.partial}
-    table.caption = "; ".join(
-        f"{what}: {', '.join(map(str, periods))}" for what, periods in gaps.items() if periods
-    )
+    table.caption = "; ".join(notes_of(found))
     return table

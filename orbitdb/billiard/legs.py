@@ -32,6 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import STRAIGHT
+from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
 
@@ -40,8 +41,8 @@ _DOWNWARD = np.array([False, False, False, False, True, True])
 _LEFT = np.array([False, True, False, False, True, False])
 
 
-@dataclass(frozen=True)
-class Chain:
+@dataclass(frozen=True, eq=False)
+class Chain(ByValue):
     """N words as cyclic chains of m runs and m legs each: all that the length depends on.
 
     Attributes
@@ -75,7 +76,7 @@ class Chain:
         return Chain(*(part.take(words, axis=1) for part in (self.k, self.d, self.n, self.s)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Legs(Chain):
     """N admissible words of order p as chains of m runs and m legs, and where each bounce stands.
 
@@ -173,8 +174,8 @@ def centre_directions(legs: Chain, a: float) -> Floats:
     return np.arctan(legs.n * legs.s / a)
 
 
-@dataclass(frozen=True)
-class Turns:
+@dataclass(frozen=True, eq=False)
+class Turns(ByValue):
     """What the directions of the legs say of the runs, all of shape (m, N).
 
     Attributes
@@ -221,8 +222,8 @@ def summation_rounding(m: int) -> float:
     return min(m, 20 + math.log2(m)) * float(np.finfo(float).eps) / 2
 
 
-@dataclass(frozen=True)
-class Derivatives:
+@dataclass(frozen=True, eq=False)
+class Derivatives(ByValue):
     """First and second derivatives of L at some directions, all of shape (m, N).
 
     Attributes

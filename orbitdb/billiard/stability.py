@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Chain, Derivatives, add_up, following, preceding
 from orbitdb.billiard.stadium import ANTICLOCKWISE, STRAIGHT, Stadium
+from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
 
@@ -134,8 +135,8 @@ def link_couplings(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floa
     return found
 
 
-@dataclass(frozen=True)
-class Links:
+@dataclass(frozen=True, eq=False)
+class Links(ByValue):
     """The straight pieces of closed paths, seen from each bounce; all of shape (N, p).
 
     Attributes

@@ -110,7 +110,7 @@ def test_the_svg_path_has_the_bounces_at_their_places():
 
 
 def test_words_without_an_orbit_have_no_picture():
-    assert solve_word("00", Stadium())._repr_svg_() is None
+    assert solve_word("0", Stadium())._repr_svg_() is None
     assert solve_word("02", Stadium()).points is None
 
 

@@ -3,7 +3,10 @@
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from numbers import Real
 
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
 from orbitdb.orbits.orbit import Status
@@ -26,8 +29,8 @@ class SelectionError(InputError):
     """A part of the selection cannot be read; the message says how to write it."""
 
 
-@dataclass(frozen=True)
-class Selection:
+@dataclass(frozen=True, eq=False)
+class Selection(ByValue):
     """The chosen subset of the symbol sequences of a catalogue.
 
     Attributes
@@ -268,8 +271,12 @@ def choose(
         )
     if isinstance(p, tuple):
         p = "-".join(map(str, p))
+    for name, bounds in ranges.items():
+        _need_bounds(name, bounds)
+    if not isinstance(where, str | None):
+        raise SelectionError(f"where {where!r:.40}: give an SQL expression such as 'lambda_c < 0.4'")
     return Selection(
-        a=a,
+        a=Stadium(a).a,
         periods=() if p is None else parse_periods(str(p)),
         statuses=() if status is None else parse_statuses(str(status)),
         time_reversal=None if time_reversal is None else parse_reversal(time_reversal),
@@ -279,3 +286,10 @@ def choose(
         where=where,
         parameters=parameters or {},
     )
+
+
+def _need_bounds(name: str, bounds: object) -> None:
+    """Raise unless bounds on a measure are a pair, each a number or None."""
+    pair = bounds if isinstance(bounds, tuple | list) else ()
+    if len(pair) != 2 or not all(bound is None or isinstance(bound, Real) for bound in pair):
+        raise SelectionError(f"{name} = {bounds!r:.40}: give two numbers such as (3, 10), or None for one")

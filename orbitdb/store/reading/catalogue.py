@@ -10,11 +10,12 @@ from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.selection import Selection, SelectionError, choose
 from orbitdb.store.file.database import default_path
 from orbitdb.store.file.migrate import migrate
+from orbitdb.store.reading.class_first import count_rows
 from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lookup import find_word
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.stadiums import a_stored, meant
-from orbitdb.symbols.words import SYMBOLS, is_primitive, parse
+from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.chosen_classes import ChosenClasses
@@ -97,13 +98,22 @@ class Catalogue(Reader):
             Symbols 0..5, in any rotation.
         a : float
             The stadium.
+
+        Raises
+        ------
+        WordError
+            If it is no word.
         """
+        symbols = parse(word)
         with self.reading() as connection:
-            return find_word(connection, word, a)
+            return find_word(connection, symbols, a)
 
     def __contains__(self, word: object) -> bool:
         """Tell whether what becomes of a word is stored, in any rotation and with any status."""
-        return isinstance(word, str) and set(word) <= set(SYMBOLS) and self._get(word) is not None
+        try:
+            return isinstance(word, str) and self._get(parse(word)) is not None
+        except WordError:
+            return False
 
     def __getitem__(self, word: str) -> Orbit:
         """Return the stored orbit of a word (run notation, too) in the rotation asked for.
@@ -112,14 +122,21 @@ class Catalogue(Reader):
         ------
         KeyError
             If it is not stored; `orbitdb.solve_word` solves any word.
+        WordError
+            If it is no word.
+        TypeError
+            If it is no text.
         """
-        found = self._get(parse(word))
+        symbols = parse(word)
+        found = self._get(symbols)
+        if found is None and not is_primitive(symbols):
+            raise KeyError(f"{word} repeats {primitive_root(symbols)}: ask for that")
         if found is None:
             raise KeyError(f"{word} is not stored at a = {self.a:g}")
         return found
 
     def _get(self, word: str) -> Orbit | None:
-        return self.find(word, self.a) if word and is_primitive(word) else None
+        return self.find(word, self.a) if is_primitive(word) else None
 
     def __iter__(self) -> Iterator[str]:
         """Yield the stored words by period, as least rotations."""
@@ -176,6 +193,14 @@ class Catalogue(Reader):
     def _chosen(self, selection: Selection | None, criteria: dict[str, Any]) -> Selection:
         if selection is not None and criteria:
             raise SelectionError("give a Selection or criteria, not both")
+        if not isinstance(selection, Selection | None):
+            raise TypeError(f"name a subset by criteria such as p=3 or a Selection, not by {selection!r:.40}")
         if selection is not None:
             return selection
         return choose(**criteria) if "a" in criteria else choose(self.a, **criteria)
+
+    def count(self, selection: Selection | None = None, **criteria: Any) -> int:
+        """Return the number of rows in a chosen subset; the parameters are those of `select`."""
+        chosen = self._chosen(selection, criteria)
+        with self.reading() as connection:
+            return count_rows(connection, chosen)

@@ -16,6 +16,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.equality import ByValue
 from orbitdb.store.asking.conditions import conditions_of
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Selection, SelectionError
@@ -37,8 +38,8 @@ class CancelledError(Exception):
     """Nobody waits for the result any more."""
 
 
-@dataclass(frozen=True)
-class Index:
+@dataclass(frozen=True, eq=False)
+class Index(ByValue):
     """The symbol sequences that a catalogue knows at one a.
 
     Attributes
@@ -201,7 +202,7 @@ def _class_ranks(
 ) -> NDArray[np.float64] | None:
     """Return a number a word that sorts as a column of its class does; None if there is no such number.
 
-    Words without a class come first, as NULL does in SQLite.
+    NaN, which NumPy sorts last either way, stands for no value and for words without a class.
     """
     if column in ("p", "status") and (index.cycles == 0).any():
         return None
@@ -213,13 +214,13 @@ def _class_ranks(
     if any(isinstance(value, str) for value in values):
         order = {value: rank for rank, value in enumerate(sorted({value for value in values if value}))}
         values = [order.get(value) for value in values]
-    numbers = np.array([-np.inf if value is None else value for value in values], dtype=np.float64)
+    numbers = np.array([np.nan if value is None else value for value in values], dtype=np.float64)
     known = np.array([0, *(number for number, _ in pairs)], dtype=np.int64)  # 0: without a class
     rising = np.argsort(known)
     places = np.searchsorted(known, index.cycles[rows], sorter=rising)
     if (places == len(known)).any() or (known[rising[places]] != index.cycles[rows]).any():
         raise unsound("words without their classes, sorted by", column)
-    ranks: NDArray[np.float64] = np.append(-np.inf, numbers)[rising[places]]
+    ranks: NDArray[np.float64] = np.append(np.nan, numbers)[rising[places]]
     return ranks
 
 

@@ -14,6 +14,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.equality import ByValue
 from orbitdb.orbits.orbit import NUMBERS, Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.class_view import class_view
@@ -32,8 +33,8 @@ _SHARED_TEXTS = ("representative", "time_reversal", "symmetry")
 _SHARED_INTEGERS = ("class_size", "walls")
 
 
-@dataclass(frozen=True, repr=False)
-class Subset:
+@dataclass(frozen=True, eq=False, repr=False)
+class Subset(ByValue):
     """The chosen symbol sequences, one entry each; numbers that a sequence does not have are NaN.
 
     Attributes

@@ -111,3 +111,13 @@ def test_a_certificate_is_read_by_its_class(catalogues):
     writer.close()
     assert certificate_of(catalogue, "013", 1.6) == (1e-30, 128)
     assert certificate_of(catalogue, "013", 1.0) is None
+
+
+def test_empty_fields_are_last_whichever_way_the_order_goes(catalogues):
+    for catalogue in catalogues:
+        index = load_index(catalogue, 1.6)
+        for column in ("length", "lambda_c", "symmetry", "rules", "element"):
+            for descending in (False, True):
+                keys = chosen_keys(catalogue, index, Selection(), column, descending)
+                empty = [row[1] is None for row in fetch(catalogue, index, keys, ("code", column))]
+                assert empty == sorted(empty)
