@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.stadium import STRAIGHT
+from orbitdb.stadium import HALF_PI, STRAIGHT
 
 Floats = NDArray[np.float64]
 
@@ -157,15 +157,19 @@ def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
 def direction_limits(legs: Chain, a: float) -> tuple[Floats, Floats]:
     """Return directions, shape (m, N) each, below and above all that a leg of an orbit can have.
 
-    A leg spans 2 a <= dx <= 2 a + 2 and 2 n - 2 <= s dy <= 2 n + 2; without a wall, -2 <= dy <= 2.
-    The limits are a little wider, so that orbits through two joints do not lie on them, and keep to
-    where the curvature D of the leg's term is positive.
+    A leg spans 2 a <= dx <= 2 a + 2 and 2 n - 2 <= s dy <= 2 n + 2; without a wall, -2 <= dy <= 2. So
+    |tan alpha| <= 1 / a without a wall, and s tan alpha >= (n - 1) / (a + 1) with walls; for these the
+    largest double below pi/2 is a limit too: no orbit of a million bounces comes within 1e-13 of it.
+
+    The limits are these doubles themselves, on any machine and at any precision. They lie outside of
+    what is said above by more than 5e-14, which rounding (below 1e-15) cannot spoil. Everywhere
+    between them, ends included, the curvature D of the leg's term is positive and |alpha| < pi/2.
     """
-    steep = np.arctan((legs.n + _WIDER) / a)
+    steep = np.arctan(_WIDER / a)
     flat = np.arctan(np.maximum(legs.n - _WIDER, 0) / (a + 1))
     no_wall = legs.n == 0
-    low = np.where(no_wall | (legs.s < 0), -steep, flat)
-    return low, np.where(no_wall | (legs.s > 0), steep, -flat)
+    low = np.where(no_wall, -steep, np.where(legs.s < 0, -HALF_PI, flat))
+    return low, np.where(no_wall, steep, np.where(legs.s > 0, HALF_PI, -flat))
 
 
 def centre_directions(legs: Chain, a: float) -> Floats:
