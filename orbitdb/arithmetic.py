@@ -78,7 +78,9 @@ def arithmetic() -> str:
     found = np.show_config(mode="dicts")["SIMD Extensions"]["found"]
     libraries = " ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "python-flint"))
     library = " ".join(part for part in platform.libc_ver() if part)
-    return f"bounds {BOUNDS}, {libraries}, {platform.system()} {platform.machine()} {' '.join(found)}, {library}"
+    return (
+        f"bounds {BOUNDS}, {libraries}, {platform.system()} {platform.machine()} {' '.join(found)}, {library}"
+    )
 
 
 @cache

@@ -33,7 +33,8 @@ _GENERATORS = 16
 Turn = tuple[fmpq_poly, fmpq_poly]
 """Cosine and sine of an angle, in the field."""
 
-_HALF_TURN: Turn = fmpq_poly([-1]), fmpq_poly([])
+_ZERO = fmpq_poly([])
+_HALF_TURN: Turn = fmpq_poly([-1]), _ZERO
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ class ExactPath:
     def is_maximum(self) -> bool:
         """Tell whether the angles are proved to be those of the maximum of the length."""
         one, f, limits = fmpq_poly([1]), self.field.f, self.path.limits
-        circle = all((cos * cos + sin * sin - one) % f == 0 for cos, sin in self.alpha + self.half)
+        circle = all((cos * cos + sin * sin - one) % f == _ZERO for cos, sin in self.alpha + self.half)
         inside = all(
             low < self.field.angle(x) < high for x, (low, high) in zip(self.alpha, limits, strict=True)
         )
@@ -120,7 +121,7 @@ class ExactPath:
         a = fmpq(*float(path.a).as_integer_ratio())
         pull, next_pull = (-path.d[run] * self.half[run][0] for run in (i, after))
         slope = 2 * path.n[i] * path.s[i] * cos - 2 * a * sin + pull + path.parity[i] * next_pull
-        return bool(slope % self.field.f == 0)
+        return bool(slope % self.field.f == _ZERO)
 
     def is_zero(self, condition: Condition, slack: arb) -> bool:
         """Tell whether a slack, which lies in a ball, is proved to be zero at the maximum."""
@@ -203,7 +204,9 @@ def _relation(numbers: Sequence[arb], bits: int) -> list[int] | None:
     size = len(numbers)
     rows = [[int(i == j) for j in range(size)] for i in range(size)]
     for row, x in zip(rows, numbers, strict=True):
-        row.append(int((x.mid() * arb(2) ** bits).floor().unique_fmpz()))
+        mantissa, exponent = (int(part) for part in x.mid().man_exp())
+        shift = exponent + bits
+        row.append(mantissa << shift if shift > 0 else mantissa >> -shift)
     *found, off = (int(x) for x in fmpz_mat(rows).lll().tolist()[0])
     short = sum(abs(c).bit_length() for c in found) + abs(off).bit_length() + _SPARE < bits
     return found if short else None
