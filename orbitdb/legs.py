@@ -162,8 +162,9 @@ def direction_limits(legs: Chain, a: float) -> tuple[Floats, Floats]:
     (n - 1) / (a + 1) <= s tan alpha <= (n + 1) / a with walls, and |tan alpha| <= 1 / a without.
 
     The limits are these doubles themselves, on any machine and at any precision. For n to a million
-    they lie outside of what is said above by more than 5e-14, and rounding is below 1e-15. Everywhere
-    between them, ends included, the curvature D of the leg's term is positive and |alpha| < pi/2.
+    they lie outside of what is said above by more than 5e-14, and rounding is below 1e-15; but 0 is
+    exact where n = 1. Everywhere between them, ends included, the curvature D of the leg's term is
+    positive and |alpha| < pi/2.
     """
     no_wall = legs.n == 0
     steep = np.arctan(np.where(no_wall, _WIDER, 2 * (legs.n + 1)) / a)

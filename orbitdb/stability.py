@@ -88,7 +88,7 @@ def exponent_error(legs: Chain, slopes: Derivatives, alpha_error: Floats) -> Flo
 def _of_logarithm(share: Floats) -> Floats:
     """Return by how much the logarithm of a number can change that changes by a share of itself."""
     room = 1 - share
-    found: Floats = np.where(room > 0, share / np.maximum(room, 1e-300), np.inf)
+    found: Floats = np.where(room > 0, share / np.maximum(room, 1e-17), np.inf)
     return found
 
 
