@@ -28,8 +28,8 @@ PRECISION, MAX_PRECISION = 128, 16384
 
 _ENOUGH = 1024
 """Bits, besides what lambda asks for, after which a word stays unresolved."""
-_BITS_IN_MEMORY = 1 << 26
-"""Legs times bits: a word of more legs is given fewer bits, in about 1 GB."""
+_BITS_IN_MEMORY = 1 << 27
+"""Legs times bits: a word of more legs is given fewer bits, to keep to about half a gigabyte."""
 _CLOSE = 32
 """Bits by which a slack must be smaller than e^-lambda before a proof is tried that it is zero."""
 
