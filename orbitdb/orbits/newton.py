@@ -228,7 +228,7 @@ def newton(legs: Chain, a: float, tolerance: float = TOLERANCE, start: Floats | 
         if not len(active):
             break
     alpha[:, active] = here
-    return Directions(alpha, iterations)
+    return Directions(np.clip(alpha, *direction_limits(legs, a)), iterations)  # a step may round beyond them
 
 
 def _uphill(legs: Chain, a: float, alpha: Floats, step: Floats) -> Floats:
