@@ -281,8 +281,8 @@ def _solve_cyclic(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
     column = np.zeros_like(rhs[:-1])
     column[0] += beside[0]
     column[-1] += beside[-1]
-    tridiagonal = _tridiagonal_long if len(rhs) > _LONG else _tridiagonal
-    plain, through = tridiagonal(diagonal[:-1], beside[1:-1], np.stack([rhs[:-1], column]))
+    eliminate = _tridiagonal_long if len(rhs) > _LONG else tridiagonal
+    plain, through = eliminate(diagonal[:-1], beside[1:-1], np.stack([rhs[:-1], column]))
     top = rhs[-1] - _end_terms(column, plain)
     bottom = diagonal[-1] - _end_terms(column, through)
     last = top / bottom
@@ -295,8 +295,21 @@ def _end_terms(column: Floats, x: Floats) -> Floats:
     return first + column[-1] * x[-1] if len(column) > 1 else first
 
 
-def _tridiagonal(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
-    """Eliminate along the unknowns, for all words at once; rhs has shape (2, m, N)."""
+def tridiagonal(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
+    """Solve N positive definite tridiagonal systems of m unknowns, all at once.
+
+    Parameters
+    ----------
+    diagonal : ndarray, shape (m, N)
+    beside : ndarray, shape (m - 1, N)
+        Entry i couples unknowns i and i + 1.
+    rhs : ndarray, shape (c, m, N)
+        c right sides of each system.
+
+    Returns
+    -------
+    ndarray, shape (c, m, N)
+    """
     pivots = np.empty_like(diagonal)
     x = rhs.copy()
     pivots[0] = diagonal[0]

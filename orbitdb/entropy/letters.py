@@ -1,0 +1,133 @@
+"""Edge words: the paths between bounces as letters, one an edge, and the code they belong to.
+
+U, D an edge of a run that goes up, down; X a leg without walls; a, b from a run to the top, to the
+bottom wall; w, v from top to bottom, from bottom to top; A, B from the top, from the bottom to a run. The
+letters do not say which semicircle is meant: it changes with every leg. So an edge word stands for two
+codes, mirror images of each other, and words of p edges and codes of p bounces grow at one rate.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.errors import InputError
+from orbitdb.symbols.words import from_strings, to_strings
+
+Letters = NDArray[np.uint8]
+
+LETTERS = "UDXabwvAB"
+U, D, X, TO_TOP, TO_BOTTOM, DOWN_LEG, UP_LEG, FROM_TOP, FROM_BOTTOM = range(len(LETTERS))
+
+_FOLLOWERS = {
+    "U": "UXab", "D": "DXab", "X": "UDXab", "A": "UDXab", "B": "UDXab",
+    "a": "wA", "v": "wA", "b": "vB", "w": "vB",
+}  # fmt: skip
+
+
+def letters_of(text: str) -> Letters:
+    """Return the letters of an edge word, shape (L,).
+
+    Raises
+    ------
+    InputError
+        If there is another character in it.
+    """
+    if strange := set(text) - set(LETTERS):
+        raise InputError(f"{min(strange)!r} is no letter of an edge word: use {' '.join(LETTERS)}")
+    return np.array([LETTERS.index(letter) for letter in text], dtype=np.uint8)
+
+
+def text_of(letters: Letters) -> str:
+    """Return an edge word as text."""
+    return "".join(LETTERS[letter] for letter in letters)
+
+
+def _table(entries: dict[str, str]) -> NDArray[np.bool_]:
+    return np.array([[after in entries[before] for after in LETTERS] for before in LETTERS])
+
+
+MAY_FOLLOW = _table(_FOLLOWERS)
+"""MAY_FOLLOW[x, y]: whether letter y may stand behind letter x; the geometric rules, all of them."""
+
+MIRROR = letters_of("DUXbavwBA")
+"""The letter of an edge seen upside down."""
+
+REVERSAL = letters_of("DUXABvwab")
+"""The letter of an edge run backwards."""
+
+IN_RUN = np.isin(np.arange(9), (U, D))
+STARTS_LEG = np.isin(np.arange(9), (X, TO_TOP, TO_BOTTOM))
+ENDS_LEG = np.isin(np.arange(9), (X, FROM_TOP, FROM_BOTTOM))
+SIGN = np.array([1, -1, 0, 1, -1, 1, -1, 1, -1], dtype=np.int8)
+"""Changes with the mirror; 0 for X. For a, b, A, B it is that of the wall: +1 top, -1 bottom."""
+
+
+def geometric_entropy() -> float:
+    """Return the growth rate of all edge words, an upper bound on the topological entropy for every a.
+
+    ln(1/z), z the root of z^3 + z^2 + 3 z = 1, rounded upward: 1.218756. It is also the limit of the
+    entropy as a grows.
+    """
+    low, high = 0.2, 0.4
+    while (middle := (low + high) / 2) not in (low, high):
+        low, high = (middle, high) if middle**3 + middle**2 + 3 * middle < 1 else (low, middle)
+    return -math.log(low) + 1e-15
+
+
+def reverse(words: Letters) -> Letters:
+    """Return edge words run backwards, the last axis being that of the letters."""
+    return REVERSAL[words[..., ::-1]]
+
+
+_EDGES = np.full((6, 6), 255, dtype=np.uint8)
+for _start, _end, _letter in (
+    *(("11", "11", "U"), ("33", "33", "U"), ("44", "44", "D"), ("55", "55", "D")),
+    *(("14", "35", "X"), ("35", "14", "X"), ("1435", "2", "a"), ("1435", "0", "b")),
+    *(("2", "0", "w"), ("0", "2", "v"), ("2", "1435", "A"), ("0", "1435", "B")),
+):
+    _EDGES[np.ix_([int(x) for x in _start], [int(y) for y in _end])] = LETTERS.index(_letter)
+
+
+def edge_words(words: NDArray[np.uint8]) -> Letters:
+    """Return the edges of admissible words, shape (N, p): edge i leads from bounce i to the one behind it.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+        Symbols, cyclic.
+    """
+    return _EDGES[words, np.roll(words, -1, axis=1)]
+
+
+def edges_of(code: str) -> str:
+    """Return the cyclic edge word of an admissible code, beginning with the edge behind its first bounce."""
+    return text_of(edge_words(from_strings([code]))[0])
+
+
+def code_of(edges: str) -> str:
+    """Return the code of a cyclic edge word, beginning with the bounce before its first edge.
+
+    Its first run is on the left. An edge word with an odd number of legs closes on the other semicircle:
+    the code goes round twice.
+
+    Raises
+    ------
+    InputError
+        If it breaks a rule, or has no leg.
+    """
+    word = letters_of(edges)
+    if not len(word) or not MAY_FOLLOW[word, np.roll(word, -1)].all():
+        raise InputError(f"edge word {edges!r}: some letter may not follow the one before it")
+    legs = int(ENDS_LEG[word].sum())
+    if not legs:
+        raise InputError(f"edge word {edges!r} has no complete leg")
+    word = np.tile(word, 1 + legs % 2)
+    before = np.roll(word, 1)
+    on_run = IN_RUN[word] | STARTS_LEG[word]
+    passed = np.cumsum(ENDS_LEG[before]) - ENDS_LEG[before][0]
+    downward = (word == D) | (before == D)
+    right = passed % 2 == 1
+    semicircle = np.where(right, np.where(downward, 5, 3), np.where(downward, 4, 1))
+    wall = np.where(np.isin(word, (DOWN_LEG, FROM_TOP)), 2, 0)
+    return to_strings(np.where(on_run, semicircle, wall).astype(np.uint8)[None])[0]

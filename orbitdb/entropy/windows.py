@@ -1,0 +1,185 @@
+"""Windows: finite edge words with a marked junction, seen as chains of legs between two ends.
+
+The mark stands where a run ends and a leg begins; junctions where a leg ends and a run begins are the same
+seen backwards, and the mirror leaves six to begin with (`first_windows`). The legs that lie wholly inside
+the window are unknowns. What lies beyond its ends is any continuation at all.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.legs import Floats
+from orbitdb.entropy.letters import (
+    ENDS_LEG,
+    IN_RUN,
+    MAY_FOLLOW,
+    SIGN,
+    STARTS_LEG,
+    Letters,
+    X,
+    letters_of,
+    text_of,
+)
+
+_FIRST = ("UX", "Ua", "Da", "Xa", "Aa", "Ba")
+UNKNOWN_RUN, PART_OF_RUN, PART_OF_LEG = range(3)
+"""What stands at an end of a window: a run of which nothing is known, part of a run, part of a leg."""
+
+
+@dataclass(frozen=True)
+class Windows:
+    """N windows of L edges.
+
+    Attributes
+    ----------
+    letters : ndarray of uint8, shape (N, L)
+    mark : ndarray of intp, shape (N,)
+        Number of letters before the marked junction.
+    """
+
+    letters: Letters
+    mark: NDArray[np.intp]
+
+    def __len__(self) -> int:
+        return len(self.mark)
+
+    @property
+    def edges(self) -> int:
+        """L, the number of edges of each window."""
+        return self.letters.shape[1]
+
+    def rows(self, chosen: NDArray[np.intp] | NDArray[np.bool_]) -> "Windows":
+        """Return some of the windows."""
+        return Windows(self.letters[chosen], self.mark[chosen])
+
+    def texts(self) -> list[str]:
+        """Return the windows as text, the mark as a bar."""
+        marked = zip(map(text_of, self.letters), self.mark, strict=True)
+        return [f"{text[:mark]}|{text[mark:]}" for text, mark in marked]
+
+
+def first_windows() -> Windows:
+    """Return the six windows of two letters to which mirror and reversal carry every junction."""
+    letters = np.array([letters_of(text) for text in _FIRST])
+    return Windows(letters, np.ones(len(letters), dtype=np.intp))
+
+
+def windows_of(*texts: str) -> Windows:
+    """Return windows of one length, each written with a bar at its mark."""
+    marks = np.array([text.index("|") for text in texts], dtype=np.intp)
+    return Windows(np.array([letters_of(text.replace("|", "")) for text in texts]), marks)
+
+
+def extended(windows: Windows, at_left: NDArray[np.bool_]) -> Windows:
+    """Return the windows with one letter more, in all ways, at the end that is chosen for each."""
+    ends = np.where(at_left, windows.letters[:, 0], windows.letters[:, -1])
+    fits = np.where(at_left[:, None], MAY_FOLLOW.T[ends], MAY_FOLLOW[ends])
+    row, letter = np.nonzero(fits)
+    left = at_left[row][:, None]
+    old = windows.letters[row]
+    new = letter.astype(np.uint8)[:, None]
+    letters = np.where(left, np.concatenate([new, old], axis=1), np.concatenate([old, new], axis=1))
+    return Windows(letters, windows.mark[row] + at_left[row])
+
+
+@dataclass(frozen=True)
+class OpenChains:
+    """N windows as open chains: run 1, leg 1, run 2 ... leg m, run m + 1, with a leg outside at each end.
+
+    Rows run from 0 to m + 1; run i precedes leg i, and run 0 is none. At an end where a leg is cut, legs 0
+    or m + 1 is that leg; else it is the unknown leg beyond the run that is cut.
+
+    Attributes
+    ----------
+    k, d : ndarray, shape (m + 2, N)
+        Bounces and sense (+1 up) of each run; of a run that is cut, the bounces in the window. One bounce
+        has no sense; before the mark it is given that of the wall behind it.
+    n, s : ndarray, shape (m + 2, N)
+        Walls of each leg, and the first of them (-1 bottom, +1 top, 0 none); of a leg that is cut, the
+        walls in the window. s is the sign of the direction at the leg's start; of leg 0, at its end.
+    left, right : ndarray of int, shape (N,)
+        What stands at the ends.
+    marked : ndarray of intp, shape (N,)
+        The row of the leg behind the mark, and of the run before it.
+    """
+
+    k: Floats
+    d: Floats
+    n: Floats
+    s: Floats
+    left: NDArray[np.intp]
+    right: NDArray[np.intp]
+    marked: NDArray[np.intp]
+
+    @property
+    def unknowns(self) -> int:
+        """m, the number of complete legs."""
+        return len(self.k) - 2
+
+    def __len__(self) -> int:
+        return len(self.marked)
+
+    def rows(self, chosen: NDArray[np.intp]) -> "OpenChains":
+        """Return the chains of some of the windows."""
+        parts = (part.take(chosen, axis=1) for part in (self.k, self.d, self.n, self.s))
+        return OpenChains(*parts, self.left[chosen], self.right[chosen], self.marked[chosen])
+
+    @property
+    def sense(self) -> Floats:
+        """The sense of the run before the mark, shape (N,)."""
+        return self.at_mark(self.d)
+
+    @property
+    def lean(self) -> Floats:
+        """c in the condition h + c o > 0 of the mark, shape (N,): d without a wall, -s with walls."""
+        return np.where(self.at_mark(self.n) > 0, -self.at_mark(self.s), self.sense)
+
+    def at_mark(self, rows: Floats) -> Floats:
+        """Return for each window the entry of its marked row."""
+        found: Floats = rows[self.marked, np.arange(len(self))]
+        return found
+
+
+def open_chains(windows: Windows) -> Iterator[tuple[NDArray[np.intp], OpenChains]]:
+    """Cut windows into runs and legs: for each number of unknowns the rows of windows, and their chains."""
+    left, right = _kind_of_end(windows.letters[:, 0]), _kind_of_end(windows.letters[:, -1], backwards=True)
+    unknowns = ENDS_LEG[windows.letters].sum(axis=1) - (left == PART_OF_LEG)
+    for m in np.unique(unknowns):
+        rows = np.flatnonzero(unknowns == m)
+        yield rows, _chains(windows.rows(rows), int(m), left[rows], right[rows])
+
+
+def _kind_of_end(letters: Letters, backwards: bool = False) -> NDArray[np.intp]:
+    at_run = (ENDS_LEG if backwards else STARTS_LEG)[letters]
+    return np.where(IN_RUN[letters], PART_OF_RUN, np.where(at_run, UNKNOWN_RUN, PART_OF_LEG))
+
+
+def _chains(windows: Windows, m: int, left: NDArray[np.intp], right: NDArray[np.intp]) -> OpenChains:
+    letters = windows.letters
+    count = len(windows)
+    word = np.arange(count)[:, None]
+    leg = STARTS_LEG[letters].cumsum(axis=1)
+    in_run = IN_RUN[letters]
+    sign = SIGN[letters].astype(float)
+    run = (leg + 1) * count + word
+    size = (m + 2) * count
+
+    def tally(places: NDArray[np.intp], weights: Floats) -> Floats:
+        return np.bincount(places.ravel(), weights.ravel(), minlength=size)[:size].reshape(m + 2, count)
+
+    k = 1 + tally(np.where(in_run, run, 0), np.where(in_run, 1.0, 0.0))
+    turn = tally(np.where(in_run, run, 0), np.where(in_run, sign, 0.0))
+    place = leg * count + word
+    n = tally(place, np.where(in_run, 0.0, 1.0))
+    n[1 : m + 1] -= 1
+    first = STARTS_LEG[letters] | (ENDS_LEG[letters] & (leg == 0))
+    s = tally(place, np.where(first, sign, 0.0))
+    s[0] *= -1  # from the last wall of leg 0 the path goes away
+    marked = leg[np.arange(count), windows.mark]
+    d = np.where(turn < 0, -1.0, 1.0)
+    here = (marked, np.arange(count))
+    d[here] = np.where((k[here] == 1) & (s[here] != 0), s[here], d[here])  # its name suits the condition
+    return OpenChains(k, d, n, s, left, right, marked)
