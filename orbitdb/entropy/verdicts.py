@@ -1,5 +1,6 @@
 """What becomes of windows: allowed, forbidden or undecided, whatever stands beyond their ends."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -13,6 +14,9 @@ from orbitdb.entropy.windows import OpenChains, Windows, open_chains
 
 BATCH = 1 << 15
 """Windows that are solved at a time: it bounds the memory."""
+
+Tell = Callable[[str, int, int], None]
+"""Is told what is at work, how much of it is done, and how much there is (0: not known)."""
 
 _ROUGH = 0.02
 """Error of f, as a share of its range, at which it is clear enough which end to extend."""
@@ -42,8 +46,8 @@ class Decision:
     extend_left: NDArray[np.bool_]
 
 
-def decide(windows: Windows, a: float) -> Decision:
-    """Decide windows at one a.
+def decide(windows: Windows, a: float, tell: Tell | None = None) -> Decision:
+    """Decide windows at one a, telling how far the work is.
 
     f rises with the push d at the left end and with the push c at the right one (`OpenChains.lean`), or
     at least crosses zero in this sense only. So the corner with both pushes reversed shows that it is
@@ -53,6 +57,8 @@ def decide(windows: Windows, a: float) -> Decision:
     verdict = np.zeros(len(windows), dtype=np.uint8)
     extend_left = np.zeros(len(windows), dtype=np.bool_)
     for start in range(0, len(windows), BATCH):
+        if tell:
+            tell(f"{windows.edges} letters", start, len(windows))
         batch = np.arange(start, min(start + BATCH, len(windows)))
         for rows, chains in open_chains(windows.rows(batch)):
             found = _decide(chains, a)

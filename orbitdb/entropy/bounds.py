@@ -1,0 +1,138 @@
+"""Proved bounds on the topological entropy, level by level.
+
+Windows of L edges are decided for all continuations at once. Edge words that avoid the forbidden ones grow
+at least as fast as the codes of trajectories, those that avoid the undecided ones, too, at most as fast; both
+rates are those of a graph. Undecided windows are extended by one letter, at the end that matters more, and
+decided again (docs/entropy-bounds.md has the proof).
+"""
+
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.entropy.avoidance import automaton
+from orbitdb.entropy.growth import growth
+from orbitdb.entropy.letters import Letters
+from orbitdb.entropy.verdicts import Tell, Verdict, decide
+from orbitdb.entropy.windows import Windows, extended, first_windows
+
+FORBIDDEN, UNDECIDED = 1, 2
+"""Kinds of patterns."""
+
+MAX_WINDOW = 40
+"""Longest window, in edges."""
+
+MOST_UNDECIDED = 400_000
+"""Where more windows are undecided they are not extended: it bounds the memory."""
+
+_USUAL_GROWTH, _LEAST_GROWTH = 1.8, 1.3
+"""How much longer a level takes than the one before."""
+
+_BRIEF = 0.05
+"""Seconds of a level that say nothing of the next one's time."""
+
+
+@dataclass(frozen=True)
+class EntropyBounds:
+    """What windows of one length prove of the topological entropy.
+
+    Attributes
+    ----------
+    a : float
+        Half length of a straight wall.
+    window : int
+        Edges of the longest windows.
+    lower, upper : float
+        h_top, per bounce, lies between them; rounded outward.
+    windows : int
+        Windows decided so far, up to mirror and reversal.
+    undecided : int
+        Windows of this length that are not decided.
+    """
+
+    a: float
+    window: int
+    lower: float
+    upper: float
+    windows: int
+    undecided: int
+
+
+def levels(stadium: Stadium, tell: Tell | None = None) -> Iterator[EntropyBounds]:
+    """Enclose the topological entropy with longer and longer windows.
+
+    Parameters
+    ----------
+    stadium : Stadium
+    tell : callable, optional
+        Is told how far the work is.
+
+    Yields
+    ------
+    EntropyBounds
+        For windows of 2, 3, ... edges, to `MAX_WINDOW`, to `MOST_UNDECIDED`, or until all are decided.
+    """
+    forbidden: list[tuple[Letters, int]] = []
+    windows, count = first_windows(), 0
+    while len(windows):
+        decision = decide(windows, stadium.a, tell)
+        count += len(windows)
+        forbidden.append((windows.letters[decision.verdict == Verdict.FORBIDDEN], FORBIDDEN))
+        open_ = decision.verdict == Verdict.UNDECIDED
+        windows, at_left = windows.rows(open_), decision.extend_left[open_]
+        if tell:
+            tell(f"{windows.edges} letters: what they leave", 0, 0)
+        avoiding = automaton(forbidden)
+        upper = growth(*avoiding.edges(FORBIDDEN), len(avoiding)).upper
+        lower = _lower(forbidden, windows)
+        yield EntropyBounds(stadium.a, windows.edges, lower, upper, count, len(windows))
+        if windows.edges == MAX_WINDOW or len(windows) > MOST_UNDECIDED:
+            break
+        windows = extended(windows, at_left)
+        windows = windows.rows(avoiding.follow(windows.letters) == 0)
+
+
+def _lower(forbidden: list[tuple[Letters, int]], undecided: Windows) -> float:
+    """Return the growth rate of the words that avoid undecided windows, too, rounded downward."""
+    avoiding = automaton([*forbidden, (undecided.letters, UNDECIDED)])
+    return max(0.0, growth(*avoiding.edges(FORBIDDEN | UNDECIDED), len(avoiding)).lower)
+
+
+def search(
+    stadium: Stadium,
+    window: int = MAX_WINDOW,
+    width: float = 0.0,
+    seconds: float = math.inf,
+    tell: Tell | None = None,
+) -> Iterator[EntropyBounds]:
+    """Enclose the topological entropy until it is known well enough, or the time is spent.
+
+    Parameters
+    ----------
+    stadium : Stadium
+    window : int, optional
+        Edges of the longest windows to try.
+    width : float, optional
+        Difference of upper and lower bound that is enough.
+    seconds : float, optional
+        Time to spend: a level that would not fit into it, as the last two grew, is not begun.
+    tell : callable, optional
+        As for `levels`.
+
+    Yields
+    ------
+    EntropyBounds
+        As `levels` does.
+    """
+    began = time.monotonic()
+    ended, last = began, 0.0
+    for found in levels(stadium, tell):
+        yield found
+        now = time.monotonic()
+        took, ended = now - ended, now
+        growing = max(took / last, _LEAST_GROWTH) if last > _BRIEF else _USUAL_GROWTH
+        last = took
+        if found.window >= window or found.upper - found.lower <= width or now - began + took * growing > seconds:
+            break
