@@ -13,6 +13,7 @@ from orbitdb.cli.tui.dialogs import ChoiceDialog, LineDialog
 from orbitdb.cli.tui.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.facts import FactsPanel
 from orbitdb.cli.tui.filling import FillDialog, FillState
+from orbitdb.cli.tui.filter_dialog import FilterDialog
 from orbitdb.cli.tui.orbit_screen import OrbitScreen
 from orbitdb.cli.tui.source import Ordering
 from orbitdb.cli.tui.table import COLUMNS, PagedTable
@@ -89,29 +90,27 @@ class MainScreen(OrbitScreen):
     # choosing
 
     def action_filter(self) -> None:
-        """Edit the filter."""
+        """Edit the filter; the rows follow as it is typed, and come back if it is left."""
+        row, before = self.query_one(PagedTable).row, self.selection.where
+        word = row[0] if row and self.query_one(PagedTable).cursor else None
+
+        def attempt(where: str | None) -> None:
+            if (where or None) != self.selection.where:
+                self._wanted = word
+                self.selection = replace(self.selection, where=where or None)
 
         def take(where: str | None) -> None:
-            if where is None:
-                return
+            attempt(before if where is None else where)
             if where and where not in self._history:
                 self._history.append(where)
-            self.selection = replace(self.selection, where=where or None)
 
         self.app.push_screen(
-            LineDialog(
-                "filter, as in --where",
-                self.selection.where or "",
-                "lambda_c < 0.5 and time_reversal = 'self'",
-                self._check_filter,
-                self._history,
-            ),
-            take,
+            FilterDialog(before or "", self._check_filter, attempt, self, self._history), take
         )
 
     def _check_filter(self, where: str) -> str:
         self.browser.check_filter(where, dict(self.selection.parameters))
-        return replace(self.selection, where=where).describe()
+        return ""
 
     def action_status(self) -> None:
         """Choose the next status."""

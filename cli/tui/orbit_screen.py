@@ -48,15 +48,23 @@ class OrbitScreen(Screen[None]):
     orbit: reactive[Orbit | None] = reactive(None, always_update=True, repaint=False)
     view: reactive[View] = reactive(View.STADIUM, repaint=False)
     compared: reactive[tuple[Orbit, ...]] = reactive((), always_update=True, repaint=False)
+    report: reactive[str] = reactive("", repaint=False)
 
     @dataclass
     class RowsRead(Message):
         """A worker has read the rows of a subset."""
 
-        source: Source
+        source: Pages
         partial: list[int]
         selection: Selection
         ordering: Ordering
+
+    @dataclass
+    class RowsFailed(Message):
+        """A worker could not read the rows of a subset."""
+
+        reason: str
+        selection: Selection
 
     @dataclass
     class OrbitFound(Message):
@@ -157,7 +165,8 @@ class OrbitScreen(Screen[None]):
     def _reload(self) -> None:
         if self.browser.catalogue is not None:
             table = self.query_one(PagedTable)
-            self._say_reading("reading …" if self.ordering == table.ordering else "sorting …")
+            self.report = "reading …" if self.ordering == table.ordering else "sorting …"
+            self._say_reading(self.report)
             self._read_rows(self.selection, self.ordering)
 
     def _say_reading(self, what: str) -> None:
@@ -189,7 +198,7 @@ class OrbitScreen(Screen[None]):
             return
         except (InputError, StoreError) as error:
             if not worker.is_cancelled:
-                self.post_message(self.Failed(str(error)))
+                self.post_message(self.RowsFailed(str(error), selection))
             return
         if not worker.is_cancelled:
             pages = Pages(catalogue, index, keys, NAMES)
@@ -209,6 +218,17 @@ class OrbitScreen(Screen[None]):
         if not len(message.source) and self.orbit is not None and self.orbit.stored:
             self.orbit = None
         table.show(message.source, place or 0)
+        self.report = f"{len(message.source):,} of {len(message.source.index):,} sequences"
+
+    def on_orbit_screen_rows_failed(self, message: RowsFailed) -> None:
+        """Show no rows, as those that are shown are of another subset, and say what went wrong."""
+        if message.selection == self.selection:
+            self._wanted = None
+            self._say_reading("")
+            self.query_one(PagedTable).show(Head([]))
+            self.report = message.reason
+            if isinstance(self.app.screen, OrbitScreen):  # a filter line says it itself
+                self.notify(message.reason, severity="error")
 
     def on_orbit_screen_failed(self, message: Failed) -> None:
         """Say what went wrong."""

@@ -41,6 +41,13 @@ LONGEST = 20_000
 
 _LONGEST_WITH_SUBQUERY = 4_000
 _SHOWN = 200
+_WORDS = {
+    "and", "between", "case", "cast", "collate", "distinct", "else", "end", "escape", "exists", "from", "glob", "in",
+    "is", "isnull", "like", "nocase", "not", "notnull", "null", "or", "select", "then", "when", "where",
+    *FUNCTIONS, *catalogue.c.keys(),
+}  # fmt: skip
+"""What an expression may be made of."""
+
 Parameters = dict[str, str | int | float]
 _Authorizer = Callable[[int, str | None, str | None, str | None, str | None], int]
 
@@ -73,6 +80,25 @@ def check(where: str, parameters: Parameters) -> None:
         _compile(f"(\n{where}\n)", parameters, authorize)
     except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
         raise refusal(where, str(error)) from error
+
+
+def unfinished(where: str, reason: str) -> bool:
+    """Tell whether a refused expression may be one that is only not typed to its end.
+
+    Parameters
+    ----------
+    where : str
+    reason : str
+        What `check` said.
+    """
+    found = tokens(where)
+    if "incomplete input" in reason or any(t.kind == "sign" and t.text in "'\"`[" for t in found):
+        return True
+    last = found[-1] if found else Token("blank", "")
+    if last.kind == "number":
+        return "unrecognized token" in reason
+    begun = last.text.lower()
+    return last.kind == "word" and any(name.startswith(begun) and name != begun for name in _WORDS)
 
 
 def _check_size(where: str, parameters: Parameters) -> None:
