@@ -58,6 +58,9 @@ class Subset:
     coordinates : ndarray, shape (sum of p,), or None
         Those of all words one behind the other (`coordinates_of`, `of_period`), NaN where a word has
         none; None if they were not asked for.
+    unfilled : str or None
+        Which of the chosen periods are not filled, in one line (`Catalogue.unfilled`): what is not
+        filled is not known to be empty.
     """
 
     selection: Selection
@@ -77,12 +80,16 @@ class Subset:
     length_error: Floats
     lyapunov_error: Floats
     coordinates: Floats | None = None
+    unfilled: str | None = None
 
     def __len__(self) -> int:
         return len(self.words)
 
     def __repr__(self) -> str:
-        return f"<{len(self)} {self.selection.describe()}>"
+        known = f"{len(self)} {self.selection.describe()}"
+        if self.unfilled is None:
+            return f"<{known}>"
+        return f"<{known}; {self.unfilled}>" if len(self) else f"<{self.unfilled}>"
 
     @property
     def lambda_d(self) -> Floats:
@@ -117,18 +124,21 @@ class Subset:
 
 def read_subset(catalogue: "Catalogue", selection: Selection, order: str, coordinates: bool) -> Subset:
     """Return the chosen sequences as arrays (`Catalogue.select`)."""
-    rows = list(catalogue.rows(selection, ("code", "p", "cycle", "element"), order))
-    words, p, cycles, elements = zip(*rows, strict=True) if rows else ((), (), (), ())
-    need_words(words, p)
-    keys = np.array([key or 0 for key in cycles], dtype=np.int64)
-    known, place = np.unique(keys, return_inverse=True)
-    shared = _shared(catalogue, selection.a, known)
-    places = read_coordinates(catalogue, selection.a, words, cycles, elements) if coordinates else None
+    with catalogue.at_one_moment() as still:
+        rows = list(still.rows(selection, ("code", "p", "cycle", "element"), order))
+        words, p, cycles, elements = zip(*rows, strict=True) if rows else ((), (), (), ())
+        need_words(words, p)
+        keys = np.array([key or 0 for key in cycles], dtype=np.int64)
+        known, place = np.unique(keys, return_inverse=True)
+        shared = _shared(still, selection.a, known)
+        places = read_coordinates(still, selection.a, words, cycles, elements) if coordinates else None
+        unfilled = still.unfilled(selection)
     return Subset(
         selection=selection,
         words=np.array(words, dtype=_TEXT),
         p=np.array(p, dtype=np.int64),
         coordinates=places,
+        unfilled=unfilled,
         **{name: values[place] for name, values in shared.items()},
     )
 

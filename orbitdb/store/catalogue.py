@@ -15,12 +15,13 @@ from orbitdb.selection import Selection, SelectionError, choose
 from orbitdb.stadium import Stadium
 from orbitdb.store.confinement import Patience, never
 from orbitdb.store.database import check_file, default_path, plain_errors, reading_engine
-from orbitdb.store.fills import Fill, as_fill
+from orbitdb.store.fills import Fill, as_fill, describe_unfilled
 from orbitdb.store.lookup import find_word
 from orbitdb.store.migrate import migrate
 from orbitdb.store.narrowing import count_rows, few_words
 from orbitdb.store.schema import SCHEMA_VERSION, catalogue, fill, stadium
 from orbitdb.store.selecting import COLUMNS, Columns, answering, column_of, conditions_of, ordering_of
+from orbitdb.store.stadiums import a_filled, a_stored, meant
 from orbitdb.words import SYMBOLS, is_primitive, parse
 
 if TYPE_CHECKING:
@@ -41,7 +42,8 @@ class Catalogue:
     path : path-like, optional
         The file; by default ``ORBITDB_DB`` or a file in the user's data folder.
     a : float, optional
-        The stadium that words and `select` are about, unless they name another.
+        The stadium that words and `select` are about, unless they name another; by default the only
+        one of which the catalogue has orbits, else 1.6.
 
     Raises
     ------
@@ -55,8 +57,8 @@ class Catalogue:
     >>> orbits = catalogue.select(p=(2, 11), status="orbit", lambda_c=(None, 0.4))  # doctest: +SKIP
     """
 
-    def __init__(self, path: Path | str | None = None, a: float = 1.6) -> None:
-        self.a = Stadium(a).a
+    def __init__(self, path: Path | str | None = None, a: float | None = None) -> None:
+        self._a = None if a is None else Stadium(a).a
         self.path = Path(path) if path is not None else default_path()
         version = check_file(self.path)
         if version is None:
@@ -70,11 +72,25 @@ class Catalogue:
         self._moment: sa.Connection | None = None
 
     @classmethod
-    def create(cls, path: Path | str | None = None, a: float = 1.6) -> "Catalogue":
+    def create(cls, path: Path | str | None = None, a: float | None = None) -> "Catalogue":
         """Open a catalogue, making it or bringing it to the newest schema first."""
         path = Path(path) if path is not None else default_path()
         migrate(path)
         return cls(path, a)
+
+    @property
+    def a(self) -> float:
+        """The stadium that is meant where none is named; once it is asked for, it stays the same.
+
+        Raises
+        ------
+        InputError
+            If none was given, and the catalogue has orbits at several, but none at 1.6.
+        """
+        if self._a is None:
+            with self.reading() as connection:
+                self._a = meant(a_stored(connection))
+        return self._a
 
     def close(self) -> None:
         """Close the file; it is opened again if something more is asked."""
@@ -119,6 +135,16 @@ class Catalogue:
         """
         chosen = self._chosen(selection, criteria)
         return [fill for fill in self.fills(chosen.a) if not fill.whole and chosen.includes(fill.p)]
+
+    def unfilled(self, selection: Selection | None = None, **criteria: Any) -> str | None:
+        """Say in one line which periods of a subset are not filled, what is, and what fills them.
+
+        None if all that are named are there, if only in part (`partial`). What is not filled is not
+        known to be empty. The parameters are those of `select`.
+        """
+        chosen = self._chosen(selection, criteria)
+        with self.at_one_moment() as still, still.reading() as connection:
+            return describe_unfilled(still.fills(chosen.a), chosen.periods, chosen.a, a_filled(connection))
 
     def find(self, word: str, a: float) -> Orbit | None:
         """Return a primitive word's stored orbit, in the rotation asked for, or None.
@@ -208,7 +234,9 @@ class Catalogue:
     def _chosen(self, selection: Selection | None, criteria: dict[str, Any]) -> Selection:
         if selection is not None and criteria:
             raise SelectionError("give a Selection or criteria, not both")
-        return choose(**{"a": self.a} | criteria) if selection is None else selection
+        if selection is not None:
+            return selection
+        return choose(**criteria) if "a" in criteria else choose(self.a, **criteria)
 
     def count(self, selection: Selection) -> int:
         """Return the number of rows in a chosen subset."""

@@ -1,0 +1,91 @@
+"""What is not filled is never told as zero, in one wording everywhere."""
+
+import pytest
+
+from orbitdb import Catalogue, single, survey
+from orbitdb.errors import InputError
+from orbitdb.store.fills import Fill, describe_unfilled
+
+
+def fill(p, state="done"):
+    return Fill(p, state, 1, 0.0, 0.0, 0.0, 0.0, None, (), None, None, None, None, None)
+
+
+KNOWN = [fill(p) for p in (*range(2, 9), 10)]
+
+
+@pytest.mark.parametrize(
+    ("known", "periods", "a", "filled_at", "said"),
+    [
+        (KNOWN, [(2, 8)], 1.6, [1.6], None),
+        (KNOWN, [], 1.6, [1.6], None),
+        (KNOWN, [(0, 1)], 1.6, [1.6], None),
+        ([fill(9, "filling")], [(9, 9)], 1.6, [1.6], None),
+        (
+            KNOWN,
+            [(12, 12)],
+            1.6,
+            [1.0, 1.6],
+            "period 12 is not filled at a = 1.6 (filled: periods 2-8, 10; some at a = 1): "
+            "'orbitdb fill --p 12 --a 1.6' fills it",
+        ),
+        (
+            KNOWN,
+            [(3, 9), (8, 12)],
+            1.6,
+            [1.6],
+            "periods 9, 11-12 are not filled at a = 1.6 (filled: periods 2-8, 10): "
+            "'orbitdb fill --p 12 --a 1.6' fills them",
+        ),
+        ([], [], 0.1234567, [], "nothing is filled at a = 0.1234567: 'orbitdb fill --p 11 --a 0.1234567' "
+                                "fills periods 2-11"),
+        (
+            [],
+            [(19, 99)],
+            1.0,
+            range(1, 9),
+            "periods 19-99 are not filled at a = 1 (filled: some at a = 2, 3, 4, 5, 6, 7 and 1 more): fills "
+            "end at period 20 ('orbitdb fill --p 20 --a 1'), 'orbitdb fill --code WORD' stores single words",
+        ),
+        (
+            KNOWN,
+            [(21, 10**9)],
+            1.6,
+            [1.6],
+            "periods 21-1000000000 are not filled at a = 1.6 (filled: periods 2-8, 10): fills end at "
+            "period 20, 'orbitdb fill --code WORD' stores single words",
+        ),
+    ],
+)  # fmt: skip
+def test_what_is_not_filled_what_is_and_what_fills_it(known, periods, a, filled_at, said):
+    assert describe_unfilled(known, periods, a, filled_at) == said
+
+
+def test_a_subset_does_not_claim_zero_of_what_is_not_filled(varied):
+    catalogue = Catalogue(varied)
+    assert repr(catalogue.select(p=9, status="orbit")) == (
+        "<period 9 is not filled at a = 1.6 (filled: periods 2-6; some at a = 1): "
+        "'orbitdb fill --p 9 --a 1.6' fills it>"
+    )
+    assert repr(catalogue.select(a=2.5)).startswith("<nothing is filled at a = 2.5 (filled: some at a = 1, ")
+    some = repr(catalogue.select(p="6-7", status="orbit"))
+    assert some.startswith("<188 orbits of period 6 to 7 at a = 1.6; period 7 is not filled at a = 1.6 (")
+    assert repr(catalogue.select(p=2, length=(99, None))) == (
+        "<0 symbol sequences of period 2 at a = 1.6 with length >= 99>"
+    )
+
+
+def test_the_only_a_of_a_catalogue_is_meant_where_none_is_named(tmp_path):
+    path = tmp_path / "orbits.db"
+    assert Catalogue.create(path).a == 1.6
+    single.fill_word(path, "13", 0.5)
+    assert Catalogue(path).a == 0.5
+    assert Catalogue(path)["13"].length == pytest.approx(6, rel=1e-15)
+    for _ in survey.fill(path, 2.0, [2]):
+        pass
+    with pytest.raises(InputError, match=r"^orbits are stored at a = 0\.5, 2: name one with --a"):
+        Catalogue(path).select(p=2)
+    assert len(Catalogue(path, a=2.0).select(p=2)) == len(Catalogue(path).select(p=2, a=2.0)) == 1
+    for _ in survey.fill(path, 1.6, [2]):
+        pass
+    assert Catalogue(path).a == 1.6
