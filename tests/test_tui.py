@@ -19,7 +19,8 @@ from orbitdb.cli.tui.dialogs import KeysDialog, LineDialog, QuestionDialog
 from orbitdb.cli.tui.drawing import OrbitDrawing, Plot, View
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.facts import FactsPanel
-from orbitdb.cli.tui.filling import FillDialog, parse_wish
+from orbitdb.cli.tui.fill_dialog import FillDialog
+from orbitdb.cli.tui.filling import parse_wish
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.source import Ordering, Pages
 from orbitdb.cli.tui.statistics import StatisticsScreen

@@ -12,7 +12,8 @@ from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.dialogs import ChoiceDialog, LineDialog
 from orbitdb.cli.tui.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.facts import FactsPanel
-from orbitdb.cli.tui.filling import FillDialog, FillState
+from orbitdb.cli.tui.fill_dialog import FillDialog
+from orbitdb.cli.tui.filling import FillState
 from orbitdb.cli.tui.filter_dialog import FilterDialog
 from orbitdb.cli.tui.orbit_screen import OrbitScreen
 from orbitdb.cli.tui.source import Ordering
@@ -199,8 +200,18 @@ class MainScreen(OrbitScreen):
         if not self.browser.writable():
             self.notify(f"{self.browser.path} is read-only: copy it, or name another file with --db")
             return
-        top = max(self.periods, default=10) + 1
-        self.app.push_screen(FillDialog(self.selection.a, f"2-{top}", self.browser.fill_state))
+        from orbitdb.enumeration import MAX_PERIOD
+        from orbitdb.store.fills import exact
+
+        wanted = [high for _, high in self.selection.periods if high not in self.periods]
+        top = min(max(wanted, default=max(self.periods, default=10) + 1), MAX_PERIOD)
+        dialog = FillDialog(self.browser.path, exact(self.selection.a), f"2-{top}", self.browser.fill_state)
+        self.app.push_screen(dialog)
+
+    def go_along(self, a: float) -> None:
+        """Look at the stadium that is being filled, if there is nothing at the one that is shown."""
+        if not self.periods and not len(self.query_one(PagedTable).source):
+            self.selection = replace(self.selection, a=a)
 
     def follow_fill(self, state: FillState) -> None:
         """Show how far a fill is."""
