@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from test_tui import drive, press, settle, shown, table_of, until
+from screens import drive, press, settle, shown, table_of, until
 
 from orbitdb.cli.tui.export import export as export_shown
 from orbitdb.cli.tui.source import Ordering

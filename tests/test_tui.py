@@ -1,20 +1,18 @@
 """The terminal UI, driven by keys and mouse against a filled catalogue, at two sizes."""
 
-import asyncio
 import csv
 import json
 import os
 import re
-import time
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from screens import LARGE, SMALL, ask, drive, press, screenshot, send, settle, shown, table_of, until
 from textual import events
 
 from orbitdb import survey
 from orbitdb.averages import entropy, lyapunov
-from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs import KeysDialog, LineDialog, QuestionDialog
 from orbitdb.cli.tui.drawing import OrbitDrawing, Plot, View
 from orbitdb.cli.tui.export import export
@@ -29,13 +27,9 @@ from orbitdb.errors import InputError
 from orbitdb.orbits import Status
 from orbitdb.selection import Selection
 from orbitdb.store.catalogue import Catalogue
-from orbitdb.store.trajectories import add_reference
-from orbitdb.store.writer import Writer
 from orbitdb.symmetry import REVERSE, images_of
-from orbitdb.trajectory import Reference
 from orbitdb.words import least_rotation
 
-SMALL, LARGE = (80, 24), (160, 48)
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 WRITE = "ORBITDB_WRITE_SNAPSHOTS"
 TAKEN_WITH = "8.2"
@@ -55,60 +49,6 @@ def filled(tmp_path_factory):
         for _ in survey.fill(path, a, range(2, highest + 1)):
             pass
     return path
-
-
-def drive(path, steps, size=SMALL, selection=None, code=None):
-    """Run the app without a terminal and do some steps with its pilot."""
-
-    async def run():
-        app = BrowseApp(path, selection or Selection(), code)
-        async with app.run_test(size=size) as pilot:
-            await settle(pilot)
-            await steps(app, pilot)
-
-    asyncio.run(run())
-
-
-async def settle(pilot):
-    """Wait until the workers have told all they know."""
-    await pilot.pause()  # a dialog that closes may start a worker, and that one sends a message
-    await pilot.app.workers.wait_for_complete()
-    await pilot.pause()
-
-
-async def press(pilot, *keys):
-    await pilot.press(*keys)
-    await settle(pilot)
-
-
-async def ask(pilot, key, text):
-    """Open a dialog by its key, and give it a line."""
-    await pilot.press(key)
-    pilot.app.screen.query_one("Input").value = text
-    await press(pilot, "enter")
-
-
-async def send(app, key, shows):
-    """Send a key and wait for a screen; while it fills, the process is never idle."""
-    app.post_message(events.Key(key, key if len(key) == 1 else None))
-    await until(lambda: isinstance(app.screen, shows))
-
-
-async def until(told):
-    end = time.monotonic() + 60
-    while not told():
-        assert time.monotonic() < end
-        await asyncio.sleep(0.01)
-
-
-def table_of(app):
-    return app.screen_stack[0].query_one(PagedTable)
-
-
-def shown(app):
-    """Return the screen as text."""
-    strips = app.screen._compositor.render_strips()
-    return "\n".join("".join(segment.text for segment in strip) for strip in strips)
 
 
 @both_sizes
@@ -194,30 +134,6 @@ def test_the_cursor_stays_on_its_word_when_the_order_changes(filled):
         assert table_of(app).cursor > 1000
 
     drive(filled, steps)
-
-
-@both_sizes
-def test_filter_is_checked_as_it_is_typed_and_remembered(filled, size):
-    async def steps(app, pilot):
-        await press(pilot, "slash", *"lenght")
-        assert "no such column" in str(app.screen.query_one(".complaint").render())
-        await press(pilot, "enter")
-        assert isinstance(app.screen, LineDialog)
-        app.screen.query_one("Input").value = "length < 3"
-        await pilot.pause()
-        assert "where length < 3" in str(app.screen.query_one(".complaint").render())
-        await press(pilot, "escape")
-        await ask(pilot, "slash", "length < 11")
-        chosen = Selection(where="length < 11")
-        assert app.screen.selection == chosen
-        assert app.screen.sub_title == chosen.describe()
-        assert len(table_of(app).source) == app.catalogue.count(chosen) == 5
-        await press(pilot, "slash", "ctrl+a", "ctrl+k", "enter")
-        assert app.screen.selection.where is None
-        await press(pilot, "slash", "up", "enter")
-        assert app.screen.selection == chosen
-
-    drive(filled, steps, size)
 
 
 @pytest.mark.slow
@@ -383,25 +299,6 @@ def test_statistics_are_those_of_the_averages(filled, size):
     drive(filled, steps, size)
 
 
-@pytest.mark.slow
-def test_statistics_show_the_stored_reference_until_new_trajectories_are_wanted(filled, tmp_path):
-    path = tmp_path / "orbits.db"
-    path.write_bytes(filled.read_bytes())
-    kept = Reference(0.8867, 0.0001, 0.3752, 0.0001, 2.3, 0.1, 10**9, 16, 5)
-    writer = Writer(path, {"command": "test"})
-    add_reference(writer, 1.6, kept)
-    writer.close()
-
-    async def steps(app, pilot):
-        await press(pilot, "S")
-        assert app.screen.reference == kept
-        await press(pilot, "t")
-        assert app.screen.reference.bounces < 10**7
-        assert app.screen.reference.lambda_d == pytest.approx(kept.lambda_d, abs=0.01)
-
-    drive(path, steps, LARGE)
-
-
 def test_statistics_of_chosen_words_count_those_words_alone(filled):
     from orbitdb.cli.tui.numbers import curves_of, statistics, table_of
     from orbitdb.fixed_points import ClassRows
@@ -458,7 +355,8 @@ def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
     async def steps(app, pilot):
         await pilot.press("f")
         app.screen.query_one("#periods").value = "2-14"
-        await send(app, "enter", FillDialog)
+        await send(app, "enter", QuestionDialog)
+        await send(app, "y", FillDialog)
         await until(lambda: app.fill_state is not None and app.fill_state.done)
         await send(app, "escape", MainScreen)
         await send(app, "q", QuestionDialog)
@@ -483,7 +381,7 @@ def test_quitting_while_a_fill_runs_asks_and_keeps_what_is_stored(tmp_path):
 
     async def steps(app, pilot):
         await pilot.press("f")
-        app.screen.query_one("#periods").value = "2-14"
+        app.screen.query_one("#periods").value = "2-13"
         await send(app, "enter", FillDialog)
         await until(lambda: app.fill_state is not None)
         await send(app, "escape", MainScreen)
@@ -703,14 +601,7 @@ def test_snapshots(filled, tmp_path, monkeypatch, name, size, keys):
     monkeypatch.chdir(tmp_path)
     if name != "empty":
         Path("orbits.db").write_bytes(filled.read_bytes())
-    svgs = []
-
-    async def steps(app, pilot):
-        await press(pilot, *keys)
-        svgs.append(normalised(app.export_screenshot()))
-
-    drive(Path("orbits.db"), steps, size)
-    (svg,) = svgs
+    svg = normalised(screenshot(Path("orbits.db"), size, keys))
     file = SNAPSHOTS / f"{name}.svg"
     if os.environ.get(WRITE):
         file.write_text(svg, encoding="utf-8")

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from orbitdb.store.pages import Index
 
 _SECONDS_BETWEEN_LOOKS = 2.0
-_WIDTHS = [(0, "-narrow"), (140, "-wide")]
+_WIDTHS = [(0, "-slim"), (76, "-narrow"), (140, "-wide")]
 _HEIGHTS = [(0, "-short"), (36, "-tall")]
 
 

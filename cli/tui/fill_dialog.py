@@ -59,6 +59,7 @@ class FillDialog(ModalScreen[None]):
         super().__init__()
         self._path, self._state = path, state
         self._values = {"a": a, "periods": periods, "codes": ""}
+        self.AUTO_FOCUS = "#stop" if self._runs else "#periods"  # later, keys may have gone elsewhere
 
     def compose(self) -> ComposeResult:
         """Show the fields, what they take, and the progress."""
@@ -78,7 +79,6 @@ class FillDialog(ModalScreen[None]):
 
     def on_mount(self) -> None:
         """Follow the fill that may be running."""
-        self.query_one("#periods" if not self._runs else "#stop").focus()
         self.watch(self.app, "fill_state", self._follow)
 
     @property

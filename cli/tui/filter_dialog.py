@@ -55,9 +55,7 @@ class FilterDialog(LineDialog):
         self.tell("; ".join(filter(None, (self._report, self._note))))
 
     def follow(self, text: str) -> None:
-        """Try the line when no key has come for a moment; meanwhile the rows stay as they are."""
-        if self._timer is not None:
-            self._timer.stop()
+        """Try the line when no key has come for a moment; till then the rows are the last good ones."""
         told, wrong = self.checked(text)
         if wrong and not unfinished(text, told):
             self.tell(told, wrong)
@@ -65,4 +63,6 @@ class FilterDialog(LineDialog):
         self._note = "the line is not complete yet" if wrong else ""
         self._say()
         if not wrong:
+            if self._timer is not None:
+                self._timer.stop()
             self._timer = self.set_timer(_PAUSE, lambda: self._attempt(text.strip()))

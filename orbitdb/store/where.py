@@ -43,8 +43,8 @@ _LONGEST_WITH_SUBQUERY = 4_000
 _SHOWN = 200
 _WORDS = {
     "and", "between", "case", "cast", "collate", "distinct", "else", "end", "escape", "exists", "from",
-    "glob", "in", "is", "isnull", "like", "nocase", "not", "notnull", "null", "or", "select", "then", "when", "where",
-    *FUNCTIONS, *catalogue.c.keys(),
+    "glob", "in", "is", "isnull", "like", "nocase", "not", "notnull", "null", "or", "select", "then",
+    "when", "where", *FUNCTIONS, *catalogue.c.keys(),
 }  # fmt: skip
 """What an expression may be made of."""
 

@@ -1,0 +1,78 @@
+"""The terminal UI without a terminal: driven by keys, and looked at."""
+
+import asyncio
+import time
+
+from textual import events
+
+from orbitdb.cli.tui.app import BrowseApp
+from orbitdb.cli.tui.table import PagedTable
+from orbitdb.selection import Selection
+
+SMALL, LARGE, TINY = (80, 24), (160, 48), (60, 20)
+
+
+def drive(path, steps, size=SMALL, selection=None, code=None):
+    """Run the app without a terminal and do some steps with its pilot."""
+
+    async def run():
+        app = BrowseApp(path, selection or Selection(), code)
+        async with app.run_test(size=size) as pilot:
+            await settle(pilot)
+            await steps(app, pilot)
+
+    asyncio.run(run())
+
+
+async def settle(pilot):
+    """Wait until the workers have told all they know."""
+    await pilot.pause()  # a dialog that closes may start a worker, and that one sends a message
+    await pilot.app.workers.wait_for_complete()
+    await pilot.pause()
+
+
+async def press(pilot, *keys):
+    await pilot.press(*keys)
+    await settle(pilot)
+
+
+async def ask(pilot, key, text):
+    """Open a dialog by its key, and give it a line."""
+    await pilot.press(key)
+    pilot.app.screen.query_one("Input").value = text
+    await press(pilot, "enter")
+
+
+async def send(app, key, shows):
+    """Send a key and wait for a screen; while it fills, the process is never idle."""
+    app.post_message(events.Key(key, key if len(key) == 1 else None))
+    await until(lambda: isinstance(app.screen, shows))
+
+
+async def until(told):
+    end = time.monotonic() + 60
+    while not told():
+        assert time.monotonic() < end
+        await asyncio.sleep(0.01)
+
+
+def table_of(app):
+    return app.screen_stack[0].query_one(PagedTable)
+
+
+def shown(app):
+    """Return the screen as text."""
+    strips = app.screen._compositor.render_strips()
+    return "\n".join("".join(segment.text for segment in strip) for strip in strips)
+
+
+def screenshot(path, size, keys=(), selection=None):
+    """Return the screen as SVG, as it is when some keys have been pressed."""
+    svgs = []
+
+    async def steps(app, pilot):
+        await press(pilot, *keys)
+        svgs.append(app.export_screenshot())
+
+    drive(path, steps, size, selection)
+    return svgs[0]
