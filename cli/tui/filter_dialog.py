@@ -56,6 +56,9 @@ class FilterDialog(LineDialog):
 
     def follow(self, text: str) -> None:
         """Try the line when no key has come for a moment; till then the rows are the last good ones."""
+        if self._timer is not None:
+            self._timer.stop()
+            self._timer = None
         told, wrong = self.checked(text)
         if wrong and not unfinished(text, told):
             self.tell(told, wrong)
@@ -63,6 +66,8 @@ class FilterDialog(LineDialog):
         self._note = "the line is not complete yet" if wrong else ""
         self._say()
         if not wrong:
-            if self._timer is not None:
-                self._timer.stop()
-            self._timer = self.set_timer(_PAUSE, lambda: self._attempt(text.strip()))
+            self._timer = self.set_timer(_PAUSE, lambda: self._try(text.strip()))
+
+    def _try(self, where: str) -> None:
+        self._timer = None
+        self._attempt(where)

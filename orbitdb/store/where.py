@@ -97,8 +97,9 @@ def unfinished(where: str, reason: str) -> bool:
     last = found[-1] if found else Token("blank", "")
     if last.kind == "number":
         return "unrecognized token" in reason
+    blamed = f'near "{last.text}"' in reason or f"no such column: {last.text};" in reason
     begun = last.text.lower()
-    return last.kind == "word" and any(name.startswith(begun) and name != begun for name in _WORDS)
+    return last.kind == "word" and blamed and any(n.startswith(begun) and n != begun for n in _WORDS)
 
 
 def _check_size(where: str, parameters: Parameters) -> None:
