@@ -12,12 +12,12 @@ from orbitdb.selection import Selection
 SMALL, LARGE, TINY = (80, 24), (160, 48), (60, 20)
 
 
-def drive(path, steps, size=SMALL, selection=None, code=None):
+def drive(path, steps, size=SMALL, selection=None, code=None, notifications=False):
     """Run the app without a terminal and do some steps with its pilot."""
 
     async def run():
         app = BrowseApp(path, selection or Selection(), code)
-        async with app.run_test(size=size) as pilot:
+        async with app.run_test(size=size, notifications=notifications) as pilot:
             await settle(pilot)
             await steps(app, pilot)
 
@@ -60,10 +60,15 @@ def table_of(app):
     return app.screen_stack[0].query_one(PagedTable)
 
 
+def screen_lines(app):
+    """Return the lines of the screen as texts."""
+    strips = app.screen._compositor.render_strips()
+    return ["".join(segment.text for segment in strip) for strip in strips]
+
+
 def shown(app):
     """Return the screen as text."""
-    strips = app.screen._compositor.render_strips()
-    return "\n".join("".join(segment.text for segment in strip) for strip in strips)
+    return "\n".join(screen_lines(app))
 
 
 def screenshot(path, size, keys=(), selection=None):
