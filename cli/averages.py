@@ -7,7 +7,8 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import note, note_partial, write
+from orbitdb.cli.reading import note_gaps, note_nothing, reading
+from orbitdb.cli.render import note, write
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ def register(app: typer.Typer) -> None:
 @options.with_choice
 def entropy(
     *,
-    a: options.HalfLength = 1.6,
+    a: options.StoredHalfLength = None,
     choice: options.Choice,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
@@ -63,9 +64,9 @@ def entropy(
     the zeta function cut off at p, which converges much faster, with its change from p - 1.
     """
     from orbitdb import averages
-    from orbitdb.store.catalogue import Catalogue
 
-    subset = _read(Catalogue(db), choice.at(a))
+    with reading(db, a, choice) as (catalogue, chosen):
+        subset = _read(catalogue, chosen)
     found = averages.entropy(subset.classes.rows(), subset.highest)
     columns = {name: getattr(found, name).tolist() for name in ENTROPY_COLUMNS}
     _write(subset, ENTROPY_COLUMNS, columns, options.chosen(format_, json))
@@ -74,7 +75,7 @@ def entropy(
 @options.with_choice
 def lyapunov(
     *,
-    a: options.HalfLength = 1.6,
+    a: options.StoredHalfLength = None,
     choice: options.Choice,
     weight: Annotated[
         str, typer.Option("--weight", help="exp: e^-lambda, as in the paper; det: 1/|det(1 - M)|.")
@@ -95,14 +96,13 @@ def lyapunov(
     """
     from orbitdb import averages
     from orbitdb.fixed_points import Weight
-    from orbitdb.store.catalogue import Catalogue
     from orbitdb.store.trajectories import best_reference
 
     if weight not in set(Weight):
         raise InputError(f"weight {weight!r}: use {' or '.join(Weight)}")
-    with Catalogue(db).at_one_moment() as catalogue:
-        subset = _read(catalogue, choice.at(a))
-        reference = best_reference(catalogue, subset.selection.a)
+    with reading(db, a, choice) as (catalogue, chosen):
+        subset = _read(catalogue, chosen)
+        reference = best_reference(catalogue, chosen.a)
     form = options.chosen(format_, json)
     if cut is not None:
         _write_cut(subset, cut, Weight(weight), form)
@@ -111,7 +111,7 @@ def lyapunov(
     columns = {name: getattr(found, name).tolist() for name in LYAPUNOV_COLUMNS}
     names = list(LYAPUNOV_COLUMNS)
     if reference is None:
-        note(f"no trajectory value at a = {a:g}: 'orbitdb simulate --a {a:g}' makes one")
+        note(f"no trajectory value at a = {chosen.a:g}: 'orbitdb simulate --a {chosen.a:g}' makes one")
     elif form is Format.TABLE:
         note(
             f"trajectories: lambda_d = {reference.lambda_d:.6f} +- {reference.lambda_d_error:.6f}, "
@@ -145,9 +145,9 @@ def _read(catalogue: "Catalogue", chosen: "Selection") -> "WholePeriods":
     from orbitdb.store.periods import read_whole
 
     subset = read_whole(catalogue, chosen)
-    note_partial(subset.partial, chosen.a, left_out=True)
+    note_gaps(catalogue, chosen, left_out=True)
     if not len(subset.classes):
-        note(f"no {subset.selection.describe()} in filled periods: 'orbitdb info' shows what is filled")
+        note_nothing(catalogue, subset.selection)
         raise typer.Exit(1)
     return subset
 

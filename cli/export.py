@@ -12,7 +12,8 @@ import typer
 from orbitdb import __version__
 from orbitdb.cli import options
 from orbitdb.cli.query import KEYS
-from orbitdb.cli.render import note, note_partial
+from orbitdb.cli.reading import note_gaps, note_nothing, reading
+from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def export(
         Path | None,
         typer.Argument(metavar="[FILE]", help="Ends in .csv, .jsonl, .parquet or .npz; none: stdout."),
     ] = None,
-    a: options.HalfLength = 1.6,
+    a: options.StoredHalfLength = None,
     choice: options.Choice,
     order: Annotated[
         str, typer.Option("--order", help="Columns to sort by; a falling one ends in desc.")
@@ -68,7 +69,6 @@ def export(
     the periods among them that a fill had stored in part only.
     """
     from orbitdb import export as files
-    from orbitdb.store.catalogue import Catalogue
     from orbitdb.store.selecting import parse_columns
 
     kind = files.form_of(file, form) if file is not None else form
@@ -76,15 +76,14 @@ def export(
         raise InputError("name a file, such as orbits.parquet, or write to stdout with --format csv or jsonl")
     if file is not None:
         files.check_target(file, force)
-    chosen = choice.at(a)
     names = KEYS if columns is None else parse_columns(columns)
-    with Catalogue(db).at_one_moment() as catalogue:
+    with reading(db, a, choice) as (catalogue, chosen):
         partial = catalogue.partial(chosen)
-        note_partial(partial, chosen.a)
+        note_gaps(catalogue, chosen)
         rows = _rows(catalogue, chosen, names, order, limit, coordinates)
         first = next(rows, None)
         if first is None:
-            note(f"no {chosen.describe()}: nothing is written")
+            note_nothing(catalogue, chosen, ": nothing is written")
             raise typer.Exit(1)
         everything = chain([first], rows)
         names = (*names, "coordinates") if coordinates else names

@@ -4,10 +4,12 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+import typer
 from matplotlib.figure import Figure
 
 from orbitdb import averages
-from orbitdb.cli.render import note, note_partial
+from orbitdb.cli.reading import note_gaps, note_nothing
+from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.orbits import Orbit
 from orbitdb.plots import curves, paths
@@ -102,25 +104,29 @@ def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
 def _read(catalogue: Catalogue, chosen: Selection) -> WholePeriods:
     """Return the chosen classes of whole periods for averages; say which periods are missing."""
     subset = read_whole(catalogue, chosen)
-    note_partial(subset.partial, chosen.a, left_out=True)
-    if not subset.fills:
-        raise InputError(f"no {chosen.describe()} is filled: run 'orbitdb fill --p 11 --a {chosen.a:g}'")
+    note_gaps(catalogue, chosen, left_out=True)
+    if not len(subset.classes):
+        raise _nothing(catalogue, chosen)
     if subset.missing:
         note(f"left out or not filled: p = {', '.join(map(str, subset.missing))}; averages lack their orbits")
-    if not len(subset.classes):
-        raise InputError(f"no {chosen.describe()}: nothing to draw")
     return subset
+
+
+def _nothing(catalogue: Catalogue, chosen: Selection) -> typer.Exit:
+    """Say that there is nothing to draw; return how the command ends then."""
+    note_nothing(catalogue, chosen, ": nothing to draw")
+    return typer.Exit(1)
 
 
 def _draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
     if not chosen.periods:
         raise InputError("name a period for the sheet, such as --p 5")
-    note_partial(catalogue.partial(chosen), chosen.a)
+    note_gaps(catalogue, chosen)
     words = sorted(set(catalogue.select(chosen).representative.tolist()), key=lambda word: (len(word), word))
     orbits = [found for word in words[:limit] if (found := catalogue.find(word, chosen.a)) is not None]
     drawn = [found.points for found in orbits if found.points is not None]
     if not drawn:
-        raise InputError(f"no {chosen.describe()}: nothing to draw")
+        raise _nothing(catalogue, chosen)
     if len(words) > limit:
         note(f"{limit} of {len(words)} classes are drawn; --limit {len(words)} draws all")
     stadium = Stadium(chosen.a)
@@ -138,10 +144,10 @@ def _draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
 
 def _draw_birkhoff(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
     stadium = Stadium(chosen.a)
-    note_partial(catalogue.partial(chosen), chosen.a)
+    note_gaps(catalogue, chosen)
     subset = catalogue.select(chosen, coordinates=True)
     if not len(subset):
-        raise InputError(f"no {chosen.describe()}: nothing to draw")
+        raise _nothing(catalogue, chosen)
     place, sine, colour = [], [], []
     for p in np.unique(subset.p).tolist():
         along, sines = birkhoff(stadium, *subset.of_period(p))
@@ -157,10 +163,10 @@ def _draw_birkhoff(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
 
 
 def _draw_lengths(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
-    note_partial(catalogue.partial(chosen), chosen.a)
+    note_gaps(catalogue, chosen)
     found = catalogue.classes(chosen)
     if not len(found):
-        raise InputError(f"no {chosen.describe()}: nothing to draw")
+        raise _nothing(catalogue, chosen)
     with figure(6.4, 6.0) as made:
         above, below = made.subplots(2, 1, sharex=True)
         curves.draw_staircase(above, found.length, found.chosen)

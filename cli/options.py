@@ -33,7 +33,18 @@ Database = Annotated[
         help="The catalogue [default: ORBITDB_DB, or the user's data folder].",
     ),
 ]
+USUAL_A = 1.6
+"""The paper's stadium."""
+
 HalfLength = Annotated[float, typer.Option("--a", metavar="NUMBER", help="Half length of a straight wall.")]
+StoredHalfLength = Annotated[
+    float | None,
+    typer.Option(
+        "--a",
+        metavar="NUMBER",
+        help="Half length of a straight wall [default: the catalogue's only one, else 1.6].",
+    ),
+]
 OutputFormat = Annotated[Format, typer.Option("--format", help="How to write the result.")]
 Json = Annotated[bool, typer.Option("--json", help="The same as --format json.")]
 Periods = Annotated[str | None, typer.Option("--p", metavar="PERIODS", help="Periods: 11, 2-8 or 2,3,5-7.")]

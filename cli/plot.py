@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.reading import meant, reading
 from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
 
@@ -56,7 +57,7 @@ def plot(
     code: Annotated[
         str | None, typer.Option("--code", help="The word, for orbit and reverse; stored or not.")
     ] = None,
-    a: options.HalfLength = 1.6,
+    a: options.StoredHalfLength = None,
     choice: options.Choice,
     limit: Annotated[int, typer.Option("--limit", min=1, help="Orbits on a sheet at most.")] = 120,
     db: options.Database = None,
@@ -72,12 +73,10 @@ def plot(
             raise InputError(f"name the orbit to draw: plot {kind} --code 1232131")
         found = _orbit(code, a, db)
         made = figures.draw_orbit(found) if kind is Kind.ORBIT else figures.draw_reverse(found)
-        said = f"orbit {found.code} at a = {a:g}"
+        said = f"orbit {found.code} at a = {found.a:g}"
     else:
-        from orbitdb.store.catalogue import Catalogue
-
-        chosen = replace(choice, status="orbit" if choice.status is None else choice.status).at(a)
-        with Catalogue(db).at_one_moment() as catalogue:
+        wanted = replace(choice, status="orbit" if choice.status is None else choice.status)
+        with reading(db, a, wanted) as (catalogue, chosen):
             made = figures.OF_SUBSETS[kind.value](catalogue, chosen, limit)
         said = chosen.describe()
     with complete(output) as draft:
@@ -85,7 +84,7 @@ def plot(
     note(f"{said}, in {output}")
 
 
-def _orbit(code: str, a: float, db: Path | None) -> "Orbit":
+def _orbit(code: str, a: float | None, db: Path | None) -> "Orbit":
     """Return the orbit of a word, stored or solved on the spot.
 
     Raises
@@ -95,14 +94,13 @@ def _orbit(code: str, a: float, db: Path | None) -> "Orbit":
     """
     from orbitdb import single
     from orbitdb.cli.query import primitive
-    from orbitdb.stadium import Stadium
     from orbitdb.store.database import check_file, default_path
     from orbitdb.words import parse, primitive_root
 
-    Stadium(a)
     path = db or default_path()
-    found = single.find(None if check_file(path) is None else path, primitive_root(parse(code)), a)
+    at = meant(path, a)
+    found = single.find(None if check_file(path) is None else path, primitive_root(parse(code)), at)
     if found.coordinates is None:
-        raise InputError(f"{code_text(found.code)} at a = {a:g} cannot be drawn: {found.status.sentence}")
+        raise InputError(f"{code_text(found.code)} at a = {at:g} cannot be drawn: {found.status.sentence}")
     primitive(code)  # tells of a code that repeats a shorter one
     return found

@@ -8,7 +8,8 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import LONG_CODE, code_text, note, note_partial, number, write, write_facts
+from orbitdb.cli.reading import meant, note_gaps, note_nothing, reading
+from orbitdb.cli.render import LONG_CODE, code_text, note, number, write, write_facts
 
 if TYPE_CHECKING:
     from orbitdb.orbits import Orbit
@@ -54,7 +55,7 @@ def query(
     code: Annotated[
         list[str] | None, typer.Option("--code", help="A word in any rotation, stored or not; repeatable.")
     ] = None,
-    a: options.HalfLength = 1.6,
+    a: options.StoredHalfLength = None,
     choice: options.Choice,
     order: Annotated[
         str, typer.Option("--order", help="Columns to sort by; a falling one ends in desc.")
@@ -80,22 +81,21 @@ def query(
     if code:
         _show_words(code, a, db, form)
         return
-    from orbitdb.store.catalogue import Catalogue
-
-    chosen = choice.at(a)
     names = _columns(columns, form)
     on_screen = form is Format.TABLE and limit is None
     shown = _ON_SCREEN if on_screen else limit
-    with Catalogue(db).at_one_moment() as catalogue:
-        note_partial(catalogue.partial(chosen), chosen.a)
+    with reading(db, a, choice) as (catalogue, chosen):
+        note_gaps(catalogue, chosen)
         rows = catalogue.rows(chosen, names, order, shown, offset)
         count = write(names, with_rules(names, rows), form)
-        total = catalogue.count(chosen) if form is Format.TABLE and count == shown else count
-    if form is Format.TABLE:
-        more = f"; {count} shown, --limit {total} shows all" if total > count else ""
+        cut = offset or count == shown
+        total = catalogue.count(chosen) if cut and (form is Format.TABLE or not count) else count
+        if not total:
+            note_nothing(catalogue, chosen)
+    if total and form is Format.TABLE:
+        rest = "" if offset else f", --limit {total} shows all"
+        more = f"; {count} shown{rest}" if total > count else ""
         note(f"{total} {chosen.describe()}{more}")
-    elif not count:
-        note(f"no {chosen.describe()}")
     if not count:
         raise typer.Exit(1)
 
@@ -132,14 +132,13 @@ def primitive(code: str) -> str:
     return root
 
 
-def _show_words(codes: list[str], a: float, db: Path | None, form: Format) -> None:
+def _show_words(codes: list[str], a: float | None, db: Path | None, form: Format) -> None:
     from orbitdb import single
-    from orbitdb.stadium import Stadium
     from orbitdb.store.database import check_file, default_path
     from orbitdb.words import parse
 
-    Stadium(a)
     path = db or default_path()
+    at = meant(path, a)
     if check_file(path) is None:
         if db is not None:
             note(f"no catalogue at {path}: solved on the spot")
@@ -148,7 +147,7 @@ def _show_words(codes: list[str], a: float, db: Path | None, form: Format) -> No
         known = path
     for code in codes:
         parse(code)  # so that a wrong one is all that is told
-    found = [single.find(known, primitive(code), a) for code in codes]
+    found = [single.find(known, primitive(code), at) for code in codes]
     if form is Format.TABLE:
         for orbit in found:
             write_facts(_facts(orbit))

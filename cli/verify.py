@@ -90,12 +90,15 @@ def verify(
         _report([broken], db or default_path(), start, restarts, form)
         return
     partial: dict[float, list[Fill]] = {}
+    unfilled: list[str] = []
 
     def work() -> "Iterator[Step]":
         with catalogue.at_one_moment() as still:
             stadiums = still.a_values() if a is None else [Stadium(a).a]
             chosen = [choice.at(each) for each in stadiums]
             partial.update((selection.a, still.partial(selection)) for selection in chosen)
+            if a is not None or choice.p is not None:
+                unfilled.extend(filter(None, map(still.unfilled, chosen)))
             yield from steps(still, chosen, sample, restarts, seed)
         if rigorous:
             from orbitdb.certification import certify
@@ -106,6 +109,8 @@ def verify(
     found = report(_watched(work()))
     for each, fills in partial.items():
         note_partial(fills, each)
+    for gap in unfilled:
+        note(gap)
     _report(found, catalogue.path, start, restarts, form)
 
 

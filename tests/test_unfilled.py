@@ -89,3 +89,53 @@ def test_the_only_a_of_a_catalogue_is_meant_where_none_is_named(tmp_path):
     for _ in survey.fill(path, 1.6, [2]):
         pass
     assert Catalogue(path).a == 1.6
+
+
+GAP = "period 13 is not filled at a = 1.6 (filled: periods 2-6; some at a = 1): 'orbitdb fill --p 13 --a 1.6'"
+NOWHERE = "nothing is filled at a = 3 (filled: some at a = 1, 1.6): 'orbitdb fill --p 11 --a 3' fills periods"
+READERS = ["query --status orbit", "query --json", "table", "entropy", "lyapunov", "export --format csv",
+           "plot entropy -o f.svg", "plot lengths -o f.svg", "plot birkhoff -o f.svg", "verify --a 1.6"]  # fmt: skip
+
+
+@pytest.mark.parametrize("command", READERS)
+def test_no_command_tells_what_is_not_filled_as_zero(cli, varied, tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    for more, said in (["--p", "13"], GAP), (["--a", "3"], NOWHERE):
+        done = cli(*command.split(), *more, "--db", str(varied))
+        lines = done.err.splitlines()
+        assert done.code == 1
+        assert lines[0].startswith(said)
+        assert len(lines) == 1 + command.startswith("verify")  # it says that the file is sound, too
+        assert "no orbits" not in done.err
+
+
+@pytest.mark.parametrize("command", READERS[:6])
+def test_rows_of_what_is_filled_come_with_a_note_on_the_rest(cli, varied, command):
+    done = cli(*command.split(), "--p", "6,13", "--db", str(varied))
+    assert done.code == 0
+    assert done.out
+    assert done.err.splitlines()[0].startswith(GAP)
+
+
+def test_nothing_found_is_said_of_what_is_stored(cli, varied):
+    for periods, said in ("5", ""), ("5-7", " in what is stored"):
+        done = cli("query", "--p", periods, "--where", "length > 99", "--db", str(varied))
+        assert done.code == 1
+        assert done.err.splitlines()[-1].startswith("no symbol sequences of period")
+        assert done.err.splitlines()[-1].endswith(f"where length > 99{said}")
+    beyond = cli("query", "--p", "6", "--offset", "9999", "--format", "csv", "--db", str(varied))
+    assert (beyond.code, "no symbol sequences" in beyond.err) == (1, False)
+
+
+@pytest.mark.parametrize("command", [*READERS[:6], "query --code 13", "plot orbit --code 13 -o f.svg"])
+def test_commands_ask_at_the_only_a(cli, tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    cli("fill", "--p", "4", "--a", "1")
+    done = cli(*command.split())
+    assert done.code == 0
+    assert done.err.splitlines()[0] == f"a = 1, the only one in {tmp_path / 'orbits.db'}"
+    assert cli(*command.split(), "--a", "1").err.startswith("a = 1, the only") is False
+    cli("fill", "--p", "4", "--a", "2")
+    several = cli(*command.split())
+    assert several.code == 2
+    assert several.err == "orbitdb: orbits are stored at a = 1, 2: name one with --a, or with a= in Python\n"
