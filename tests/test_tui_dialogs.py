@@ -11,6 +11,8 @@ from orbitdb.selection import Selection
 
 LONG_PATH = "/a" * 120
 
+both_sizes = pytest.mark.parametrize("size", [pytest.param(SMALL, marks=pytest.mark.slow), TINY])
+
 
 def squeezed(text):
     return "".join(text.split())
@@ -92,7 +94,7 @@ DIALOGS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("size", [SMALL, TINY])
+@both_sizes
 def test_dialogs_are_wholly_visible(filled, size):
     filled.with_name("there.csv").touch()
 
@@ -109,7 +111,7 @@ def test_dialogs_are_wholly_visible(filled, size):
     drive(filled, steps, size)
 
 
-@pytest.mark.parametrize("size", [SMALL, TINY])
+@both_sizes
 @pytest.mark.parametrize("key", ["question_mark", "S"])
 def test_keys_are_wholly_readable(filled, size, key):
     async def steps(app, pilot):
@@ -125,7 +127,7 @@ def test_keys_are_wholly_readable(filled, size, key):
     drive(filled, steps, size, Selection(periods=((2, 3),)))
 
 
-@pytest.mark.parametrize("size", [SMALL, TINY])
+@both_sizes
 def test_notifications_are_wholly_visible(filled, size):
     async def steps(app, pilot):
         message = f"{LONG_PATH} is read-only: copy it, or name another file with --db, " + "and so on, " * 20
