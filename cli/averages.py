@@ -82,7 +82,9 @@ def lyapunov(
     ] = "exp",
     cut: Annotated[
         float | None,
-        typer.Option("--cut", help="One zeta average over all pseudo-cycles of lambda up to this, instead."),
+        options.number_option(
+            "--cut", help="One zeta average over all pseudo-cycles of lambda up to this, instead."
+        ),
     ] = None,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
@@ -131,8 +133,8 @@ def _write_cut(subset: "WholePeriods", cut: float, weight: "Weight", form: Forma
     if not 0 < cut <= _LARGEST_CUT:
         raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
     rows = subset.classes.rows()
-    if weight is Weight.DETERMINANT and (cut / rows.lyapunov).sum() > _MOST_FACTORS:
-        raise InputError(f"cut {cut:g} has too many terms with --weight det: give a smaller one, such as 9")
+    if weight is Weight.DETERMINANT and (most := averages.largest_cut(rows, cut, _MOST_FACTORS)) < cut:
+        raise InputError(f"cut {cut:g} has too many terms with --weight det: give {most:g} or less")
     found = averages.lyapunov_by_stability(rows, cut, subset.highest, weight)
     values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)
     note(subset.selection.describe())

@@ -49,6 +49,7 @@ def register(app: typer.Typer) -> None:
 
 
 def bench(
+    context: typer.Context,
     kind: Annotated[
         Kind,
         typer.Option(
@@ -77,6 +78,8 @@ def bench(
     """
     from orbitdb.stadium import Stadium
 
+    idle = {Kind.METHODS: [], Kind.STRESS: ["a", "p", "picture"]}.get(kind, ["picture"])
+    options.refuse_idle(context, f"with --kind {kind}", *idle)
     stadium = Stadium(a)
     form = options.chosen(format_, json)
     if kind is Kind.STRESS:

@@ -30,6 +30,7 @@ Examples:
   orbitdb export --format jsonl --p 11 --status orbit | jq .length
 """
 _BLOCK = 20_000
+_STDOUT = Path("-")
 _HOW = ("code", "cycle", "element")
 
 
@@ -41,16 +42,19 @@ def register(app: typer.Typer) -> None:
 @options.with_choice
 def export(
     *,
+    context: typer.Context,
     file: Annotated[
         Path | None,
-        typer.Argument(metavar="[FILE]", help="Ends in .csv, .jsonl, .parquet or .npz; none: stdout."),
+        typer.Argument(
+            metavar="[FILE]", help="Ends in .csv, .jsonl, .parquet or .npz; none or -: stdout, with --format."
+        ),
     ] = None,
     a: options.StoredHalfLength = None,
     choice: options.Choice,
     order: Annotated[
         str, typer.Option("--order", help="Columns to sort by; a falling one ends in desc.")
     ] = "p,code",
-    limit: Annotated[int | None, typer.Option("--limit", min=0, help="Rows at most.")] = None,
+    limit: Annotated[int | None, options.count_option("--limit", least=0, help="Rows at most.")] = None,
     columns: Annotated[
         str | None, typer.Option("-c", "--columns", help="Columns to write, with commas between.")
     ] = None,
@@ -71,10 +75,11 @@ def export(
     from orbitdb import export as files
     from orbitdb.store.selecting import parse_columns
 
-    kind = files.form_of(file, form) if file is not None else form
-    if file is None and kind not in files.TEXT_WRITERS:
-        raise InputError("name a file, such as orbits.parquet, or write to stdout with --format csv or jsonl")
-    if file is not None:
+    if file is None or file == _STDOUT:
+        options.refuse_idle(context, "on stdout", "force")
+        file, kind = None, _form_of_stdout(form)
+    else:
+        kind = files.form_of(file, form)
         files.check_target(file, force)
     names = KEYS if columns is None else parse_columns(columns)
     with reading(db, a, choice) as (catalogue, chosen):
@@ -88,11 +93,29 @@ def export(
         everything = chain([first], rows)
         names = (*names, "coordinates") if coordinates else names
         if file is None:
-            files.TEXT_WRITERS[str(kind)](sys.stdout, names, everything)
+            files.TEXT_WRITERS[kind](sys.stdout, names, everything)
             return
         provenance = _provenance(catalogue, chosen) | {"partial": [fill.p for fill in partial]}
-        files.write_file(file, str(kind), names, everything, provenance)
+        files.write_file(file, kind, names, everything, provenance)
     note(f"{chosen.describe()}, in {file}")
+
+
+def _form_of_stdout(form: str | None) -> str:
+    """Return the format of what is written to stdout.
+
+    Raises
+    ------
+    InputError
+        If it is not named, or cannot be written row by row.
+    """
+    from orbitdb.export import FORMATS, TEXT_WRITERS
+
+    if form in TEXT_WRITERS:
+        return str(form)
+    said = "" if form is None else f"{form} is for files: " if form in FORMATS else f"no format {form!r}: "
+    raise InputError(
+        f"{said}name a file, such as orbits.parquet, or write to stdout with --format csv or jsonl"
+    )
 
 
 def _provenance(catalogue: "Catalogue", chosen: "Selection") -> dict[str, Any]:

@@ -11,7 +11,8 @@ import typer
 
 from orbitdb.cli.endings import until_interrupted, with_other_processes
 from orbitdb.cli.info import bring
-from orbitdb.cli.options import Database, HalfLength
+from orbitdb.cli.options import Database, HalfLength, count_option, takes_only
+from orbitdb.cli.query import given_codes, primitive
 from orbitdb.cli.render import code_text, note
 from orbitdb.cli.solvers import Executor, Solvers
 from orbitdb.errors import InputError
@@ -30,7 +31,7 @@ Examples:
 
   orbitdb fill --p 10 --method relaxation --scheduler tcp://node1:8786
 
-  orbitdb fill --code 1^20(02)^5 3
+  orbitdb fill --code '1^20(02)^5 3'
 """
 
 
@@ -40,8 +41,9 @@ def register(app: typer.Typer) -> None:
 
 
 def fill(
-    p: Annotated[int | None, typer.Option("--p", help="The highest period to fill.")] = None,
-    first: Annotated[int, typer.Option("--from", help="The lowest period to fill.")] = 2,
+    context: typer.Context,
+    p: Annotated[int | None, count_option("--p", help="The highest period to fill.")] = None,
+    first: Annotated[int, count_option("--from", help="The lowest period to fill.")] = 2,
     a: HalfLength = 1.6,
     code: Annotated[
         list[str] | None,
@@ -58,7 +60,7 @@ def fill(
     ] = "newton",
     jobs: Annotated[
         int | None,
-        typer.Option("--jobs", help="Processes that solve [default: all cores where it pays]."),
+        count_option("--jobs", help="Processes that solve [default: all cores where it pays]."),
     ] = None,
     executor: Annotated[
         Executor | None,
@@ -84,12 +86,11 @@ def fill(
     Stadium(a)
     if method not in METHODS:
         raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
-    solvers = Solvers.chosen(executor, scheduler, jobs)
     if code:
-        if solvers.scheduler:
-            raise InputError("--code solves single words here: leave out --scheduler")
-        _fill_words(_words(code), a, method, db, dry_run)
+        takes_only(context, "with --code", "code", "a", "method", "dry_run")
+        _fill_words(given_codes(code), a, method, db, dry_run)
         return
+    solvers = Solvers.chosen(executor, scheduler, jobs)
     if p is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
     if not 2 <= first <= p <= MAX_PERIOD:
@@ -172,18 +173,8 @@ def _consume(steps: "Iterable[Progress]") -> None:
         pass
 
 
-def _words(codes: list[str]) -> Iterator[str]:
-    """Return the codes given, those on stdin among them, without checking them."""
-    for code in codes:
-        if code == "-":
-            yield from (line.strip() for line in sys.stdin if line.strip())
-        else:
-            yield code
-
-
 def _fill_words(codes: Iterable[str], a: float, method: str, db: Path | None, dry_run: bool) -> None:
     from orbitdb import single
-    from orbitdb.cli.query import primitive
     from orbitdb.store.database import default_path
 
     words = [primitive(code) for code in codes]

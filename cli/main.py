@@ -10,6 +10,7 @@ from orbitdb import __version__
 from orbitdb.cli import averages, bench, browse, export, fill, info, plot, query, simulate, table, verify
 from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed
 from orbitdb.cli.render import note
+from orbitdb.cli.streams import stand_in_for_closed
 from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
 
 DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
@@ -45,15 +46,16 @@ def _options(
 def run() -> None:
     """Run the command line; every failure becomes one line on stderr and an exit code."""
     end_as_users_expect()
-    nowhere = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, for as long as the process lives
-    sys.stdout, sys.stderr = sys.stdout or nowhere, sys.stderr or nowhere  # None where they are closed
+    stand_in_for_closed()
     code = _run(sys.argv[1:] or ["--help"])
     end_undisturbed()
     try:
         sys.stdout.flush()
     except OSError as error:
         code = code or _unwritten(error)
-        os.dup2(nowhere.fileno(), sys.stdout.fileno())  # for the flush at the end of the process
+        os.dup2(
+            os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
+        )  # for the flush at the end of the process
     sys.exit(code)
 
 

@@ -50,6 +50,7 @@ def register(app: typer.Typer) -> None:
 @options.with_choice
 def plot(
     *,
+    context: typer.Context,
     kind: Annotated[Kind, typer.Argument(help="What to draw.")],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FILE", help="Ends in .png, .svg or .pdf.")
@@ -59,7 +60,7 @@ def plot(
     ] = None,
     a: options.StoredHalfLength = None,
     choice: options.Choice,
-    limit: Annotated[int, typer.Option("--limit", min=1, help="Orbits on a sheet at most.")] = 120,
+    limit: Annotated[int, options.count_option("--limit", least=1, help="Orbits on a sheet at most.")] = 120,
     db: options.Database = None,
 ) -> None:
     """Draw an orbit, or a figure of the chosen subset, into a file."""
@@ -69,12 +70,14 @@ def plot(
 
     ending = style.check_ending(output)
     if kind in (Kind.ORBIT, Kind.REVERSE):
+        options.takes_only(context, f"in plot {kind}", "kind", "output", "code", "a")
         if code is None:
             raise InputError(f"name the orbit to draw: plot {kind} --code 1232131")
         found = _orbit(code, a, db)
         made = figures.draw_orbit(found) if kind is Kind.ORBIT else figures.draw_reverse(found)
         said = f"orbit {found.code} at a = {found.a:g}"
     else:
+        options.refuse_idle(context, f"in plot {kind}", "code", *[] if kind is Kind.SHEET else ["limit"])
         wanted = replace(choice, status="orbit" if choice.status is None else choice.status)
         with reading(db, a, wanted) as (catalogue, chosen):
             made = figures.OF_SUBSETS[kind.value](catalogue, chosen, limit)

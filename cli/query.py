@@ -1,5 +1,6 @@
 """``orbitdb query``: one word, or rows of the catalogue."""
 
+import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -9,7 +10,8 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
 from orbitdb.cli.reading import meant, note_gaps, note_nothing, reading
-from orbitdb.cli.render import LONG_CODE, code_text, note, number, write, write_facts
+from orbitdb.cli.render import LONG_CODE, code_text, note, number, repeats, write, write_facts
+from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
     from orbitdb.orbits import Orbit
@@ -29,6 +31,9 @@ KEYS = (
     "time_reversal", "class_size", "margin", "residual", "error",
 )  # fmt: skip
 """The keys of JSON output that other programs may rely on."""
+
+WORD_KEYS = (*KEYS, "coordinates", "stored")
+"""Those of a word that is asked for by its code."""
 
 TABLE_COLUMNS = (
     "code",
@@ -52,8 +57,12 @@ def register(app: typer.Typer) -> None:
 @options.with_choice
 def query(
     *,
+    context: typer.Context,
     code: Annotated[
-        list[str] | None, typer.Option("--code", help="A word in any rotation, stored or not; repeatable.")
+        list[str] | None,
+        typer.Option(
+            "--code", help="A word in any rotation, stored or not; repeatable; - reads lines of stdin."
+        ),
     ] = None,
     a: options.StoredHalfLength = None,
     choice: options.Choice,
@@ -62,9 +71,11 @@ def query(
     ] = "p,code",
     limit: Annotated[
         int | None,
-        typer.Option("--limit", min=0, help=f"Rows at most [default: {_ON_SCREEN} in a table, else all]."),
+        options.count_option(
+            "--limit", least=0, help=f"Rows at most [default: {_ON_SCREEN} in a table, else all]."
+        ),
     ] = None,
-    offset: Annotated[int, typer.Option("--offset", min=0, help="Rows to pass over first.")] = 0,
+    offset: Annotated[int, options.count_option("--offset", least=0, help="Rows to pass over first.")] = 0,
     columns: Annotated[
         str | None, typer.Option("-c", "--columns", help="Columns to show, with commas between.")
     ] = None,
@@ -79,7 +90,8 @@ def query(
     """
     form = options.chosen(format_, json)
     if code:
-        _show_words(code, a, db, form)
+        options.takes_only(context, "with --code", "code", "a", "columns")
+        _show_words(list(given_codes(code)), a, db, columns, form)
         return
     names = _columns(columns, form)
     on_screen = form is Format.TABLE and limit is None
@@ -120,6 +132,18 @@ def with_rules(names: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> Itera
         yield (*row[:place], rules_of(row[place]), *row[place + 1 :])
 
 
+def given_codes(codes: Iterable[str]) -> Iterator[str]:
+    """Return the codes given, the lines of stdin in the place of ``-``, without checking them."""
+    try:
+        for code in codes:
+            if code == "-":
+                yield from (line.strip() for line in sys.stdin or () if line.strip())
+            else:
+                yield code
+    except UnicodeDecodeError:
+        raise InputError("stdin is not text: write one code a line") from None
+
+
 def primitive(code: str) -> str:
     """Read a code; where it repeats a shorter word, say so and return that."""
     from orbitdb.words import parse, primitive_root
@@ -127,16 +151,18 @@ def primitive(code: str) -> str:
     word = parse(code)
     root = primitive_root(word)
     if root != word:
-        shown = code_text(root)
-        note(f"the code is {shown} {len(word) // len(root)} times over: this is {shown}")
+        note(repeats(word, root))
     return root
 
 
-def _show_words(codes: list[str], a: float | None, db: Path | None, form: Format) -> None:
+def _show_words(
+    codes: list[str], a: float | None, db: Path | None, columns: str | None, form: Format
+) -> None:
     from orbitdb import single
     from orbitdb.store.database import check_file, default_path
     from orbitdb.words import parse
 
+    keys = WORD_KEYS if columns is None else _keys(columns)
     path = db or default_path()
     at = meant(path, a)
     if check_file(path) is None:
@@ -148,13 +174,22 @@ def _show_words(codes: list[str], a: float | None, db: Path | None, form: Format
     for code in codes:
         parse(code)  # so that a wrong one is all that is told
     found = [single.find(known, primitive(code), at) for code in codes]
-    if form is Format.TABLE:
+    if found and form is Format.TABLE and columns is None:
         for orbit in found:
             write_facts(_facts(orbit))
             _write_bounces(orbit)
         return
-    keys = (*KEYS, "coordinates", "stored")
     write(keys, ([_value(orbit, key) for key in keys] for orbit in found), form)
+    if not found:
+        note("no code on stdin")
+        raise typer.Exit(1)
+
+
+def _keys(text: str) -> tuple[str, ...]:
+    """Read the names of what is known of a word, stored or not."""
+    from orbitdb.store.selecting import parse_names
+
+    return parse_names(text, (*WORD_KEYS, "symmetry", "length_error", "lyapunov_error"))
 
 
 def _value(orbit: "Orbit", key: str) -> Any:

@@ -1,7 +1,7 @@
 """What commands that read a catalogue begin with: which a is meant, and what of the subset is filled."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,7 +20,7 @@ def reading(db: Path | None, a: float | None, choice: Choice) -> "Iterator[tuple
     from orbitdb.store.catalogue import Catalogue
 
     chosen = choice.at(USUAL_A if a is None else a)  # so that a wrong option is told first
-    with Catalogue(db, a).at_one_moment() as catalogue:
+    with closing(Catalogue(db, a)) as opened, opened.at_one_moment() as catalogue:
         yield catalogue, replace(chosen, a=_told(catalogue, a))
 
 
@@ -32,7 +32,10 @@ def meant(path: Path, a: float | None) -> float:
 
     if a is not None:
         return Stadium(a).a
-    return USUAL_A if check_file(path) is None else _told(Catalogue(path), a)
+    if check_file(path) is None:
+        return USUAL_A
+    with closing(Catalogue(path)) as catalogue:
+        return _told(catalogue, a)
 
 
 def _told(catalogue: "Catalogue", a: float | None) -> float:

@@ -78,6 +78,13 @@ def code_text(code: str) -> str:
     return text if len(text) <= 2 * LONG_CODE else f"{text[: 2 * LONG_CODE]}... ({len(code)} symbols)"
 
 
+def repeats(word: str, root: str) -> str:
+    """Say that a word repeats a shorter one, which is taken in its place."""
+    count = len(word) // len(root)
+    times = "twice" if count == 2 else f"{count} times"
+    return f"{code_text(word)} repeats {code_text(root)} ({times}): this is {code_text(root)}"
+
+
 def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
     """Write rows to stdout; return how many there were."""
     if form is Format.TABLE:

@@ -39,8 +39,10 @@ def register(app: typer.Typer) -> None:
 
 def simulate(
     a: options.HalfLength = 1.6,
-    bounces: Annotated[int, typer.Option("--bounces", help="Bounces in all.")] = 20_000_000,
-    seed: Annotated[int, typer.Option("--seed", help="The same seed gives the same result.")] = 0,
+    bounces: Annotated[
+        int, options.count_option("--bounces", help="Bounces in all, such as 1e8.")
+    ] = 20_000_000,
+    seed: Annotated[int, options.count_option("--seed", help="The same seed gives the same result.")] = 0,
     store: Annotated[bool, typer.Option(help="Keep the result in the catalogue.")] = True,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,

@@ -38,21 +38,23 @@ def register(app: typer.Typer) -> None:
 @options.with_choice
 def verify(
     *,
+    context: typer.Context,
     a: Annotated[
         float | None,
-        typer.Option("--a", metavar="NUMBER", help="Half length of a straight wall [default: all stored]."),
+        options.number_option("--a", help="Half length of a straight wall [default: all stored]."),
     ] = None,
     choice: options.Choice,
     sample: Annotated[
-        int | None, typer.Option("--sample", min=1, help="Look at so many classes, drawn at random.")
+        int | None,
+        options.count_option("--sample", least=1, help="Look at so many classes, drawn at random."),
     ] = None,
     restarts: Annotated[
         int,
-        typer.Option(
-            "--restarts", min=0, max=1000, help="Solve every word again from so many random starts."
+        options.count_option(
+            "--restarts", least=0, most=1000, help="Solve every word again from so many random starts."
         ),
     ] = 0,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of sample and restarts.")] = 0,
+    seed: Annotated[int, options.count_option("--seed", least=0, help="Of sample and restarts.")] = 0,
     rigorous: Annotated[
         bool,
         typer.Option("--rigorous", help="Prove every row in ball arithmetic and store the certificate."),
@@ -81,6 +83,8 @@ def verify(
 
     if again and not rigorous:
         raise InputError("--again proves certified rows again: it goes with --rigorous")
+    if sample is None and not restarts:
+        options.refuse_idle(context, "without --sample or --restarts", "seed")
     start, form = time.monotonic(), options.chosen(format_, json)
     try:
         catalogue = Catalogue(db)

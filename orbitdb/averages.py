@@ -4,6 +4,7 @@ The paper's averages are sums over fixed points; beside them stand those of the 
 same sums are the traces of.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -174,6 +175,25 @@ def lyapunov_by_stability(
         levels = max(1, int(cut / rows.lyapunov.min()))
     series = expand_by_stability(_factors(rows, levels, cut), cut, highest)
     return ZetaAverages.of(cycle_averages(series))
+
+
+def largest_cut(rows: ClassRows, cut: float, most: int) -> float:
+    """Return the cut, or a smaller one if the determinant has more than so many factors within it.
+
+    The factors of a class are as many as its lambda goes into the cut. What is smaller has two digits.
+    """
+
+    def fits(value: float) -> bool:
+        return float(np.floor(value / rows.lyapunov).sum()) <= most
+
+    low, high = 0.0, cut
+    if fits(high):
+        return cut
+    while high - low > 1e-3 * high:
+        middle = (low + high) / 2
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    unit = 10.0 ** (math.floor(math.log10(low)) - 1)
+    return float(f"{math.floor(low / unit) * unit:.2g}")
 
 
 def _factors(rows: ClassRows, levels: int, cut: float) -> Factors:

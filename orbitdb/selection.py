@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from orbitdb.errors import InputError
+from orbitdb.numerals import real
 from orbitdb.orbits import Status
 from orbitdb.plaintext import printable
 from orbitdb.symmetry import NAMES
@@ -13,10 +14,11 @@ from orbitdb.words import parse
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
 """The columns that a selection can bound from below and above."""
 
-_PERIODS = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
+_PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
 _SHOWN = 60
 _MOST_RANGES = 100
 _LARGEST_INTEGER = 2**63
+_INTEGER = re.compile(r"\s*[+-]?[0-9]+\s*")
 _RANGE = re.compile(r"([^:]*):([^:]*)")
 
 
@@ -140,7 +142,7 @@ def parse_bound(text: str) -> tuple[str, tuple[float | None, float | None]]:
     try:
         if found is None or not (found[1].strip() or found[2].strip()):
             raise ValueError(text)
-        low, high = (float(part) if part.strip() else None for part in found.groups())
+        low, high = (real(part) if part.strip() else None for part in found.groups())
         if low != low or high != high:
             raise ValueError(text)
     except ValueError:
@@ -178,14 +180,11 @@ def parse_parameter(text: str) -> tuple[str, str | int | float]:
     name, sign, value = text.partition("=")
     if not sign or not name.isidentifier():
         raise SelectionError(f"-P {text!r}: write it as name=value")
-    for kind in (int, float):
-        try:
-            number = kind(value)
-        except ValueError:
-            continue
-        if kind is float or abs(number) < _LARGEST_INTEGER:
-            return name, number
-    return name, value
+    try:
+        number = real(value)
+        return name, int(value) if _INTEGER.fullmatch(value) and abs(number) < _LARGEST_INTEGER else number
+    except ValueError:
+        return name, value
 
 
 def parse_reversal(text: str) -> str:

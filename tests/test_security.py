@@ -175,7 +175,9 @@ def test_values_are_values(own):
         catalogue.count(Selection(where="code = :x", parameters={"x": "1" * 100_000}))
     with pytest.raises(SelectionError, match="type"):
         catalogue.count(Selection(where="code = :x", parameters={"x": ["1"]}))
-    assert catalogue.count(Selection(where="code = ':x'", parameters={"x": 1})) == 0
+    assert catalogue.count(Selection(where="code = ':x'")) == 0
+    with pytest.raises(SelectionError, match="it has no :x"):
+        catalogue.count(Selection(where="code = ':x'", parameters={"x": 1}))
 
 
 ALLOWED = {

@@ -12,6 +12,7 @@ from textual.screen import Screen
 from textual.widgets import Footer, Header, Static
 from textual.worker import get_current_worker
 
+from orbitdb.cli.render import repeats
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.facts import Certificate, FactsPanel
@@ -314,7 +315,7 @@ class OrbitScreen(Screen[None]):
         word = parse(code)
         root = primitive_root(word)
         if root != word:
-            self.notify(f"{code} is {root} {len(word) // len(root)} times over")
+            self.notify(repeats(word, root))
         self._find(root, self.selection.a)
 
     @work(thread=True, exclusive=True, group="find", exit_on_error=False)

@@ -2,7 +2,7 @@
 
 import re
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, TypeAlias
 
@@ -92,9 +92,21 @@ def parse_columns(text: str) -> tuple[str, ...]:
     SelectionError
         If one of them is not there, or is named twice.
     """
+    return parse_names(text, COLUMNS)
+
+
+def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
+    """Read some of the known names of columns, with commas between.
+
+    Raises
+    ------
+    SelectionError
+        If one of them is not there, or is named twice.
+    """
     names = tuple(name.strip() for name in text.split(","))
     for name in names:
-        column_of(name)
+        if name not in known:
+            raise _unknown(name, known)
     if len(set(names)) < len(names):
         twice = next(name for place, name in enumerate(names) if name in names[:place])
         raise SelectionError(f"column {twice!r} is named twice")
@@ -110,8 +122,12 @@ def column_of(name: str) -> sa.ColumnElement[Any]:
         If there is none of this name.
     """
     if name not in COLUMNS:
-        raise SelectionError(f"column {name!r}: the columns are {', '.join(COLUMNS)}")
+        raise _unknown(name, COLUMNS)
     return catalogue.c[name]
+
+
+def _unknown(name: str, known: Sequence[str]) -> SelectionError:
+    return SelectionError(f"column {name!r}: the columns are {', '.join(known)}")
 
 
 def rules_of(text: str | None) -> list[int]:

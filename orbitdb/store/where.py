@@ -75,7 +75,9 @@ def check(where: str, parameters: Parameters) -> None:
     """
     try:
         _check_size(where, parameters)
-        _check_shape(meaningful(where))
+        found = meaningful(where)
+        _check_shape(found)
+        _check_names(found, parameters)
         _compile(where, parameters, authorize)
         _compile(f"(\n{where}\n)", parameters, authorize)
     except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
@@ -107,6 +109,13 @@ def _check_size(where: str, parameters: Parameters) -> None:
     size = len(where) + sum(len(str(value)) for value in parameters.values())
     if size > LONGEST:
         raise ValueError(f"it has {size} characters with its values; {LONGEST} are allowed")
+
+
+def _check_names(found: list[Token], parameters: Parameters) -> None:
+    """Refuse values that no name stands for; those that lack one SQLite names."""
+    used = {token.text for token in found if token.kind == "value"}
+    if idle := [name for name in parameters if f":{name}" not in used]:
+        raise ValueError(f"it has no :{', :'.join(idle)}: leave out what is given for it")
 
 
 def _check_shape(found: list[Token]) -> None:
