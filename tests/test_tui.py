@@ -400,6 +400,7 @@ def test_quitting_while_a_fill_runs_asks_and_keeps_what_is_stored(tmp_path):
     ("texts", "complaint"),
     [
         (("x", "2-5", ""), "write a number"),
+        (("1_6", "2-5", ""), "write a number"),
         (("-1", "2-5", ""), "half length"),
         (("1.6", "two", ""), "periods"),
         (("1.6", "1-5", ""), "fill from 2"),

@@ -101,6 +101,24 @@ def test_what_is_wrong_is_told_and_not_taken(filled_once):
     drive(filled_once, steps)
 
 
+def test_values_given_with_a_filter_do_not_bind_the_next_one(filled_once):
+    chosen = Selection(where="p < :cut", parameters={"cut": 3})
+
+    async def steps(app, pilot):
+        assert len(table_of(app).source) == 1
+        await pilot.press("slash")
+        await typed(pilot, "p = 2 or p = 3")
+        assert len(table_of(app).source) == 9
+        await typed(pilot, "p = :c")
+        assert "not complete yet" in told(app)
+        await typed(pilot, "p = :cut")
+        assert len(table_of(app).source) == 8
+        await press(pilot, "escape")
+        assert app.screen.selection == chosen
+
+    drive(filled_once, steps, selection=chosen)
+
+
 def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypatch):
     """A filter that takes a minute neither blocks keys nor goes on behind the next one."""
     ended = Patience.ended.fget

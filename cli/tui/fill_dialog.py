@@ -39,6 +39,8 @@ class FillDialog(ModalScreen[None]):
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "dismiss(None)", show=False)]
 
+    AUTO_FOCUS = "#periods"  # a focus that is set later comes behind the first keys
+
     class Begun(Message):
         """Somebody wants something filled."""
 
@@ -59,7 +61,6 @@ class FillDialog(ModalScreen[None]):
         super().__init__()
         self._path, self._state = path, state
         self._values = {"a": a, "periods": periods, "codes": ""}
-        self.AUTO_FOCUS = "#stop" if self._runs else "#periods"  # later, keys may have gone elsewhere
 
     def compose(self) -> ComposeResult:
         """Show the fields, what they take, and the progress."""
@@ -79,6 +80,8 @@ class FillDialog(ModalScreen[None]):
 
     def on_mount(self) -> None:
         """Follow the fill that may be running."""
+        if self._runs:
+            self.query_one("#stop").focus()
         self.watch(self.app, "fill_state", self._follow)
 
     @property

@@ -73,12 +73,13 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
         If a part cannot be read.
     """
     from orbitdb.enumeration import MAX_PERIOD
+    from orbitdb.numerals import real
     from orbitdb.selection import parse_periods
     from orbitdb.stadium import Stadium
     from orbitdb.words import parse, primitive_root
 
     try:
-        stadium = Stadium(float(a))
+        stadium = Stadium(real(a))
     except ValueError as error:
         if isinstance(error, InputError):
             raise

@@ -21,6 +21,7 @@ from orbitdb.cli.tui.table import COLUMNS, PagedTable
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits import Orbit
 from orbitdb.selection import Selection
+from orbitdb.store.where import names_in
 from orbitdb.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.words import least_rotation, parse, primitive_root
 
@@ -61,6 +62,7 @@ class MainScreen(OrbitScreen):
         super().__init__(selection, code)
         self._history: list[str] = [selection.where] if selection.where else []
         self._codes: list[str] = []
+        self._values = dict(selection.parameters)
 
     # moving in the class
 
@@ -98,7 +100,7 @@ class MainScreen(OrbitScreen):
         def attempt(where: str | None) -> None:
             if (where or None) != self.selection.where:
                 self._wanted = word
-                self.selection = replace(self.selection, where=where or None)
+                self.selection = self._filtered(where or None)
 
         def take(where: str | None) -> None:
             attempt(before if where is None else where)
@@ -110,8 +112,14 @@ class MainScreen(OrbitScreen):
         )
 
     def _check_filter(self, where: str) -> str:
-        self.browser.check_filter(where, dict(self.selection.parameters))
+        self.browser.check_filter(where, dict(self._filtered(where).parameters))
         return ""
+
+    def _filtered(self, where: str | None) -> Selection:
+        """Return what is chosen with another filter; of the values given with -P, those it names."""
+        used = names_in(where or "")
+        values = {name: value for name, value in self._values.items() if name in used}
+        return replace(self.selection, where=where, parameters=values)
 
     def action_status(self) -> None:
         """Choose the next status."""

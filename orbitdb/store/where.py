@@ -84,6 +84,11 @@ def check(where: str, parameters: Parameters) -> None:
         raise refusal(where, str(error)) from error
 
 
+def names_in(where: str) -> set[str]:
+    """Return the names (``:name``) that an expression uses."""
+    return {token.text[1:] for token in tokens(where) if token.kind == "value"}
+
+
 def unfinished(where: str, reason: str) -> bool:
     """Tell whether a refused expression may be one that is only not typed to its end.
 
@@ -99,6 +104,8 @@ def unfinished(where: str, reason: str) -> bool:
     last = found[-1] if found else Token("blank", "")
     if last.kind == "number":
         return "unrecognized token" in reason
+    if last.kind == "value" or last.text == ":":
+        return "-P" in reason
     blamed = f'near "{last.text}"' in reason or f"no such column: {last.text};" in reason
     begun = last.text.lower()
     return last.kind == "word" and blamed and any(n.startswith(begun) and n != begun for n in _WORDS)
@@ -113,8 +120,8 @@ def _check_size(where: str, parameters: Parameters) -> None:
 
 def _check_names(found: list[Token], parameters: Parameters) -> None:
     """Refuse values that no name stands for; those that lack one SQLite names."""
-    used = {token.text for token in found if token.kind == "value"}
-    if idle := [name for name in parameters if f":{name}" not in used]:
+    used = {token.text[1:] for token in found if token.kind == "value"}
+    if idle := [name for name in parameters if name not in used]:
         raise ValueError(f"it has no :{', :'.join(idle)}: leave out what is given for it")
 
 
