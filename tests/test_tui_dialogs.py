@@ -45,10 +45,6 @@ async def quit_question(app, pilot):
     await press(pilot, "q")
 
 
-async def fill_dialog(app, pilot):
-    await press(pilot, "f")
-
-
 async def fill_that_runs(app, pilot):
     a_fill_runs(app)
     await press(pilot, "f")
@@ -84,13 +80,9 @@ async def sorting(app, pilot):
     await press(pilot, "s")
 
 
-async def stadiums(app, pilot):
-    await press(pilot, "a")
-
-
 DIALOGS = [
-    quit_question, fill_dialog, fill_that_runs, fill_without_room, long_fill, wrong_filter, wrong_code,
-    export_over_a_file, sorting, stadiums,
+    quit_question, fill_that_runs, fill_without_room, long_fill, wrong_filter, wrong_code,
+    export_over_a_file, sorting,
 ]  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from terminal import ended, spawn
 
 HABITS = [
     pytest.param((80, 24), {}, marks=pytest.mark.slow, id="80x24"),
-    pytest.param((1, 1), {}, id="1x1"),
+    pytest.param((1, 1), {}, marks=pytest.mark.slow, id="1x1"),
     pytest.param((2, 3), {}, marks=pytest.mark.slow, id="2x3"),
     pytest.param((20, 8), {}, marks=pytest.mark.slow, id="20x8"),
     pytest.param((160, 48), {}, marks=pytest.mark.slow, id="160x48"),
@@ -47,6 +47,6 @@ def test_the_only_stadium_of_a_file_is_opened(tmp_path):
 def _until_quiet(child):
     """Return what is written until nothing comes for a while."""
     raw = ""
-    while child.expect([".+", pexpect.TIMEOUT], timeout=0.5 if raw else 30) == 0:
+    while child.expect([".+", pexpect.TIMEOUT], timeout=0.25 if raw else 30) == 0:
         raw += child.after
     return raw
