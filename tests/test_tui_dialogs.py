@@ -104,7 +104,7 @@ def test_dialogs_are_wholly_visible(filled, size):
 
 
 @both_sizes
-@pytest.mark.parametrize("key", ["question_mark", "S"])
+@pytest.mark.parametrize("key", ["question_mark", pytest.param("S", marks=pytest.mark.slow)])
 def test_keys_are_wholly_readable(filled, size, key):
     async def steps(app, pilot):
         await press(pilot, *dict.fromkeys((key, "question_mark")))

@@ -35,6 +35,7 @@ def test_more_trajectories_replace_a_value_only_if_they_are_better(filled, monke
     drive(filled, steps, LARGE, Selection(periods=((2, 3),)))
 
 
+@pytest.mark.slow
 def test_without_a_stored_value_trajectories_are_followed_and_then_others(filled_once, monkeypatch):
     monkeypatch.setattr(statistics, "_BOUNCES", 100_000)
 

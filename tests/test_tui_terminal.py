@@ -10,7 +10,7 @@ HABITS = [
     pytest.param((2, 3), {}, marks=pytest.mark.slow, id="2x3"),
     pytest.param((20, 8), {}, marks=pytest.mark.slow, id="20x8"),
     pytest.param((160, 48), {}, marks=pytest.mark.slow, id="160x48"),
-    pytest.param((60, 20), {"TERM": "dumb", "LC_ALL": "C"}, id="dumb"),
+    pytest.param((60, 20), {"TERM": "dumb", "LC_ALL": "C"}, marks=pytest.mark.slow, id="dumb"),
     pytest.param((80, 24), {"TERM": ""}, marks=pytest.mark.slow, id="no TERM"),
 ]
 
