@@ -21,7 +21,8 @@ from textual.worker import get_current_worker
 from orbitdb.cli.endings import TERMINATING, Terminated
 from orbitdb.cli.tui.dialogs import KeysDialog, QuestionDialog
 from orbitdb.cli.tui.facts import Certificate
-from orbitdb.cli.tui.filling import FillDialog, FillState, Wish
+from orbitdb.cli.tui.fill_dialog import FillDialog
+from orbitdb.cli.tui.filling import FillState, Wish
 from orbitdb.cli.tui.filling import work as fill_steps
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.errors import InputError, StoreError
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     from orbitdb.store.reading.pages import Index
 
 _SECONDS_BETWEEN_LOOKS = 2.0
-_WIDTHS = [(0, "-narrow"), (140, "-wide")]
+_WIDTHS = [(0, "-slim"), (76, "-narrow"), (140, "-wide")]
 _HEIGHTS = [(0, "-short"), (36, "-tall")]
 
 
@@ -105,6 +106,12 @@ class BrowseApp(App[None]):
         """Begin with the main screen."""
         return MainScreen(self._selection, self._code)
 
+    @property
+    def _main(self) -> MainScreen:
+        main = self.screen_stack[0]
+        assert isinstance(main, MainScreen)
+        return main
+
     # the catalogue, for the screens
 
     def index(self, catalogue: "Catalogue", a: float) -> "Index":
@@ -121,9 +128,7 @@ class BrowseApp(App[None]):
         if self.catalogue is None:
             self.catalogue = _opened(self.path)
         self._known = None
-        main = self.screen_stack[0]
-        assert isinstance(main, MainScreen)
-        main.refresh_catalogue()
+        self._main.refresh_catalogue()
 
     def find(self, word: str, a: float) -> Orbit:
         """Return what is stored of a word, or solve it."""
@@ -159,6 +164,7 @@ class BrowseApp(App[None]):
         """Begin a fill, unless one runs."""
         if self.fill_state is None or not self.fill_state.runs:
             self.fill_state = FillState(message.wish)
+            self._main.go_along(message.wish.a)
             self._fill(message.wish)
 
     @work(thread=True, group="fill", exit_on_error=False)
@@ -193,9 +199,7 @@ class BrowseApp(App[None]):
             self.fill_state = state
         if self._leaving:
             return
-        main = self.screen_stack[0]
-        assert isinstance(main, MainScreen)
-        main.follow_fill(state)
+        self._main.follow_fill(state)
         if not state.runs or now - self._shown_at > _SECONDS_BETWEEN_LOOKS:
             self._shown_at = now
             self.look_again()

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from pilot import drive, press, settle, shown, table_of, until
 from processes import COMMAND
+from screens import drive, press, settle, shown, table_of, until
 
 from orbitdb.cli.tui.export import export as export_shown
 from orbitdb.cli.tui.source import Ordering
