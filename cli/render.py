@@ -4,6 +4,7 @@ import contextlib
 import math
 import sys
 from collections.abc import Iterable, Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli.options import Format
@@ -28,6 +29,9 @@ _DECIMALS = {
 }
 """Digits behind the point in tables; the other formats give every number in full."""
 
+_BOUNDS = {"lower": ROUND_FLOOR, "upper": ROUND_CEILING}
+"""Proved bounds, which are rounded outward."""
+
 LONG_CODE = 40
 """Codes of more symbols are shown in run notation."""
 
@@ -51,6 +55,11 @@ def note_partial(fills: "Sequence[Fill]", a: float, left_out: bool = False) -> N
         note(describe_partial(fills, a, left_out))
 
 
+def outward(value: float, rounding: str) -> str:
+    """Return a proved bound as text, rounded in its own direction."""
+    return f"{Decimal(value).quantize(Decimal('1e-8'), rounding):f}"
+
+
 def number(name: str, value: Any) -> str:
     """Return a value as text for people; the same everywhere it is shown."""
     if value is None:
@@ -62,6 +71,8 @@ def number(name: str, value: Any) -> str:
             return f"{value:.1e}"
         if name == "K_0":
             return f"{math.floor(value * 1000) / 1000:.3f}"  # cut, not rounded, as in the paper
+        if name in _BOUNDS:
+            return outward(value, _BOUNDS[name])
         decimals = _DECIMALS.get(name, 6)
         return f"{value:g}" if name == "a" else f"{value:.{decimals}f}"
     if isinstance(value, list | tuple):

@@ -102,7 +102,7 @@ def _lower(forbidden: list[tuple[Letters, int]], undecided: Windows) -> float:
 
 def search(
     stadium: Stadium,
-    window: int = MAX_WINDOW,
+    window: int | None = None,
     width: float = 0.0,
     seconds: float = math.inf,
     tell: Tell | None = None,
@@ -113,7 +113,7 @@ def search(
     ----------
     stadium : Stadium
     window : int, optional
-        Edges of the longest windows to try.
+        Edges of the longest windows to try; `MAX_WINDOW` by default.
     width : float, optional
         Difference of upper and lower bound that is enough.
     seconds : float, optional
@@ -126,13 +126,13 @@ def search(
     EntropyBounds
         As `levels` does.
     """
-    began = time.monotonic()
-    ended, last = began, 0.0
+    began = ended = time.monotonic()
+    last = 0.0
     for found in levels(stadium, tell):
         yield found
-        now = time.monotonic()
-        took, ended = now - ended, now
+        took, ended = time.monotonic() - ended, time.monotonic()
         growing = max(took / last, _LEAST_GROWTH) if last > _BRIEF else _USUAL_GROWTH
         last = took
-        if found.window >= window or found.upper - found.lower <= width or now - began + took * growing > seconds:
+        enough = found.window == window or found.upper - found.lower <= width
+        if enough or ended - began + took * growing > seconds:
             break

@@ -1,0 +1,83 @@
+"""``orbitdb bounds``: proved bounds on the topological entropy."""
+
+import math
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from orbitdb.cli import options
+from orbitdb.cli.endings import until_interrupted
+from orbitdb.cli.options import Format
+from orbitdb.cli.progress import progress
+from orbitdb.cli.render import note, write
+from orbitdb.errors import InputError
+
+if TYPE_CHECKING:
+    from orbitdb.entropy.bounds import EntropyBounds
+
+EXAMPLES = """
+Examples:
+
+  orbitdb bounds
+
+  orbitdb bounds --a 0.5 --width 0.01
+
+  orbitdb bounds --a 3 --time 30 --json
+"""
+COLUMNS = ("a", "window", "lower", "upper", "windows", "undecided")
+_USUAL_WINDOW = 14
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(epilog=EXAMPLES)(bounds)
+
+
+def bounds(
+    a: options.HalfLength = options.USUAL_A,
+    window: Annotated[
+        int | None,
+        options.count_option(
+            "--window", help="Edges of the longest windows [default: 14, or as many as it takes].", least=2, most=40
+        ),
+    ] = None,
+    width: Annotated[
+        float | None, options.number_option("--width", help="Until the bounds are as close as this.")
+    ] = None,
+    seconds: Annotated[
+        float | None, options.number_option("--time", help="Until about so many seconds have passed.")
+    ] = None,
+    format_: options.OutputFormat = Format.TABLE,
+    json: options.Json = False,
+) -> None:
+    """Enclose the topological entropy (per bounce) between proved bounds; no catalogue is read or written.
+
+    One row a length of windows, stretches of a code that are decided for every continuation at once:
+    windows so far (mirror images and reversals not counted) and those of this length still undecided.
+    All numbers are rounded outward. What is given first ends it: --window, --width or --time.
+    """
+    from orbitdb.billiard.stadium import Stadium
+    from orbitdb.entropy.bounds import search
+
+    stadium = Stadium(a)
+    for name, limit in (("--width", width), ("--time", seconds)):
+        if limit is not None and not 0 < limit < math.inf:
+            raise InputError(f"{name} {limit:g}: give a number above 0")
+    most = window or (_USUAL_WINDOW if width is None and seconds is None else None)
+    found: list[EntropyBounds] = []
+    try:
+        with progress("windows") as shown:
+            steps = search(stadium, most, width or 0.0, seconds or math.inf, shown.tell)
+            for level in until_interrupted(steps):
+                found.append(level)
+    finally:
+        rows = [[asdict(level)[name] for name in COLUMNS] for level in found]
+        write(COLUMNS, rows, options.chosen(format_, json))
+    best = found[-1]
+    if width is not None and best.upper - best.lower > width:
+        note(f"the bounds are {best.upper - best.lower:.1e} apart, not {width:g}: {_WHY}")
+        raise typer.Exit(1)
+
+
+_WHY = "the time, the windows or the memory were not enough"
