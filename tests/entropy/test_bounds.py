@@ -1,0 +1,180 @@
+"""The enclosure of the topological entropy: what is avoided, how it grows, and what comes of both."""
+
+import math
+from decimal import Decimal, localcontext
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.entropy.avoidance import automaton
+from orbitdb.entropy.bounds import FORBIDDEN, UNDECIDED, levels, search
+from orbitdb.entropy.growth import TOLERANCE, growth
+from orbitdb.entropy.letters import MAY_FOLLOW, MIRROR, edge_words, geometric_entropy, letters_of, reverse
+from orbitdb.entropy.verdicts import Verdict, decide
+from orbitdb.entropy.windows import Windows, extended, first_windows
+from orbitdb.orbits.newton import solve
+from orbitdb.orbits.orbit import Status
+from orbitdb.symbols.enumeration import admissible_words
+
+EDGE_WORDS = np.array(
+    [
+        word
+        for word in product(range(9), repeat=6)
+        if all(MAY_FOLLOW[x, y] for x, y in zip(word, word[1:], strict=False))
+    ],
+    dtype=np.uint8,
+)
+
+
+def holds(word: tuple[int, ...], pattern: tuple[int, ...]) -> bool:
+    size = len(pattern)
+    return any(word[i : i + size] == pattern for i in range(len(word) - size + 1))
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.data())
+def test_automaton_finds_patterns_their_mirror_images_and_reversals(data):
+    size = st.integers(1, 4)
+    start = st.integers(0, len(EDGE_WORDS) - 1)
+    drawn = [
+        (EDGE_WORDS[data.draw(start)][None, : data.draw(size)], data.draw(st.sampled_from([1, 2])))
+        for _ in range(data.draw(st.integers(0, 5)))
+    ]
+    found = automaton(drawn)
+    sought: dict[tuple[int, ...], int] = {}
+    for words, kind in drawn:
+        for one in (words, MIRROR[words], reverse(words), reverse(MIRROR[words])):
+            sought[tuple(one[0])] = sought.get(tuple(one[0]), 0) | kind
+    expected = []
+    for word in map(tuple, EDGE_WORDS):
+        kinds = 0
+        for pattern, kind in sought.items():
+            kinds |= kind * holds(word, pattern)
+        expected.append(kinds)
+    assert (found.follow(EDGE_WORDS) == expected).all()
+    avoiding = sum(1 for kinds in expected if not kinds)
+    assert paths(*found.edges(3), len(found), found.step[0] >> 1, (found.found & 3) == 0) == avoiding
+
+
+def paths(origin, target, states, first, free) -> int:
+    """Count the words of six letters that an automaton lets through, from its steps."""
+    reach = np.zeros(states, dtype=np.int64)
+    np.add.at(reach, first[free[first]], 1)
+    for _ in range(5):
+        there = np.zeros_like(reach)
+        np.add.at(there, target, reach[origin])
+        reach = there
+    return int(reach.sum())
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 8), st.lists(st.tuples(st.integers(0, 7), st.integers(0, 7)), max_size=20, unique=True))
+def test_growth_encloses_the_spectral_radius(states, steps):
+    steps = [(i % states, j % states) for i, j in steps]
+    matrix = np.zeros((states, states))
+    for i, j in steps:
+        matrix[i, j] += 1
+    origin, target = (np.array([step[k] for step in steps], dtype=np.int32) for k in (0, 1))
+    found = growth(origin, target, states)
+    radius = max(abs(np.linalg.eigvals(matrix)))
+    if radius < 0.5:  # nilpotent: no cycle
+        assert found.lower == found.upper == -math.inf
+    else:
+        assert found.lower <= math.log(radius) + 1e-7  # of a multiple eigenvalue, NumPy knows half the digits
+        assert found.upper >= math.log(radius) - 1e-7
+        assert found.upper - found.lower < 1e-6
+
+
+def test_growth_is_rounded_outward():
+    """The golden mean, ln((1 + sqrt 5)/2), and ln 3, to forty digits."""
+    with localcontext() as context:
+        context.prec = 40
+        golden, three = ((1 + Decimal(5).sqrt()) / 2).ln(), Decimal(3).ln()
+    for steps, states, exact in (([(0, 0), (0, 1), (1, 0)], 2, golden), ([(0, 0)] * 3, 1, three)):
+        origin, target = (np.array([step[k] for step in steps], dtype=np.int32) for k in (0, 1))
+        found = growth(origin, target, states)
+        assert Decimal(repr(found.lower)) < exact < Decimal(repr(found.upper))
+        assert found.upper - found.lower < 2 * TOLERANCE
+
+
+def patterns(a: float, edges: int) -> list[tuple[np.ndarray, int]]:
+    """Return the forbidden windows up to a length, and the undecided ones of that length."""
+    windows, found = first_windows(), []
+    while True:
+        decision = decide(windows, a)
+        found.append((windows.letters[decision.verdict == Verdict.FORBIDDEN], FORBIDDEN))
+        undecided = decision.verdict == Verdict.UNDECIDED
+        windows, at_left = windows.rows(undecided), decision.extend_left[undecided]
+        if windows.edges == edges:
+            return [*found, (windows.letters, UNDECIDED)]
+        windows = extended(windows, at_left)
+
+
+@pytest.mark.parametrize("a", [0.05, 0.3, 0.5, 1.0, 1.6, 3.0])
+def test_orbits_avoid_forbidden_windows_and_words_of_allowed_ones_are_orbits(a):
+    seeking = automaton(patterns(a, 9))
+    for p in range(2, 8):
+        words = np.concatenate(list(admissible_words(p)))
+        seen = seeking.follow(np.tile(edge_words(words), (1, 9 // p + 2)))
+        status = solve(words, Stadium(a)).status
+        real = (status == Status.ORBIT) | (status == Status.BOUNDARY)
+        assert not (real & (seen & FORBIDDEN > 0)).any()
+        assert (status[seen == 0] == Status.ORBIT).all()
+
+
+def test_design_figures_at_the_usual_a():
+    """Windows of 14 letters, and 1.1588534 < h < 1.1588558 of a compiled program with 23."""
+    found = list(search(Stadium(1.6), window=14))
+    assert [level.window for level in found] == list(range(2, 15))
+    lower, upper = [level.lower for level in found], [level.upper for level in found]
+    assert (np.diff(lower) >= -1e-9).all()
+    assert (np.diff(upper) <= 1e-9).all()
+    assert upper[0] == pytest.approx(geometric_entropy(), abs=1e-9)
+    assert lower[-1] < 1.1588534
+    assert upper[-1] > 1.1588558
+    assert upper[-1] - lower[-1] < 6.2e-4
+    assert found[-1].windows < 34_000
+
+
+def test_design_figures_at_large_a():
+    found = list(search(Stadium(10), window=16))[-1]
+    assert found.upper - found.lower < 8e-6
+    assert found.upper < geometric_entropy()
+
+
+@pytest.mark.slow
+def test_design_figures_at_a_1():
+    found = list(search(Stadium(1), window=16))[-1]
+    assert found.lower == pytest.approx(1.100364, abs=5e-6)
+    assert found.upper == pytest.approx(1.100798, abs=5e-6)
+
+
+def test_search_ends_where_it_is_told():
+    wide = list(search(Stadium(1.6), width=0.05))
+    assert wide[-1].upper - wide[-1].lower <= 0.05 < wide[-2].upper - wide[-2].lower
+    assert len(list(search(Stadium(1.6), seconds=1e-9))) == 1
+
+
+def test_work_is_told():
+    told = []
+    for level in levels(Stadium(3), lambda *state: told.append(state)):
+        if level.window == 3:
+            break
+    assert told[0] == ("2 letters", 0, 6)
+    assert all(done <= total or not total for _, done, total in told)
+
+
+def test_whatever_a_is_there_are_bounds():
+    for a in (1e-6, 1e6):
+        found = list(search(Stadium(a), window=7))[-1]
+        assert 0 <= found.lower <= found.upper <= geometric_entropy() + 1e-9
+
+
+def test_extended_windows_keep_their_mark():
+    windows = Windows(letters_of("UX")[None], np.array([1]))
+    assert extended(windows, np.array([True])).texts() == ["UU|X", "XU|X", "AU|X", "BU|X"]
+    assert extended(windows, np.array([False])).texts() == ["U|XU", "U|XD", "U|XX", "U|Xa", "U|Xb"]

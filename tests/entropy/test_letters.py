@@ -1,0 +1,83 @@
+"""Edge words: their rules, their symmetries, and the codes they stand for."""
+
+import math
+
+import numpy as np
+import pytest
+
+from orbitdb.entropy.letters import (
+    LETTERS,
+    MAY_FOLLOW,
+    MIRROR,
+    REVERSAL,
+    code_of,
+    edge_words,
+    edges_of,
+    geometric_entropy,
+    reverse,
+    text_of,
+)
+from orbitdb.errors import InputError
+from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.enumeration import admissible_words
+from orbitdb.symbols.words import least_rotation, primitive_root, to_strings
+
+
+def left_right(code: str) -> str:
+    return code.translate(str.maketrans("1345", "3154"))
+
+
+def test_codes_and_edge_words_say_the_same():
+    for p in range(2, 8):
+        words = np.concatenate(list(admissible_words(p)))
+        edges = edge_words(words)
+        assert MAY_FOLLOW[edges, np.roll(edges, -1, axis=1)].all()
+        for code, word in zip(to_strings(words), edges, strict=True):
+            back = primitive_root(code_of(text_of(word)))
+            assert least_rotation(code) in {least_rotation(back), least_rotation(left_right(back))}
+            assert code in (back, left_right(back))  # beginning with the same bounce
+
+
+def test_an_edge_word_stands_for_two_codes():
+    """Closed paths of p edges with an even number of legs are the codes of p bounces, each half."""
+    legs = np.where(np.isin(list(LETTERS), list("XAB")), -1, 1)
+    follow = MAY_FOLLOW.astype(int)
+    for p in range(2, 12):
+        rooted = np.trace(np.linalg.matrix_power(follow, p))
+        odd = np.trace(np.linalg.matrix_power(follow * legs, p))
+        without_legs = 4  # U, D, and wv from either wall, closed for even p
+        even = (rooted + odd) // 2 - (without_legs if p % 2 == 0 else 2)
+        codes = sum(n * count_admissible(n) for n in range(2, p + 1) if p % n == 0)
+        assert 2 * even == codes
+
+
+def test_geometric_entropy_is_the_growth_rate_of_all_edge_words():
+    rate = math.log(max(abs(np.linalg.eigvals(MAY_FOLLOW))))
+    assert rate == pytest.approx(geometric_entropy(), abs=1e-13)
+    z = math.exp(-geometric_entropy())
+    assert z**3 + z**2 + 3 * z < 1  # rounded upward
+    assert 1.2187557 < geometric_entropy() < 1.2187558
+
+
+@pytest.mark.parametrize("turn", [MIRROR, REVERSAL], ids=["mirror", "reversal"])
+def test_symmetries_keep_the_rules(turn):
+    assert (turn[turn] == np.arange(9)).all()
+    follow = MAY_FOLLOW[np.ix_(turn, turn)]
+    assert (follow == (MAY_FOLLOW if turn is MIRROR else MAY_FOLLOW.T)).all()
+
+
+def test_reversal_is_that_of_the_code():
+    word = edge_words(np.array([[1, 2, 0, 3, 3, 2, 0, 2]], dtype=np.uint8))
+    backwards = edge_words(np.array([[2, 0, 2, 5, 5, 0, 2, 1]], dtype=np.uint8))
+    assert (reverse(word)[0] == np.roll(backwards[0], 1)).all()
+
+
+@pytest.mark.parametrize(
+    ("edges", "why"),
+    [("Q", "no letter"), ("UD", "may not follow"), ("", "may not follow"), ("UU", "leg"), ("wv", "leg")],
+)
+def test_what_is_no_edge_word_is_told(edges, why):
+    with pytest.raises(InputError, match=why):
+        code_of(edges)
+
+

@@ -1,0 +1,147 @@
+"""Verdicts on windows against the orbits that pass through them."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from orbitdb.billiard.bounces import slacks
+from orbitdb.billiard.legs import Legs, cut
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.entropy.clamped import corner, solve_corner
+from orbitdb.entropy.letters import MIRROR, STARTS_LEG, code_of, edge_words, letters_of
+from orbitdb.entropy.verdicts import Verdict, decide
+from orbitdb.entropy.windows import Windows, open_chains, windows_of
+from orbitdb.orbits.newton import newton
+from orbitdb.symbols.enumeration import admissible_words
+from orbitdb.symbols.words import from_strings
+
+LENGTHS = (0.05, 0.3, 1.0, 1.6, 6.0)
+
+
+def run_ends(words: np.ndarray, a: float) -> np.ndarray:
+    """Return for each bounce of cyclic words by how much the junction of a run and a leg there holds.
+
+    The smaller of the slacks of the run's end and the leg's start at the maximum of the word's length,
+    orbit or not; NaN at other bounces.
+    """
+    holds = np.full(words.shape, np.nan)
+    for rows, legs in cut(words):
+        slack = slacks(legs, newton(legs, a).alpha)
+        least = np.minimum(slack[1], slack[2])
+        last = ~legs.straight & (legs.place == last_places(legs))
+        bounce, word = np.nonzero(last)
+        holds[rows[word], bounce] = least[legs.run[bounce, word], word]
+    return holds
+
+
+def last_places(legs: Legs) -> np.ndarray:
+    """Return for each bounce on a run the place of the run's last."""
+    runs = np.where(legs.straight, 0, legs.run)
+    return np.take_along_axis(legs.k, runs, axis=0) - 1
+
+
+def stretches(words: np.ndarray, before: int, behind: int) -> Iterator[tuple[Windows, np.ndarray, np.ndarray]]:
+    """Cut windows around all junctions of a run and a leg; with the words and bounces they are from."""
+    edges = edge_words(words)
+    row, bounce = np.nonzero(STARTS_LEG[edges])
+    places = (bounce[:, None] + np.arange(-before, behind)) % words.shape[1]
+    letters = edges[row[:, None], places]
+    meant = ~((letters[:, before] == 2) & ~np.isin(letters[:, before - 1], (0, 1)))  # X behind one bounce
+    marks = np.full(meant.sum(), before, dtype=np.intp)
+    yield Windows(letters[meant], marks), row[meant], bounce[meant]
+
+
+def check(words: np.ndarray, a: float, extents: list[tuple[int, int]]) -> np.ndarray:
+    """Check that no verdict contradicts the words; return how many windows each verdict has."""
+    holds = run_ends(words, a)
+    counts = np.zeros(3, dtype=int)
+    for before, behind in extents:
+        for windows, row, bounce in stretches(words, before, behind):
+            verdict = decide(windows, a).verdict
+            here = holds[row, bounce]
+            wrong = ((verdict == Verdict.ALLOWED) & (here <= 0)) | ((verdict == Verdict.FORBIDDEN) & (here >= 0))
+            assert not wrong.any(), (a, [text for text, bad in zip(windows.texts(), wrong, strict=True) if bad])
+            counts += np.bincount(verdict, minlength=3)
+    return counts
+
+
+@pytest.mark.parametrize("a", LENGTHS)
+def test_no_word_contradicts_a_verdict(a):
+    """All words of up to six bounces, around every junction, with all that repeats them."""
+    extents = [(before, behind) for before in (1, 2, 3, 5) for behind in (1, 2, 4, 6)]
+    counts = sum(check(np.concatenate(list(admissible_words(p))), a, extents) for p in (2, 3, 4, 5, 6))
+    assert (counts[[Verdict.ALLOWED, Verdict.FORBIDDEN]] > 100).any()
+
+
+@st.composite
+def edge_cycles(draw: st.DrawFn) -> str:
+    """Draw a cyclic edge word with runs and legs of any length, short ones rather."""
+    word = ""
+    sizes = st.sampled_from([0, 0, 0, 1, 1, 2, 3, 8, 40])
+    for _ in range(draw(st.integers(1, 5))):
+        word += draw(st.sampled_from("UD")) * draw(sizes)
+        walls = draw(sizes)
+        top = draw(st.booleans())
+        heights = ("wv" if top else "vw") * walls
+        if walls:
+            inner = heights[: walls - 1]
+            ends_on_top = top == (walls % 2 == 1)
+            word += ("a" if top else "b") + inner + ("A" if ends_on_top else "B")
+        else:
+            word += "X"
+    return word
+
+
+@settings(max_examples=60, deadline=None)
+@given(edge_cycles(), st.floats(0.02, 20), st.integers(1, 6), st.integers(1, 6))
+@example("U" * 40 + "X", 1.6, 3, 2)
+def test_no_long_word_contradicts_a_verdict(edges, a, before, behind):
+    check(from_strings([code_of(edges)]), a, [(before, behind), (1, behind), (before, 1), (12, 12)])
+
+
+def test_mirror_images_have_one_verdict():
+    words = np.concatenate(list(admissible_words(6)))
+    (windows, _, _), *_ = stretches(words, 4, 4)
+    mirrored = decide(Windows(MIRROR[windows.letters], windows.mark), 1.0)
+    plain = decide(windows, 1.0)
+    assert (plain.verdict == mirrored.verdict).all()
+    assert (plain.extend_left == mirrored.extend_left).all()
+
+
+def test_conditions_stay_within_their_errors():
+    """f at rough directions is no farther from that at exact ones than its bound says."""
+    words = np.concatenate(list(admissible_words(7)))
+    (windows, _, _), *_ = stretches(words, 8, 8)
+    for a in (0.1, 1.6):
+        for _, chains in open_chains(windows):
+            pushed = corner(chains, a, chains.sense, -chains.lean)
+            exact = solve_corner(pushed, a, np.zeros(len(chains)))
+            for enough in (1.0, 1e-2, 1e-4):
+                rough = solve_corner(pushed, a, np.full(len(chains), enough))
+                assert (np.abs(rough.value - exact.value) <= rough.error + exact.error).all()
+
+
+@pytest.mark.parametrize(
+    ("window", "a", "verdict"),
+    [
+        ("XU|X", 1.6, Verdict.ALLOWED),
+        ("B|aAX", 1.6, Verdict.ALLOWED),
+        ("U|X", 100.0, Verdict.UNDECIDED),
+    ],
+)
+def test_known_windows(window, a, verdict):
+    assert decide(windows_of(window), a).verdict[0] == verdict
+
+
+def test_windows_are_cut_into_legs():
+    (_, chains), *_ = open_chains(windows_of("wBUUXDD|bvAU"))
+    assert chains.unknowns == 2
+    assert chains.k[1:, 0].tolist() == [3, 3, 2]
+    assert chains.d[1:, 0].tolist() == [1, -1, 1]
+    assert chains.n[:, 0].tolist() == [2, 0, 2, 0]
+    assert chains.s[:, 0].tolist() == [1, 0, -1, 0]
+    assert chains.marked.tolist() == [2]
+    assert letters_of("UDX").tolist() == [0, 1, 2]
