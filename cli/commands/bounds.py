@@ -27,6 +27,7 @@ Examples:
 """
 COLUMNS = ("a", "window", "lower", "upper", "windows", "undecided")
 _USUAL_WINDOW = 14
+_WHY = "the time, the length of windows or the memory was not enough"
 
 
 def register(app: typer.Typer) -> None:
@@ -39,7 +40,10 @@ def bounds(
     window: Annotated[
         int | None,
         options.count_option(
-            "--window", help="Edges of the longest windows [default: 14, or as many as it takes].", least=2, most=40
+            "--window",
+            help="Edges of the longest windows [default: 14, or as many as it takes].",
+            least=2,
+            most=40,
         ),
     ] = None,
     width: Annotated[
@@ -69,15 +73,11 @@ def bounds(
     try:
         with progress("windows") as shown:
             steps = search(stadium, most, width or 0.0, seconds or math.inf, shown.tell)
-            for level in until_interrupted(steps):
-                found.append(level)
+            found.extend(until_interrupted(steps))
     finally:
         rows = [[asdict(level)[name] for name in COLUMNS] for level in found]
         write(COLUMNS, rows, options.chosen(format_, json))
-    best = found[-1]
-    if width is not None and best.upper - best.lower > width:
-        note(f"the bounds are {best.upper - best.lower:.1e} apart, not {width:g}: {_WHY}")
+    apart = found[-1].upper - found[-1].lower
+    if width is not None and apart > width:
+        note(f"the bounds are {apart:.1e} apart, not {width:g}: {_WHY}")
         raise typer.Exit(1)
-
-
-_WHY = "the time, the windows or the memory were not enough"

@@ -31,7 +31,7 @@ from orbitdb.billiard.legs import (
     gradient_rounding,
 )
 from orbitdb.billiard.stadium import HALF_PI
-from orbitdb.entropy.windows import PART_OF_LEG, PART_OF_RUN, UNKNOWN_RUN, OpenChains
+from orbitdb.entropy.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains
 from orbitdb.orbits.newton import tridiagonal
 
 EPSILON = float(np.finfo(float).eps)

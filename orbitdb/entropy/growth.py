@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from orbitdb.billiard.legs import Floats
-
 TOLERANCE = 1e-10
 """Width of an enclosure at which the power iteration stops."""
 

@@ -19,7 +19,6 @@ from orbitdb.entropy.letters import (
     SIGN,
     STARTS_LEG,
     Letters,
-    X,
     letters_of,
     text_of,
 )

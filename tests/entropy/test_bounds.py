@@ -2,7 +2,7 @@
 
 import math
 from decimal import Decimal, localcontext
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -21,11 +21,7 @@ from orbitdb.orbits.orbit import Status
 from orbitdb.symbols.enumeration import admissible_words
 
 EDGE_WORDS = np.array(
-    [
-        word
-        for word in product(range(9), repeat=6)
-        if all(MAY_FOLLOW[x, y] for x, y in zip(word, word[1:], strict=False))
-    ],
+    [word for word in product(range(9), repeat=5) if all(MAY_FOLLOW[x, y] for x, y in pairwise(word))],
     dtype=np.uint8,
 )
 
@@ -35,7 +31,7 @@ def holds(word: tuple[int, ...], pattern: tuple[int, ...]) -> bool:
     return any(word[i : i + size] == pattern for i in range(len(word) - size + 1))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.data())
 def test_automaton_finds_patterns_their_mirror_images_and_reversals(data):
     size = st.integers(1, 4)
@@ -61,17 +57,17 @@ def test_automaton_finds_patterns_their_mirror_images_and_reversals(data):
 
 
 def paths(origin, target, states, first, free) -> int:
-    """Count the words of six letters that an automaton lets through, from its steps."""
+    """Count the words of five letters that an automaton lets through, from its steps."""
     reach = np.zeros(states, dtype=np.int64)
     np.add.at(reach, first[free[first]], 1)
-    for _ in range(5):
+    for _ in range(4):
         there = np.zeros_like(reach)
         np.add.at(there, target, reach[origin])
         reach = there
     return int(reach.sum())
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.integers(1, 8), st.lists(st.tuples(st.integers(0, 7), st.integers(0, 7)), max_size=20, unique=True))
 def test_growth_encloses_the_spectral_radius(states, steps):
     steps = [(i % states, j % states) for i, j in steps]
@@ -80,13 +76,14 @@ def test_growth_encloses_the_spectral_radius(states, steps):
         matrix[i, j] += 1
     origin, target = (np.array([step[k] for step in steps], dtype=np.int32) for k in (0, 1))
     found = growth(origin, target, states)
-    radius = max(abs(np.linalg.eigvals(matrix)))
+    reached = np.linalg.matrix_power(np.eye(states) + matrix, states) > 0
+    radius = max(abs(np.linalg.eigvals(matrix * (reached & reached.T))))  # each component's is simple
     if radius < 0.5:  # nilpotent: no cycle
         assert found.lower == found.upper == -math.inf
     else:
-        assert found.lower <= math.log(radius) + 1e-7  # of a multiple eigenvalue, NumPy knows half the digits
-        assert found.upper >= math.log(radius) - 1e-7
-        assert found.upper - found.lower < 1e-6
+        assert found.lower <= math.log(radius) + 1e-9
+        assert found.upper >= math.log(radius) - 1e-9
+        assert found.upper - found.lower < 1e-8
 
 
 def test_growth_is_rounded_outward():
@@ -114,35 +111,38 @@ def patterns(a: float, edges: int) -> list[tuple[np.ndarray, int]]:
         windows = extended(windows, at_left)
 
 
-@pytest.mark.parametrize("a", [0.05, 0.3, 0.5, 1.0, 1.6, 3.0])
+@pytest.mark.parametrize("a", [0.05, 0.3, 1.0, 1.6, 3.0])
 def test_orbits_avoid_forbidden_windows_and_words_of_allowed_ones_are_orbits(a):
-    seeking = automaton(patterns(a, 9))
-    for p in range(2, 8):
+    seeking = automaton(patterns(a, 8))
+    for p in range(2, 7):
         words = np.concatenate(list(admissible_words(p)))
-        seen = seeking.follow(np.tile(edge_words(words), (1, 9 // p + 2)))
+        seen = seeking.follow(np.tile(edge_words(words), (1, 8 // p + 2)))
         status = solve(words, Stadium(a)).status
         real = (status == Status.ORBIT) | (status == Status.BOUNDARY)
         assert not (real & (seen & FORBIDDEN > 0)).any()
         assert (status[seen == 0] == Status.ORBIT).all()
 
 
-def test_design_figures_at_the_usual_a():
+@pytest.mark.parametrize(
+    ("edges", "width", "most"), [(11, 4e-3, 7000), pytest.param(14, 6.2e-4, 34_000, marks=pytest.mark.slow)]
+)
+def test_design_figures_at_the_usual_a(edges, width, most):
     """Windows of 14 letters, and 1.1588534 < h < 1.1588558 of a compiled program with 23."""
-    found = list(search(Stadium(1.6), window=14))
-    assert [level.window for level in found] == list(range(2, 15))
+    found = list(search(Stadium(1.6), window=edges))
+    assert [level.window for level in found] == list(range(2, edges + 1))
     lower, upper = [level.lower for level in found], [level.upper for level in found]
     assert (np.diff(lower) >= -1e-9).all()
     assert (np.diff(upper) <= 1e-9).all()
     assert upper[0] == pytest.approx(geometric_entropy(), abs=1e-9)
     assert lower[-1] < 1.1588534
     assert upper[-1] > 1.1588558
-    assert upper[-1] - lower[-1] < 6.2e-4
-    assert found[-1].windows < 34_000
+    assert upper[-1] - lower[-1] < width
+    assert found[-1].windows < most
 
 
 def test_design_figures_at_large_a():
-    found = list(search(Stadium(10), window=16))[-1]
-    assert found.upper - found.lower < 8e-6
+    found = list(search(Stadium(10), window=13))[-1]
+    assert found.upper - found.lower < 9e-5
     assert found.upper < geometric_entropy()
 
 
@@ -151,6 +151,12 @@ def test_design_figures_at_a_1():
     found = list(search(Stadium(1), window=16))[-1]
     assert found.lower == pytest.approx(1.100364, abs=5e-6)
     assert found.upper == pytest.approx(1.100798, abs=5e-6)
+
+
+@pytest.mark.slow
+def test_design_figures_at_a_10():
+    found = list(search(Stadium(10), window=16))[-1]
+    assert found.upper - found.lower < 8e-6
 
 
 def test_search_ends_where_it_is_told():
@@ -170,7 +176,7 @@ def test_work_is_told():
 
 def test_whatever_a_is_there_are_bounds():
     for a in (1e-6, 1e6):
-        found = list(search(Stadium(a), window=7))[-1]
+        found = list(search(Stadium(a), window=5))[-1]
         assert 0 <= found.lower <= found.upper <= geometric_entropy() + 1e-9
 
 

@@ -38,6 +38,13 @@ def test_codes_and_edge_words_say_the_same():
             assert code in (back, left_right(back))  # beginning with the same bounce
 
 
+def test_one_code():
+    assert edges_of("1232131") == "aAaAXXU"
+    assert code_of("aAaAXXU") == "1232131"
+    assert code_of("X") == "13"
+    assert code_of("UaAXX") == "11231" + "33213"
+
+
 def test_an_edge_word_stands_for_two_codes():
     """Closed paths of p edges with an even number of legs are the codes of p bounces, each half."""
     legs = np.where(np.isin(list(LETTERS), list("XAB")), -1, 1)
@@ -79,5 +86,3 @@ def test_reversal_is_that_of_the_code():
 def test_what_is_no_edge_word_is_told(edges, why):
     with pytest.raises(InputError, match=why):
         code_of(edges)
-
-
