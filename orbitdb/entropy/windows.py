@@ -123,8 +123,8 @@ class OpenChains:
 
     def rows(self, chosen: NDArray[np.intp]) -> "OpenChains":
         """Return the chains of some of the windows."""
-        parts = (part.take(chosen, axis=1) for part in (self.k, self.d, self.n, self.s))
-        return OpenChains(*parts, self.left[chosen], self.right[chosen], self.marked[chosen])
+        k, d, n, s = (part.take(chosen, axis=1) for part in (self.k, self.d, self.n, self.s))
+        return OpenChains(k, d, n, s, self.left[chosen], self.right[chosen], self.marked[chosen])
 
     @property
     def sense(self) -> Floats:
@@ -167,7 +167,8 @@ def _chains(windows: Windows, m: int, left: NDArray[np.intp], right: NDArray[np.
     size = (m + 2) * count
 
     def tally(places: NDArray[np.intp], weights: Floats) -> Floats:
-        return np.bincount(places.ravel(), weights.ravel(), minlength=size)[:size].reshape(m + 2, count)
+        sums: Floats = np.bincount(places.ravel(), weights.ravel(), minlength=size).astype(float)
+        return sums.reshape(m + 2, count)
 
     k = 1 + tally(np.where(in_run, run, 0), np.where(in_run, 1.0, 0.0))
     turn = tally(np.where(in_run, run, 0), np.where(in_run, sign, 0.0))

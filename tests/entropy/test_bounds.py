@@ -87,11 +87,16 @@ def test_growth_encloses_the_spectral_radius(states, steps):
 
 
 def test_growth_is_rounded_outward():
-    """The golden mean, ln((1 + sqrt 5)/2), and ln 3, to forty digits."""
+    """The golden mean, ln((1 + sqrt 5)/2), ln 2 and ln 3, to forty digits; doubles lie on either side."""
     with localcontext() as context:
         context.prec = 40
-        golden, three = ((1 + Decimal(5).sqrt()) / 2).ln(), Decimal(3).ln()
-    for steps, states, exact in (([(0, 0), (0, 1), (1, 0)], 2, golden), ([(0, 0)] * 3, 1, three)):
+        golden, two, three = ((1 + Decimal(5).sqrt()) / 2).ln(), Decimal(2).ln(), Decimal(3).ln()
+    loop = [(0, 0)]
+    for steps, states, exact in (
+        ([*loop, (0, 1), (1, 0)], 2, golden),
+        (loop * 2, 1, two),
+        (loop * 3, 1, three),
+    ):
         origin, target = (np.array([step[k] for step in steps], dtype=np.int32) for k in (0, 1))
         found = growth(origin, target, states)
         assert Decimal(repr(found.lower)) < exact < Decimal(repr(found.upper))

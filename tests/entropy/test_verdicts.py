@@ -123,6 +123,12 @@ def test_no_long_word_contradicts_a_window(edges, a, before, behind):
     check(from_strings([code_of(edges)]), a, [(before, behind), (1, behind), (before, 1), (12, 12)])
 
 
+def test_legs_between_long_runs_are_as_flat_as_can_be():
+    """Whispering runs press a leg of one wall flat against it, to the end of the range of a cut leg."""
+    for edges, extent in (("U" * 200 + "aA" + "D" * 200 + "X", (195, 1)), ("U" * 40 + "aADDDDDXX", (6, 12))):
+        check(from_strings([code_of(edges)]), 1.6, [extent])
+
+
 def test_mirror_images_have_one_verdict():
     words = np.concatenate(list(admissible_words(6)))
     windows, _, _ = stretches(words, 4, 4)
