@@ -1,5 +1,6 @@
 """``orbitdb entropy`` and ``orbitdb lyapunov``: averages over a chosen subset of orbits."""
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -71,9 +72,21 @@ def entropy(
             subset = _read(catalogue, chosen)
         shown.tell("expanding the zeta function")
         found = by_period.entropy(subset.classes.rows(), subset.highest)
+    form = options.chosen(format_, json)
     note(subset.selection.describe())
+    if form is Format.TABLE:
+        _note_proved(subset.selection.a)
     _note_faults(subset, faults_of(found, subset.periods))
-    _write(subset, ENTROPY_COLUMNS, standing(found, subset.periods), options.chosen(format_, json))
+    _write(subset, ENTROPY_COLUMNS, standing(found, subset.periods), form)
+
+
+def _note_proved(a: float) -> None:
+    """Say what is known of the entropy of all orbits without a catalogue."""
+    from orbitdb.entropy.letters import geometric_entropy
+    from orbitdb.store.reading.fills import exact
+
+    most = math.ceil(geometric_entropy() * 1e6) / 1e6
+    note(f"of all orbits it is at most {most:.6f} at any a: 'orbitdb bounds --a {exact(a)}' encloses it")
 
 
 @options.with_choice

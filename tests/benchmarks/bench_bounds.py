@@ -1,0 +1,44 @@
+"""Width of the entropy bounds against time and memory: python tests/benchmarks/bench_bounds.py [SECONDS [A ...]].
+
+Each a in a process of its own, so that its peak memory is its own. Of every level: the time since the
+beginning, all levels before it included, as a user waits for it.
+"""
+
+import resource
+import subprocess
+import sys
+import time
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.entropy.bounds import search
+
+LENGTHS = (1.6, 0.5, 1.0, 3.0, 10.0, 0.2, 0.05)
+SECONDS = 10.0
+
+
+def run(a: float, seconds: float) -> None:
+    """Print a line for each level at one a."""
+    began = time.monotonic()
+    for found in search(Stadium(a), seconds=seconds):
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        print(
+            f"{a:6g} {found.window:6d} {found.lower:11.7f} {found.upper:11.7f}"
+            f" {found.upper - found.lower:9.1e} {found.windows:9d} {found.undecided:9d}"
+            f" {time.monotonic() - began:8.2f} {peak:8.0f}"
+        )
+
+
+def main() -> None:
+    """Print a table for each a."""
+    seconds = float(sys.argv[1]) if sys.argv[1:] else SECONDS
+    lengths = [float(text) for text in sys.argv[2:]] or LENGTHS
+    if len(lengths) == 1:
+        run(lengths[0], seconds)
+        return
+    print("     a window       lower       upper     width   windows undecided  seconds       MB", flush=True)
+    for a in lengths:
+        subprocess.run([sys.executable, __file__, str(seconds), str(a)], check=True)
+
+
+if __name__ == "__main__":
+    main()
