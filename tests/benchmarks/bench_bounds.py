@@ -1,4 +1,6 @@
-"""Width of the entropy bounds against time and memory: python tests/benchmarks/bench_bounds.py [SECONDS [A ...]].
+"""Width of the entropy bounds against time and memory.
+
+    python tests/benchmarks/bench_bounds.py [SECONDS [A ...]]
 
 Each a in a process of its own, so that its peak memory is its own. Of every level: the time since the
 beginning, all levels before it included, as a user waits for it.

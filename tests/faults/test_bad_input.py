@@ -38,6 +38,8 @@ COMMANDS = {
     "plot sheet": SELECTING | {"--limit": bad.INTEGERS},
     "plot orbit": {"--a": bad.NUMBERS, "--code": bad.CODES},
     "simulate": {"--a": ["0", "nan", "½"], "--bounces": ["0", "-1", "x", "9" * 30], "--seed": ["-1", "½"]},
+    "bounds": {"--a": ["0", "nan", "½"], "--window": ["0", "1", "½", "9" * 30],
+               "--width": ["0", "-1", "nan", "½"], "--time": ["0", "-1", "inf", "½"]},
     "bench": {"--kind": bad.TEXTS, "--a": ["0", "nan"], "--p": ["", "1", "8-2", "2-3", "½"]},
     "browse": SELECTING | {"--code": bad.CODES},
     "fill": {"--p": bad.INTEGERS, "--from": bad.INTEGERS, "--a": ["0", "nan", "½", "1e400"],

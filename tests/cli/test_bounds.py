@@ -1,0 +1,65 @@
+"""``orbitdb bounds`` as users meet it."""
+
+import json
+import signal
+import subprocess
+import time
+from decimal import Decimal
+
+import pytest
+from processes import COMMAND
+
+KEYS = ["a", "window", "lower", "upper", "windows", "undecided"]
+
+
+def test_bounds_are_rounded_outward_in_print(cli):
+    rows = json.loads(cli("bounds", "--window", "8", "--json").out)
+    assert [list(row) for row in rows] == [KEYS] * 7
+    header, *lines = cli("bounds", "--window", "8").out.splitlines()
+    assert header.split() == KEYS
+    for line, row in zip(lines, rows, strict=True):
+        shown = dict(zip(KEYS, line.split(), strict=True))
+        assert Decimal(shown["lower"]) <= Decimal(row["lower"])
+        assert Decimal(shown["upper"]) >= Decimal(row["upper"])
+        assert Decimal(shown["upper"]) - Decimal(row["upper"]) < Decimal("1e-8")
+        assert (int(shown["window"]), int(shown["windows"])) == (row["window"], row["windows"])
+
+
+def test_bounds_end_where_they_are_told(cli):
+    wide = json.loads(cli("bounds", "--a", "3", "--width", "0.01", "--json").out)
+    assert wide[-1]["upper"] - wide[-1]["lower"] <= 0.01 < wide[-2]["upper"] - wide[-2]["lower"]
+    assert {row["a"] for row in wide} == {3.0}
+    assert len(json.loads(cli("bounds", "--time", "1e-6", "--json").out)) == 1
+
+
+def test_a_width_that_is_not_reached_is_told(cli):
+    found = cli("bounds", "--width", "1e-6", "--window", "5", "--format", "csv")
+    assert found.code == 1
+    assert "apart, not 1e-06" in found.err
+    assert len(found.out.splitlines()) == 5
+
+
+@pytest.mark.parametrize(
+    "options", [("--window", "1"), ("--window", "99"), ("--width", "0"), ("--time", "-1"), ("--a", "0")]
+)
+def test_what_cannot_be_done_is_told_in_one_line(cli, options):
+    found = cli("bounds", *options)
+    assert found.code == 2
+    assert found.out == ""
+    assert len(found.err.splitlines()) == 1
+
+
+@pytest.mark.slow
+def test_ctrl_c_leaves_the_rows_so_far(tmp_path):
+    with subprocess.Popen(
+        [*COMMAND, "bounds", "--time", "600", "--json"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        time.sleep(2)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert err.startswith("orbitdb: interrupted")
+    assert json.loads(out)[0]["window"] == 2
