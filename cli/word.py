@@ -1,7 +1,7 @@
 """What is known of one word, for people."""
 
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import LONG_CODE, code_text, number, write
+from orbitdb.cli.render import LONG_CODE, code_text, number, with_bound, write
 from orbitdb.orbits.orbit import Orbit
 
 
@@ -22,10 +22,8 @@ def facts(orbit: Orbit) -> list[tuple[str, str]]:
         return facts + ([("margin", number("margin", orbit.margin))] if orbit.margin is not None else [])
     errors = {"length": orbit.length_error, "lyapunov": orbit.lyapunov_error}
     for name in ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual", "error"):
-        bound = f" +- {errors[name]:.0e}" if errors.get(name) is not None else ""
-        facts.append(
-            (name, (_exact(getattr(orbit, name)) if bound else number(name, getattr(orbit, name))) + bound)
-        )
+        value, bound = getattr(orbit, name), errors.get(name)
+        facts.append((name, number(name, value) if bound is None else with_bound(value, bound)))
     least = code_text(orbit.representative)
     reversal = "retraces its path" if orbit.time_reversal == "self" else "its reverse is another orbit"
     facts += [
@@ -37,10 +35,6 @@ def facts(orbit: Orbit) -> list[tuple[str, str]]:
         ("stored", "yes" if orbit.stored else "no: solved on the spot"),
     ]
     return facts
-
-
-def _exact(value: float) -> str:
-    return f"{value:.14g}"
 
 
 def write_bounces(orbit: Orbit) -> None:
