@@ -35,7 +35,7 @@ from orbitdb.entropy.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains
 from orbitdb.orbits.newton import tridiagonal
 
 EPSILON = float(np.finfo(float).eps)
-MAX_STEPS = 40
+MAX_STEPS = 16
 _CLEAR = 8.0
 """Where f is so many times its error, its sign is known and its size well enough."""
 

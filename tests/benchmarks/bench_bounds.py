@@ -12,6 +12,7 @@ import sys
 import time
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.render import number
 from orbitdb.entropy.bounds import search
 
 LENGTHS = (1.6, 0.5, 1.0, 3.0, 10.0, 0.2, 0.05)
@@ -24,7 +25,7 @@ def run(a: float, seconds: float) -> None:
     for found in search(Stadium(a), seconds=seconds):
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         print(
-            f"{a:6g} {found.window:6d} {found.lower:11.7f} {found.upper:11.7f}"
+            f"{a:6g} {found.window:6d} {number('lower', found.lower)} {number('upper', found.upper)}"
             f" {found.upper - found.lower:9.1e} {found.windows:9d} {found.undecided:9d}"
             f" {time.monotonic() - began:8.2f} {peak:8.0f}"
         )
@@ -37,7 +38,7 @@ def main() -> None:
     if len(lengths) == 1:
         run(lengths[0], seconds)
         return
-    print("     a window       lower       upper     width   windows undecided  seconds       MB", flush=True)
+    print("     a window      lower      upper     width   windows undecided  seconds       MB", flush=True)
     for a in lengths:
         subprocess.run([sys.executable, __file__, str(seconds), str(a)], check=True)
 
