@@ -34,6 +34,7 @@ _SHIFT = 0.5
 """Added to the diagonal in the power iteration, so that cycles of one length do not swing."""
 
 _LEAST = 1e-280
+"""v stays positive."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """The enclosure of the topological entropy: what is avoided, how it grows, and what comes of both."""
 
 import math
+from collections.abc import Iterator
 from decimal import Decimal, localcontext
 from itertools import pairwise, product
 
@@ -10,15 +11,27 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.avoidance import automaton
+from orbitdb.entropy.avoidance import Automaton, automaton
 from orbitdb.entropy.bounds import FORBIDDEN, UNDECIDED, levels, search
 from orbitdb.entropy.growth import TOLERANCE, growth
-from orbitdb.entropy.letters import MAY_FOLLOW, MIRROR, edge_words, geometric_entropy, letters_of, reverse
+from orbitdb.entropy.letters import (
+    ENDS_LEG,
+    MAY_FOLLOW,
+    MIRROR,
+    U,
+    code_of,
+    edge_words,
+    geometric_entropy,
+    letters_of,
+    reverse,
+    text_of,
+)
 from orbitdb.entropy.verdicts import Verdict, decide
 from orbitdb.entropy.windows import Windows, extended, first_windows
-from orbitdb.orbits.newton import solve
+from orbitdb.orbits.newton import solve, solve_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.symbols.enumeration import admissible_words
+from orbitdb.symbols.words import primitive_root
 
 EDGE_WORDS = np.array(
     [word for word in product(range(9), repeat=5) if all(MAY_FOLLOW[x, y] for x, y in pairwise(word))],
@@ -126,6 +139,39 @@ def test_orbits_avoid_forbidden_windows_and_words_of_allowed_ones_are_orbits(a):
         real = (status == Status.ORBIT) | (status == Status.BOUNDARY)
         assert not (real & (seen & FORBIDDEN > 0)).any()
         assert (status[seen == 0] == Status.ORBIT).all()
+
+
+def cycles(seeking: Automaton, count: int, seed: int) -> Iterator[str]:
+    """Walk at random past all patterns; yield the cyclic edge words between returns to a state."""
+    random = np.random.default_rng(seed)
+    while count:
+        letters, states = [U], [(int(seeking.step[0, U]) >> 1, 0)]
+        for _ in range(80):
+            state, turned = states[-1]
+            ways = []
+            for letter in np.flatnonzero(MAY_FOLLOW[letters[-1]]):
+                move = int(seeking.step[state, MIRROR[letter] if turned else letter])
+                if not seeking.found[move >> 1]:
+                    ways.append((int(letter), (move >> 1, turned ^ (move & 1))))
+            if not ways:
+                break
+            letter, there = ways[random.integers(len(ways))]
+            letters.append(letter)
+            if there in states:
+                word = letters[states.index(there) + 1 :]
+                if np.isin(word, np.flatnonzero(ENDS_LEG)).any():
+                    count -= 1
+                    yield text_of(np.array(word))
+                break
+            states.append(there)
+
+
+@pytest.mark.parametrize("a", [pytest.param(0.3, marks=pytest.mark.slow), 1.6])
+def test_cycles_that_the_lower_bound_counts_are_orbits(a):
+    words = list(cycles(automaton(patterns(a, 9)), 30, seed=5))
+    assert max(map(len, words)) > 12
+    for word in words:
+        assert solve_word(primitive_root(code_of(word)), Stadium(a)).status is Status.ORBIT, word
 
 
 @pytest.mark.parametrize(
