@@ -44,7 +44,7 @@ def holds(word: tuple[int, ...], pattern: tuple[int, ...]) -> bool:
     return any(word[i : i + size] == pattern for i in range(len(word) - size + 1))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.data())
 def test_automaton_finds_patterns_their_mirror_images_and_reversals(data):
     size = st.integers(1, 4)
@@ -129,7 +129,7 @@ def patterns(a: float, edges: int) -> list[tuple[np.ndarray, int]]:
         windows = extended(windows, at_left)
 
 
-@pytest.mark.parametrize("a", [0.05, 0.3, 1.0, 1.6, 3.0])
+@pytest.mark.parametrize("a", [0.05, 0.5, 1.6, 3.0])
 def test_orbits_avoid_forbidden_windows_and_words_of_allowed_ones_are_orbits(a):
     seeking = automaton(patterns(a, 8))
     for p in range(2, 7):
@@ -168,7 +168,7 @@ def cycles(seeking: Automaton, count: int, seed: int) -> Iterator[str]:
 
 @pytest.mark.parametrize("a", [pytest.param(0.3, marks=pytest.mark.slow), 1.6])
 def test_cycles_that_the_lower_bound_counts_are_orbits(a):
-    words = list(cycles(automaton(patterns(a, 9)), 30, seed=5))
+    words = list(cycles(automaton(patterns(a, 9)), 20, seed=5))
     assert max(map(len, words)) > 12
     for word in words:
         assert solve_word(primitive_root(code_of(word)), Stadium(a)).status is Status.ORBIT, word
