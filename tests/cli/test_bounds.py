@@ -1,13 +1,11 @@
 """``orbitdb bounds`` as users meet it."""
 
 import json
-import signal
-import subprocess
-import time
 from decimal import Decimal
 
+import pexpect
 import pytest
-from processes import COMMAND
+from terminal import ended, spawn
 
 KEYS = ["a", "window", "lower", "upper", "windows", "undecided"]
 
@@ -50,16 +48,14 @@ def test_what_cannot_be_done_is_told_in_one_line(cli, options):
 
 
 @pytest.mark.slow
-def test_ctrl_c_leaves_the_rows_so_far(tmp_path):
-    with subprocess.Popen(
-        [*COMMAND, "bounds", "--time", "600", "--json"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
-        time.sleep(2)
-        process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=30)
-    assert process.returncode == 130
-    assert err.startswith("orbitdb: interrupted")
-    assert json.loads(out)[0]["window"] == 2
+def test_ctrl_c_leaves_the_rows_so_far():
+    child = spawn("bounds", "--time", "600")
+    child.expect("1[0-9] letters")
+    begun = child.before + child.after
+    child.sendintr()
+    child.expect(pexpect.EOF)
+    session = ended(child, (begun + child.before, 80))
+    assert session.code == 130
+    header, first, *_ = session.lines
+    assert (header.split(), first.split()[1]) == (KEYS, "2")
+    assert "orbitdb: interrupted" in session.text
