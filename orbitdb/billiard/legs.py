@@ -19,7 +19,8 @@ directions. Between the directions that an orbit can have (`direction_limits`) a
 L is strictly concave, an orbit is its one maximum, and no word has two orbits. The condition that
 every bounce lies on its own wall or semicircle is linear in alpha (`orbitdb.billiard.bounces.slacks`).
 
-All arrays of legs and runs have shape (m, N): unknowns first, words along the second axis.
+All arrays of legs and runs have shape (m, N): unknowns first, words along the second axis. Where
+several words stand in different stadiums, a has shape (N,).
 Run i precedes leg i; run 0 is on the left.
 """
 
@@ -154,21 +155,26 @@ def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
     return groups
 
 
-def direction_limits(legs: Chain, a: float) -> tuple[Floats, Floats]:
+def direction_limits(legs: Chain, a: float | Floats) -> tuple[Floats, Floats]:
     """Return directions, shape (m, N) each, below and above all that a leg of an orbit can have.
 
     A leg spans 2 a <= dx <= 2 a + 2 and 2 n - 2 <= s dy <= 2 n + 2; without a wall, -2 <= dy <= 2.
     The limits are a little wider, so that orbits through two joints do not lie on them, and keep to
     where the curvature D of the leg's term is positive.
     """
-    steep = np.arctan((legs.n + _WIDER) / a)
-    flat = np.arctan(np.maximum(legs.n - _WIDER, 0) / (a + 1))
+    n, of = legs.n, legs.n.astype(np.intp)
+    if np.ndim(a) == 0 and n.size:
+        n = np.arange(of.max() + 1.0)  # few different numbers: a table
+    steep = np.arctan((n + _WIDER) / a)
+    flat = np.arctan(np.maximum(n - _WIDER, 0) / (a + 1))
+    if n is not legs.n:
+        steep, flat = steep[of], flat[of]
     no_wall = legs.n == 0
     low = np.where(no_wall | (legs.s < 0), -steep, flat)
     return low, np.where(no_wall | (legs.s > 0), steep, -flat)
 
 
-def centre_directions(legs: Chain, a: float) -> Floats:
+def centre_directions(legs: Chain, a: float | Floats) -> Floats:
     """Return the directions of the lines between the unfolded circle centres, shape (m, N)."""
     return np.arctan(legs.n * legs.s / a)
 
@@ -207,7 +213,7 @@ def add_up(rows: NDArray[Any]) -> Floats:
     return total
 
 
-def length(legs: Chain, a: float, alpha: Floats) -> Floats:
+def length(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:
     """Return L(alpha) of each word, shape (N,)."""
     half = turns(legs, alpha).half
     return add_up(2 * a * np.cos(alpha) + legs.lift * np.sin(alpha) + 2 * legs.k * np.sin(half))
@@ -243,7 +249,7 @@ class Derivatives:
     stiffness: Floats
 
 
-def derivatives(legs: Chain, a: float, alpha: Floats) -> Derivatives:
+def derivatives(legs: Chain, a: float | Floats, alpha: Floats) -> Derivatives:
     """Return the derivatives of L at directions alpha, shape (m, N)."""
     half = turns(legs, alpha).half
     across, along = np.sin(alpha), np.cos(alpha)
@@ -254,7 +260,7 @@ def derivatives(legs: Chain, a: float, alpha: Floats) -> Derivatives:
     return Derivatives(gradient, lean, beyond, np.sin(half) / (2 * legs.k))
 
 
-def gradient_rounding(legs: Chain, a: float, alpha: Floats) -> Floats:
+def gradient_rounding(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:
     """Bound the rounding error of the gradient in doubles, shape (m, N).
 
     Products and sines are good to two units in the last place and every sum adds one; psi carries
