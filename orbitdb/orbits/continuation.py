@@ -20,7 +20,7 @@ from orbitdb.orbits.newton import minus_hessian, newton, solve_cyclic
 
 Floats = NDArray[np.float64]
 
-_ON_THE_WAY = 1e-4
+_ON_THE_WAY = 2e-3
 """A Newton step of this size (radians) leaves an error of about its square, enough between zeros."""
 _PLAIN_STEPS = 4
 
