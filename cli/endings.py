@@ -2,7 +2,7 @@
 
 import signal
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import TypeVar
@@ -10,7 +10,8 @@ from typing import TypeVar
 _PATIENCE = 1.0
 """Seconds in which a further Ctrl-C does not disturb what the first one has set going."""
 
-_TERMINATING = ("SIGTERM", "SIGHUP")
+TERMINATING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+"""Signals that tell a process to end."""
 
 Step = TypeVar("Step")
 
@@ -57,13 +58,18 @@ class _InterruptOnce:
 _interrupt = _InterruptOnce()
 
 
-def until_interrupted(steps: Iterable[Step]) -> Iterator[Step]:
-    """Pass steps on until Ctrl-C has been pressed.
+def interrupted() -> bool:
+    """Tell whether Ctrl-C has been pressed.
 
     It may be lost on its way: NumPy clears whatever is raised while it looks for attributes.
     """
+    return _interrupt.pressed
+
+
+def until_interrupted(steps: Iterable[Step]) -> Iterator[Step]:
+    """Pass steps on until Ctrl-C has been pressed, even if that was lost on its way."""
     for step in steps:
-        if _interrupt.pressed:
+        if interrupted():
             raise KeyboardInterrupt
         yield step
 
@@ -77,15 +83,36 @@ def with_other_processes() -> Iterator[None]:
     Terminated
         On a signal to terminate.
     """
-    wanted = dict.fromkeys(_TERMINATING, _terminate) | {"SIGPIPE": signal.SIG_IGN}
-    numbers = {getattr(signal, name): action for name, action in wanted.items() if hasattr(signal, name)}
-    numbers = {each: action for each, action in numbers.items() if signal.getsignal(each) == signal.SIG_DFL}
-    for number, action in numbers.items():
+    pipes = [signal.SIGPIPE] if hasattr(signal, "SIGPIPE") else []
+    with told_to_end(), _unless_handled(pipes, signal.SIG_IGN):
+        yield
+
+
+@contextmanager
+def told_to_end() -> Iterator[None]:
+    """Close what is open when a signal says to end.
+
+    Raises
+    ------
+    Terminated
+        On a signal to terminate.
+    """
+    with _unless_handled(TERMINATING, _terminate):
+        yield
+
+
+@contextmanager
+def _unless_handled(
+    signals: Iterable[int], action: Callable[[int, FrameType | None], None] | signal.Handlers
+) -> Iterator[None]:
+    """Handle those signals that do what they do by default."""
+    ours = [number for number in signals if signal.getsignal(number) == signal.SIG_DFL]
+    for number in ours:
         signal.signal(number, action)
     try:
         yield
     finally:
-        for number in numbers:
+        for number in ours:
             with suppress(ValueError):
                 signal.signal(number, signal.SIG_DFL)
 

@@ -4,12 +4,16 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+import typer
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from orbitdb.averages import by_period
+from orbitdb.averages.standing import faults_of, standing
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.render import note, note_partial
+from orbitdb.cli.reading import note_gaps, note_nothing
+from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots import curves, paths
@@ -17,7 +21,7 @@ from orbitdb.plots.style import BLUE, ORANGE, figure, plain
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.references import best_reference
-from orbitdb.store.reading.whole_periods import WholePeriods, read_whole
+from orbitdb.store.reading.whole_periods import WholePeriods, read_whole, why_missing
 from orbitdb.symbols.symmetry import REVERSE, images_of
 from orbitdb.symbols.words import run_notation
 
@@ -67,10 +71,12 @@ def _short(code: str) -> str:
 def _draw_entropy(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
     subset = _read(catalogue, chosen)
     found = by_period.entropy(subset.classes.rows(), subset.highest)
+    p, shown = _standing(found, subset)
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
-        curves.draw_entropy(ax, found.p, found.K_0, found.h_zeta, found.h_zeta_change)
+        curves.draw_entropy(ax, p, shown["K_0"], shown["h_zeta"], shown["h_zeta_change"])
         ax.set_title(plain(chosen.describe()))
+        curves.explain(made, ax)
     return made
 
 
@@ -88,39 +94,60 @@ def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
             curves.Line(known.lambda_c, known.lambda_c_error),
         )
     )
-    discrete = curves.LyapunovRows(found.lambda_d, found.lambda_d_pair, found.lambda_d_zeta, lines[0])
-    continuous = curves.LyapunovRows(found.lambda_c, found.lambda_c_pair, found.lambda_c_zeta, lines[1])
+    p, shown = _standing(found, subset)
+    discrete, continuous = (
+        curves.LyapunovRows(shown[name], shown[f"{name}_pair"], shown[f"{name}_zeta"], line)
+        for name, line in zip(("lambda_d", "lambda_c"), lines, strict=True)
+    )
     with figure(6.4, 6.4) as made:
         above, below = made.subplots(2, 1, sharex=True)
-        curves.draw_lyapunov(above, found.p, discrete, r"\lambda_d", "per bounce")
-        curves.draw_lyapunov(below, found.p, continuous, r"\lambda_c", "per length $R$")
+        curves.draw_lyapunov(above, p, discrete, r"\lambda_d", "per bounce")
+        curves.draw_lyapunov(below, p, continuous, r"\lambda_c", "per length $R$")
         above.set(xlabel="", title=plain(chosen.describe()))
-        above.legend(loc="upper right")
+        curves.explain(made, above)
     return made
+
+
+def _standing(
+    found: by_period.Entropy | by_period.Lyapunov, subset: WholePeriods
+) -> tuple[NDArray[np.int64], dict[str, NDArray[np.float64]]]:
+    """Return the periods from the first whole one on and the averages that stand; say why others do not.
+
+    NaN where there is none, so that no line is drawn across a period that is not there.
+    """
+    if fault := faults_of(found, subset.periods):
+        note(fault)
+    here = found.p >= subset.periods[0]
+    columns = standing(found, subset.periods)
+    return found.p[here], {name: np.array(column, dtype=float)[here] for name, column in columns.items()}
 
 
 def _read(catalogue: Catalogue, chosen: Selection) -> WholePeriods:
     """Return the chosen classes of whole periods for averages; say which periods are missing."""
     subset = read_whole(catalogue, chosen)
-    note_partial(subset.partial, chosen.a, left_out=True)
-    if not subset.fills:
-        raise InputError(f"no {chosen.describe()} is filled: run 'orbitdb fill --p 11 --a {chosen.a:g}'")
-    if subset.missing:
-        note(f"left out or not filled: p = {', '.join(map(str, subset.missing))}; averages lack their orbits")
+    note_gaps(catalogue, chosen, left_out=True)
     if not len(subset.classes):
-        raise InputError(f"no {chosen.describe()}: nothing to draw")
+        raise _nothing(catalogue, chosen)
+    if subset.missing:
+        note(f"averages lack the orbits of p = {why_missing(subset.missing, subset.selection)}")
     return subset
+
+
+def _nothing(catalogue: Catalogue, chosen: Selection) -> typer.Exit:
+    """Say that there is nothing to draw; return how the command ends then."""
+    note_nothing(catalogue, chosen, ": nothing to draw")
+    return typer.Exit(1)
 
 
 def _draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
     if not chosen.periods:
         raise InputError("name a period for the sheet, such as --p 5")
-    note_partial(catalogue.partial(chosen), chosen.a)
+    note_gaps(catalogue, chosen)
     words = sorted(set(catalogue.select(chosen).representative.tolist()), key=lambda word: (len(word), word))
     orbits = [found for word in words[:limit] if (found := catalogue.find(word, chosen.a)) is not None]
     drawn = [found.points for found in orbits if found.points is not None]
     if not drawn:
-        raise InputError(f"no {chosen.describe()}: nothing to draw")
+        raise _nothing(catalogue, chosen)
     if len(words) > limit:
         note(f"{limit} of {len(words)} classes are drawn; --limit {len(words)} draws all")
     stadium = Stadium(chosen.a)
@@ -138,10 +165,10 @@ def _draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
 
 def _draw_birkhoff(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
     stadium = Stadium(chosen.a)
-    note_partial(catalogue.partial(chosen), chosen.a)
+    note_gaps(catalogue, chosen)
     subset = catalogue.select(chosen, coordinates=True)
     if not len(subset):
-        raise InputError(f"no {chosen.describe()}: nothing to draw")
+        raise _nothing(catalogue, chosen)
     place, sine, colour = [], [], []
     for p in np.unique(subset.p).tolist():
         along, sines = birkhoff(stadium, *subset.of_period(p))
@@ -157,10 +184,10 @@ def _draw_birkhoff(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
 
 
 def _draw_lengths(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
-    note_partial(catalogue.partial(chosen), chosen.a)
+    note_gaps(catalogue, chosen)
     found = catalogue.classes(chosen)
     if not len(found):
-        raise InputError(f"no {chosen.describe()}: nothing to draw")
+        raise _nothing(catalogue, chosen)
     with figure(6.4, 6.0) as made:
         above, below = made.subplots(2, 1, sharex=True)
         curves.draw_staircase(above, found.length, found.chosen)

@@ -1,71 +1,35 @@
-"""The command ``orbitdb``: one module a group of commands, and what happens when one fails."""
+"""The command ``orbitdb``, and what happens when it fails.
+
+The commands themselves are imported once Ctrl-C is taken care of, which lasts some tenths of a second.
+"""
 
 import os
 import sys
-from typing import Annotated
+from contextlib import suppress
 
-import typer
-
-from orbitdb import __version__
-from orbitdb.cli.commands import (
-    averages,
-    bench,
-    browse,
-    export,
-    fill,
-    info,
-    plot,
-    query,
-    simulate,
-    table,
-    verify,
-)
-from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed
-from orbitdb.cli.render import note
+from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed, interrupted
+from orbitdb.cli.streams import stand_in_for_closed
 from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
+from orbitdb.plaintext import line
 
 DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
 _SIGNALLED = 128
 _GOES_ON = "nothing that was stored is lost, the same command goes on from there"
 
-app = typer.Typer(
-    name="orbitdb",
-    help="A certified catalogue of the unstable periodic orbits of the stadium billiard.",
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-)
-for module in (fill, query, browse, table, averages, simulate, plot, export, verify, bench, info):
-    module.register(app)
-
-
-def _show_version(wanted: bool) -> None:
-    if wanted:
-        typer.echo(f"orbitdb {__version__}")
-        raise typer.Exit
-
-
-@app.callback()
-def _options(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version.")
-    ] = False,
-) -> None:
-    pass
-
 
 def run() -> None:
     """Run the command line; every failure becomes one line on stderr and an exit code."""
     end_as_users_expect()
-    nowhere = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, for as long as the process lives
-    sys.stdout, sys.stderr = sys.stdout or nowhere, sys.stderr or nowhere  # None where they are closed
+    stand_in_for_closed()
     code = _run(sys.argv[1:] or ["--help"])
     end_undisturbed()
     try:
         sys.stdout.flush()
     except OSError as error:
         code = code or _unwritten(error)
-        os.dup2(nowhere.fileno(), sys.stdout.fileno())  # for the flush at the end of the process
+        os.dup2(
+            os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
+        )  # for the flush at the end of the process
     sys.exit(code)
 
 
@@ -73,26 +37,40 @@ def _run(arguments: list[str]) -> int:
     if any("\0" in argument for argument in arguments):
         return _say("an argument has a NUL character in it", USAGE)
     try:
-        result = app(arguments, prog_name="orbitdb", standalone_mode=False)
-        if result == INTERRUPTED:
-            raise KeyboardInterrupt
-        return result if isinstance(result, int) else DONE
-    except InputError as error:
-        return _say(str(error), USAGE)
-    except StoreError as error:
-        return _say(str(error), NO_DATABASE)
-    except WorkError as error:
-        return _say(str(error), FAILED)
-    except (KeyboardInterrupt, typer.Abort):
-        return _say(f"interrupted; {_GOES_ON}", INTERRUPTED)
+        from orbitdb.cli.app import call
+
+        result = call(arguments)
+    except KeyboardInterrupt:
+        result = INTERRUPTED
     except Terminated as end:
         return _say(f"terminated; {_GOES_ON}", _SIGNALLED + end.number)
-    except typer.TyperException as error:
-        return _say(" ".join(error.format_message().split()) + " (--help shows the options)", USAGE)
-    except OSError as error:
-        return _unwritten(error)
-    except ModuleNotFoundError as error:
-        return _say(f"{error}; it comes with an extra, see 'Install' in the README", FAILED)
+    except Exception as error:
+        if not interrupted():  # of which a library may have made something else
+            return _failed(error)
+        result = INTERRUPTED
+    if result == INTERRUPTED:
+        return _say(f"interrupted; {_GOES_ON}", INTERRUPTED)
+    return result if isinstance(result, int) else DONE
+
+
+def _failed(error: Exception) -> int:
+    """Say what was wrong; raise again what nobody has foreseen."""
+    from orbitdb.cli.app import ParsingError
+
+    match error:
+        case InputError():
+            return _say(str(error), USAGE)
+        case StoreError():
+            return _say(str(error), NO_DATABASE)
+        case WorkError():
+            return _say(str(error), FAILED)
+        case ParsingError():
+            return _say(" ".join(error.format_message().split()) + " (--help shows the options)", USAGE)
+        case OSError():
+            return _unwritten(error)
+        case ModuleNotFoundError():
+            return _say(f"{error}; it comes with an extra, see 'Install' in the README", FAILED)
+    raise error
 
 
 def _unwritten(error: OSError) -> int:
@@ -103,5 +81,7 @@ def _unwritten(error: OSError) -> int:
 
 
 def _say(message: str, code: int) -> int:
-    note(f"orbitdb: {message}")
+    over = "\r" if code == INTERRUPTED and sys.stderr.isatty() else ""  # the terminal has written ^C here
+    with suppress(OSError):
+        print(over + line(f"orbitdb: {message}"), file=sys.stderr)
     return code

@@ -6,12 +6,18 @@ from enum import StrEnum
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
+from orbitdb.errors import InputError
+from orbitdb.numerals import real, whole
+
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
+
+
+Number = TypeVar("Number", int, float)
 
 
 class Format(StrEnum):
@@ -24,6 +30,36 @@ class Format(StrEnum):
     JSONL = "jsonl"
 
 
+def number_option(*flags: str, help: str) -> Any:
+    """Return an option that takes a number."""
+
+    def read(given: str | float) -> float:
+        return _read(real, str(given))
+
+    return typer.Option(*flags, metavar="NUMBER", parser=read, help=help)
+
+
+def count_option(*flags: str, help: str, least: int | None = None, most: int | None = None) -> Any:
+    """Return an option that takes a whole number, be it written 1e6, within bounds."""
+
+    def read(given: str | int) -> int:
+        count = _read(whole, str(given))
+        if least is not None and count < least:
+            raise typer.BadParameter(f"{count} is less than {least}")
+        if most is not None and count > most:
+            raise typer.BadParameter(f"{count} is more than {most}")
+        return count
+
+    return typer.Option(*flags, metavar="COUNT", parser=read, help=help)
+
+
+def _read(reading: Callable[[str], Number], text: str) -> Number:
+    try:
+        return reading(text)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
+
+
 Database = Annotated[
     Path | None,
     typer.Option(
@@ -33,7 +69,18 @@ Database = Annotated[
         help="The catalogue [default: ORBITDB_DB, or the user's data folder].",
     ),
 ]
-HalfLength = Annotated[float, typer.Option("--a", metavar="NUMBER", help="Half length of a straight wall.")]
+USUAL_A = 1.6
+"""The paper's stadium."""
+
+HalfLength = Annotated[
+    float, number_option("--a", help="Half length of a straight wall, whatever the catalogue holds.")
+]
+StoredHalfLength = Annotated[
+    float | None,
+    number_option(
+        "--a", help="Half length of a straight wall [default: the catalogue's only one, else 1.6]."
+    ),
+]
 OutputFormat = Annotated[Format, typer.Option("--format", help="How to write the result.")]
 Json = Annotated[bool, typer.Option("--json", help="The same as --format json.")]
 Periods = Annotated[str | None, typer.Option("--p", metavar="PERIODS", help="Periods: 11, 2-8 or 2,3,5-7.")]
@@ -98,6 +145,11 @@ class Choice:
         from orbitdb.store.asking import selection as sel
         from orbitdb.symbols.words import parse
 
+        parameters = dict(sel.parse_parameter(parameter) for parameter in self.parameters or ())
+        if parameters and self.where is None:
+            raise sel.SelectionError(
+                "-P says what a name in --where stands for: give --where, or leave out -P"
+            )
         return sel.Selection(
             a=Stadium(a).a,
             periods=() if self.p is None else sel.parse_periods(self.p),
@@ -107,7 +159,7 @@ class Choice:
             contains=None if self.contains is None else parse(self.contains),
             ranges=sel.parse_bounds(self.bounds or ()),
             where=self.where,
-            parameters=dict(sel.parse_parameter(parameter) for parameter in self.parameters or ()),
+            parameters=parameters,
         )
 
 
@@ -130,5 +182,51 @@ def with_choice(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def chosen(format_: Format, json: bool) -> Format:
-    """Return the output format, --json winning."""
+    """Return the output format.
+
+    Raises
+    ------
+    InputError
+        If two are asked for.
+    """
+    if json and format_ not in (Format.TABLE, Format.JSON):
+        raise InputError(f"--json and --format {format_} contradict one another: leave one of them out")
     return Format.JSON if json else format_
+
+
+def takes_only(context: typer.Context, asked: str, *names: str) -> None:
+    """Refuse all options that do nothing in what is asked for.
+
+    Parameters
+    ----------
+    context : typer.Context
+        Of the command.
+    asked : str
+        What is asked for, as in ``with --code``.
+    names : str
+        The command's parameters that have a meaning then; where it reads and how it writes always have.
+
+    Raises
+    ------
+    InputError
+        If one of the others was given.
+    """
+    useful = {*names, "format_", "json", "db"}
+    refuse_idle(context, asked, *(each.name for each in context.command.params if each.name not in useful))
+
+
+def refuse_idle(context: typer.Context, asked: str, *names: str | None) -> None:
+    """Refuse some options that do nothing in what is asked for (`takes_only`)."""
+    given = [
+        parameter.opts[0]
+        for parameter in context.command.params
+        if parameter.name in names and _typed(context, parameter.name)
+    ]
+    if given:
+        does, it = ("does", "it") if len(given) == 1 else ("do", "them")
+        raise InputError(f"{', '.join(given)} {does} nothing {asked}: leave {it} out")
+
+
+def _typed(context: typer.Context, name: str | None) -> bool:
+    source = context.get_parameter_source(name or "")
+    return source is not None and source.name == "COMMANDLINE"

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli.options import Format
+from orbitdb.cli.progress import aside
 from orbitdb.export import json_object, write_csv
 from orbitdb.plaintext import line, printable
 
@@ -38,7 +39,7 @@ _TIMES = ("seconds", "enumeration", "classification", "cutting", "newton", "asse
 
 def note(message: str) -> None:
     """Tell the user something that is not data, in one line, if there is somebody to be told."""
-    with contextlib.suppress(OSError):
+    with aside(), contextlib.suppress(OSError):
         print(line(message), file=sys.stderr)
 
 
@@ -76,6 +77,13 @@ def code_text(code: str) -> str:
 
     text = run_notation(code)
     return text if len(text) <= 2 * LONG_CODE else f"{text[: 2 * LONG_CODE]}... ({len(code)} symbols)"
+
+
+def repeats(word: str, root: str) -> str:
+    """Say that a word repeats a shorter one, which is taken in its place."""
+    count = len(word) // len(root)
+    times = "twice" if count == 2 else f"{count} times"
+    return f"{code_text(word)} repeats {code_text(root)} ({times}): this is {code_text(root)}"
 
 
 def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:

@@ -7,7 +7,9 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import note, note_partial, write
+from orbitdb.cli.progress import progress
+from orbitdb.cli.reading import note_gaps, note_nothing, reading
+from orbitdb.cli.render import note, write
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -39,7 +41,6 @@ LYAPUNOV_COLUMNS = (
 CUT_COLUMNS = ("cut", "lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
 _LARGEST_CUT = 1000
 _MOST_FACTORS = 100_000
-_FIXED_POINTS = {"N", "K_0", "lambda_d", "lambda_c"}
 
 
 def register(app: typer.Typer) -> None:
@@ -51,7 +52,7 @@ def register(app: typer.Typer) -> None:
 @options.with_choice
 def entropy(
     *,
-    a: options.HalfLength = 1.6,
+    a: options.StoredHalfLength = None,
     choice: options.Choice,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
@@ -63,25 +64,31 @@ def entropy(
     the zeta function cut off at p, which converges much faster, with its change from p - 1.
     """
     from orbitdb.averages import by_period
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.averages.standing import faults_of, standing
 
-    subset = _read(Catalogue(db), choice.at(a))
-    found = by_period.entropy(subset.classes.rows(), subset.highest)
-    columns = {name: getattr(found, name).tolist() for name in ENTROPY_COLUMNS}
-    _write(subset, ENTROPY_COLUMNS, columns, options.chosen(format_, json))
+    with progress("reading orbits") as shown:
+        with reading(db, a, choice) as (catalogue, chosen):
+            subset = _read(catalogue, chosen)
+        shown.tell("expanding the zeta function")
+        found = by_period.entropy(subset.classes.rows(), subset.highest)
+    note(subset.selection.describe())
+    _note_faults(subset, faults_of(found, subset.periods))
+    _write(subset, ENTROPY_COLUMNS, standing(found, subset.periods), options.chosen(format_, json))
 
 
 @options.with_choice
 def lyapunov(
     *,
-    a: options.HalfLength = 1.6,
+    a: options.StoredHalfLength = None,
     choice: options.Choice,
     weight: Annotated[
         str, typer.Option("--weight", help="exp: e^-lambda, as in the paper; det: 1/|det(1 - M)|.")
     ] = "exp",
     cut: Annotated[
         float | None,
-        typer.Option("--cut", help="One zeta average over all pseudo-cycles of lambda up to this, instead."),
+        options.number_option(
+            "--cut", help="One zeta average over all pseudo-cycles of lambda up to this, instead."
+        ),
     ] = None,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
@@ -95,23 +102,24 @@ def lyapunov(
     """
     from orbitdb.averages import by_period
     from orbitdb.averages.fixed_points import Weight
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.averages.standing import faults_of, standing
     from orbitdb.store.reading.references import best_reference
 
     if weight not in set(Weight):
         raise InputError(f"weight {weight!r}: use {' or '.join(Weight)}")
-    with Catalogue(db).at_one_moment() as catalogue:
-        subset = _read(catalogue, choice.at(a))
-        reference = best_reference(catalogue, subset.selection.a)
+    with progress("reading orbits"), reading(db, a, choice) as (catalogue, chosen):
+        subset = _read(catalogue, chosen)
+        reference = best_reference(catalogue, chosen.a)
     form = options.chosen(format_, json)
     if cut is not None:
         _write_cut(subset, cut, Weight(weight), form)
         return
-    found = by_period.lyapunov(subset.classes.rows(), subset.highest, Weight(weight))
-    columns = {name: getattr(found, name).tolist() for name in LYAPUNOV_COLUMNS}
+    with progress("expanding the zeta function"):
+        found = by_period.lyapunov(subset.classes.rows(), subset.highest, Weight(weight))
+    columns = standing(found, subset.periods)
     names = list(LYAPUNOV_COLUMNS)
     if reference is None:
-        note(f"no trajectory value at a = {a:g}: 'orbitdb simulate --a {a:g}' makes one")
+        note(f"no trajectory value at a = {chosen.a:g}: 'orbitdb simulate --a {chosen.a:g}' makes one")
     elif form is Format.TABLE:
         note(
             f"trajectories: lambda_d = {reference.lambda_d:.6f} +- {reference.lambda_d_error:.6f}, "
@@ -121,6 +129,8 @@ def lyapunov(
         for name in ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error"):
             names.append(f"{name}_trajectory")
             columns[names[-1]] = [getattr(reference, name)] * len(columns["p"])
+    note(subset.selection.describe())
+    _note_faults(subset, faults_of(found, subset.periods))
     _write(subset, names, columns, form)
 
 
@@ -131,12 +141,14 @@ def _write_cut(subset: "WholePeriods", cut: float, weight: "Weight", form: Forma
     if not 0 < cut <= _LARGEST_CUT:
         raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
     rows = subset.classes.rows()
-    if weight is Weight.DETERMINANT and (cut / rows.lyapunov).sum() > _MOST_FACTORS:
-        raise InputError(f"cut {cut:g} has too many terms with --weight det: give a smaller one, such as 9")
-    found = by_period.lyapunov_by_stability(rows, cut, subset.highest, weight)
+    if weight is Weight.DETERMINANT and (most := by_period.largest_cut(rows, cut, _MOST_FACTORS)) < cut:
+        raise InputError(f"cut {cut:g} has too many terms with --weight det: give {most:g} or less")
+    with progress("summing pseudo-cycles"):
+        found = by_period.lyapunov_by_stability(rows, cut, subset.highest, weight)
     values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)
     note(subset.selection.describe())
-    _note_missing(subset)
+    fault = "" if subset.missing or not found.fault else f"the zeta function gives no average {found.fault}"
+    _note_faults(subset, fault)
     write(CUT_COLUMNS, [[cut, *(None if subset.missing else _known(value) for value in values)]], form)
 
 
@@ -145,41 +157,32 @@ def _read(catalogue: "Catalogue", chosen: "Selection") -> "WholePeriods":
     from orbitdb.store.reading.whole_periods import read_whole
 
     subset = read_whole(catalogue, chosen)
-    note_partial(subset.partial, chosen.a, left_out=True)
+    note_gaps(catalogue, chosen, left_out=True)
     if not len(subset.classes):
-        note(f"no {subset.selection.describe()} in filled periods: 'orbitdb info' shows what is filled")
+        note_nothing(catalogue, subset.selection)
         raise typer.Exit(1)
     return subset
 
 
 def _write(subset: "WholePeriods", names: Sequence[str], columns: dict[str, list[Any]], form: Format) -> None:
-    """Write one row a filled period; what periods that are not there would change is left out."""
-    from orbitdb.averages.fixed_points import missing_divisors, missing_periods
+    """Write one row a whole period, and say which sums over fixed points lack periods."""
+    from orbitdb.averages.fixed_points import missing_divisors
 
-    note(subset.selection.describe())
-    rows = []
-    for i, p in enumerate(columns["p"]):
-        if p not in subset.periods:
-            continue
-        gaps, holes = missing_divisors(p, subset.periods), missing_periods(p, subset.periods)
-        if gaps:
-            note(f"p = {p}: the sums over fixed points lack the periods {_listed(gaps)}")
-        row = []
-        for name in names:
-            lost = gaps if name in _FIXED_POINTS else holes if name != "p" else []
-            row.append(None if lost and not name.endswith("trajectory") else _known(columns[name][i]))
-        rows.append(row)
-    _note_missing(subset)
-    write(names, rows, form)
+    for p in subset.periods:
+        if gaps := missing_divisors(p, subset.periods):
+            note(f"p = {p}: the sums over fixed points lack the periods {', '.join(map(str, gaps))}")
+    rows = [list(row) for row in zip(*(columns[name] for name in names), strict=True)]
+    write(names, [row for row in rows if row[names.index("p")] in subset.periods], form)
 
 
-def _note_missing(subset: "WholePeriods") -> None:
+def _note_faults(subset: "WholePeriods", fault: str) -> None:
+    """Say what is missing to the zeta function, and where it has no zero that can be used."""
+    from orbitdb.store.reading.whole_periods import why_missing
+
     if subset.missing:
-        note(f"the zeta function lacks the periods {_listed(subset.missing)}")
-
-
-def _listed(periods: list[int]) -> str:
-    return ", ".join(map(str, periods))
+        note(f"the zeta function lacks the periods {why_missing(subset.missing, subset.selection)}")
+    if fault:
+        note(fault)
 
 
 def _known(value: Any) -> Any:

@@ -1,8 +1,6 @@
 """``orbitdb bench``: run time against error, run time by stage, and stress."""
 
-import sys
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, fields
 from enum import StrEnum
 from pathlib import Path
@@ -12,10 +10,13 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
+from orbitdb.cli.progress import aside, progress
 from orbitdb.cli.render import note, write
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
+    from orbitdb.benchmarks.agreement import Agreement
+    from orbitdb.benchmarks.work_precision import WorkPrecision
     from orbitdb.billiard.stadium import Stadium
 
 EXAMPLES = """
@@ -49,6 +50,7 @@ def register(app: typer.Typer) -> None:
 
 
 def bench(
+    context: typer.Context,
     kind: Annotated[
         Kind,
         typer.Option(
@@ -77,17 +79,19 @@ def bench(
     """
     from orbitdb.billiard.stadium import Stadium
 
+    idle = {Kind.METHODS: [], Kind.STRESS: ["a", "p", "picture"]}.get(kind, ["picture"])
+    options.refuse_idle(context, f"with --kind {kind}", *idle)
     stadium = Stadium(a)
     form = options.chosen(format_, json)
     if kind is Kind.STRESS:
         from orbitdb.benchmarks.stress import Outcome, stress
 
-        _write(Outcome, stress(), form)
+        _write(Outcome, _watched(stress()), form)
     elif kind is Kind.STAGES:
         from orbitdb.benchmarks.stage_times import StageTimes, stage_times
 
         periods = _periods("2-11" if p is None else p)
-        _write(StageTimes, (stage_times(period, stadium) for period in periods), form)
+        _write(StageTimes, _watched(stage_times(period, stadium) for period in periods), form)
     elif kind is Kind.STATUSES:
         _agree(_periods("2-8" if p is None else p), stadium, form)
     else:
@@ -96,14 +100,14 @@ def bench(
 
 def _compare(periods: list[int], stadium: "Stadium", form: Format, picture: Path | None) -> None:
     """Compare the methods on one period; draw the diagram, too, if it is wanted."""
-    from orbitdb.benchmarks.work_precision import WorkPrecision, sample, work_precision
+    from orbitdb.benchmarks.work_precision import WorkPrecision
 
     if len(periods) > 1:
         raise InputError(f"periods {periods[0]} to {periods[-1]}: methods are compared on one, such as --p 9")
     said = f"p = {periods[0]} at a = {stadium.a:g}"
     if picture is None:
         note(f"{said}: times in seconds, errors of length and lambda relative")
-        _write(WorkPrecision, work_precision(sample(periods[0], stadium)), form)
+        _write(WorkPrecision, _compared(periods[0], stadium), form)
         return
     from orbitdb.export import complete
     from orbitdb.plots import style
@@ -111,7 +115,7 @@ def _compare(periods: list[int], stadium: "Stadium", form: Format, picture: Path
 
     ending = style.check_ending(picture)
     with complete(picture) as draft:
-        rows = list(work_precision(sample(periods[0], stadium)))
+        rows = list(_compared(periods[0], stadium))
         with style.figure(6, 4.2) as made:
             axes = made.subplots()
             draw_work_precision(axes, rows)
@@ -121,37 +125,46 @@ def _compare(periods: list[int], stadium: "Stadium", form: Format, picture: Path
     _write(WorkPrecision, rows, form)
 
 
+def _compared(p: int, stadium: "Stadium") -> "Iterator[WorkPrecision]":
+    from orbitdb.benchmarks.work_precision import sample, work_precision
+
+    with progress("true orbits in ball arithmetic"):
+        cases = sample(p, stadium)
+    yield from _watched(work_precision(cases))
+
+
 def _agree(periods: list[int], stadium: "Stadium", form: Format) -> None:
     """Compare what three methods decide; name the words in which they differ, fail if one has no reason."""
-    from orbitdb.benchmarks.agreement import Agreement, agreement
+    from orbitdb.benchmarks.agreement import Agreement
 
     unexplained = 0
 
-    def rows() -> Iterator[Agreement]:
+    def counted() -> "Iterator[Agreement]":
         nonlocal unexplained
-        for p in periods:
-            with _steps(p) as show:
-                found, differing = agreement(p, stadium, show)
-            for each in differing:
-                note(each.sentence())
+        for found in _agreements(periods, stadium):
             unexplained += found.unexplained
             yield found
 
-    _write(Agreement, rows(), form)
+    _write(Agreement, counted(), form)
     if unexplained:
         raise typer.Exit(1)
 
 
-@contextmanager
-def _steps(p: int) -> "Iterator[Callable[[int, int], None] | None]":
-    """Show how far the relaxation is, if somebody watches."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
+def _agreements(periods: list[int], stadium: "Stadium") -> "Iterator[Agreement]":
+    """Compare period by period; name the words in which the methods differ, and show how far it is."""
+    from orbitdb.benchmarks.agreement import agreement
 
-    with Console(stderr=True).status(f"p = {p}") as status:
-        yield lambda step, moving: status.update(f"p = {p}: step {step:,}, {moving} classes still move")
+    with progress("the paper's relaxation") as shown:
+        for p in periods:
+
+            def show(step: int, moving: int, p: int = p) -> None:
+                shown.tell(f"p = {p}: step {step:,}, {moving} classes still move")
+
+            found, differing = agreement(p, stadium, show)
+            with aside():
+                for each in differing:
+                    note(each.sentence())
+                yield found
 
 
 def _periods(text: str) -> list[int]:
@@ -165,11 +178,18 @@ def _periods(text: str) -> list[int]:
 
 def _write(kind: Any, rows: Iterable[Any], form: Format) -> None:
     columns = [field.name for field in fields(kind)]
+    write(columns, ([_known(value) for value in asdict(row).values()] for row in rows), form)
 
-    def values() -> Iterator[list[Any]]:
+
+def _known(value: Any) -> Any:
+    """Return a value, None for a number that is not one."""
+    return None if value != value else value
+
+
+def _watched(rows: Iterable[Any]) -> Iterator[Any]:
+    """Pass rows on, and show which came last if somebody watches."""
+    with progress("measuring") as shown:
         for row in rows:
-            if sys.stderr.isatty():
-                note(" ".join(str(value) for value in list(asdict(row).values())[:2]))
-            yield [None if value != value else value for value in asdict(row).values()]
-
-    write(columns, values(), form)
+            with aside():
+                yield row
+            shown.tell("measuring, done: " + " ".join(str(value) for value in list(asdict(row).values())[:2]))

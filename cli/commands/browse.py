@@ -1,11 +1,13 @@
 """``orbitdb browse``: the terminal UI."""
 
 import sys
+from dataclasses import replace
 from typing import Annotated
 
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.reading import meant
 from orbitdb.errors import InputError
 
 EXAMPLES = """
@@ -29,7 +31,7 @@ def register(app: typer.Typer) -> None:
 def browse(
     *,
     code: Annotated[str | None, typer.Option("--code", help="Open at this word, in any rotation.")] = None,
-    a: options.HalfLength = 1.6,
+    a: options.StoredHalfLength = None,
     choice: options.Choice,
     db: options.Database = None,
 ) -> None:
@@ -37,14 +39,14 @@ def browse(
     from orbitdb.store.file.database import default_path
     from orbitdb.symbols.words import parse
 
-    chosen = choice.at(a)
+    path, chosen = db or default_path(), choice.at(options.USUAL_A if a is None else a)
     if code is not None:
         parse(code)
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise InputError("browse needs a terminal: use 'orbitdb query' where there is none")
     from orbitdb.cli.tui.app import BrowseApp
 
-    app = BrowseApp(db or default_path(), chosen, code)
+    app = BrowseApp(path, replace(chosen, a=meant(path, a)), code)
     if chosen.where is not None:
         app.check_filter(chosen.where, dict(chosen.parameters))
     app.run()

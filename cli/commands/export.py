@@ -11,8 +11,10 @@ import typer
 
 from orbitdb import __version__
 from orbitdb.cli import options
-from orbitdb.cli.commands.query import KEYS
-from orbitdb.cli.render import note, note_partial
+from orbitdb.cli.progress import Progress, progress
+from orbitdb.cli.reading import note_gaps, note_nothing, reading
+from orbitdb.cli.render import note
+from orbitdb.cli.rows import KEYS
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -29,6 +31,8 @@ Examples:
   orbitdb export --format jsonl --p 11 --status orbit | jq .length
 """
 _BLOCK = 20_000
+_BETWEEN_TELLING = 1000
+_STDOUT = Path("-")
 _HOW = ("code", "cycle", "element")
 
 
@@ -40,16 +44,19 @@ def register(app: typer.Typer) -> None:
 @options.with_choice
 def export(
     *,
+    context: typer.Context,
     file: Annotated[
         Path | None,
-        typer.Argument(metavar="[FILE]", help="Ends in .csv, .jsonl, .parquet or .npz; none: stdout."),
+        typer.Argument(
+            metavar="[FILE]", help="Ends in .csv, .jsonl, .parquet or .npz; none or -: stdout, with --format."
+        ),
     ] = None,
-    a: options.HalfLength = 1.6,
+    a: options.StoredHalfLength = None,
     choice: options.Choice,
     order: Annotated[
         str, typer.Option("--order", help="Columns to sort by; a falling one ends in desc.")
     ] = "p,code",
-    limit: Annotated[int | None, typer.Option("--limit", min=0, help="Rows at most.")] = None,
+    limit: Annotated[int | None, options.count_option("--limit", least=0, help="Rows at most.")] = None,
     columns: Annotated[
         str | None, typer.Option("-c", "--columns", help="Columns to write, with commas between.")
     ] = None,
@@ -69,31 +76,59 @@ def export(
     """
     from orbitdb import export as files
     from orbitdb.store.asking.conditions import parse_columns
-    from orbitdb.store.reading.catalogue import Catalogue
 
-    kind = files.form_of(file, form) if file is not None else form
-    if file is None and kind not in files.TEXT_WRITERS:
-        raise InputError("name a file, such as orbits.parquet, or write to stdout with --format csv or jsonl")
-    if file is not None:
+    if file is None or file == _STDOUT:
+        options.refuse_idle(context, "on stdout", "force")
+        file, kind = None, _form_of_stdout(form)
+    else:
+        kind = files.form_of(file, form)
         files.check_target(file, force)
-    chosen = choice.at(a)
     names = KEYS if columns is None else parse_columns(columns)
-    with Catalogue(db).at_one_moment() as catalogue:
+    with reading(db, a, choice) as (catalogue, chosen):
         partial = catalogue.partial(chosen)
-        note_partial(partial, chosen.a)
+        note_gaps(catalogue, chosen)
         rows = _rows(catalogue, chosen, names, order, limit, coordinates)
-        first = next(rows, None)
+        with progress("sorting"):
+            first = next(rows, None)
         if first is None:
-            note(f"no {chosen.describe()}: nothing is written")
+            note_nothing(catalogue, chosen, ": nothing is written")
             raise typer.Exit(1)
         everything = chain([first], rows)
         names = (*names, "coordinates") if coordinates else names
-        if file is None:
-            files.TEXT_WRITERS[str(kind)](sys.stdout, names, everything)
-            return
-        provenance = _provenance(catalogue, chosen) | {"partial": [fill.p for fill in partial]}
-        files.write_file(file, str(kind), names, everything, provenance)
+        with progress("writing", to_stdout=file is None) as shown:
+            written = _watched(everything, shown)
+            if file is None:
+                files.TEXT_WRITERS[kind](sys.stdout, names, written)
+                return
+            provenance = _provenance(catalogue, chosen) | {"partial": [fill.p for fill in partial]}
+            files.write_file(file, kind, names, written, provenance)
     note(f"{chosen.describe()}, in {file}")
+
+
+def _watched(rows: Iterator[list[Any]], shown: Progress) -> Iterator[list[Any]]:
+    """Pass rows on, and show how many they are."""
+    for count, row in enumerate(rows):
+        if count % _BETWEEN_TELLING == 0:
+            shown.tell(f"{count:,} rows written")
+        yield row
+
+
+def _form_of_stdout(form: str | None) -> str:
+    """Return the format of what is written to stdout.
+
+    Raises
+    ------
+    InputError
+        If it is not named, or cannot be written row by row.
+    """
+    from orbitdb.export import FORMATS, TEXT_WRITERS
+
+    if form in TEXT_WRITERS:
+        return str(form)
+    said = "" if form is None else f"{form} is for files: " if form in FORMATS else f"no format {form!r}: "
+    raise InputError(
+        f"{said}name a file, such as orbits.parquet, or write to stdout with --format csv or jsonl"
+    )
 
 
 def _provenance(catalogue: "Catalogue", chosen: "Selection") -> dict[str, Any]:

@@ -1,23 +1,24 @@
 """``orbitdb fill``: enumerate, solve and store."""
 
-import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Iterable, Mapping
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from orbitdb.cli.codes import given_codes, primitive
 from orbitdb.cli.commands.info import bring
 from orbitdb.cli.endings import until_interrupted, with_other_processes
 from orbitdb.cli.executors import Executor, Solvers
-from orbitdb.cli.options import Database, HalfLength
+from orbitdb.cli.options import Database, HalfLength, count_option, takes_only
+from orbitdb.cli.progress import Progress, progress
 from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
-    from orbitdb.filling.periods import Progress
+    from orbitdb.filling.periods import Progress as Step
 
 EXAMPLES = """
 Examples:
@@ -30,7 +31,7 @@ Examples:
 
   orbitdb fill --p 10 --method relaxation --scheduler tcp://node1:8786
 
-  orbitdb fill --code 1^20(02)^5 3
+  orbitdb fill --code '1^20(02)^5 3'
 """
 
 
@@ -40,8 +41,9 @@ def register(app: typer.Typer) -> None:
 
 
 def fill(
-    p: Annotated[int | None, typer.Option("--p", help="The highest period to fill.")] = None,
-    first: Annotated[int, typer.Option("--from", help="The lowest period to fill.")] = 2,
+    context: typer.Context,
+    p: Annotated[int | None, count_option("--p", help="The highest period to fill.")] = None,
+    first: Annotated[int, count_option("--from", help="The lowest period to fill.")] = 2,
     a: HalfLength = 1.6,
     code: Annotated[
         list[str] | None,
@@ -58,7 +60,7 @@ def fill(
     ] = "newton",
     jobs: Annotated[
         int | None,
-        typer.Option("--jobs", help="Processes that solve [default: all cores where it pays]."),
+        count_option("--jobs", help="Processes that solve [default: all cores where it pays]."),
     ] = None,
     executor: Annotated[
         Executor | None,
@@ -84,12 +86,11 @@ def fill(
     Stadium(a)
     if method not in METHODS:
         raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
-    solvers = Solvers.chosen(executor, scheduler, jobs)
     if code:
-        if solvers.scheduler:
-            raise InputError("--code solves single words here: leave out --scheduler")
-        _fill_words(_words(code), a, method, db, dry_run)
+        takes_only(context, "with --code", "code", "a", "method", "dry_run")
+        _fill_words(given_codes(code), a, method, db, dry_run)
         return
+    solvers = Solvers.chosen(executor, scheduler, jobs)
     if p is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
     if not 2 <= first <= p <= MAX_PERIOD:
@@ -113,6 +114,7 @@ def _fill_periods(
     from orbitdb.filling.periods import fill_geometric, fill_periods
     from orbitdb.store.file.database import default_path
     from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.symbols.counting import count_admissible, count_primitive
 
     path = db or default_path()
     span = f"p = {periods[0]}..{periods[-1]} at a = {a:g}"
@@ -126,63 +128,31 @@ def _fill_periods(
     start = time.monotonic()
     with with_other_processes(), solvers.at_work(coming.sequences, METHODS[method].words) as workers:
         bring(path)
-        with _progress() as show:
-            show(until_interrupted(fill_periods(path, a, periods, method, workers)))
+        with progress(span) as shown:
+            words = {p: count_admissible(p) for p in periods}
+            steps = fill_periods(path, a, periods, method, workers)
+            _show(shown, until_interrupted(steps), "words", words, sum(words.values()) - coming.sequences)
             if geometric:
-                show(until_interrupted(fill_geometric(path, periods)))
+                words = {p: count_primitive(p) for p in periods}
+                _show(shown, until_interrupted(fill_geometric(path, periods)), "pruned words", words)
     with closing(Catalogue(path)) as catalogue:
         fills = [fill for fill in catalogue.fills(a) if fill.p in periods]
     sequences, orbits = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))
     note(f"{span}: {sequences} sequences, {orbits} orbits, {time.monotonic() - start:.1f} s, in {path}")
 
 
-@contextmanager
-def _progress() -> "Iterator[Callable[[Iterable[Progress]], None]]":
-    """Show how far the work is, with rate and time left, if somebody watches."""
-    if not sys.stderr.isatty():
-        yield _consume
-        return
-    from rich import progress as rich
-    from rich.console import Console
-
-    columns = (
-        rich.TextColumn("p = {task.fields[p]:>2}"),
-        rich.BarColumn(),
-        rich.MofNCompleteColumn(),
-        rich.TextColumn("{task.fields[rate]}/s"),
-        rich.TimeRemainingColumn(),
-    )
-    with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", p="", rate="", visible=False)
-
-        def show(steps: "Iterable[Progress]") -> None:
-            period = None
-            for step in steps:
-                if step.p != period:
-                    period = step.p
-                    bar.reset(task, total=step.total, visible=True, p=period, rate="")
-                speed = bar.tasks[0].speed
-                bar.update(task, completed=step.words, rate=f"{speed:,.0f}" if speed else "")
-
-        yield show
-
-
-def _consume(steps: "Iterable[Progress]") -> None:
-    for _ in steps:
-        pass
-
-
-def _words(codes: list[str]) -> Iterator[str]:
-    """Return the codes given, those on stdin among them, without checking them."""
-    for code in codes:
-        if code == "-":
-            yield from (line.strip() for line in sys.stdin if line.strip())
-        else:
-            yield code
+def _show(
+    shown: Progress, steps: "Iterable[Step]", what: str, totals: Mapping[int, int], known: int = 0
+) -> None:
+    """Take the steps of a fill, and show how far all its periods are, of which some words were known."""
+    total = sum(totals.values())
+    shown.tell(what, known, total)
+    for step in steps:
+        before = sum(count for p, count in totals.items() if p < step.p)
+        shown.tell(f"{what}, p = {step.p:>2} of {max(totals)}", before + step.words, total)
 
 
 def _fill_words(codes: Iterable[str], a: float, method: str, db: Path | None, dry_run: bool) -> None:
-    from orbitdb.cli.commands.query import primitive
     from orbitdb.filling.single_word import fill_word
     from orbitdb.store.file.database import default_path
 

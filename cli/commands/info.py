@@ -7,6 +7,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note, write, write_facts
 
 if TYPE_CHECKING:
@@ -103,7 +104,8 @@ def bring(path: Path) -> "Migration":
     """Make a catalogue, or bring an older one to the newest schema and say where its copy is."""
     from orbitdb.store.file.migrate import migrate
 
-    done = migrate(path)
+    with progress("bringing the catalogue to the newest schema"):
+        done = migrate(path)
     if done.backup is not None:
         note(f"{path}: schema {done.before} -> {done.after}; as it was, it is kept in {done.backup}")
     return done

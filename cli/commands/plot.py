@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.progress import progress
+from orbitdb.cli.reading import meant, reading
 from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
 
@@ -49,6 +51,7 @@ def register(app: typer.Typer) -> None:
 @options.with_choice
 def plot(
     *,
+    context: typer.Context,
     kind: Annotated[Kind, typer.Argument(help="What to draw.")],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FILE", help="Ends in .png, .svg or .pdf.")
@@ -56,9 +59,9 @@ def plot(
     code: Annotated[
         str | None, typer.Option("--code", help="The word, for orbit and reverse; stored or not.")
     ] = None,
-    a: options.HalfLength = 1.6,
+    a: options.StoredHalfLength = None,
     choice: options.Choice,
-    limit: Annotated[int, typer.Option("--limit", min=1, help="Orbits on a sheet at most.")] = 120,
+    limit: Annotated[int, options.count_option("--limit", least=1, help="Orbits on a sheet at most.")] = 120,
     db: options.Database = None,
 ) -> None:
     """Draw an orbit, or a figure of the chosen subset, into a file."""
@@ -68,24 +71,24 @@ def plot(
 
     ending = style.check_ending(output)
     if kind in (Kind.ORBIT, Kind.REVERSE):
+        options.takes_only(context, f"in plot {kind}", "kind", "output", "code", "a")
         if code is None:
             raise InputError(f"name the orbit to draw: plot {kind} --code 1232131")
         found = _orbit(code, a, db)
         made = figures.draw_orbit(found) if kind is Kind.ORBIT else figures.draw_reverse(found)
-        said = f"orbit {found.code} at a = {a:g}"
+        said = f"orbit {found.code} at a = {found.a:g}"
     else:
-        from orbitdb.store.reading.catalogue import Catalogue
-
-        chosen = replace(choice, status="orbit" if choice.status is None else choice.status).at(a)
-        with Catalogue(db).at_one_moment() as catalogue:
+        options.refuse_idle(context, f"in plot {kind}", "code", *[] if kind is Kind.SHEET else ["limit"])
+        wanted = replace(choice, status="orbit" if choice.status is None else choice.status)
+        with progress("drawing"), reading(db, a, wanted) as (catalogue, chosen):
             made = figures.OF_SUBSETS[kind.value](catalogue, chosen, limit)
         said = chosen.describe()
-    with complete(output) as draft:
+    with progress("drawing"), complete(output) as draft:
         style.save(made, draft, ending, said)
     note(f"{said}, in {output}")
 
 
-def _orbit(code: str, a: float, db: Path | None) -> "Orbit":
+def _orbit(code: str, a: float | None, db: Path | None) -> "Orbit":
     """Return the orbit of a word, stored or solved on the spot.
 
     Raises
@@ -93,16 +96,15 @@ def _orbit(code: str, a: float, db: Path | None) -> "Orbit":
     InputError
         If it has none.
     """
-    from orbitdb.billiard.stadium import Stadium
-    from orbitdb.cli.commands.query import primitive
+    from orbitdb.cli.codes import primitive
     from orbitdb.filling.single_word import find_or_solve
     from orbitdb.store.file.database import check_file, default_path
     from orbitdb.symbols.words import parse, primitive_root
 
-    Stadium(a)
     path = db or default_path()
-    found = find_or_solve(None if check_file(path) is None else path, primitive_root(parse(code)), a)
+    at = meant(path, a)
+    found = find_or_solve(None if check_file(path) is None else path, primitive_root(parse(code)), at)
     if found.coordinates is None:
-        raise InputError(f"{code_text(found.code)} at a = {a:g} cannot be drawn: {found.status.sentence}")
+        raise InputError(f"{code_text(found.code)} at a = {at:g} cannot be drawn: {found.status.sentence}")
     primitive(code)  # tells of a code that repeats a shorter one
     return found

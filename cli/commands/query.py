@@ -1,14 +1,16 @@
 """``orbitdb query``: one word, or rows of the catalogue."""
 
-from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.codes import given_codes, primitive
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import LONG_CODE, code_text, note, note_partial, number, write, write_facts
+from orbitdb.cli.reading import meant, note_gaps, note_nothing, reading
+from orbitdb.cli.render import note, write, write_facts
+from orbitdb.cli.rows import KEYS, with_rules
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
@@ -23,11 +25,8 @@ Examples:
   orbitdb query --p 11 --status orbit --format csv > orbits.csv
 """
 
-KEYS = (
-    "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
-    "time_reversal", "class_size", "margin", "residual", "error",
-)  # fmt: skip
-"""The keys of JSON output that other programs may rely on."""
+WORD_KEYS = (*KEYS, "coordinates", "stored")
+"""Those of a word that is asked for by its code."""
 
 TABLE_COLUMNS = (
     "code",
@@ -51,19 +50,25 @@ def register(app: typer.Typer) -> None:
 @options.with_choice
 def query(
     *,
+    context: typer.Context,
     code: Annotated[
-        list[str] | None, typer.Option("--code", help="A word in any rotation, stored or not; repeatable.")
+        list[str] | None,
+        typer.Option(
+            "--code", help="A word in any rotation, stored or not; repeatable; - reads lines of stdin."
+        ),
     ] = None,
-    a: options.HalfLength = 1.6,
+    a: options.StoredHalfLength = None,
     choice: options.Choice,
     order: Annotated[
         str, typer.Option("--order", help="Columns to sort by; a falling one ends in desc.")
     ] = "p,code",
     limit: Annotated[
         int | None,
-        typer.Option("--limit", min=0, help=f"Rows at most [default: {_ON_SCREEN} in a table, else all]."),
+        options.count_option(
+            "--limit", least=0, help=f"Rows at most [default: {_ON_SCREEN} in a table, else all]."
+        ),
     ] = None,
-    offset: Annotated[int, typer.Option("--offset", min=0, help="Rows to pass over first.")] = 0,
+    offset: Annotated[int, options.count_option("--offset", least=0, help="Rows to pass over first.")] = 0,
     columns: Annotated[
         str | None, typer.Option("-c", "--columns", help="Columns to show, with commas between.")
     ] = None,
@@ -78,24 +83,24 @@ def query(
     """
     form = options.chosen(format_, json)
     if code:
-        _show_words(code, a, db, form)
+        options.takes_only(context, "with --code", "code", "a", "columns")
+        _show_words(list(given_codes(code)), a, db, columns, form)
         return
-    from orbitdb.store.reading.catalogue import Catalogue
-
-    chosen = choice.at(a)
     names = _columns(columns, form)
     on_screen = form is Format.TABLE and limit is None
     shown = _ON_SCREEN if on_screen else limit
-    with Catalogue(db).at_one_moment() as catalogue:
-        note_partial(catalogue.partial(chosen), chosen.a)
+    with reading(db, a, choice) as (catalogue, chosen):
+        note_gaps(catalogue, chosen)
         rows = catalogue.rows(chosen, names, order, shown, offset)
         count = write(names, with_rules(names, rows), form)
-        total = catalogue.count(chosen) if form is Format.TABLE and count == shown else count
-    if form is Format.TABLE:
-        more = f"; {count} shown, --limit {total} shows all" if total > count else ""
+        cut = offset or count == shown
+        total = catalogue.count(chosen) if cut and (form is Format.TABLE or not count) else count
+        if not total:
+            note_nothing(catalogue, chosen)
+    if total and form is Format.TABLE:
+        rest = "" if offset else f", --limit {total} shows all"
+        more = f"; {count} shown{rest}" if total > count else ""
         note(f"{total} {chosen.describe()}{more}")
-    elif not count:
-        note(f"no {chosen.describe()}")
     if not count:
         raise typer.Exit(1)
 
@@ -108,38 +113,17 @@ def _columns(text: str | None, form: Format) -> tuple[str, ...]:
     return TABLE_COLUMNS if form is Format.TABLE else KEYS
 
 
-def with_rules(names: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:
-    """Give the rules broken as a list of numbers."""
-    from orbitdb.store.asking.conditions import rules_of
-
-    if "rules" not in names:
-        yield from rows
-        return
-    place = names.index("rules")
-    for row in rows:
-        yield (*row[:place], rules_of(row[place]), *row[place + 1 :])
-
-
-def primitive(code: str) -> str:
-    """Read a code; where it repeats a shorter word, say so and return that."""
-    from orbitdb.symbols.words import parse, primitive_root
-
-    word = parse(code)
-    root = primitive_root(word)
-    if root != word:
-        shown = code_text(root)
-        note(f"the code is {shown} {len(word) // len(root)} times over: this is {shown}")
-    return root
-
-
-def _show_words(codes: list[str], a: float, db: Path | None, form: Format) -> None:
-    from orbitdb.billiard.stadium import Stadium
+def _show_words(
+    codes: list[str], a: float | None, db: Path | None, columns: str | None, form: Format
+) -> None:
+    from orbitdb.cli.word import facts, write_bounces
     from orbitdb.filling.single_word import find_or_solve
     from orbitdb.store.file.database import check_file, default_path
     from orbitdb.symbols.words import parse
 
-    Stadium(a)
+    keys = WORD_KEYS if columns is None else _keys(columns)
     path = db or default_path()
+    at = meant(path, a)
     if check_file(path) is None:
         if db is not None:
             note(f"no catalogue at {path}: solved on the spot")
@@ -148,80 +132,25 @@ def _show_words(codes: list[str], a: float, db: Path | None, form: Format) -> No
         known = path
     for code in codes:
         parse(code)  # so that a wrong one is all that is told
-    found = [find_or_solve(known, primitive(code), a) for code in codes]
-    if form is Format.TABLE:
+    found = [find_or_solve(known, primitive(code), at) for code in codes]
+    if found and form is Format.TABLE and columns is None:
         for orbit in found:
-            write_facts(_facts(orbit))
-            _write_bounces(orbit)
+            write_facts(facts(orbit))
+            write_bounces(orbit)
         return
-    keys = (*KEYS, "coordinates", "stored")
     write(keys, ([_value(orbit, key) for key in keys] for orbit in found), form)
+    if not found:
+        note("no code on stdin")
+        raise typer.Exit(1)
+
+
+def _keys(text: str) -> tuple[str, ...]:
+    """Read the names of what is known of a word, stored or not."""
+    from orbitdb.store.asking.conditions import parse_names
+
+    return parse_names(text, (*WORD_KEYS, "symmetry", "length_error", "lyapunov_error"))
 
 
 def _value(orbit: "Orbit", key: str) -> Any:
     value = getattr(orbit, key)
     return value.tolist() if key == "coordinates" and value is not None else value
-
-
-def _facts(orbit: "Orbit") -> list[tuple[str, str]]:
-    """Return what is known of a word, name by name, in words."""
-    from orbitdb.symbols.pruning import RULES
-    from orbitdb.symbols.words import run_notation
-
-    code = orbit.code if orbit.p <= _ON_SCREEN else run_notation(orbit.code)
-    facts = [
-        ("code", code),
-        ("a", f"{orbit.a:g}"),
-        ("period", str(orbit.p)),
-        ("status", orbit.status.sentence),
-    ]
-    facts += [(f"  rule {rule.number}", rule.sentence) for rule in RULES if rule.number in orbit.rules]
-    if orbit.rules or orbit.length is None:
-        return facts + ([("margin", number("margin", orbit.margin))] if orbit.margin is not None else [])
-    errors = {"length": orbit.length_error, "lyapunov": orbit.lyapunov_error}
-    for name in ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual", "error"):
-        bound = f" +- {errors[name]:.0e}" if errors.get(name) is not None else ""
-        facts.append(
-            (name, (_exact(getattr(orbit, name)) if bound else number(name, getattr(orbit, name))) + bound)
-        )
-    least = code_text(orbit.representative)
-    reversal = "retraces its path" if orbit.time_reversal == "self" else "its reverse is another orbit"
-    facts += [
-        ("time reversal", reversal),
-        (
-            "class",
-            f"{orbit.class_size} sequences, least {least}, symmetry {orbit.symmetry}",
-        ),
-        ("stored", "yes" if orbit.stored else "no: solved on the spot"),
-    ]
-    return facts
-
-
-def _exact(value: float) -> str:
-    return f"{value:.14g}"
-
-
-def _write_bounces(orbit: "Orbit") -> None:
-    """Write the bounces one by one, if a screen can hold them."""
-    if orbit.coordinates is None or orbit.p > LONG_CODE:
-        return
-    import numpy as np
-
-    from orbitdb.billiard.stadium import Stadium
-
-    symbols = np.array([int(symbol) for symbol in orbit.code], dtype=np.uint8)
-    points = Stadium(orbit.a).points(symbols, orbit.coordinates)
-    walls = ("bottom", "left, up", "top", "right, up", "left, down", "right, down")
-    rows = (
-        (n + 1, int(symbol), _wall(orbit.code, n, walls), float(x), float(point[0]), float(point[1]))
-        for n, (symbol, x, point) in enumerate(zip(symbols, orbit.coordinates, points, strict=True))
-    )
-    print()
-    write(("n", "symbol", "wall", "coordinate", "x", "y"), rows, Format.TABLE)
-
-
-def _wall(code: str, n: int, names: tuple[str, ...]) -> str:
-    """Name the wall of a bounce; a single bounce on a semicircle has no sense of rotation."""
-    name = names[int(code[n])]
-    alone = code[n - 1] != code[n] and code[(n + 1) % len(code)] != code[n]
-    return name.partition(",")[0] if alone else name

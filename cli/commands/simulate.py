@@ -1,8 +1,5 @@
 """``orbitdb simulate``: the trajectory reference."""
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,6 +9,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.commands.info import bring
 from orbitdb.cli.options import Format
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note, write
 from orbitdb.errors import InputError
 
@@ -30,6 +28,8 @@ COLUMNS = (
     "bounces", "seed",
 )  # fmt: skip
 _MOST = 10**12
+_NEAR = 0.05
+_WHY = "every trajectory ends on a semicircle, over however many walls it goes there"
 
 
 def register(app: typer.Typer) -> None:
@@ -39,8 +39,10 @@ def register(app: typer.Typer) -> None:
 
 def simulate(
     a: options.HalfLength = 1.6,
-    bounces: Annotated[int, typer.Option("--bounces", help="Bounces in all.")] = 20_000_000,
-    seed: Annotated[int, typer.Option("--seed", help="The same seed gives the same result.")] = 0,
+    bounces: Annotated[
+        int, options.count_option("--bounces", help="Bounces in all, such as 1e8.")
+    ] = 20_000_000,
+    seed: Annotated[int, options.count_option("--seed", help="The same seed gives the same result.")] = 0,
     store: Annotated[bool, typer.Option(help="Keep the result in the catalogue.")] = True,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
@@ -63,7 +65,12 @@ def simulate(
     if store:
         bring(db or default_path())
         Catalogue(db)  # what is wrong with the catalogue is to be known before
-    with _progress() as show:
+    with progress("trajectories") as shown:
+
+        def show(done: float, found: "Reference") -> None:
+            so_far = f"lambda_d = {found.lambda_d:.5f} +- {found.lambda_d_error:.5f}"
+            shown.tell(so_far, done, 1.0, counted=False)
+
         found = ensemble.simulate(stadium, bounces, seed, progress=show)
     values = {"a": a, **asdict(found)}
     try:
@@ -71,7 +78,13 @@ def simulate(
             _store(a, found, db or default_path())
     finally:
         write(COLUMNS, [[values[name] for name in COLUMNS]], options.chosen(format_, json))
-    note(f"mean free path by the invariant measure: {stadium.mean_free_path:.6f}")
+    off = (found.mean_free_path - stadium.mean_free_path) / found.mean_free_path_error
+    note(
+        f"mean free path by the invariant measure, pi Area / Perimeter: {stadium.mean_free_path:.6f}; "
+        f"the simulated one is {abs(off):.1f} errors {'above' if off > 0 else 'below'} it"
+    )
+    if abs(found.bounces - bounces) > _NEAR * bounces:
+        note(f"{found.bounces} bounces were made, not {bounces}: {_WHY}")
 
 
 def _store(a: float, found: "Reference", path: Path) -> None:
@@ -84,28 +97,3 @@ def _store(a: float, found: "Reference", path: Path) -> None:
         add_reference(writer, a, found)
     finally:
         writer.close()
-
-
-@contextmanager
-def _progress() -> "Iterator[Callable[[float, Reference], None] | None]":
-    """Show how far the work is and what is known so far, if somebody watches."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich import progress as rich
-    from rich.console import Console
-
-    columns = (
-        rich.BarColumn(),
-        rich.TaskProgressColumn(),
-        rich.TextColumn("{task.description}"),
-        rich.TimeRemainingColumn(),
-    )
-    with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=1.0)
-
-        def show(done: float, found: "Reference") -> None:
-            said = f"lambda_d = {found.lambda_d:.5f} +- {found.lambda_d_error:.5f}"
-            bar.update(task, completed=done, description=said)
-
-        yield show

@@ -7,7 +7,8 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import note, note_partial, write
+from orbitdb.cli.reading import note_gaps, reading
+from orbitdb.cli.render import note, write
 
 EXAMPLES = """
 Examples:
@@ -26,7 +27,7 @@ def register(app: typer.Typer) -> None:
 
 
 def table(
-    a: options.HalfLength = 1.6,
+    a: options.StoredHalfLength = None,
     p: options.Periods = None,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
@@ -38,12 +39,10 @@ def table(
     K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
     """
     from orbitdb.averages.fixed_points import divisors, missing_divisors
-    from orbitdb.store.reading.catalogue import Catalogue
 
-    chosen = options.Choice(p=p).at(a)
-    known = Catalogue(db).fills(chosen.a)
-    note_partial([fill for fill in known if chosen.includes(fill.p) and not fill.whole], a, left_out=True)
-    fills = {fill.p: fill for fill in known if fill.whole}
+    with reading(db, a, options.Choice(p=p)) as (catalogue, chosen):
+        lacking = note_gaps(catalogue, chosen, left_out=True)
+        fills = {fill.p: fill for fill in catalogue.fills(chosen.a) if fill.whole}
     rows: list[tuple[Any, ...]] = []
     for period, fill in fills.items():
         if not chosen.includes(period):
@@ -57,5 +56,6 @@ def table(
             (period, fill.n_t, fill.n_c, points, entropy, fill.classes, fill.boundary, fill.unresolved)
         )
     if not write(COLUMNS, rows, options.chosen(format_, json)):
-        note(f"nothing is filled at a = {a:g}: run 'orbitdb fill --p 11 --a {a:g}'")
+        if not lacking:
+            note(f"no {chosen.describe()}")
         raise typer.Exit(1)

@@ -1,6 +1,5 @@
 """``orbitdb verify``: is the catalogue what it says."""
 
-import sys
 import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -10,6 +9,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note, note_partial, write
 from orbitdb.errors import InputError
 
@@ -38,21 +38,23 @@ def register(app: typer.Typer) -> None:
 @options.with_choice
 def verify(
     *,
+    context: typer.Context,
     a: Annotated[
         float | None,
-        typer.Option("--a", metavar="NUMBER", help="Half length of a straight wall [default: all stored]."),
+        options.number_option("--a", help="Half length of a straight wall [default: all stored]."),
     ] = None,
     choice: options.Choice,
     sample: Annotated[
-        int | None, typer.Option("--sample", min=1, help="Look at so many classes, drawn at random.")
+        int | None,
+        options.count_option("--sample", least=1, help="Look at so many classes, drawn at random."),
     ] = None,
     restarts: Annotated[
         int,
-        typer.Option(
-            "--restarts", min=0, max=1000, help="Solve every word again from so many random starts."
+        options.count_option(
+            "--restarts", least=0, most=1000, help="Solve every word again from so many random starts."
         ),
     ] = 0,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of sample and restarts.")] = 0,
+    seed: Annotated[int, options.count_option("--seed", least=0, help="Of sample and restarts.")] = 0,
     rigorous: Annotated[
         bool,
         typer.Option("--rigorous", help="Prove every row in ball arithmetic and store the certificate."),
@@ -81,6 +83,8 @@ def verify(
 
     if again and not rigorous:
         raise InputError("--again proves certified rows again: it goes with --rigorous")
+    if sample is None and not restarts:
+        options.refuse_idle(context, "without --sample or --restarts", "seed")
     start, form = time.monotonic(), options.chosen(format_, json)
     try:
         catalogue = Catalogue(db)
@@ -90,12 +94,15 @@ def verify(
         _report([broken], db or default_path(), start, restarts, form)
         return
     partial: dict[float, list[Fill]] = {}
+    unfilled: list[str] = []
 
     def work() -> "Iterator[Step]":
         with catalogue.at_one_moment() as still:
             stadiums = still.a_values() if a is None else [Stadium(a).a]
             chosen = [choice.at(each) for each in stadiums]
             partial.update((selection.a, still.partial(selection)) for selection in chosen)
+            if a is not None or choice.p is not None:
+                unfilled.extend(filter(None, map(still.unfilled, chosen)))
             yield from steps(still, chosen, sample, restarts, seed)
         if rigorous:
             from orbitdb.verification.rigorous import certify
@@ -106,6 +113,8 @@ def verify(
     found = report(_watched(work()))
     for each, fills in partial.items():
         note_partial(fills, each)
+    for gap in unfilled:
+        note(gap)
     _report(found, catalogue.path, start, restarts, form)
 
 
@@ -136,20 +145,7 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, form:
 
 def _watched(steps: "Iterable[Step]") -> "Iterator[Step]":
     """Pass the steps on, and show how far they are if somebody watches."""
-    if not sys.stderr.isatty():
-        yield from steps
-        return
-    from rich import progress as rich
-    from rich.console import Console
-
-    columns = (
-        rich.TextColumn("{task.description}"),
-        rich.BarColumn(),
-        rich.MofNCompleteColumn(),
-        rich.TimeElapsedColumn(),
-    )
-    with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=None)
+    with progress("the catalogue") as shown:
         for step in steps:
-            bar.update(task, description=step.stage, completed=step.done, total=step.total)
+            shown.tell(step.stage, step.done, step.total if step.total > 1 else 0)
             yield step

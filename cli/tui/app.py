@@ -1,6 +1,10 @@
 """The application: it holds the catalogue and the fill, and shows the screens."""
 
+import asyncio
 import os
+import signal
+import sys
+import threading
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -14,9 +18,11 @@ from textual.reactive import reactive
 from textual.screen import Screen
 from textual.worker import get_current_worker
 
+from orbitdb.cli.endings import TERMINATING, Terminated
 from orbitdb.cli.tui.dialogs import KeysDialog, QuestionDialog
 from orbitdb.cli.tui.facts import Certificate
-from orbitdb.cli.tui.filling import FillDialog, FillState, Wish
+from orbitdb.cli.tui.fill_dialog import FillDialog
+from orbitdb.cli.tui.filling import FillState, Wish
 from orbitdb.cli.tui.filling import work as fill_steps
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.errors import InputError, StoreError
@@ -30,7 +36,7 @@ if TYPE_CHECKING:
     from orbitdb.store.reading.pages import Index
 
 _SECONDS_BETWEEN_LOOKS = 2.0
-_WIDTHS = [(0, "-narrow"), (140, "-wide")]
+_WIDTHS = [(0, "-slim"), (76, "-narrow"), (140, "-wide")]
 _HEIGHTS = [(0, "-short"), (36, "-tall")]
 
 
@@ -54,7 +60,7 @@ class BrowseApp(App[None]):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("question_mark", "keys", "keys", key_display="?"),
         Binding("q", "quit", "quit"),
-        Binding("ctrl+q", "quit", show=False),
+        Binding("ctrl+q,ctrl+c", "quit", show=False),
     ]
 
     fill_state: reactive[FillState | None] = reactive(None, repaint=False)
@@ -82,11 +88,29 @@ class BrowseApp(App[None]):
         self._known: tuple[list[Fill], Index] | None = None
         self._shown_at = 0.0
         self._leaving = False
-        self.failure: StoreError | None = None
+        self.failure: StoreError | Terminated | KeyboardInterrupt | None = None
+
+    def on_mount(self) -> None:
+        """Restore the terminal, too, when a signal says to end."""
+        if threading.current_thread() is threading.main_thread() and sys.platform != "win32":
+            for number in (signal.SIGINT, *TERMINATING):
+                asyncio.get_running_loop().add_signal_handler(number, self._end, number)
+
+    def _end(self, number: int) -> None:
+        self.failure = KeyboardInterrupt() if number == signal.SIGINT else Terminated(number)
+        self.action_stop_fill()
+        self._leaving = True
+        self.exit()
 
     def get_default_screen(self) -> Screen[None]:
         """Begin with the main screen."""
         return MainScreen(self._selection, self._code)
+
+    @property
+    def _main(self) -> MainScreen:
+        main = self.screen_stack[0]
+        assert isinstance(main, MainScreen)
+        return main
 
     # the catalogue, for the screens
 
@@ -104,9 +128,7 @@ class BrowseApp(App[None]):
         if self.catalogue is None:
             self.catalogue = _opened(self.path)
         self._known = None
-        main = self.screen_stack[0]
-        assert isinstance(main, MainScreen)
-        main.refresh_catalogue()
+        self._main.refresh_catalogue()
 
     def find(self, word: str, a: float) -> Orbit:
         """Return what is stored of a word, or solve it."""
@@ -142,6 +164,7 @@ class BrowseApp(App[None]):
         """Begin a fill, unless one runs."""
         if self.fill_state is None or not self.fill_state.runs:
             self.fill_state = FillState(message.wish)
+            self._main.go_along(message.wish.a)
             self._fill(message.wish)
 
     @work(thread=True, group="fill", exit_on_error=False)
@@ -176,9 +199,7 @@ class BrowseApp(App[None]):
             self.fill_state = state
         if self._leaving:
             return
-        main = self.screen_stack[0]
-        assert isinstance(main, MainScreen)
-        main.follow_fill(state)
+        self._main.follow_fill(state)
         if not state.runs or now - self._shown_at > _SECONDS_BETWEEN_LOOKS:
             self._shown_at = now
             self.look_again()

@@ -69,7 +69,7 @@ class LineDialog(ModalScreen[str | None]):
     ) -> None:
         super().__init__()
         self._title, self._placeholder = title, placeholder
-        self._check = check
+        self._check_line = check
         self._lines = [value, *(line for line in reversed(history) if line != value)]
         self._place = 0
 
@@ -82,21 +82,31 @@ class LineDialog(ModalScreen[str | None]):
             yield Label("", classes="complaint", markup=False)
 
     def on_input_changed(self, event: Input.Changed) -> None:
-        """Say at once what is wrong, or what it means."""
-        told, wrong = self._checked(event.value)
-        event.input.set_class(wrong, "-wrong")
-        self.query_one(Label).set_class(not wrong, "-note").update(told)
+        """Follow what is typed."""
+        self.follow(event.value)
 
-    def _checked(self, text: str) -> tuple[str, bool]:
+    def follow(self, text: str) -> None:
+        """Say at once what is wrong with a line, or what it means."""
+        self.tell(*self.checked(text))
+
+    def checked(self, text: str) -> tuple[str, bool]:
         """Return what there is to say about a line, and whether it is wrong."""
         try:
-            return (self._check(text) if text.strip() else ""), False
+            return (self._check_line(text) if text.strip() else ""), False
         except (InputError, StoreError) as error:
             return str(error), True
 
+    def tell(self, text: str, wrong: bool = False) -> None:
+        """Show what there is to say."""
+        self.query_one(Input).set_class(wrong, "-wrong")
+        self.query_one(Label).set_class(not wrong, "-note").update(text)
+
     def on_input_submitted(self, event: Input.Submitted) -> None:
         """Take the line if nothing is wrong with it."""
-        if not self._checked(event.value)[1]:
+        told, wrong = self.checked(event.value)
+        if wrong:
+            self.tell(told, wrong)
+        else:
             self.dismiss(event.value.strip())
 
     def action_older(self, steps: int) -> None:
@@ -156,8 +166,8 @@ class QuestionDialog(ModalScreen[bool]):
 
     def compose(self) -> ComposeResult:
         """Show the question."""
-        with Vertical(classes="dialog small"):
-            yield Label(self._question)
+        with Vertical(classes="dialog"):
+            yield Label(self._question, markup=False)
             with Horizontal(classes="buttons"):
                 yield Button(f"{self._no} (n)", id="no", variant="primary")
                 yield Button(f"{self._yes} (y)", id="yes", variant="error")

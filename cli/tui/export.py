@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.commands.query import KEYS, with_rules
+from orbitdb.cli.rows import KEYS, with_rules
 from orbitdb.cli.tui.source import Ordering
 from orbitdb.errors import InputError
 from orbitdb.export import complete, json_object, write_csv, write_jsonl

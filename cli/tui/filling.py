@@ -1,17 +1,9 @@
-"""Computing: the dialog that asks what to fill, and how far a fill has come."""
+"""Computing: what is wanted, what it is going to take, and how far it has come."""
 
 import time
 from collections.abc import Generator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import ClassVar
-
-from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
-from textual.containers import Horizontal, Vertical
-from textual.message import Message
-from textual.screen import ModalScreen
-from textual.widgets import Button, Input, Label, ProgressBar
 
 from orbitdb.errors import InputError
 
@@ -59,13 +51,15 @@ class FillState:
 
     def sentence(self) -> str:
         """Say how far it is."""
+        from orbitdb.filling.estimate import duration
+
         if self.state == "failed":
             return self.message
         if not self.runs:
             return f"{self.state}: {self.done:,} sequences"
         seconds = time.monotonic() - self.began
         rate = self.done / seconds if seconds > 0 else 0.0
-        left = f", {(self.total - self.done) / rate:.0f} s left" if rate else ""
+        left = f", {duration((self.total - self.done) / rate)} left" if rate else ""
         share = 100 * self.done / self.total if self.total else 0
         return f"{self.state}: p = {self.p}, {share:.0f}%, {rate:,.0f}/s{left}"
 
@@ -79,12 +73,13 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
         If a part cannot be read.
     """
     from orbitdb.billiard.stadium import Stadium
+    from orbitdb.numerals import real
     from orbitdb.store.asking.selection import parse_periods
     from orbitdb.symbols.enumeration import MAX_PERIOD
     from orbitdb.symbols.words import parse, primitive_root
 
     try:
-        stadium = Stadium(float(a))
+        stadium = Stadium(real(a))
     except ValueError as error:
         if isinstance(error, InputError):
             raise
@@ -95,6 +90,48 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
     if not all(low >= 2 and high <= MAX_PERIOD for low, high in spans):
         raise InputError(f"periods {periods!r}: fill from 2 to {MAX_PERIOD}")
     return Wish(stadium.a, periods=tuple(sorted({p for low, high in spans for p in range(low, high + 1)})))
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a wish is going to take.
+
+    Attributes
+    ----------
+    sentence : str
+        Sequences, time and room.
+    large : bool
+        Whether to ask before it begins.
+    nothing : bool
+        Whether there is nothing left to do.
+    """
+
+    sentence: str
+    large: bool = False
+    nothing: bool = False
+
+
+def cost_of(path: Path, wish: Wish) -> Cost:
+    """Estimate what a wish is going to take.
+
+    Raises
+    ------
+    StoreError
+        If the disk has no room for it, or the catalogue cannot be read.
+    """
+    from orbitdb.filling.estimate import LARGE, check_room, duration, gigabytes, need
+    from orbitdb.store.reading.fills import exact
+
+    at = f"at a = {exact(wish.a)}"
+    if wish.words:
+        count = len(wish.words)
+        return Cost(f"{count} word{'s' * (count > 1)} to solve {at}")
+    coming = need(path, wish.a, wish.periods, jobs=1)
+    if not coming.sequences:
+        return Cost(f"these periods are filled {at}: nothing is left to do", nothing=True)
+    check_room(path, coming)
+    takes = f"about {duration(coming.seconds)} and {gigabytes(coming.bytes)}"
+    return Cost(f"{coming.sequences:,} sequences to come {at}: {takes}", large=coming.sequences >= LARGE)
 
 
 def work(path: Path, state: FillState) -> Generator[FillState, None, None]:
@@ -116,75 +153,3 @@ def work(path: Path, state: FillState) -> Generator[FillState, None, None]:
     for step in steps:
         before = sum(count for p, count in counts.items() if p < step.p)
         yield replace(state, done=before + step.words, total=sum(counts.values()), p=step.p)
-
-
-class FillDialog(ModalScreen[Wish | None]):
-    """Ask what to fill; while something is filled, show how far it is."""
-
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "dismiss(None)", show=False)]
-
-    class Begun(Message):
-        """Somebody wants something filled."""
-
-        def __init__(self, wish: Wish) -> None:
-            super().__init__()
-            self.wish = wish
-
-    def __init__(self, a: float, periods: str, state: FillState | None) -> None:
-        super().__init__()
-        self._a, self._periods = a, periods
-        self._state = state
-
-    def compose(self) -> ComposeResult:
-        """Show the fields and the progress."""
-        with Vertical(classes="dialog") as box:
-            box.border_title = "fill the catalogue"
-            box.border_subtitle = "escape hides this; a fill goes on"
-            yield Label("half length a")
-            yield Input(f"{self._a:g}", id="a")
-            yield Label("periods, such as 2-11")
-            yield Input(self._periods, id="periods")
-            yield Label("or codes, with commas between, of any order")
-            yield Input(placeholder="1^20(02)^5 3", id="codes")
-            yield ProgressBar(show_eta=False, id="bar")
-            yield Label("", id="told", markup=False)
-            with Horizontal(classes="buttons"):
-                yield Button("Fill", id="start", variant="primary")
-                yield Button("Stop", id="stop", variant="error")
-
-    def on_mount(self) -> None:
-        """Follow the fill that may be running."""
-        self.query_one("#periods" if self._state is None or not self._state.runs else "#stop").focus()
-        self.watch(self.app, "fill_state", self._follow)
-
-    def _follow(self, state: FillState | None) -> None:
-        runs = state is not None and state.runs
-        self.query_one("#start", Button).disabled = runs
-        self.query_one("#stop", Button).disabled = not runs
-        bar = self.query_one("#bar", ProgressBar)
-        bar.display = state is not None
-        if state is not None:
-            bar.update(total=state.total or None, progress=state.done)
-            self.query_one("#told", Label).update(state.sentence())
-
-    def on_input_submitted(self) -> None:
-        """Begin."""
-        self._begin()
-
-    def on_button_pressed(self, event: Button.Pressed) -> None:
-        """Begin or stop."""
-        if event.button.id == "start":
-            self._begin()
-        else:
-            self.run_worker(self.app.run_action("stop_fill"))
-
-    def _begin(self) -> None:
-        if self.query_one("#start", Button).disabled:
-            return
-        texts = [self.query_one(f"#{name}", Input).value for name in ("a", "periods", "codes")]
-        try:
-            wish = parse_wish(*texts)
-        except InputError as error:
-            self.query_one("#told", Label).update(str(error))
-            return
-        self.post_message(self.Begun(wish))

@@ -51,7 +51,7 @@ STATISTICS: tuple[Group, ...] = (
     ("statistics", (
         ("j k ↓ ↑", "scroll the numbers"),
         ("w", "weight: e^-λ or 1/|det(1 - M)|"),
-        ("t", "follow trajectories, whatever is stored"),
+        ("t", "follow more trajectories; the better value stays"),
         ("escape q", "back to the orbits"),
     )),
     ("orbitdb", (("ctrl+p", "all actions, themes"), ("?", "these keys"))),

@@ -12,12 +12,15 @@ from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.dialogs import ChoiceDialog, LineDialog
 from orbitdb.cli.tui.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.facts import FactsPanel
-from orbitdb.cli.tui.filling import FillDialog, FillState
+from orbitdb.cli.tui.fill_dialog import FillDialog
+from orbitdb.cli.tui.filling import FillState
+from orbitdb.cli.tui.filter_dialog import FilterDialog
 from orbitdb.cli.tui.orbit_screen import OrbitScreen
 from orbitdb.cli.tui.source import Ordering
 from orbitdb.cli.tui.table import COLUMNS, PagedTable
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.store.asking.expressions import names_in
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
@@ -59,6 +62,7 @@ class MainScreen(OrbitScreen):
         super().__init__(selection, code)
         self._history: list[str] = [selection.where] if selection.where else []
         self._codes: list[str] = []
+        self._values = dict(selection.parameters)
 
     # moving in the class
 
@@ -89,29 +93,33 @@ class MainScreen(OrbitScreen):
     # choosing
 
     def action_filter(self) -> None:
-        """Edit the filter."""
+        """Edit the filter; the rows follow as it is typed, and come back if it is left."""
+        row, before = self.query_one(PagedTable).row, self.selection.where
+        word = row[0] if row and self.query_one(PagedTable).cursor else None
+
+        def attempt(where: str | None) -> None:
+            if (where or None) != self.selection.where:
+                self._wanted = word
+                self.selection = self._filtered(where or None)
 
         def take(where: str | None) -> None:
-            if where is None:
-                return
+            attempt(before if where is None else where)
             if where and where not in self._history:
                 self._history.append(where)
-            self.selection = replace(self.selection, where=where or None)
 
         self.app.push_screen(
-            LineDialog(
-                "filter, as in --where",
-                self.selection.where or "",
-                "lambda_c < 0.5 and time_reversal = 'self'",
-                self._check_filter,
-                self._history,
-            ),
-            take,
+            FilterDialog(before or "", self._check_filter, attempt, self, self._history), take
         )
 
     def _check_filter(self, where: str) -> str:
-        self.browser.check_filter(where, dict(self.selection.parameters))
-        return replace(self.selection, where=where).describe()
+        self.browser.check_filter(where, dict(self._filtered(where).parameters))
+        return ""
+
+    def _filtered(self, where: str | None) -> Selection:
+        """Return what is chosen with another filter; of the values given with -P, those it names."""
+        used = names_in(where or "")
+        values = {name: value for name, value in self._values.items() if name in used}
+        return replace(self.selection, where=where, parameters=values)
 
     def action_status(self) -> None:
         """Choose the next status."""
@@ -200,8 +208,18 @@ class MainScreen(OrbitScreen):
         if not self.browser.writable():
             self.notify(f"{self.browser.path} is read-only: copy it, or name another file with --db")
             return
-        top = max(self.periods, default=10) + 1
-        self.app.push_screen(FillDialog(self.selection.a, f"2-{top}", self.browser.fill_state))
+        from orbitdb.store.reading.fills import exact
+        from orbitdb.symbols.enumeration import MAX_PERIOD
+
+        wanted = [high for _, high in self.selection.periods if high not in self.periods]
+        top = min(max(wanted, default=max(self.periods, default=10) + 1), MAX_PERIOD)
+        dialog = FillDialog(self.browser.path, exact(self.selection.a), f"2-{top}", self.browser.fill_state)
+        self.app.push_screen(dialog)
+
+    def go_along(self, a: float) -> None:
+        """Look at the stadium that is being filled, if there is nothing at the one that is shown."""
+        if not self.periods and not len(self.query_one(PagedTable).source):
+            self.selection = replace(self.selection, a=a)
 
     def follow_fill(self, state: FillState) -> None:
         """Show how far a fill is."""

@@ -1,6 +1,5 @@
 """The numbers of the statistics screen: from rows of the catalogue to averages by period."""
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -8,11 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orbitdb.averages.by_period import Entropy, Lyapunov, entropy, lyapunov
-from orbitdb.averages.fixed_points import ClassRows, Weight, missing_divisors, missing_periods
+from orbitdb.averages.fixed_points import ClassRows, Weight, missing_periods
+from orbitdb.averages.standing import faults_of, standing
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.pictures import Curve
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.whole_periods import why_missing
 from orbitdb.trajectories.ensemble import Reference
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ class Statistics:
     entropy : Entropy
     lyapunov : Lyapunov
     missing : tuple of int
-        Periods that are not filled, without which the zeta functions are not whole.
+        Periods that are not there, without which the zeta functions are not whole.
     partial : tuple of int
         Chosen periods that are stored in part, and left out.
     """
@@ -91,53 +92,43 @@ COLUMNS = (
     "p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", "lambda_d", "lambda_d_pair", "lambda_d_zeta",
     "lambda_c", "lambda_c_pair", "lambda_c_zeta",
 )  # fmt: skip
-_ZETA = {"h_zeta", "lambda_d_zeta", "lambda_c_zeta"}
+
+
+def notes_of(found: Statistics) -> list[str]:
+    """Return what is to be said of the numbers: periods that are not there, and zeros that are not."""
+    lost = why_missing(found.missing, found.selection, found.partial)
+    notes = [f"without the periods {lost}" if lost else ""]
+    notes += [faults_of(each, found.words) for each in (found.entropy, found.lyapunov)]
+    return list(dict.fromkeys(filter(None, notes)))
 
 
 def table_of(found: Statistics) -> list[list[str]]:
-    """Return the numbers as text, a list a filled period; empty where periods are missing."""
+    """Return the numbers as text, a list a filled period; empty where one does not stand."""
+    shown = standing(found.lyapunov, found.words) | standing(found.entropy, found.words)
     rows = []
     for p, words in found.words.items():
-        here = p - 2
         counts = {"p": p, "N_t": found.admissible[p], "N_c": words, "classes": found.classes[p]}
-        gaps, holes = missing_divisors(p, found.words), missing_periods(p, found.words)
-        row = []
-        for name in COLUMNS:
-            if name in counts:
-                row.append(str(counts[name]))
-                continue
-            source = found.entropy if hasattr(found.entropy, name) else found.lyapunov
-            value = getattr(source, name)[here].item()
-            lost = holes if name in _ZETA else gaps
-            row.append("" if lost or not math.isfinite(value) else number(name, value))
-        rows.append(row)
+        values = {name: counts[name] if name in counts else shown[name][p - 2] for name in COLUMNS}
+        rows.append(["" if value is None else number(name, value) for name, value in values.items()])
     return rows
 
 
 def curves_of(found: Statistics, reference: Reference | None) -> dict[str, list[Curve]]:
     """Return the curves of the entropy, and of the Lyapunov exponents a bounce and a length."""
     p = found.entropy.p.astype(float)
-    here = np.array([not missing_divisors(int(period), found.words) for period in p]) & np.isin(
-        found.entropy.p, list(found.words)
-    )
-
-    def of(
-        values: "np.ndarray[tuple[int], np.dtype[np.float64]]",
-    ) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
-        return np.where(here, values, np.nan)
-
-    exponents = found.lyapunov
+    columns = standing(found.lyapunov, found.words) | standing(found.entropy, found.words)
+    shown = {name: np.array(values, dtype=float) for name, values in columns.items()}
     curves = {
         "entropy": [
-            Curve("one", "K_0", p, of(found.entropy.K_0)),
-            Curve("two", "zeta", p, of(found.entropy.h_zeta), "×"),
+            Curve("one", "K_0", p, shown["K_0"]),
+            Curve("two", "zeta", p, shown["h_zeta"], "×"),
         ]
     }
     for name in ("lambda_d", "lambda_c"):
         curves[name] = [
-            Curve("one", "orbits", p, of(getattr(exponents, name))),
-            Curve("three", "pairs", p, of(getattr(exponents, f"{name}_pair"))),
-            Curve("two", "zeta", p, of(getattr(exponents, f"{name}_zeta")), "×"),
+            Curve("one", "orbits", p, shown[name]),
+            Curve("three", "pairs", p, shown[f"{name}_pair"]),
+            Curve("two", "zeta", p, shown[f"{name}_zeta"], "×"),
         ]
         if reference is not None:
             level = np.full_like(p, getattr(reference, name))

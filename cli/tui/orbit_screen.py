@@ -1,6 +1,6 @@
 """The panels of the main screen: the chosen subset as a table, and the orbit under the cursor."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
 from textual import work
@@ -12,10 +12,11 @@ from textual.screen import Screen
 from textual.widgets import Footer, Header, Static
 from textual.worker import get_current_worker
 
+from orbitdb.cli.render import repeats
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.facts import Certificate, FactsPanel
-from orbitdb.cli.tui.source import Head, Ordering, Pages, Source, head_of
+from orbitdb.cli.tui.source import Head, Ordering, Pages, head_of
 from orbitdb.cli.tui.table import NAMES, PagedTable, Position
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
@@ -48,15 +49,24 @@ class OrbitScreen(Screen[None]):
     orbit: reactive[Orbit | None] = reactive(None, always_update=True, repaint=False)
     view: reactive[View] = reactive(View.STADIUM, repaint=False)
     compared: reactive[tuple[Orbit, ...]] = reactive((), always_update=True, repaint=False)
+    report: reactive[str] = reactive("", repaint=False)
 
     @dataclass
     class RowsRead(Message):
         """A worker has read the rows of a subset."""
 
-        source: Source
+        source: Pages
         partial: list[int]
+        unfilled: str | None
         selection: Selection
         ordering: Ordering
+
+    @dataclass
+    class RowsFailed(Message):
+        """A worker could not read the rows of a subset."""
+
+        reason: str
+        selection: Selection
 
     @dataclass
     class OrbitFound(Message):
@@ -92,6 +102,7 @@ class OrbitScreen(Screen[None]):
         with Horizontal(id="body"):
             with Vertical(id="rows"):
                 yield PagedTable(id="table")
+                yield Static(id="unfilled", markup=False)
                 yield Position(id="position")
             with Vertical(id="side"):
                 yield OrbitDrawing(self.selection.a, id="drawing").data_bind(
@@ -114,7 +125,8 @@ class OrbitScreen(Screen[None]):
         catalogue = self.browser.catalogue
         if catalogue is not None and self.selection == Selection(self.selection.a):
             with catalogue.at_one_moment() as still:
-                self._say_partial([fill.p for fill in still.partial(self.selection)])
+                partial = [fill.p for fill in still.partial(self.selection)]
+                self._say_gaps(partial, still.unfilled(self.selection))
                 self.query_one(PagedTable).show(head_of(still, self.selection, NAMES, _HEAD))
 
     def refresh_catalogue(self) -> None:
@@ -125,8 +137,6 @@ class OrbitScreen(Screen[None]):
         if catalogue is None or not values:
             self.say_choices()
             return
-        if self.selection.a not in values and self.orbit is None and self._code is None:
-            self.selection = replace(self.selection, a=values[0])
         self.periods = [fill.p for fill in catalogue.fills(self.selection.a)]
         self.say_choices()
         self._reload()
@@ -135,12 +145,20 @@ class OrbitScreen(Screen[None]):
         """Show the new subset."""
         if not self.is_mounted:
             return
-        self.query_one(OrbitDrawing).a = selection.a
-        if selection.a != old.a and self.browser.catalogue is not None:
-            self.periods = [fill.p for fill in self.browser.catalogue.fills(selection.a)]
-            self.orbit, self.compared, self._caught_up = None, (), None
+        if selection.a != old.a:
+            self._leave_stadium()
         self.say_choices()
         self._reload()
+
+    def _leave_stadium(self) -> None:
+        """Show nothing of the stadium that was shown: what is on screen is always of one a."""
+        catalogue = self.browser.catalogue
+        self.periods = [fill.p for fill in catalogue.fills(self.selection.a)] if catalogue else []
+        self.query_one(OrbitDrawing).a = self.selection.a
+        self._wanted = self._caught_up = None
+        self.orbit, self.compared = None, ()
+        self._say_gaps([], None)
+        self.query_one(PagedTable).show(Head([]))
 
     def watch_ordering(self) -> None:
         """Sort the subset."""
@@ -157,17 +175,21 @@ class OrbitScreen(Screen[None]):
     def _reload(self) -> None:
         if self.browser.catalogue is not None:
             table = self.query_one(PagedTable)
-            self._say_reading("reading …" if self.ordering == table.ordering else "sorting …")
+            self.report = "reading …" if self.ordering == table.ordering else "sorting …"
+            self._say_reading(self.report)
             self._read_rows(self.selection, self.ordering)
 
     def _say_reading(self, what: str) -> None:
         self.query_one("#rows").border_title = what or "sequences"
 
-    def _say_partial(self, periods: list[int]) -> None:
-        """Say which of the periods shown are stored in part."""
-        listed = ", ".join(map(str, periods))
-        verb = "are" if len(periods) > 1 else "is"
-        self.query_one("#rows").border_subtitle = f"p = {listed} {verb} partial" if periods else ""
+    def _say_gaps(self, partial: list[int], unfilled: str | None) -> None:
+        """Say which of the periods asked for are stored in part, and which are not filled."""
+        listed = ", ".join(map(str, partial))
+        verb = "are" if len(partial) > 1 else "is"
+        self.query_one("#rows").border_subtitle = f"p = {listed} {verb} partial" if partial else ""
+        note = self.query_one("#unfilled", Static)
+        note.display = unfilled is not None
+        note.update(f"{unfilled}, and so does the key f" if unfilled else "")
 
     @work(thread=True, exclusive=True, group="rows", exit_on_error=False)
     def _read_rows(self, selection: Selection, ordering: Ordering) -> None:
@@ -182,18 +204,18 @@ class OrbitScreen(Screen[None]):
 
         try:
             with catalogue.at_one_moment() as still:
-                partial = [fill.p for fill in still.partial(selection)]
+                partial, unfilled = [fill.p for fill in still.partial(selection)], still.unfilled(selection)
                 index = self.browser.index(still, selection.a)
                 keys = chosen_keys(still, index, selection, ordering.column, ordering.descending, cancelled)
         except CancelledError:
             return
         except (InputError, StoreError) as error:
             if not worker.is_cancelled:
-                self.post_message(self.Failed(str(error)))
+                self.post_message(self.RowsFailed(str(error), selection))
             return
         if not worker.is_cancelled:
             pages = Pages(catalogue, index, keys, NAMES)
-            self.post_message(self.RowsRead(pages, partial, selection, ordering))
+            self.post_message(self.RowsRead(pages, partial, unfilled, selection, ordering))
 
     def on_orbit_screen_rows_read(self, message: RowsRead) -> None:
         """Show the rows; the cursor stays on its word if it is among them, and at the top if it was there."""
@@ -202,13 +224,24 @@ class OrbitScreen(Screen[None]):
         table = self.query_one(PagedTable)
         table.ordering = message.ordering
         self._say_reading("")
-        self._say_partial(message.partial)
+        self._say_gaps(message.partial, message.unfilled)
         word = self._wanted or (table.row[0] if table.row and table.cursor else None)
         place = message.source.position(word) if word else None
         self._wanted = self._caught_up = None
         if not len(message.source) and self.orbit is not None and self.orbit.stored:
             self.orbit = None
         table.show(message.source, place or 0)
+        self.report = f"{len(message.source):,} of {len(message.source.index):,} sequences"
+
+    def on_orbit_screen_rows_failed(self, message: RowsFailed) -> None:
+        """Show no rows, as those that are shown are of another subset, and say what went wrong."""
+        if message.selection == self.selection:
+            self._wanted = None
+            self._say_reading("")
+            self.query_one(PagedTable).show(Head([]))
+            self.report = message.reason
+            if isinstance(self.app.screen, OrbitScreen):  # a filter line says it itself
+                self.notify(message.reason, severity="error")
 
     def on_orbit_screen_failed(self, message: Failed) -> None:
         """Say what went wrong."""
@@ -282,7 +315,7 @@ class OrbitScreen(Screen[None]):
         word = parse(code)
         root = primitive_root(word)
         if root != word:
-            self.notify(f"{code} is {root} {len(word) // len(root)} times over")
+            self.notify(repeats(word, root))
         self._find(root, self.selection.a)
 
     @work(thread=True, exclusive=True, group="find", exit_on_error=False)
@@ -295,8 +328,8 @@ class OrbitScreen(Screen[None]):
         self.post_message(self.OrbitFound(orbit))
 
     def on_orbit_screen_orbit_found(self, message: OrbitFound) -> None:
-        """Show the orbit, and say where it comes from."""
-        if self.go_to(message.orbit):
+        """Show the orbit, unless another stadium is shown by now, and say where it comes from."""
+        if message.orbit.a != self.selection.a or self.go_to(message.orbit):
             return
         told = "it is not in the chosen subset" if message.orbit.stored else "not stored: solved on the spot"
         self.notify(told, timeout=4)

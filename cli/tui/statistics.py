@@ -17,7 +17,7 @@ from textual.worker import get_current_worker
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.drawing import Plot
-from orbitdb.cli.tui.numbers import COLUMNS, Statistics, curves_of, statistics, table_of
+from orbitdb.cli.tui.numbers import COLUMNS, Statistics, curves_of, notes_of, statistics, table_of
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.asking.selection import Selection
 from orbitdb.trajectories.ensemble import Reference, references
@@ -56,9 +56,14 @@ class StatisticsScreen(Screen[None]):
 
     @dataclass
     class Simulated(Message):
-        """A worker has found the stored reference, or has followed more trajectories."""
+        """A worker has found the stored reference, or has followed more trajectories.
+
+        `done` is the share that has been followed, 1 for what is whole.
+        """
 
         reference: Reference
+        done: float
+        stored: bool
 
     @dataclass
     class Failed(Message):
@@ -69,12 +74,15 @@ class StatisticsScreen(Screen[None]):
     def __init__(self, catalogue: "Catalogue", selection: Selection) -> None:
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
+        self._kept = self._followed = ""
+        self._bounces = _BOUNCES
 
     def compose(self) -> ComposeResult:
         """Lay out the table and the curves."""
         yield Header()
         with ScrollableContainer(id="numbers-box"):
             yield Static("reading …", id="numbers")
+        yield Static("", id="reference", markup=False)
         with Horizontal(id="plots"):
             for name in _TITLES:
                 yield Plot(id=f"plot-{name}")
@@ -87,7 +95,7 @@ class StatisticsScreen(Screen[None]):
             self.query_one(f"#plot-{name}").border_title = title
         self.query_one("#numbers-box").focus()
         self._compute(self.weight)
-        self._refer()
+        self._refer(self._bounces)
 
     @work(thread=True, exclusive=True, group="numbers", exit_on_error=False)
     def _compute(self, weight: Weight) -> None:
@@ -99,13 +107,14 @@ class StatisticsScreen(Screen[None]):
                     return
                 self.post_message(self.Computed(found))
             if found is None and not worker.is_cancelled:
-                self.post_message(self.Failed("no orbit of a whole period is chosen"))
+                unfilled = self._catalogue.unfilled(self._selection)
+                self.post_message(self.Failed(unfilled or "no orbit of a whole period is chosen"))
         except (InputError, StoreError, ValueError) as error:
             self.post_message(self.Failed(str(error)))
 
     @work(thread=True, exclusive=True, group="trajectories", exit_on_error=False)
-    def _refer(self, anew: bool = False) -> None:
-        """Take the stored reference if there is one; else, or to have one anew, follow trajectories."""
+    def _refer(self, bounces: int, anew: bool = False) -> None:
+        """Take the stored reference if there is one; else, or to have another, follow trajectories."""
         from orbitdb.store.reading.references import best_reference
 
         worker = get_current_worker()
@@ -115,20 +124,31 @@ class StatisticsScreen(Screen[None]):
             self.post_message(self.Failed(str(error)))
             return
         if stored is not None:
-            self.post_message(self.Simulated(stored))
+            self.post_message(self.Simulated(stored, 1.0, stored=True))
             return
-        for _, reference in references(Stadium(self._selection.a), _BOUNCES):
+        seed = bounces // _BOUNCES  # others each time
+        for done, reference in references(Stadium(self._selection.a), bounces, seed):
             if worker.is_cancelled:
                 return
-            self.post_message(self.Simulated(reference))
+            self.post_message(self.Simulated(reference, done, stored=False))
 
     def on_statistics_screen_computed(self, message: Computed) -> None:
         """Show what is known so far."""
         self.found = message.found
 
     def on_statistics_screen_simulated(self, message: Simulated) -> None:
-        """Show the value so far."""
-        self.reference = message.reference
+        """Show the better value; until one is whole, the one so far."""
+        new, old = message.reference, self.reference
+        source = "stored" if message.stored else f"{new.bounces:.2g} bounces followed here"
+        value = _described(new)
+        if message.done < 1 and self._kept:
+            self._followed = f"following more: {message.done:.0%}"
+        elif self._kept and old is not None and old.lambda_d_error <= new.lambda_d_error:
+            self._followed = f"{source}, not as good: {value}"
+        else:
+            self._kept, self._followed = (source, "") if message.done >= 1 else ("", f"{message.done:.0%}")
+            self.reference = new
+        self._show()
 
     def on_statistics_screen_failed(self, message: Failed) -> None:
         """Say what went wrong."""
@@ -139,16 +159,11 @@ class StatisticsScreen(Screen[None]):
         """Show the numbers."""
         self._show()
 
-    def watch_reference(self) -> None:
-        """Show the trajectory values."""
-        self._show()
-
     def _show(self) -> None:
         if not self.is_mounted or self.found is None:
             return
-        box = self.query_one("#numbers-box")
-        box.border_title = _WEIGHTS[self.weight]
-        box.border_subtitle = self._reference_text()
+        self.query_one("#numbers-box").border_title = _WEIGHTS[self.weight]
+        self.query_one("#reference", Static).update(self._reference_text())
         self.query_one("#numbers", Static).update(_as_table(self.found))
         for name, curves in curves_of(self.found, self.reference).items():
             self.query_one(f"#plot-{name}", Plot).curves = curves
@@ -156,11 +171,8 @@ class StatisticsScreen(Screen[None]):
     def _reference_text(self) -> str:
         if self.reference is None:
             return "trajectories …"
-        one = self.reference
-        return (
-            f"trajectories: λ_d {one.lambda_d:.4f} ± {one.lambda_d_error:.4f}, "
-            f"λ_c {one.lambda_c:.4f} ± {one.lambda_c_error:.4f}"
-        )
+        parts = (f"trajectories: {_described(self.reference)}", self._kept, self._followed)
+        return "; ".join(filter(None, parts))
 
     def action_leave(self) -> None:
         """Go back to the orbits."""
@@ -174,12 +186,18 @@ class StatisticsScreen(Screen[None]):
         self._compute(self.weight)
 
     def action_trajectories(self) -> None:
-        """Follow trajectories, though there may be a stored reference."""
-        self._refer(anew=True)
+        """Follow other trajectories, four times as many as the last time; the better value is kept."""
+        self._bounces *= 4
+        self._refer(self._bounces, anew=True)
 
     def action_scroll(self, direction: str) -> None:
         """Scroll the numbers."""
         getattr(self.query_one("#numbers-box"), f"scroll_{direction}")(animate=False)
+
+
+def _described(one: Reference) -> str:
+    values = (("λ_d", one.lambda_d, one.lambda_d_error), ("λ_c", one.lambda_c, one.lambda_c_error))
+    return ", ".join(f"{name} {value:.5f} ± {error:.1e}" for name, value, error in values)
 
 
 def _as_table(found: Statistics) -> Table:
@@ -188,8 +206,5 @@ def _as_table(found: Statistics) -> Table:
         table.add_column(name.replace("lambda", "λ"), justify="right", no_wrap=True)
     for row in table_of(found):
         table.add_row(*row)
-    gaps = {"not filled": found.missing, "partial, left out": found.partial}
-    table.caption = "; ".join(
-        f"{what}: {', '.join(map(str, periods))}" for what, periods in gaps.items() if periods
-    )
+    table.caption = "; ".join(notes_of(found))
     return table

@@ -4,6 +4,7 @@ The paper's averages are sums over fixed points; beside them stand those of the 
 same sums are the traces of.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,14 +12,17 @@ from numpy.typing import NDArray
 
 from orbitdb.averages.fixed_points import ClassRows, FixedPointSums, Weight, divisors, fixed_point_sums
 from orbitdb.averages.pseudocycles import Factors, expand_by_stability
-from orbitdb.averages.zeta import CycleAverages, Expansion, cycle_averages, expand, leading_zero
+from orbitdb.averages.zeta import CycleAverages, Expansion, cycle_averages, expand, last_term, leading_zero
+from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
+_ROUNDING = 1e-9
 
-@dataclass(frozen=True)
-class Entropy:
+
+@dataclass(frozen=True, eq=False)
+class Entropy(ByValue):
     """Entropies by period; all arrays have the shape of p.
 
     Attributes
@@ -33,6 +37,8 @@ class Entropy:
         -ln of the leading zero of the topological zeta function cut off at order p.
     h_zeta_change : ndarray
         Modulus of its change from the order before, an estimate of its error.
+    faults : tuple of str
+        Why h_zeta is NaN, of each period; empty where it is not, or where there is no orbit.
     """
 
     p: Integers
@@ -40,6 +46,7 @@ class Entropy:
     K_0: Floats
     h_zeta: Floats
     h_zeta_change: Floats
+    faults: tuple[str, ...]
 
 
 def entropy(rows: ClassRows, highest: int) -> Entropy:
@@ -56,16 +63,28 @@ def entropy(rows: ClassRows, highest: int) -> Entropy:
     orders = range(1, highest + 1)
     points = np.array([sum(d * cycles[d] for d in divisors(p)) for p in orders], dtype=np.int64)
     series = expand(points.astype(float), np.zeros((0, highest)))
-    zeros = np.array([leading_zero(series.cut(p).coefficients) for p in orders])
-    h = 0.0 - np.log(zeros)
+    truncated = [series.cut(p).coefficients for p in orders]
+    zeros = [leading_zero(part) for part in truncated]
+    faults = [_zero_fault(zero, last_term(part, zero)) for part, zero in zip(truncated, zeros, strict=True)]
+    h = 0.0 - np.log([np.nan if fault else zero for fault, zero in zip(faults, zeros, strict=True)])
+    faults = ["" if not points[:p].any() else fault for p, fault in enumerate(faults, 1)]
     change = np.abs(np.diff(h, prepend=np.nan))
     p = np.array(orders)
     k0 = np.log(np.where(points > 0, points, np.nan)) / p
-    return Entropy(p[1:], points[1:], k0[1:], h[1:], change[1:])
+    return Entropy(p[1:], points[1:], k0[1:], h[1:], change[1:], tuple(faults[1:]))
 
 
-@dataclass(frozen=True)
-class Lyapunov:
+def _zero_fault(zero: float, end: float) -> str:
+    """Tell why a zeta function has no zero that can be used, its last term there given; else empty."""
+    if math.isnan(zero):
+        return "(it has no real zero)"
+    if end > 1 + _ROUNDING:
+        return f"(its zero {zero:.4g} is spurious: the series ends there in {end:.3g}, having begun with 1)"
+    return ""
+
+
+@dataclass(frozen=True, eq=False)
+class Lyapunov(ByValue):
     """Lyapunov averages by period; all arrays have the shape of p, and NaN where there is no orbit.
 
     Attributes
@@ -80,6 +99,8 @@ class Lyapunov:
         <lambda>/<p>, <lambda>/<L> and <L>/<p> from the zeta function cut off at order p.
     z0 : ndarray
         The leading zero of the zeta function; 1 for a closed system and all its orbits.
+    faults : tuple of str
+        Why the values of the zeta function are NaN (`ZetaAverages`), of each period.
     """
 
     p: Integers
@@ -91,6 +112,7 @@ class Lyapunov:
     lambda_c_zeta: Floats
     mean_path_zeta: Floats
     z0: Floats
+    faults: tuple[str, ...]
 
 
 def lyapunov(rows: ClassRows, highest: int, weight: Weight = Weight.EXPONENTIAL) -> Lyapunov:
@@ -103,7 +125,7 @@ def lyapunov(rows: ClassRows, highest: int, weight: Weight = Weight.EXPONENTIAL)
     total = np.where(sums.total > 0, sums.total, np.nan)
     discrete, continuous = sums.lyapunov / total / p, sums.ratio / total
     series = _expansion(sums)
-    found = [ZetaAverages.of(cycle_averages(series.cut(n))) for n in p[1:]]
+    found = [ZetaAverages.of(cycle_averages(series.cut(n)), rows.rows(rows.period <= n)) for n in p[1:]]
     return Lyapunov(
         p=p[1:],
         lambda_d=discrete[1:],
@@ -114,6 +136,7 @@ def lyapunov(rows: ClassRows, highest: int, weight: Weight = Weight.EXPONENTIAL)
         lambda_c_zeta=np.array([one.lambda_c for one in found]),
         mean_path_zeta=np.array([one.mean_path for one in found]),
         z0=np.array([one.z0 for one in found]),
+        faults=tuple(one.fault for one in found),
     )
 
 
@@ -129,7 +152,7 @@ def _expansion(sums: FixedPointSums) -> Expansion:
 
 @dataclass(frozen=True)
 class ZetaAverages:
-    """Averages at the leading zero of a zeta function; NaN where it has none.
+    """Averages at the leading zero of a zeta function; all are NaN where it has none that can be used.
 
     Attributes
     ----------
@@ -137,18 +160,55 @@ class ZetaAverages:
         The leading zero; 1 for a closed system and all its orbits.
     lambda_d, lambda_c, mean_path : float
         <lambda>/<p>, <lambda>/<L> and <L>/<p>.
+    fault : str
+        Why they are NaN; empty where they are not, or where there is no orbit.
     """
 
     z0: float
     lambda_d: float
     lambda_c: float
     mean_path: float
+    fault: str = ""
 
     @classmethod
-    def of(cls, found: CycleAverages) -> "ZetaAverages":
-        """Take ratios of cycle averages of the observables lambda and L."""
+    def none(cls, fault: str = "") -> "ZetaAverages":
+        """Return no averages."""
+        return cls(math.nan, math.nan, math.nan, math.nan, fault)
+
+    @classmethod
+    def of(cls, found: CycleAverages, rows: ClassRows) -> "ZetaAverages":
+        """Take ratios of cycle averages of the observables lambda and L over some orbits.
+
+        Notes
+        -----
+        No average over orbits is less than the least of them or more than the greatest. The terms of a
+        truncated zeta function have both signs, and where its zero is an artefact of the truncation its
+        averages may be anything: one outside that range shows it, and condemns the others. So does a
+        series that does not converge at the zero (`orbitdb.averages.zeta.last_term`).
+        """
         exponent, length = (float(value) for value in found.observables)
-        return cls(found.z0, exponent / found.period, exponent / length, length / found.period)
+        period = found.period or math.nan  # 0 at a double zero
+        values = (exponent / period, exponent / (length or math.nan), length / period)
+        if not len(rows):
+            return cls.none()
+        fault = _zero_fault(found.z0, found.last_term) or _range_fault(found.z0, values, rows)
+        if fault:
+            return cls.none(fault)
+        return cls(found.z0, *values)
+
+
+def _range_fault(z0: float, values: tuple[float, float, float], rows: ClassRows) -> str:
+    """Tell which average at a zero of the zeta function no orbits can have; empty if they can."""
+    ranges = {
+        "lambda_d": rows.lyapunov / rows.period,
+        "lambda_c": rows.lyapunov / rows.length,
+        "mean path": rows.length / rows.period,
+    }
+    for value, (name, orbits) in zip(values, ranges.items(), strict=True):
+        low, high = float(orbits.min()), float(orbits.max())
+        if not low * (1 - _ROUNDING) <= value <= high * (1 + _ROUNDING):
+            return f"(its zero {z0:.4g} is spurious: {name} = {value:.4g}, of orbits {low:.4g} to {high:.4g})"
+    return ""
 
 
 def lyapunov_by_stability(
@@ -173,7 +233,29 @@ def lyapunov_by_stability(
     if weight is Weight.DETERMINANT and len(rows):
         levels = max(1, int(cut / rows.lyapunov.min()))
     series = expand_by_stability(_factors(rows, levels, cut), cut, highest)
-    return ZetaAverages.of(cycle_averages(series))
+    kept = rows.rows((rows.lyapunov <= cut) & (rows.period <= (highest or rows.period)))
+    if not len(kept):
+        return ZetaAverages.none(f"(no orbit has a lambda up to {cut:g})")
+    return ZetaAverages.of(cycle_averages(series), kept)
+
+
+def largest_cut(rows: ClassRows, cut: float, most: int) -> float:
+    """Return the cut, or a smaller one if the determinant has more than so many factors within it.
+
+    The factors of a class are as many as its lambda goes into the cut. What is smaller has two digits.
+    """
+
+    def fits(value: float) -> bool:
+        return float(np.floor(value / rows.lyapunov).sum()) <= most
+
+    low, high = 0.0, cut
+    if fits(high):
+        return cut
+    while high - low > 1e-3 * high:
+        middle = (low + high) / 2
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    unit = 10.0 ** (math.floor(math.log10(low)) - 1)
+    return float(f"{math.floor(low / unit) * unit:.2g}")
 
 
 def _factors(rows: ClassRows, levels: int, cut: float) -> Factors:

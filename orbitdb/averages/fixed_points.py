@@ -12,6 +12,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.equality import ByValue
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
@@ -26,8 +28,8 @@ class Weight(StrEnum):
     """1/|det(1 - M^r)|, the exact weight; the zeta function is the Fredholm determinant."""
 
 
-@dataclass(frozen=True)
-class ClassRows:
+@dataclass(frozen=True, eq=False)
+class ClassRows(ByValue):
     """Symmetry classes of isolated orbits, of any periods in any order.
 
     Attributes
@@ -103,8 +105,8 @@ def missing_periods(p: int, filled: Iterable[int]) -> list[int]:
     return [d for d in range(2, p + 1) if d not in have]
 
 
-@dataclass(frozen=True)
-class FixedPointSums:
+@dataclass(frozen=True, eq=False)
+class FixedPointSums(ByValue):
     """Weighted sums over all fixed points of each order 1 .. P, orbits of divisors repeated.
 
     Attributes

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.averages.zeta import Expansion
+from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -23,8 +24,8 @@ CHUNK = 1 << 16
 """Pseudo-cycles that are built at a time, about: it bounds the memory."""
 
 
-@dataclass(frozen=True)
-class Factors:
+@dataclass(frozen=True, eq=False)
+class Factors(ByValue):
     """N kinds of factors (1 - t z^p)^count of 1/zeta.
 
     Attributes

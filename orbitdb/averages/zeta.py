@@ -16,11 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.equality import ByValue
+
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Expansion:
+@dataclass(frozen=True, eq=False)
+class Expansion(ByValue):
     """A truncated power series of 1/zeta in z.
 
     Attributes
@@ -80,8 +82,18 @@ def leading_zero(coefficients: Floats) -> float:
     return float(zero - polynomial(zero) / slope) if slope else zero
 
 
-@dataclass(frozen=True)
-class CycleAverages:
+def last_term(coefficients: Floats, zero: float) -> float:
+    """Return the modulus of the last term of a truncated series, shape (n + 1,), at its zero.
+
+    The first term is 1. A series that converges at its zero ends in less; where it ends in more, the
+    zero is an artefact of the truncation.
+    """
+    last = np.flatnonzero(coefficients)[-1]
+    return float(abs(coefficients[last])) * zero ** float(last)
+
+
+@dataclass(frozen=True, eq=False)
+class CycleAverages(ByValue):
     """What a zeta function says of the average cycle.
 
     Attributes
@@ -92,11 +104,14 @@ class CycleAverages:
         <p>, the mean period.
     observables : ndarray, shape (k,)
         <A> of each observable; <A> / <p> is its average per bounce.
+    last_term : float
+        Of the series at its zero (`last_term`).
     """
 
     z0: float
     period: float
     observables: Floats
+    last_term: float
 
 
 def cycle_averages(expansion: Expansion) -> CycleAverages:
@@ -108,7 +123,12 @@ def cycle_averages(expansion: Expansion) -> CycleAverages:
     """
     z0 = leading_zero(expansion.coefficients)
     if np.isnan(z0):
-        return CycleAverages(z0, z0, np.full(len(expansion.slopes), z0))
+        return CycleAverages(z0, z0, np.full(len(expansion.slopes), z0), z0)
     orders = np.arange(len(expansion.coefficients))
     powers = z0**orders
-    return CycleAverages(z0, -float((orders * expansion.coefficients) @ powers), -(expansion.slopes @ powers))
+    return CycleAverages(
+        z0=z0,
+        period=-float((orders * expansion.coefficients) @ powers),
+        observables=-(expansion.slopes @ powers),
+        last_term=last_term(expansion.coefficients, z0),
+    )

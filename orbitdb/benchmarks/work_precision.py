@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from orbitdb.benchmarks.representatives import representatives
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
 from orbitdb.orbits.newton import certificates, solve_in_doubles
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.relaxation import relax, starting_points
@@ -74,8 +75,8 @@ class WorkPrecision:
     lyapunov_median: float
 
 
-@dataclass(frozen=True)
-class Sample:
+@dataclass(frozen=True, eq=False)
+class Sample(ByValue):
     """Words of one order, one of each class, with the truth about them.
 
     Attributes

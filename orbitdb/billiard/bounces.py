@@ -5,6 +5,7 @@ All arrays of legs and runs have shape (m, N), as in `orbitdb.billiard.legs`.
 
 import numpy as np
 
+from orbitdb.arithmetic import ABOVE
 from orbitdb.billiard.legs import Chain, Floats, Legs, following, preceding, turns
 from orbitdb.billiard.stadium import HALF_PI
 
@@ -86,17 +87,19 @@ def slack_changes(legs: Chain, change: Floats) -> Floats:
 def slack_errors(legs: Chain, alpha_error: Floats) -> Floats:
     """Bound the errors of `slacks`, given those of the directions, shape (m, N).
 
-    An end of a run moves by 1/2k of one neighbour's change and 1 - 1/2k of the other's. psi is good
-    to 11 half units of rounding and (k - 1)/k of it enters twice, in the ends and between them; that
-    of a single bounce drops out. The other sums have numbers up to 2 pi.
+    An end of a run moves by 1/2k of one neighbour's change and 1 - 1/2k of the other's. The rounding,
+    in units of eps: psi is good to 5.3, (k - 1)/k of half of it is in an end, with 1.6 (k - 1)/k for each
+    of a quotient and a product, and 2.4 for two sums; pi/2 and the sums of a slack add at most 3.5. With
+    `allowed` there is room for the bounces between the ends, 4 + 17.4 (k - 1)/k, and for the angles that
+    `coordinates` takes the heights of, 5.1 + 5.8 (k - 1)/k.
     """
     incoming = preceding(alpha_error)
     near, far = 1 / (2 * legs.k), 1 - 1 / (2 * legs.k)
-    rounding = np.finfo(float).eps * (26 - 18 / legs.k)
-    first = far * incoming + near * alpha_error + rounding
-    last = near * incoming + far * alpha_error + rounding
+    allowed = np.finfo(float).eps * (26 - 18 / legs.k)
+    first = far * incoming + near * alpha_error + allowed
+    last = near * incoming + far * alpha_error + allowed
     tilt = 2 * alpha_error
-    return np.stack([first, last, last + tilt, following(first) + tilt])
+    return ABOVE * np.stack([first, last, last + tilt, following(first) + tilt])
 
 
 def margin_distances(legs: Chain, alpha: Floats, slack: Floats) -> Floats:

@@ -7,6 +7,8 @@ that y = sin t on both sides.
 
 import math
 from dataclasses import dataclass
+from numbers import Real
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +32,14 @@ class StadiumError(InputError):
     """The parameter a does not describe a stadium that can be treated."""
 
 
+def _half_length(a: Any) -> float:
+    """Return a number of any kind, NumPy's too, as a plain half length."""
+    number = isinstance(a, Real) and not isinstance(a, bool)
+    if number and MIN_A <= a <= MAX_A:
+        return float(a)
+    raise StadiumError(f"a = {a!s:.40} is not a half length: give a number from {MIN_A:g} to {MAX_A:g}")
+
+
 @dataclass(frozen=True)
 class Stadium:
     """A stadium of radius 1.
@@ -48,10 +58,7 @@ class Stadium:
     a: float = 1.6
 
     def __post_init__(self) -> None:
-        if not MIN_A <= self.a <= MAX_A:
-            raise StadiumError(
-                f"a = {self.a} is not a half length: give a number from {MIN_A:g} to {MAX_A:g}"
-            )
+        object.__setattr__(self, "a", _half_length(self.a))
 
     @property
     def area(self) -> float:
@@ -114,3 +121,14 @@ class Stadium:
         angles = np.linspace(-HALF_PI, HALF_PI, n)
         right = np.stack([self.a + np.cos(angles), np.sin(angles)], axis=1)
         return np.concatenate([right, -right, right[:1]])
+
+
+def as_stadium(stadium: Stadium | float) -> Stadium:
+    """Return a stadium, which may be given by its a alone.
+
+    Raises
+    ------
+    StadiumError
+        If it is neither a stadium nor the half length of one.
+    """
+    return stadium if isinstance(stadium, Stadium) else Stadium(stadium)

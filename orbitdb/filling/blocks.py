@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.newton import solve
+from orbitdb.equality import ByValue
+from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Orbits
 from orbitdb.orbits.relaxation import relax
 from orbitdb.symbols.counting import count_admissible
@@ -43,11 +44,11 @@ _BLOCKS_A_JOB = 3
 _SMALLEST = 1 / 4
 """Of a full block: smaller ones cost more a word."""
 
-METHODS = {"newton": Method(solve, 1 << 16), "relaxation": Method(relax, 1 << 8)}
+METHODS = {"newton": Method(solve_admissible, 1 << 16), "relaxation": Method(relax, 1 << 8)}
 
 
-@dataclass(frozen=True)
-class Block:
+@dataclass(frozen=True, eq=False)
+class Block(ByValue):
     """Words of one period to be solved at one a.
 
     Attributes
@@ -69,8 +70,8 @@ class Block:
     classes: NDArray[np.int64] | None = None
 
 
-@dataclass(frozen=True)
-class SolvedBlock:
+@dataclass(frozen=True, eq=False)
+class SolvedBlock(ByValue):
     """What became of a block.
 
     Attributes

@@ -118,4 +118,6 @@ def duration(seconds: float) -> str:
 
 def gigabytes(count: float) -> str:
     """Write a number of bytes."""
+    if count >= 1e11:
+        return f"{count / 1e9:.0f} GB"
     return f"{count / 1e9:.2g} GB" if count >= 1e9 else f"{count / 1e6:.3g} MB"

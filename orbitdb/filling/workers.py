@@ -12,16 +12,16 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import Protocol, Self
 from uuid import uuid4
 
 from orbitdb.errors import WorkError
 from orbitdb.filling.blocks import Block, SolvedBlock, solve_block
+from orbitdb.filling.scratch import scratch_folder
 from orbitdb.version import __version__
 
 _AHEAD = 2
@@ -76,7 +76,8 @@ class Processes:
         self.jobs = jobs
         self._executor: Executor | None = None
         self._lifeline: Connection | None = None
-        self._folder: TemporaryDirectory[str] | None = None
+        self._folder: Path | None = None
+        self._until_end = ExitStack()
 
     def __enter__(self) -> Self:
         return self
@@ -108,11 +109,11 @@ class Processes:
     def _ready(self) -> tuple[Executor, Path]:
         """Return what starts processes when they are needed, and the folder of their parcels."""
         if self._executor is None or self._folder is None:
-            self._folder = TemporaryDirectory(prefix="orbitdb-")
+            self._folder = self._until_end.enter_context(scratch_folder())
             fresh = multiprocessing.get_context("spawn")  # a fork would share open databases
             end, self._lifeline = fresh.Pipe(duplex=False)
             self._executor = ProcessPoolExecutor(self.jobs, fresh, _begin_worker, (end,))
-        return self._executor, Path(self._folder.name)
+        return self._executor, self._folder
 
     def renew(self) -> None:
         """Put new processes in the place of those of which one has died."""
@@ -122,8 +123,7 @@ class Processes:
         if self._executor is not None and self._lifeline is not None:
             self._executor.shutdown(cancel_futures=True)
             self._lifeline.close()
-        if self._folder is not None:
-            self._folder.cleanup()
+        self._until_end.close()
         self._executor = self._lifeline = self._folder = None
 
 

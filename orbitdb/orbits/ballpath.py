@@ -5,6 +5,7 @@ Every number is an interval that holds the true value (Arb, through python-flint
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from flint import arb, ctx
 
@@ -14,6 +15,27 @@ Balls = list[arb]
 
 _MAX_STEPS = 100
 _SMALL = 1e-8
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """One of the slacks, pi/2 - sign t - 2 tilt alpha, t the angle of an end of a run.
+
+    Attributes
+    ----------
+    run, end : int
+        Which run, and which of its ends: -1 the first bounce, +1 the last.
+    sign : int
+        +1 or -1.
+    leg, tilt : int
+        Which leg, and +1 or -1, its first wall; 0 where the bounce is on the semicircle.
+    """
+
+    run: int
+    end: int
+    sign: int
+    leg: int = 0
+    tilt: int = 0
 
 
 def _largest(change: Balls) -> arb:
@@ -159,37 +181,53 @@ class BallPath:
             last.append(middle + spread)
         return first, last
 
-    def slacks(self) -> tuple[Balls, Balls]:
-        """Return the slacks in radians and the same in coordinate units."""
-        first, last = self.ends()
-        half_pi = arb.pi() / 2
-        slack = [half_pi - abs(t) for t in first + last]
-        distance = slack[:]
-        for i, (n, s, x) in enumerate(zip(self.n, self.s, self.alpha, strict=True)):
+    def conditions(self) -> list[Condition]:
+        """Return what must hold for every end of run and leg to keep to its semicircle or wall."""
+        found = [Condition(i, end, sign) for i in range(self.m) for end in (-1, 1) for sign in (-1, 1)]
+        for i, (n, s, parity) in enumerate(zip(self.n, self.s, self.parity, strict=True)):
             if n:
-                ahead = -s * self.parity[i] * first[(i + 1) % self.m]
-                for t in (s * last[i], ahead):
-                    slack.append(half_pi - t - 2 * s * x)
-                    width = 2 * (half_pi / 2 + t / 2).cos() / (s * x).sin()
-                    distance.append(width * (slack[-1] / 2).sin())
+                found.append(Condition(i, 1, s, i, s))
+                found.append(Condition((i + 1) % self.m, -1, -s * parity, i, s))
+        return found
+
+    def slacks(self, conditions: Sequence[Condition]) -> tuple[Balls, Balls]:
+        """Return the slacks of conditions in radians, and the same in coordinate units."""
+        first, last = self.ends()
+        half_pi, slack, distance = arb.pi() / 2, [], []
+        for each in conditions:
+            t = (last if each.end > 0 else first)[each.run]
+            t = t if each.sign > 0 else -t
+            if not each.tilt:
+                slack.append(half_pi - t)
+                distance.append(slack[-1])
+                continue
+            x = each.tilt * self.alpha[each.leg]
+            slack.append(half_pi - t - 2 * x)
+            width = 2 * (half_pi / 2 + t / 2).cos() / x.sin()
+            distance.append(width * (slack[-1] / 2).sin())
         return slack, distance
 
     def coordinates(self) -> Balls:
         """Return the coordinates of all bounces, in the order of the word."""
         first, last = self.ends()
+        turned = [2 * d * half for d, half in zip(self.d, self.half, strict=True)]
+        on_walls = [self._on_walls(i, first, last) if n else (arb(0), arb(0)) for i, n in enumerate(self.n)]
         found = []
         for run, place, straight in zip(self.run, self.place, self.straight, strict=True):
-            if not straight:
-                found.append(first[run] + self.d[run] * 2 * place * self.half[run])
-                continue
-            after = first[(run + 1) % self.m]
-            start_y = last[run].sin()
-            dy = self.parity[run] * after.sin() + 2 * self.n[run] * self.s[run] - start_y
-            dx = 2 * self.a + last[run].cos() + after.cos()
-            height = self.s[run] * (2 * place + 1) - start_y
-            x = height * dx / dy - last[run].cos() - self.a
-            found.append(x if run % 2 == 0 else -x)
+            start, step = on_walls[run] if straight else (first[run], turned[run])
+            found.append(start + place * step if place else start)
         return found
+
+    def _on_walls(self, leg: int, first: Balls, last: Balls) -> tuple[arb, arb]:
+        """Return the coordinate of a leg's first bounce, and how far apart its bounces are."""
+        start_y, start_x = last[leg].sin_cos()
+        end_y, end_x = first[(leg + 1) % self.m].sin_cos()
+        lean = (2 * self.a + start_x + end_x) / (
+            self.parity[leg] * end_y + 2 * self.n[leg] * self.s[leg] - start_y
+        )
+        x = (self.s[leg] - start_y) * lean - start_x - self.a
+        step = 2 * self.s[leg] * lean
+        return (x, step) if leg % 2 == 0 else (-x, -step)
 
     def length(self) -> arb:
         """Return L at the directions."""

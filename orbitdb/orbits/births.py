@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Legs, cut
 from orbitdb.billiard.stadium import MAX_A, MIN_A
+from orbitdb.equality import ByValue
 from orbitdb.errors import WorkError
 from orbitdb.orbits.brackets import Bracketed, bracket, signs_at
 from orbitdb.orbits.continuation import follow
@@ -32,15 +33,15 @@ _HIGH, _HIGH_A_SQUARE = 60.0, 0.2
 _CELL = 0.275
 """Of the grid, in ln a."""
 _FINER = (1, 4, 16)
-_BATCH = 2048
+_BATCH = 8192
 """Words that are followed at once: their arrays stay in the processor's cache."""
 
 JOINTS = ("bottom left", "bottom right", "top left", "top right")
 """Where a straight wall and a semicircle meet."""
 
 
-@dataclass(frozen=True)
-class Changes:
+@dataclass(frozen=True, eq=False)
+class Changes(ByValue):
     """Births and deaths of N words, K in all, as a structure of arrays, by word and rising a.
 
     Attributes
@@ -101,8 +102,8 @@ def find_changes(words: NDArray[np.uint8]) -> Changes:
     return Changes(always, **{name: getattr(joined, name)[order] for name in _COLUMNS})
 
 
-@dataclass(frozen=True)
-class _Found:
+@dataclass(frozen=True, eq=False)
+class _Found(ByValue):
     """The columns of `Changes` that have one entry a change."""
 
     word: Integers

@@ -15,11 +15,15 @@ and in the row of the largest |delta_i|, where they all pull the way F_i delta_i
 Neither needs an inverse Hessian or that alpha is near. Once they have shown it to be near, F is almost
 D, and they are applied again. Where a bounce's distance from a joint is not clearly larger than what
 follows, the first of them is evaluated in ball arithmetic.
+
+Every bound holds for the numbers as they are computed: it adds what they are rounded by, and `ABOVE`
+times it is above what its own evaluation loses (`orbitdb.arithmetic` says what is assumed).
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arithmetic import ABOVE, check_functions
 from orbitdb.billiard.bounces import (
     coordinates,
     margin_distances,
@@ -63,7 +67,7 @@ def assess(
         The same words, cut.
     stadium : Stadium
     alpha : ndarray, shape (m, N)
-        Directions of the legs at (or near) the maximum of the length.
+        Directions of the legs at (or near) the maximum of the length, between the limits.
     iterations : ndarray of int, shape (N,)
         Steps the solver took.
 
@@ -71,6 +75,7 @@ def assess(
     -------
     Orbits
     """
+    check_functions()
     a = stadium.a
     slopes = derivatives(legs, a, alpha)
     alpha_error = direction_errors(legs, a, alpha, slopes, pressed_directions(legs, a, alpha, slopes))
@@ -100,12 +105,10 @@ def pressed_directions(
     return ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
 
 
-def between_limits(
-    legs: Chain, a: float | Floats, alpha: Floats, alpha_error: Floats
-) -> NDArray[np.bool_]:
+def between_limits(legs: Chain, a: float | Floats, alpha: Floats, alpha_error: Floats) -> NDArray[np.bool_]:
     """Tell for which words the maximum is surely away from the limits, and so a stationary point."""
     low, high = direction_limits(legs, a)
-    return np.all((alpha - alpha_error > low) & (alpha + alpha_error < high), axis=0)
+    return np.all(np.minimum(alpha - low, high - alpha) > ABOVE * alpha_error, axis=0)
 
 
 def direction_errors(
@@ -114,11 +117,12 @@ def direction_errors(
     """Bound the distance of every direction from the maximum, rounding included, shape (m, N).
 
     Directions that are pressed against a limit do not enter but for rounding: there g_i delta_i <= 0.
+    Along the way D stays above D - |lean| |delta| / 2 - D delta^2 / 2 in the mean.
     """
     size, rounding = np.abs(slopes.gradient), gradient_rounding(legs, a, alpha)
     steep = np.where(pressed, np.maximum(rounding - size, 0.0), size + rounding)
     first = _concave_bound(steep, slopes.beyond / 2)
-    loss = np.abs(slopes.lean) * first / (2 * slopes.beyond) + first**2 / 2
+    loss = (np.abs(slopes.lean) + rounding) * first / (2 * slopes.beyond) + first**2 / 2
     return _concave_bound(steep, slopes.beyond * (1 - np.minimum(loss, 0.5)))
 
 
@@ -126,7 +130,7 @@ def _concave_bound(steep: Floats, firm: Floats) -> Floats:
     """Return the smaller of the two bounds of the module's docstring, g = steep and F = firm."""
     share = steep / firm
     energy = np.sqrt(add_up(steep * share))
-    return np.minimum(share.max(axis=0), energy / np.sqrt(firm))
+    return ABOVE * np.minimum(share.max(axis=0), energy / np.sqrt(firm))
 
 
 def _status(slack: Floats, slack_error: Floats, between: NDArray[np.bool_]) -> NDArray[np.str_]:
@@ -142,22 +146,30 @@ def _coordinate_error(
 ) -> Floats:
     """Bound the error of the coordinates, shape (N,).
 
-    A run's end that moves along the circle by e moves the leg across itself by e sin(psi/2k), to
-    first order, and the bounces on walls by this over sin|alpha|.
+    A leg is drawn between the ends of two runs. An end that is off by e along the circle is off the
+    orbit's leg, which meets the circle at an angle within e of the computed psi/2k, by at most
+    e (sin(psi/2k) + 2 e); any point between the ends by at most the larger of the two, and a bounce on a
+    wall by this over |sin alpha| of the orbit. Rounding of the interpolation is below 9 eps (a + 1), with
+    more than one wall 19 eps (a + 1).
     """
     first, last = slack_error[:2]
     across = np.sin(turns(legs, alpha).half)
-    shift = np.maximum(last * (across + last), following(first * (across + first)))
+    shift = np.maximum(last * (across + 2 * last), following(first * (across + 2 * first)))
+    least = np.abs(np.sin(alpha)) * (1 - 4 * EPSILON) - ABOVE * alpha_error
     with np.errstate(divide="ignore"):
-        wall = shift / np.maximum(np.abs(np.sin(alpha)) - alpha_error, 0.0)
-    wall += 8 * EPSILON * (a + 1) * np.where(legs.n > 1, 2.0, 1.0)
+        wall = shift / np.maximum(least, 0.0)
+    wall += 10 * EPSILON * (a + 1) * np.where(legs.n > 1, 2.0, 1.0)
     worst: Floats = np.maximum(np.maximum(first, last), np.where(legs.n > 0, wall, 0)).max(axis=0)
-    return worst
+    return ABOVE * worst
 
 
 def _length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alpha_error: Floats) -> Floats:
-    """Bound the error of the length, shape (N,): second order in the directions, and rounding."""
+    """Bound the error of the length, shape (N,): 0 <= L(maximum) - L <= g . delta, and rounding.
+
+    A leg's terms are good to 2.5 eps of their size; a run's to 5 k sin(psi/2k) eps for the sine, the
+    product and the sums, and 8.5 eps |cos(psi/2k)| for psi/2k: together less than (6 k + 2 pi) eps.
+    """
     terms = 2 * a * np.cos(alpha) + 2 * legs.n * np.abs(np.sin(alpha)) + 2 * legs.k
     second = add_up((np.abs(slopes.gradient) + gradient_rounding(legs, a, alpha)) * alpha_error)
     each = 3 * EPSILON + summation_rounding(len(terms))
-    return second + add_up(each * terms + 2 * np.pi * EPSILON)
+    return ABOVE * (second + add_up(each * terms + 2 * np.pi * EPSILON))

@@ -12,9 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arithmetic import check_functions
 from orbitdb.billiard.bounces import slack_errors, slacks
 from orbitdb.billiard.legs import Chain, derivatives, direction_limits
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
 from orbitdb.orbits.bounds import between_limits, direction_errors, pressed_directions
 from orbitdb.orbits.continuation import motion, slacks_and_slopes
 from orbitdb.orbits.crossings import Zeros
@@ -31,8 +33,8 @@ _WIDEST = 1e-11
 _SAFETY = 1.05
 
 
-@dataclass(frozen=True)
-class Bracketed:
+@dataclass(frozen=True, eq=False)
+class Bracketed(ByValue):
     """Zeros of slacks and what is proved of the words on both sides, as a structure of arrays.
 
     Attributes
@@ -101,6 +103,7 @@ def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
     alpha : ndarray, shape (m, N)
         Directions near the maximum; what is told does not depend on them.
     """
+    check_functions()
     limits = direction_limits(legs, a)
     here = np.clip(alpha, *limits)
     here = np.clip(here + motion(legs, a, here, limits).step, *limits)
@@ -127,7 +130,7 @@ def surely(word: NDArray[np.uint8], a: float) -> int:
 
 
 def signs_at(words: NDArray[np.uint8], a: float) -> Signs:
-    """Tell which words are orbits at one a, shape (N,): in doubles, and in balls where those do not decide."""
+    """Tell which words are orbits at one a, shape (N,): in doubles, and in balls where these do not tell."""
     found = solve_in_doubles(words, Stadium(a)).status
     signs = np.select([found == Status.ORBIT, found == Status.DYNAMICAL], [1, -1], 0).astype(np.int8)
     for row in np.flatnonzero(signs == 0):

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.bounces import slack_changes, smooth_slacks
 from orbitdb.billiard.legs import Chain, derivatives, direction_limits
+from orbitdb.equality import ByValue
 from orbitdb.orbits.newton import minus_hessian, newton, solve_cyclic
 
 Floats = NDArray[np.float64]
@@ -25,8 +26,8 @@ _ON_THE_WAY = 2e-3
 _PLAIN_STEPS = 4
 
 
-@dataclass(frozen=True)
-class Motion:
+@dataclass(frozen=True, eq=False)
+class Motion(ByValue):
     """Where the maxima of N words are, each at its own a, and how they move.
 
     Attributes
@@ -41,8 +42,8 @@ class Motion:
     drift: Floats
 
 
-@dataclass(frozen=True)
-class Station:
+@dataclass(frozen=True, eq=False)
+class Station(ByValue):
     """N words at one a on their way.
 
     Attributes

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Chain, direction_limits
+from orbitdb.equality import ByValue
 from orbitdb.orbits.continuation import Station, between, motion, slacks_and_slopes
 from orbitdb.orbits.newton import newton
 
@@ -30,8 +31,8 @@ _CLOSE = 1e-9
 """A zero is of interest where all other slacks are above minus this (radians)."""
 
 
-@dataclass(frozen=True)
-class Zeros:
+@dataclass(frozen=True, eq=False)
+class Zeros(ByValue):
     """Zeros of single slacks, as a structure of arrays.
 
     Attributes

@@ -3,8 +3,13 @@
 That an orbit exists inside the enclosure and nowhere else follows from the bound of `orbitdb.orbits.bounds`,
 evaluated on balls: L is strictly concave between the direction limits, and
 sum of D_i delta_i^2 <= 4 sum of g_i^2 / D_i holds for its maximum.
+
+An orbit may come as near to a joint as e^(-lambda / 2), where it shadows one that meets it. The
+precision goes on until a slack that balls do not tell from zero is smaller than the square of that;
+then `orbitdb.orbits.joints` may prove it to be zero. What neither shows stays unresolved.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -15,14 +20,18 @@ from numpy.typing import NDArray
 from orbitdb.billiard.legs import Legs, centre_directions, cut, direction_limits
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.ballpath import BallPath, Balls
+from orbitdb.orbits.ballpath import BallPath, Balls, Condition
 from orbitdb.orbits.orbit import Orbits, Status
 
-DIGITS = 60
-"""Decimal digits to which a bounce must agree with a joint to be taken to lie on it."""
+PRECISION, MAX_PRECISION = 128, 16384
+"""Bits of the arithmetic to begin with, and the most that any word is given."""
 
-PRECISION, MAX_PRECISION = 128, 2048
-"""Bits of the arithmetic, and the most it is given to decide a status."""
+_ENOUGH = 1024
+"""Bits, besides what lambda asks for, after which a word stays unresolved."""
+_BITS_IN_MEMORY = 1 << 27
+"""Legs times bits: a word of more legs is given fewer bits, to keep to about half a gigabyte."""
+_CLOSE = 32
+"""Bits by which a slack must be smaller than e^-lambda before a proof is tried that it is zero."""
 
 Floats = NDArray[np.float64]
 
@@ -34,7 +43,7 @@ class Enclosure:
     Attributes
     ----------
     status : Status
-        `Status.BOUNDARY` where a slack holds 0 and is narrower than 10^-`DIGITS`.
+        `Status.BOUNDARY` where slacks are proved to be 0 and the others to be positive.
     precision : int
         Bits of the arithmetic that decided it.
     coordinates : list of arb
@@ -68,7 +77,8 @@ def enclose(
     start : ndarray, shape (m, 1), optional
         Directions near the maximum, as `orbitdb.orbits.newton.newton` finds them; they save time only.
     precision : int, optional
-        Bits to begin with; they are doubled until the status is decided, up to `MAX_PRECISION`.
+        Bits to begin with; they are doubled until the status is decided, as long as lambda gives hope,
+        up to `MAX_PRECISION`.
     """
     ((_, legs),) = cut(word[None, :])
     (found,) = enclose_all(legs, stadium, start, precision)
@@ -102,35 +112,47 @@ def enclose_all(
 
 
 def _enclosed(path: BallPath, start: Balls, precision: int) -> Enclosure:
+    conditions = path.conditions()
     while True:
         with ctx.workprec(precision):
             path.go_to(start)
-            found = _prove(path, path.climb())
-            if found.status is not Status.UNRESOLVED or precision >= MAX_PRECISION:
-                return found
-            start = [x.mid() for x in path.alpha]
+            steps = path.climb()
+            start = path.alpha
+            path.widen()
+            slack, distance = path.slacks(conditions)
+            status = _status(path, conditions, slack)
+            if status is not Status.UNRESOLVED or 2 * precision > _most_bits(path):
+                margin = distance[0]
+                for x in distance[1:]:
+                    margin = margin.min(x)
+                numbers = path.coordinates(), path.length(), path.exponent()
+                return Enclosure(status, precision, *numbers, margin, steps)
         precision *= 2
 
 
-def _prove(path: BallPath, steps: int) -> Enclosure:
-    """Prove what can be proved at the path's present directions."""
-    path.widen()
-    stationary = all(low < x < high for x, (low, high) in zip(path.alpha, path.limits, strict=True))
-    slack, distance = path.slacks()
+def _status(path: BallPath, conditions: list[Condition], slack: Balls) -> Status:
+    """Return what the slacks at the enclosed maximum prove."""
     if any(x < 0 for x in slack):
-        status = Status.DYNAMICAL
-    elif not stationary:
-        status = Status.UNRESOLVED
-    elif all(x > 0 for x in slack):
-        status = Status.ORBIT
-    elif max(x.rad() for x in slack) < arb(10) ** -DIGITS:
-        status = Status.BOUNDARY
-    else:
-        status = Status.UNRESOLVED
-    margin = distance[0]
-    for x in distance[1:]:
-        margin = margin.min(x)
-    return Enclosure(status, ctx.prec, path.coordinates(), path.length(), path.exponent(), margin, steps)
+        return Status.DYNAMICAL
+    if not all(low < x < high for x, (low, high) in zip(path.alpha, path.limits, strict=True)):
+        return Status.UNRESOLVED
+    touching = [each for each in zip(conditions, slack, strict=True) if not each[1] > 0]
+    if not touching:
+        return Status.ORBIT
+    close = arb(2) ** -_CLOSE * (-path.exponent()).exp()
+    if all(abs(x) < close for _, x in touching):
+        from orbitdb.orbits.joints import joins
+
+        if joins(path, touching):
+            return Status.BOUNDARY
+    return Status.UNRESOLVED
+
+
+def _most_bits(path: BallPath) -> int:
+    """Return the bits after which a word stays unresolved: more where lambda is large, fewer where m is."""
+    hope = path.exponent().abs_upper() / arb.const_log2()
+    bits = _ENOUGH + float(hope) if hope.is_finite() else MAX_PRECISION
+    return int(max(min(bits, MAX_PRECISION, _BITS_IN_MEMORY / path.m), 2 * PRECISION))
 
 
 def true_errors(orbits: Orbits, found: Sequence[Enclosure]) -> tuple[Floats, Floats, Floats]:
@@ -159,7 +181,7 @@ def true_errors(orbits: Orbits, found: Sequence[Enclosure]) -> tuple[Floats, Flo
 
 def distance(ball: arb, value: float) -> float:
     """Return the largest distance of a number from any point of a ball, rounded up."""
-    return float((ball - value).abs_upper()) * (1 + 2**-50)
+    return math.nextafter(float((ball - value).abs_upper()), math.inf)
 
 
 def as_orbits(word: NDArray[np.uint8], stadium: Stadium, found: Enclosure) -> Orbits:

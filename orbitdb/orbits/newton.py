@@ -23,12 +23,14 @@ from orbitdb.billiard.legs import (
     length,
     preceding,
 )
-from orbitdb.billiard.stadium import Stadium
+from orbitdb.billiard.stadium import Stadium, as_stadium
+from orbitdb.equality import ByValue
 from orbitdb.orbits.bounds import assess
 from orbitdb.orbits.orbit import NUMBERS, Orbit, Orbits, Status
 from orbitdb.orbits.pruned import pruned_word
 from orbitdb.symbols import symmetry
-from orbitdb.symbols.words import from_strings
+from orbitdb.symbols.pruning import need_admissible
+from orbitdb.symbols.words import from_strings, parse_primitive
 
 if TYPE_CHECKING:
     from orbitdb.orbits.enclosure import Enclosure
@@ -44,8 +46,8 @@ _LONG = 64
 """From this many unknowns on, SciPy's banded solver is faster than a loop over the unknowns."""
 
 
-@dataclass(frozen=True)
-class Directions:
+@dataclass(frozen=True, eq=False)
+class Directions(ByValue):
     """Where Newton's method has come to for N words.
 
     Attributes
@@ -60,14 +62,15 @@ class Directions:
     iterations: NDArray[np.int64]
 
 
-def solve(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE) -> Orbits:
+def solve(words: NDArray[np.uint8], stadium: Stadium | float, tolerance: float = TOLERANCE) -> Orbits:
     """Find the orbits of admissible words.
 
     Parameters
     ----------
     words : ndarray of uint8, shape (N, p)
-        Admissible primitive words of one order, in any rotation.
-    stadium : Stadium
+        Admissible primitive words of one order, in any rotation (`orbitdb.symbols.words.from_strings`).
+    stadium : Stadium or float
+        The stadium, or its a.
     tolerance : float, optional
         Error of the leg directions at which Newton's method stops (radians).
 
@@ -75,7 +78,20 @@ def solve(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERAN
     -------
     Orbits
         Every word with its status; where doubles cannot decide it, ball arithmetic does.
+
+    Raises
+    ------
+    WordError
+        If one of them is not admissible, or they are no array of words.
+    StadiumError
+        If there is no such stadium.
     """
+    need_admissible(words)
+    return solve_admissible(words, as_stadium(stadium), tolerance)
+
+
+def solve_admissible(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE) -> Orbits:
+    """Find the orbits of words as `solve` does, words that are known to be admissible."""
     orbits = solve_in_doubles(words, stadium, tolerance)
     for row in np.flatnonzero(orbits.status == Status.UNRESOLVED):
         from orbitdb.orbits.enclosure import as_orbits, enclose  # 30 ms to load, and seldom needed
@@ -84,24 +100,33 @@ def solve(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERAN
     return orbits
 
 
-def solve_word(word: str, stadium: Stadium) -> Orbit:
+def solve_word(word: str, stadium: Stadium | float) -> Orbit:
     """Find what becomes of one primitive word of any order, in any rotation.
 
     Parameters
     ----------
     word : str
-        Symbols 0..5; words that are pruned geometrically are not solved.
-    stadium : Stadium
+        Symbols 0..5 or run notation; words that are pruned geometrically are not solved.
+    stadium : Stadium or float
+        The stadium, or its a.
 
     Returns
     -------
     Orbit
         With the coordinates in the order of the word.
+
+    Raises
+    ------
+    WordError
+        If it is no word, or repeats a shorter one.
+    StadiumError
+        If there is no such stadium.
     """
+    word, stadium = parse_primitive(word), as_stadium(stadium)
     if (pruned := pruned_word(word, stadium.a)) is not None:
         return pruned
     family = symmetry.class_of(word)
-    found = solve(from_strings([word]), stadium)
+    found = solve_admissible(from_strings([word]), stadium)
     numbers: dict[str, Any] = {name: finite(getattr(found, name)[0]) for name in NUMBERS}
     status = Status(str(found.status[0]))
     exists = status in (Status.ORBIT, Status.BOUNDARY)
@@ -183,7 +208,7 @@ def newton(
     active = np.arange(len(legs))
     part: Chain = legs
     here = alpha
-    limits = direction_limits(part, a)
+    limits = around = direction_limits(part, a)
     last = np.full(len(legs), np.nan)
     for count in range(MAX_STEPS):
         step = _newton_step(part, a, here, limits)
@@ -206,7 +231,7 @@ def newton(
         if not len(active):
             break
     alpha[:, active] = here
-    return Directions(alpha, iterations)
+    return Directions(np.clip(alpha, *around), iterations)  # a step may round beyond them
 
 
 def _uphill(legs: Chain, a: float | Floats, alpha: Floats, step: Floats) -> Floats:

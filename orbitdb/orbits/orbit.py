@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
 from orbitdb.symbols.words import from_strings
 
 Floats = NDArray[np.float64]
@@ -45,8 +46,8 @@ EXISTING = (Status.ORBIT.value, Status.BOUNDARY.value)
 """Statuses of words that have coordinates, length and lambda."""
 
 
-@dataclass(frozen=True)
-class Orbits:
+@dataclass(frozen=True, eq=False)
+class Orbits(ByValue):
     """N words of one order p and the stationary points of their length.
 
     Attributes
@@ -106,8 +107,8 @@ class Orbits:
             getattr(self, name)[rows] = getattr(part, name)
 
 
-@dataclass(frozen=True)
-class Orbit:
+@dataclass(frozen=True, eq=False)
+class Orbit(ByValue):
     """One word at one a, and what became of it.
 
     Attributes

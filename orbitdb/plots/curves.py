@@ -6,10 +6,12 @@ from typing import Any
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
 from orbitdb.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, PURPLE
 
 Floats = NDArray[np.float64]
@@ -43,7 +45,6 @@ def draw_entropy(ax: Axes, p: Integers, k_0: Floats, h_zeta: Floats, h_change: F
     ax.set_ylim(low, high)
     _by_period(ax, "topological entropy (per bounce)")
     ax.set_xlim(p[0] - 0.7, p[-1] + 0.5)
-    ax.legend(loc="lower right", frameon=True, framealpha=1, edgecolor="white")
 
 
 @dataclass(frozen=True)
@@ -54,8 +55,8 @@ class Line:
     error: float
 
 
-@dataclass(frozen=True)
-class LyapunovRows:
+@dataclass(frozen=True, eq=False)
+class LyapunovRows(ByValue):
     """One kind of Lyapunov average by period; arrays of shape (n,).
 
     Attributes
@@ -99,7 +100,13 @@ def draw_lyapunov(ax: Axes, p: Integers, rows: LyapunovRows, symbol: str, unit: 
 
 def _by_period(ax: Axes, label: str) -> None:
     ax.set(xlabel="period $p$ (bounces)", ylabel=label)
-    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+
+
+def explain(made: Figure, ax: Axes) -> None:
+    """Put the legend of one of its axes below a figure, where it covers no point."""
+    handles, labels = ax.get_legend_handles_labels()
+    made.legend(handles, labels, loc="outside lower center", ncols=2)
 
 
 def _span(values: Floats, fallback: Floats) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.symbols.words import from_strings
+from orbitdb.symbols.words import SYMBOLS, WordError, from_strings, to_strings
 
 Words = NDArray[np.uint8]
 
@@ -121,3 +121,21 @@ def rule_numbers(mask: int) -> list[int]:
 def rules_of(word: str) -> list[int]:
     """Return the numbers of the rules that one word breaks; empty if it is admissible."""
     return rule_numbers(int(rules_broken(from_strings([word]))[0]))
+
+
+def need_admissible(words: Words) -> None:
+    """Raise unless words are an array, shape (N, p), of admissible ones.
+
+    Raises
+    ------
+    WordError
+        With the first that is not admissible.
+    """
+    if not isinstance(words, np.ndarray) or words.ndim != 2 or words.dtype.kind not in "iu":
+        raise WordError("give words as an array, shape (N, p), as orbitdb.symbols.words.from_strings makes")
+    if words.size and not 0 <= words.min() <= words.max() < len(SYMBOLS):
+        raise WordError("the words have symbols that are not 0 1 2 3 4 5")
+    if (masks := rules_broken(words)).any():
+        row = int(np.flatnonzero(masks)[0])
+        broken = ", ".join(map(str, rule_numbers(int(masks[row]))))
+        raise WordError(f"word {row}, {to_strings(words[row : row + 1])[0]:.40}, is pruned by rule {broken}")

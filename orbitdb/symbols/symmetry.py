@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import STRAIGHT
+from orbitdb.equality import ByValue
 from orbitdb.symbols.words import from_strings, least_rotation, least_rotations, pack, to_strings
 
 MIRROR_X, MIRROR_Y, REVERSE = 1, 2, 4
@@ -127,8 +128,8 @@ def image_coordinates(
     return np.take_along_axis(turned, (shift[:, None] + np.arange(p)) % p, axis=1)
 
 
-@dataclass(frozen=True)
-class Classes:
+@dataclass(frozen=True, eq=False)
+class Classes(ByValue):
     """The symmetry classes of N cyclic words, as a structure of arrays.
 
     Attributes

@@ -46,7 +46,11 @@ def parse(text: str) -> str:
     WordError
         If the text is empty, has another character, an unmatched bracket or a misplaced power, or
         would be longer than `MAX_ORDER`.
+    TypeError
+        If it is no text.
     """
+    if not isinstance(text, str):
+        raise TypeError(f"a code is a text such as '1232131', not {text!r:.40}")
     stack: list[list[str]] = [[]]
     size = 0
     place = 0
@@ -167,6 +171,22 @@ def primitive_root(word: str) -> str:
 def is_primitive(word: str) -> bool:
     """Tell whether a word is not a repetition of a shorter one."""
     return len(primitive_root(word)) == len(word)
+
+
+def parse_primitive(text: str) -> str:
+    """Read a word as `parse` does, one that is not a repetition of a shorter one.
+
+    Raises
+    ------
+    WordError
+        If it is one, or no word; the message names the shorter one.
+    """
+    word = parse(text)
+    root = primitive_root(word)
+    if root != word:
+        times = len(word) // len(root)
+        raise WordError(f"{_shown(word)} is {_shown(root)} repeated {times} times: give {_shown(root)}")
+    return word
 
 
 def from_strings(words: Sequence[str]) -> NDArray[np.uint8]:

@@ -12,14 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import HALF_PI
+from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
 
 _TINY = 1e-150
 
 
-@dataclass(frozen=True)
-class Arcs:
+@dataclass(frozen=True, eq=False)
+class Arcs(ByValue):
     """N trajectories just behind a bounce on a semicircle; all arrays of shape (N,).
 
     Attributes
@@ -49,8 +50,8 @@ def random_arcs(n: int, rng: np.random.Generator) -> Arcs:
     return Arcs(side, x, y, -cosine * x - sine * y, -cosine * y + sine * x)
 
 
-@dataclass(frozen=True)
-class Step:
+@dataclass(frozen=True, eq=False)
+class Step(ByValue):
     """The way of N trajectories to their next bounce on a semicircle; all arrays of shape (N,).
 
     Attributes

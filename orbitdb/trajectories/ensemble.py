@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
 from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
 
 Floats = NDArray[np.float64]
@@ -26,8 +27,8 @@ _RENORMALISE = 8
 _SETTLED = 8.0
 
 
-@dataclass(frozen=True)
-class Beam:
+@dataclass(frozen=True, eq=False)
+class Beam(ByValue):
     """Tangent vectors along N trajectories and what has been summed up on the way; shape (N,) each.
 
     Attributes
@@ -105,7 +106,7 @@ class Reference:
     mean_free_path, mean_free_path_error : float
         Mean path between bounces; `Stadium.mean_free_path` is its exact value.
     bounces : int
-        Bounces in the averages.
+        Bounces that were made.
     groups : int
         Number of independent groups that the errors come from.
     seed : int
@@ -126,7 +127,7 @@ def simulate(
     stadium: Stadium,
     bounces: int,
     seed: int = 0,
-    trajectories: int = TRAJECTORIES,
+    trajectories: int | None = None,
     groups: int = GROUPS,
     progress: Callable[[float, Reference], None] | None = None,
 ) -> Reference:
@@ -136,11 +137,13 @@ def simulate(
     ----------
     stadium : Stadium
     bounces : int
-        Bounces to expect in all; at least one on a semicircle is made by every trajectory.
+        Bounces to expect in all; every trajectory makes at least one on a semicircle.
     seed : int, optional
         The same seed and numbers give the same result.
-    trajectories, groups : int, optional
-        Trajectories run at the same time, and independent groups of them.
+    trajectories : int, optional
+        Run at the same time; by default `TRAJECTORIES`, or fewer where that comes nearer to the bounces.
+    groups : int, optional
+        Independent groups of them.
     progress : callable, optional
         Called every few hundred steps with the fraction done and the averages so far.
 
@@ -159,17 +162,21 @@ def references(
     stadium: Stadium,
     bounces: int,
     seed: int = 0,
-    trajectories: int = TRAJECTORIES,
+    trajectories: int | None = None,
     groups: int = GROUPS,
 ) -> Iterator[tuple[float, Reference]]:
     """Yield the fraction done and the averages so far, every few hundred steps of `simulate`.
 
     Every value is a full result of fewer bounces, so a caller may stop at any.
     """
-    if bounces < 1 or groups < 2 or trajectories < groups or trajectories % groups:
+    wanted = math.ceil(bounces * 2 * math.pi / stadium.perimeter)
+    if trajectories is None and bounces >= 1 and groups >= 2:
+        rounds = math.ceil(wanted / TRAJECTORIES)
+        trajectories = groups * math.ceil(wanted / rounds / groups)
+    if bounces < 1 or groups < 2 or not trajectories or trajectories < groups or trajectories % groups:
         raise ValueError("give at least one bounce, two groups, and a multiple of them as trajectories")
     arcs, beam = _settled(trajectories, stadium.a, np.random.default_rng(seed))
-    steps = math.ceil(bounces / trajectories * 2 * math.pi / stadium.perimeter)
+    steps = math.ceil(wanted / trajectories)
     done = 0
     while done < steps:
         block = min(BLOCK, steps - done)
@@ -182,20 +189,25 @@ def _reference(beam: Beam, steps: int, stadium: Stadium, groups: int, seed: int)
     """Average over trajectories, and take the errors from the spread of the groups.
 
     Between two bounces on a semicircle lie perimeter / 2 pi bounces and a path of area / 2 on average,
-    by the invariant measure. With these exact numbers the exponents need only the growth per step; the
-    numbers counted on the way, which a few long stays between the walls throw off, go into the mean
-    free path alone, a check that stands by itself.
+    by the invariant measure. With these exact numbers the exponents need only the growth per step.
+
+    The mean free path is a check of that measure. Plain numbers of bounces have no error that could be
+    told: n walls between two semicircles have a probability of about a^2 / n^3, one such leg brings on
+    others nearly as long, and most runs lack the few very long ones that the mean needs without their
+    scatter showing it. But such a leg is steep: its path is 2 n and little more. So path less twice the
+    walls has a scatter that is soon known, and what is taken off on average, twice 2a / pi, is exact.
     """
     count = len(beam.growth) // groups * steps
-    growth, path, bounces = (
-        values.reshape(groups, -1).sum(axis=1) / count for values in (beam.growth, beam.path, beam.bounces)
+    walls = beam.bounces - steps
+    growth, path = (
+        values.reshape(groups, -1).sum(axis=1) / count for values in (beam.growth, beam.path - 2 * walls)
     )
 
     def mean(values: Floats) -> tuple[float, float]:
         """Return the mean and its standard error."""
         return float(values.mean()), float(values.std(ddof=1)) / math.sqrt(groups)
 
-    free = path.mean() / bounces.mean()
+    rest, rest_error = mean(path)
     per_step, per_step_error = mean(growth)
     per_bounce, per_length = 2 * math.pi / stadium.perimeter, 2 / stadium.area
     return Reference(
@@ -203,8 +215,8 @@ def _reference(beam: Beam, steps: int, stadium: Stadium, groups: int, seed: int)
         lambda_d_error=per_step_error * per_bounce,
         lambda_c=per_step * per_length,
         lambda_c_error=per_step_error * per_length,
-        mean_free_path=float(free),
-        mean_free_path_error=mean(path - free * bounces)[1] / float(bounces.mean()),
+        mean_free_path=(rest + 4 * stadium.a / math.pi) * per_bounce,
+        mean_free_path_error=rest_error * per_bounce,
         bounces=int(beam.bounces.sum()),
         groups=groups,
         seed=seed,

@@ -10,14 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import HALF_PI, Stadium
+from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
 
 _TINY = 1e-300
 
 
-@dataclass(frozen=True)
-class Rays:
+@dataclass(frozen=True, eq=False)
+class Rays(ByValue):
     """N trajectories just behind a bounce; all arrays of shape (N,).
 
     Attributes
@@ -66,8 +67,8 @@ def random_rays(stadium: Stadium, n: int, rng: np.random.Generator) -> Rays:
     return Rays(x, ny, vx, vy, np.where(on_wall, 0.0, half))
 
 
-@dataclass(frozen=True)
-class Bounce:
+@dataclass(frozen=True, eq=False)
+class Bounce(ByValue):
     """The next bounce of N rays; all arrays of shape (N,).
 
     Attributes
@@ -133,8 +134,8 @@ def bounce(rays: Rays, a: float) -> Bounce:
     return Bounce(after, path, np.where(curved, 2 / np.maximum(sine, _TINY), 0.0))
 
 
-@dataclass(frozen=True)
-class Itineraries:
+@dataclass(frozen=True, eq=False)
+class Itineraries(ByValue):
     """The bounces of N trajectories over p steps, in the symbols and coordinates of the catalogue.
 
     Attributes

@@ -121,7 +121,8 @@ def check_words(connection: "sa.Connection", chosen: Iterable[Ids]) -> Iterator[
     total = sum(map(len, ids.values()))
     for p, block, before in blocks(ids):
         rows = load_classes(connection, block)
-        yield Step(f"words, p = {p}", before, total, tuple(_classes(connection, p, rows, cursors.get(p))))
+        checks = tuple(_classes(connection, p, rows, cursors.get(p)))
+        yield Step(f"words, p = {p}", before + len(block), total, checks)
 
 
 def _classes(

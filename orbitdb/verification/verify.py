@@ -133,7 +133,7 @@ def _orbits(
             if restarts:
                 checks.append(restart(orbits.words, stadium, restarts, rng))
         named = (replace(check, first=check.first and f"{check.first} at a = {a:g}") for check in checks)
-        yield Step(f"orbits, p = {p} at a = {a:g}", before, total, tuple(named))
+        yield Step(f"orbits, p = {p} at a = {a:g}", before + len(block), total, tuple(named))
 
 
 def _block(

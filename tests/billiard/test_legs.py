@@ -1,5 +1,6 @@
 """Runs and legs: how words are cut, the length as a function of directions, and its derivatives."""
 
+import mpmath as mp
 import numpy as np
 import pytest
 
@@ -11,6 +12,7 @@ from orbitdb.billiard.bounces import (
     slacks,
 )
 from orbitdb.billiard.legs import (
+    Chain,
     Legs,
     cut,
     derivatives,
@@ -158,6 +160,23 @@ def test_limits_hold_the_directions_of_every_orbit(a):
         assert (on_walls >= inside).all()
         assert (np.arctan(np.maximum(legs.n - 1, 0) / (a + 1)) <= np.abs(alpha))[:, inside].all()
         assert (np.abs(alpha) <= np.arctan((legs.n + 1) / a))[:, inside].all()
+
+
+@pytest.mark.parametrize("a", [1e-6, 1e-3, 0.1, 1.6, 1e3, 1e6])
+def test_limits_are_outside_of_every_orbit_by_more_than_rounding(a):
+    """Against exact numbers: (n - 1)/(a + 1) <= s tan alpha <= (n + 1)/a, the latter 1e-12 from pi/2."""
+    n = np.array([0, 1, 2, 3, 1000, 45_000, 135_002, 999_997.0])
+    one = np.ones_like(n)[:, None]
+    for s in (-1.0, 1.0):
+        legs = Chain(one, one, n[:, None], np.where(n > 0, s, 0.0)[:, None])
+        low, high = (limit[:, 0] for limit in direction_limits(legs, a))
+        for i, walls in enumerate(n.tolist()):
+            flat, steep = (low[i], high[i]) if s > 0 else (-high[i], -low[i])
+            with mp.workdps(40):
+                least = mp.atan((walls - 1) / (mp.mpf(a) + 1)) if walls else -mp.atan(1 / mp.mpf(a))
+                most = mp.atan((walls + 1) / mp.mpf(a))
+                assert mp.mpf(float(flat)) <= (least - 5e-14 if walls != 1 else 0)
+                assert most + 5e-14 < mp.mpf(float(steep)) < mp.pi / 2 - 1e-13
 
 
 @pytest.mark.parametrize("a", [0.5, 1.6, 7.0])

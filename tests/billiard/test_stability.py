@@ -9,10 +9,18 @@ import pytest
 import reference
 from solutions import real, representatives
 
-from orbitdb.billiard.legs import Derivatives
-from orbitdb.billiard.stability import Links, bounce_matrices, exponent, forces, hessian, link_couplings
+from orbitdb.billiard.legs import Derivatives, cut, derivatives, direction_limits
+from orbitdb.billiard.stability import (
+    Links,
+    bounce_matrices,
+    exponent,
+    exponent_error,
+    forces,
+    hessian,
+    link_couplings,
+)
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
-from orbitdb.orbits.newton import solve
+from orbitdb.orbits.newton import newton, solve
 from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.words import from_strings, to_strings
 
@@ -133,6 +141,25 @@ def test_lambda_against_fifty_digits(p):
         exact = reference.refine(word, 1.6, orbits.coordinates[i].tolist())
         assert reference.relative(float(orbits.lyapunov[i]), exact.lyapunov) < 1e-14
         assert abs(mp.mpf(float(orbits.lyapunov[i])) - exact.lyapunov) <= orbits.lyapunov_error[i]
+
+
+@pytest.mark.parametrize("a", [1e-3, 0.5, 10.0])
+def test_the_bound_of_lambda_holds_for_errors_of_any_size(a):
+    """Directions that are off by up to all that a drift can bear, each the way that moves its drift."""
+    finite = 0
+    for p in range(2, 8):
+        for _, legs in cut(representatives(p)):
+            alpha = newton(legs, a).alpha
+            slopes = derivatives(legs, a, alpha)
+            for size in (0.5, 0.1, 1e-2, 1e-5):
+                for sign in (-1, 1):
+                    step = sign * size / (1 + np.abs(slopes.lean) / slopes.beyond)
+                    moved = np.clip(alpha + step * np.sign(slopes.lean), *direction_limits(legs, a))
+                    apart = np.abs(exponent(derivatives(legs, a, moved)) - exponent(slopes))
+                    bound = exponent_error(legs, slopes, np.abs(moved - alpha) * (1 + 1e-9) + 1e-15)
+                    assert (apart <= bound).all()
+                    finite += np.isfinite(bound).sum()
+    assert finite > 500
 
 
 @pytest.mark.parametrize("a", [0.5, 1.6])

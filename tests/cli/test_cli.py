@@ -22,7 +22,7 @@ KEYS = [
 
 
 def commands() -> list[str]:
-    from orbitdb.cli.main import app
+    from orbitdb.cli.app import app
 
     return [
         command.name or command.callback.__name__ for command in app.registered_commands if not command.hidden

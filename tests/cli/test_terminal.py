@@ -1,17 +1,326 @@
 """Commands in a real terminal, as people use them."""
 
+import re
+import signal
+import sys
+from itertools import chain
+from pathlib import Path
+
+import pexpect
 import pytest
-from terminal import run_in_terminal
+from processes import COMMAND, small_blocks
+from terminal import Run, Session, ended, run_in_terminal, run_several_in_terminal, spawn
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
+
+INTERRUPTED = "orbitdb: interrupted; nothing that was stored is lost, the same command goes on from there"
+TERMINATED = INTERRUPTED.replace("interrupted", "terminated")
+NEW = ("--db", "{folder}/new.db")
+FILLING = [
+    ("fill", "--p", "6", *NEW),
+    ("fill", "--p", "7", *NEW),  # goes on
+    ("fill", "--p", "5", "--a", "1", *NEW),  # solves the classes that are known
+    ("fill", "--p", "3", "--method", "relaxation", "--a", "2", *NEW),
+    ("fill", "--p", "4", "--geometric", *NEW),
+    ("simulate", "--bounces", "300000", *NEW),
+    ("verify", "--rigorous", "--p", "2-4", *NEW),
+    ("migrate", "--db", "{folder}/empty.db"),
+]
+READING = [
+    ("verify", "--p", "2-5", "--format", "csv"),
+    ("export", "{folder}/rows.csv"),
+    ("export", "{folder}/rows.parquet", "--coordinates", "--a", "1"),
+    ("plot", "lengths", "-o", "{folder}/lengths.svg"),
+    ("entropy",),
+    ("lyapunov",),
+    ("lyapunov", "--cut", "4", "--p", "2-4", "--json"),
+]
+MEASURING = [
+    ("bench", "--kind", "stages", "--p", "2-4"),
+    ("bench", "--kind", "statuses", "--p", "2,3", "--format", "csv"),
+    ("bench", "--kind", "methods", "--p", "3"),
+]
+QUIET = [
+    ("fill", "--p", "14", "--dry-run"),
+    ("query", "--code", "1232131"),
+    ("query", "--status", "orbit"),
+    ("query", "--p", "2", "--json"),
+    ("query", "--p", "2,3", "--format", "tsv"),
+    ("table",),
+    ("info",),
+    ("query", "--code", "9"),
+    ("table", "--a", "9"),
+    ("fill",),
+    ("browse", "--p", "x"),
+    ("nothing",),
+]
+COMMANDS = ("fill", "query", "browse", "table", "entropy", "lyapunov", "simulate", "plot", "export", "verify",
+            "bench", "info", "migrate")  # fmt: skip
+HELP = [("--help",), ("--version",), *((name, "--help") for name in COMMANDS)]
 
 
-@pytest.mark.parametrize("columns", [80, 200])
-def test_the_first_command_of_the_readme(tmp_path, columns):
-    path = tmp_path / "orbits.db"
-    session = run_in_terminal("fill", "--p", "7", "--db", path, columns=columns)
-    assert session.code == 0, session.text
+def same(text: str) -> str:
+    """Return a text without what differs between runs, numbers, and without what wrapping changes."""
+    return re.sub(r"[\d.e+-]*\d[\d.e+-]*", "#", re.sub(r"\s", "", text))
+
+
+def runs_of(commands, folder: Path, columns: int = 80, to: str = "") -> list[Run]:
+    """Return the runs of commands in a folder; stdout (o), stderr (e) or both go to a file for each."""
+    folder.mkdir()
+    runs = []
+    for number, arguments in enumerate(commands):
+        out, err = (folder / f"{number}.txt" if stream in to else None for stream in "oe")
+        placed = [argument.replace("{folder}", str(folder)) for argument in arguments]
+        runs.append(Run(placed, columns, out, err))
+    return runs
+
+
+def well_behaved(session: Session) -> None:
+    assert "Traceback" not in session.text, session.text
+    assert session.restored
+    assert session.plain
+
+
+def on_screens_as_in_files(commands, quiet, tmp_path: Path, **variables: str) -> None:
+    """Check that a screen shows at the end what files get and nothing else, with a bar meanwhile or not."""
+    both = [*commands, *quiet]
+    runs = {
+        name: runs_of(both, tmp_path / name, columns, to)
+        for name, columns, to in (("both", 80, "oe"), ("s080", 80, ""), ("s200", 200, ""))
+    }
+    sessions = iter(run_several_in_terminal([*chain.from_iterable(runs.values())], **variables))
+    codes = []
+    for run in runs["both"]:
+        found = next(sessions)
+        assert not found.raw
+        assert "\x1b" not in run.out.read_text()
+        codes.append(found.code)
+    for name in ("s080", "s200"):
+        for number, (code, run) in enumerate(zip(codes, runs[name], strict=True)):
+            session = next(sessions)
+            well_behaved(session)
+            assert session.code == code, session.text
+            expected = runs["both"][number].out.read_text().replace("/both/", f"/{name}/")
+            assert same("".join(session.lines)) == same(expected), run
+            assert session.had_bar == (number < len(commands)), run
+
+
+def test_what_fills(tmp_path):
+    on_screens_as_in_files(FILLING, [], tmp_path)
+
+
+def test_several_processes_and_the_way_they_have_come(tmp_path):
+    wanted = ["fill", "--p", "8", "--jobs", "2", "--db", str(tmp_path / "orbits.db")]
+    (session,) = run_several_in_terminal([Run(wanted, 200)])
+    well_behaved(session)
+    shares = [int(share) for share in re.findall(r"words, p =  8 of 8  .{40}  +(\d+)%", session.raw)]
+    assert len(shares) > 1
+    assert shares == sorted(shares)
+    assert shares[0] > 10  # of all periods, not of this one
+    (told,) = session.lines
+    assert told.startswith("p = 2..8 at a = 1.6: 3197 sequences, 2109 orbits")
+
+
+def test_what_reads(varied, tmp_path):
+    on_screens_as_in_files(READING, QUIET, tmp_path, ORBITDB_DB=str(varied))
+
+
+def test_what_measures(tmp_path):
+    on_screens_as_in_files(MEASURING, HELP, tmp_path)
+
+
+PLAIN = [  # where data, bars and notes meet
+    ("export", "--format", "csv", "--p", "2,3"),
+    ("verify", "--p", "2-3", "--json"),
+    ("bench", "--kind", "statuses", "--p", "2,3", "--format", "csv"),
+    ("entropy", "--format", "tsv"),
+    ("query", "--p", "3"),
+    ("fill", "--p", "4", *NEW),
+]
+
+
+@pytest.mark.parametrize("colour", ["", pytest.param("1", marks=pytest.mark.slow)])
+def test_each_stream_alone_on_the_terminal(varied, tmp_path, colour):
+    runs = [runs_of(PLAIN, tmp_path / (to or "s"), 200, to) for to in ("oe", "o", "e", "")]
+    everything = [*chain.from_iterable(runs)]
+    found = run_several_in_terminal(everything, ORBITDB_DB=str(varied), NO_COLOR=colour)
+    parts = [found[start : start + len(PLAIN)] for start in range(0, len(found), len(PLAIN))]
+    for (both, out, err, _), (_, to_err, to_out, to_both) in zip(
+        zip(*runs, strict=True), zip(*parts, strict=True), strict=True
+    ):
+        for session in (to_err, to_out, to_both):
+            well_behaved(session)
+        data, notes = out.out.read_text(), err.err.read_text()
+        assert not re.search(r"[\r\x1b]", data + notes)
+        assert to_err.had_bar == (both.arguments[0] != "query")
+        assert not to_out.had_bar
+        assert lines_of(data.splitlines()) == lines_of(to_out.lines)
+        together = [*data.splitlines(), *to_err.lines]
+        assert lines_of(together) == lines_of(both.out.read_text().replace("/oe/", "/o/").splitlines())
+    assert "writing" in parts[1][0].raw
+    assert "writing" not in parts[-1][0].raw  # they are seen as they come
+
+
+def lines_of(lines: list[str]) -> list[str]:
+    """Return lines in some order, without what differs between runs."""
+    return sorted(same(line) for line in lines)
+
+
+def ends_in_order(session: Session, code: int, lines: list[str]) -> None:
+    assert session.code == code, session.text
+    well_behaved(session)
+    assert [line.lstrip("^C") for line in session.lines] == lines
+
+
+def filling(path: Path, *options: str) -> pexpect.spawn:
+    """Start a fill in a window of 80 columns, and wait until its bar is up."""
+    child = spawn("fill", "--p", "12", *options, "--db", path, command=small_blocks(64))
+    child.expect("ready\r\n")
+    child.expect(r"words, p = [^\r]*\r")
+    return child
+
+
+def test_ctrl_c_while_the_bar_is_up_and_the_window_changes(tmp_path):
+    child = filling(tmp_path / "orbits.db", "--jobs", "2")
+    child.setwinsize(24, 200)
+    child.expect(r"\r\x1b\[Jwords, p = [ \d]+ of 12  [━╾─]{40}  [^\r]*/s  [\d,]+ of 276,797 *\r")
+    wide = child.before + child.after
+    child.setwinsize(24, 40)
+    child.expect(r"\r\x1b\[Jwords, p = [ \d]+ of 12  [━╾─]{12}  +\d+%[^\r]{,5}\r")
+    wide += child.before  # drawn for the window as it was
+    narrow = child.after
+    child.sendintr()
+    child.expect(pexpect.EOF)
+    session = ended(child, (wide, 200), (narrow + child.before, 40))
+    ends_in_order(session, 130, [INTERRUPTED[:40], INTERRUPTED[40:80].rstrip(), INTERRUPTED[80:]])
+
+
+@pytest.mark.parametrize("jobs", ["1", pytest.param("2", marks=pytest.mark.slow)])
+def test_ctrl_c_twice(tmp_path, jobs):
+    child = filling(tmp_path / "orbits.db", "--jobs", jobs)
+    child.sendintr()
+    child.sendintr()
+    child.expect(pexpect.EOF)
+    ends_in_order(ended(child, (child.before, 200)), 130, [INTERRUPTED])
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        pytest.param(("fill", "--p", "13", "--jobs", "2"), marks=pytest.mark.slow),
+        ("simulate", "--bounces", "100000000"),
+    ],
+)
+def test_told_to_end_while_the_bar_is_up(tmp_path, arguments):
+    child = spawn(*arguments, "--db", tmp_path / "orbits.db", columns=200)
+    child.expect(r"[━╾─]{40}[^\r]*\r")
+    child.kill(signal.SIGTERM)
+    child.expect(pexpect.EOF)
+    ends_in_order(ended(child, (child.before, 200)), 143, [TERMINATED])
+
+
+def test_ctrl_z_and_back(tmp_path):
+    shell = spawn("--norc", "--noprofile", "-i", command=["bash"], PS1="$ ")
+    command = [*COMMAND[:-1], f"'{COMMAND[-1]}'", "simulate", "--db", str(tmp_path / "orbits.db")]
+    shell.sendline(" ".join(command))
+    shell.expect(r"[━╾─]{26}[^\r]*\r")
+    shell.send("\x1a")
+    shell.expect(r"\r\x1b\[J\r\n\[1\]\+ +Stopped")  # the bar is erased, then the shell has its say
+    shell.sendline("bg")
+    shell.expect(r"\$ ")
+    with pytest.raises(pexpect.TIMEOUT):  # nothing is drawn over what is typed
+        shell.expect("[━╾─]{26}", timeout=1)
+    shell.sendline("fg")
+    shell.expect(r"[━╾─]{26}[^\r]*\r")
+    shell.sendintr()
+    shell.expect("orbitdb: interrupted")
+    shell.close(force=True)
+
+
+_INTERRUPTED_IMPORT = """
+import os, signal, sys
+class Finder:
+    def find_spec(self, name, path, target=None):
+        if name == {name!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Finder())
+from orbitdb.cli.main import run
+run()
+"""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "typer",
+        "numpy",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("orbitdb.cli.commands.fill", "numpy._core.multiarray", "sqlalchemy", "alembic")
+        ),
+    ],
+)
+def test_ctrl_c_while_the_commands_are_imported(tmp_path, name):
+    command = [sys.executable, "-P", "-c", _INTERRUPTED_IMPORT.format(name=name)]
+    session = run_in_terminal(
+        "fill", "--p", "3", "--db", tmp_path / "orbits.db", command=command, columns=200
+    )
+    ends_in_order(session, 130, [INTERRUPTED])
+
+
+ODD = [*PLAIN[:4], *QUIET]
+
+
+@pytest.mark.parametrize(
+    ("columns", "variables"),
+    [
+        (1, {"TERM": "dumb"}),
+        (20, {"TERM": "", "LC_ALL": "C"}),
+        *(
+            pytest.param(columns, variables, marks=pytest.mark.slow)
+            for columns, variables in (
+                (0, {}),
+                (1, {}),
+                (2, {}),
+                (20, {}),
+                (80, {"NO_COLOR": "1"}),
+                (80, {"PYTHONIOENCODING": "latin-1"}),
+            )
+        ),
+    ],
+)
+def test_odd_terminals(varied, tmp_path, columns, variables):
+    runs = runs_of([*ODD, *HELP], tmp_path / "odd", columns)
+    sessions = run_several_in_terminal(runs, ORBITDB_DB=str(varied), **variables)
+    for run, session in zip(runs, sessions, strict=True):
+        well_behaved(session)
+        assert (session.code == 0) == (run.arguments not in [list(each) for each in QUIET[-5:]]), session.text
+        if "TERM" in variables:
+            assert not session.had_bar
+
+
+@pytest.mark.parametrize(
+    ("leave", "code", "said"),
+    [
+        ("q", 0, ""),
+        ("\x03", 0, ""),
+        (signal.SIGTERM, 143, TERMINATED),
+        pytest.param(signal.SIGINT, 130, INTERRUPTED, marks=pytest.mark.slow),
+        pytest.param(signal.SIGHUP, 129, TERMINATED, marks=pytest.mark.slow),
+    ],
+)
+@pytest.mark.parametrize("columns", [200, pytest.param(80, marks=pytest.mark.slow)])
+def test_browse_leaves_the_terminal_as_it_was(varied, leave, code, said, columns):
+    child = spawn("browse", "--db", varied, columns=columns)
+    child.expect("quit")
+    shown = child.before + child.after
+    if isinstance(leave, str):
+        child.send(leave)
+    else:
+        child.kill(leave)
+    child.expect(pexpect.EOF)
+    session = ended(child, (shown + child.before, columns))
+    assert session.code == code, session.text
+    assert session.restored
     assert "Traceback" not in session.text
-    assert "p =  7" in session.text  # the bar was there
-    shown = "".join(session.lines)
-    assert shown.startswith("p = 2..7 at a = 1.6: 1101 sequences, 685 orbits")
-    assert shown.endswith("orbits.db")  # and is gone
-    assert not session.cursor_hidden
+    assert same("".join(session.lines)) == same(said)

@@ -35,7 +35,8 @@ COMMANDS = {
     "lyapunov": SELECTING | {"--weight": [*bad.TEXTS, "det"], "--cut": bad.NUMBERS},
     "export": SELECTING | {"--order": bad.ORDERS, "--limit": bad.INTEGERS, "-c": bad.COLUMNS},
     "verify": SELECTING | {"--sample": bad.INTEGERS, "--seed": bad.INTEGERS, "--restarts": ["-1", "1e9"]},
-    "plot": SELECTING | {"--code": bad.CODES, "--limit": bad.INTEGERS},
+    "plot sheet": SELECTING | {"--limit": bad.INTEGERS},
+    "plot orbit": {"--a": bad.NUMBERS, "--code": bad.CODES},
     "simulate": {"--a": ["0", "nan", "½"], "--bounces": ["0", "-1", "x", "9" * 30], "--seed": ["-1", "½"]},
     "bench": {"--kind": bad.TEXTS, "--a": ["0", "nan"], "--p": ["", "1", "8-2", "2-3", "½"]},
     "browse": SELECTING | {"--code": bad.CODES},
@@ -43,7 +44,8 @@ COMMANDS = {
              "--method": bad.TEXTS, "--code": ["7", "", "(", "1^", "\udcff"]},
     "info": {"--format": bad.FORMATS},
 }  # fmt: skip
-SUPPLIED = {"plot": ["orbit", "--code", "013"], "fill": ["--dry-run"], "simulate": ["--no-store"]}
+SUPPLIED = {"plot sheet": ["--p", "3"], "plot orbit": ["--code", "013"], "verify": ["--sample", "99"],
+            "fill": ["--dry-run"], "simulate": ["--no-store"]}  # fmt: skip
 """What a command needs beside the options that are tried."""
 
 
@@ -72,11 +74,11 @@ def tried(cli, varied, tmp_path, monkeypatch):
 
     def tried(command: str, *arguments: str) -> int:
         supplied = [*SUPPLIED.get(command, [])]
-        if command == "plot":
+        if command.startswith("plot"):
             supplied += ["-o", str(tmp_path / "figure.svg")]
         if command == "export":
             supplied += [str(tmp_path / "rows.csv"), "--force"]
-        every = [command, *supplied, *arguments]
+        every = [*command.split(), *supplied, *arguments]
         outcome = cli(*every)
         judge(outcome, every)
         assert varied.read_bytes() == before

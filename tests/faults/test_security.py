@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from pilot import drive, press, settle, shown, table_of, until
 from processes import COMMAND
+from screens import drive, press, settle, shown, table_of, until
 
 from orbitdb.cli.tui.export import export as export_shown
 from orbitdb.cli.tui.source import Ordering
@@ -174,7 +174,9 @@ def test_values_are_values(own):
         catalogue.count(Selection(where="code = :x", parameters={"x": "1" * 100_000}))
     with pytest.raises(SelectionError, match="type"):
         catalogue.count(Selection(where="code = :x", parameters={"x": ["1"]}))
-    assert catalogue.count(Selection(where="code = ':x'", parameters={"x": 1})) == 0
+    assert catalogue.count(Selection(where="code = ':x'")) == 0
+    with pytest.raises(SelectionError, match="it has no :x"):
+        catalogue.count(Selection(where="code = ':x'", parameters={"x": 1}))
 
 
 ALLOWED = {

@@ -151,6 +151,20 @@ def test_status_of_long_random_words_is_that_of_balls():
                 check_bounds(orbits, 0, true_errors(orbits, 0, enclose(words[0], Stadium(a))))
 
 
+@pytest.mark.parametrize(
+    ("text", "margin"),
+    [
+        ("12(02)^200000 32(02)^200000", 2.50000020685093e-12),
+        pytest.param("12(02)^45000 32(02)^135002", 2.03207708426649e-34, marks=pytest.mark.slow),
+    ],
+)
+def test_steep_legs_are_not_taken_to_press_against_their_limits(text, margin):
+    """At a = 1e-6 they are within 1e-11 of pi/2; the second margin is that of bounces in 70 digits."""
+    orbits = solve(from_strings([parse(text)]), Stadium(1e-6))
+    assert orbits.status[0] == Status.ORBIT
+    assert orbits.margin[0] == pytest.approx(margin, rel=1e-4)
+
+
 def test_doubles_leave_what_they_cannot_decide():
     """011032 runs through a joint at a = 1: no double can tell on which side it lies."""
     words = from_strings(["011032"])

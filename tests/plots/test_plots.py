@@ -110,7 +110,7 @@ def test_the_svg_path_has_the_bounces_at_their_places():
 
 
 def test_words_without_an_orbit_have_no_picture():
-    assert solve_word("00", Stadium())._repr_svg_() is None
+    assert solve_word("0", Stadium())._repr_svg_() is None
     assert solve_word("02", Stadium()).points is None
 
 
@@ -142,19 +142,20 @@ def test_the_command_draws_every_kind(varied, tmp_path, cli, arguments):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "code", "said"),
     [
-        (["orbit"], "--code"),
-        (["orbit", "--code", "001"], "geometrically pruned"),
-        (["sheet"], "--p"),
-        (["birkhoff", "--p", "77"], "nothing to draw"),
-        (["entropy", "--a", "0.7"], "orbitdb fill"),
+        (["orbit"], 2, "--code"),
+        (["orbit", "--code", "001"], 2, "geometrically pruned"),
+        (["sheet"], 2, "--p"),
+        (["birkhoff", "--p", "77"], 1, "period 77 is not filled at a = 1.6 (filled: periods 2-6; some at"),
+        (["birkhoff", "--p", "6", "--range", "length=99:"], 1, "nothing to draw"),
+        (["entropy", "--a", "0.7"], 1, "nothing is filled at a = 0.7"),
     ],
 )
-def test_what_cannot_be_drawn_is_said(varied, tmp_path, cli, arguments, said):
+def test_what_cannot_be_drawn_is_said(varied, tmp_path, cli, arguments, code, said):
     target = tmp_path / "figure.png"
     done = cli("plot", *arguments, "-o", str(target), "--db", str(varied))
-    assert (done.code, target.exists()) == (2, False)
+    assert (done.code, target.exists()) == (code, False)
     assert said in done.err
     assert len(done.err.splitlines()) == 1
 

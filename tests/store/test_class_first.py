@@ -70,6 +70,15 @@ def test_rows_are_those_of_a_pass(ragged, chosen, order, limit, offset):
         assert found == list(catalogue.rows(selection, NAMES, order, limit, offset))
 
 
+@pytest.mark.parametrize("order", ["length", "length desc", "-lambda_c,p", "margin,length", "rules"])
+@pytest.mark.parametrize("limit", [None, 3, 2000])
+def test_rows_without_a_value_are_last(ragged, order, limit):
+    rows = list(Catalogue(ragged).rows(choose(), (order.lstrip("-").split(",")[0].split()[0],), order, limit))
+    empty = [value is None for (value,) in rows]
+    assert empty == sorted(empty)
+    assert limit != 3 or not any(empty)
+
+
 @given(choices)
 def test_counts_are_those_of_a_pass(ragged, chosen):
     selection, catalogue = choose(**chosen), Catalogue(ragged)
@@ -98,7 +107,7 @@ def test_what_is_of_few_classes_needs_no_pass(filled, monkeypatch, chosen, order
 def test_what_is_of_many_classes_needs_one(filled, monkeypatch):
     monkeypatch.setattr(class_first, "_FEW", 30)
     with Catalogue(filled).reading() as connection:
-        assert class_first.few_words(connection, choose(), "length", 10, Patience()) is None
+        assert class_first.few_words(connection, choose(), "element", 10, Patience()) is None
         assert class_first.few_words(connection, choose(status="orbit"), "length", 31, Patience()) is None
 
 

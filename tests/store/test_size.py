@@ -68,7 +68,7 @@ def test_a_disk_that_is_too_small_is_told_before_anything_is_written(cli, tmp_pa
     outcome = cli("fill", "--p", "5")
     assert outcome.code == 3
     assert len(outcome.err.splitlines()) == 1
-    assert "137 sequences take about 1.4e+08 GB" in outcome.err
+    assert "137 sequences take about 137000000 GB" in outcome.err
     assert not (tmp_path / "orbits.db").exists()
     with pytest.raises(StoreError, match="on another disk"):
         check_room(tmp_path / "missing" / "folders" / "orbits.db", Need(1, 10**18, 1.0))

@@ -1,9 +1,12 @@
 """A real terminal: commands run in a pseudo-terminal, and what its screen shows at the end."""
 
+import json
 import os
 import re
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import pexpect
@@ -11,6 +14,12 @@ import pyte
 from processes import COMMAND
 
 _ESCAPE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|[@-_])")
+_ERASE = "\x1b[J"
+_MODE = re.compile(r"\x1b\[\?([0-9;]+)([hl])")
+_ALTERNATE = re.compile(r"\x1b\[\?1049h.*?\x1b\[\?1049l", re.DOTALL)
+_HIGH = 2000
+_ON_AT_FIRST = {"25", "7"}
+"""Modes of every terminal: the cursor is shown, and long lines are wrapped."""
 
 
 @dataclass(frozen=True)
@@ -19,66 +28,146 @@ class Session:
 
     Attributes
     ----------
-    code : int
-        Exit code.
-    raw : str
-        All that was written, escape sequences included.
-    lines : list of str
-        What is still to be seen at the end, the scrolled part included, without empty lines at the end.
-    cursor_hidden : bool
-        Whether it left the terminal without a cursor.
+    code : int or None
+        Exit code; None if a signal ended it.
+    written : tuple of (str, int)
+        All that was written, escape sequences included, in parts, each with the columns of the window then.
     """
 
-    code: int
-    raw: str
-    lines: list[str]
-    cursor_hidden: bool
+    code: int | None
+    written: tuple[tuple[str, int], ...]
+
+    @property
+    def raw(self) -> str:
+        """All that was written, escape sequences included."""
+        return "".join(raw for raw, _ in self.written)
+
+    @cached_property
+    def lines(self) -> list[str]:
+        """What is still to be seen at the end on a screen as high as can be, without empty lines there."""
+        screen = pyte.Screen(self.written[0][1], _HIGH)
+        stream = pyte.Stream(screen)
+        for raw, columns in self.written:
+            screen.resize(_HIGH, columns)
+            stream.feed(_ALTERNATE.sub("", raw))
+        shown = [screen.buffer[y] for y in range(max([0, *screen.buffer]) + 1)]
+        lines = ["".join(line[x].data for x in range(screen.columns)).rstrip() for line in shown]
+        while lines and not lines[-1]:
+            lines.pop()
+        return lines
 
     @property
     def text(self) -> str:
         """All that was written, without the escape sequences."""
         return _ESCAPE.sub("", self.raw)
 
+    @property
+    def had_bar(self) -> bool:
+        """Whether a line that says how far it is was shown at some time."""
+        return _ERASE in self.raw
+
+    @property
+    def restored(self) -> bool:
+        """Whether it left the terminal as it was: cursor, screen, mouse and keyboard."""
+        last = dict(_MODE.findall(self.raw))
+        modes = all((state == "h") == (mode in _ON_AT_FIRST) for mode, state in last.items())
+        return modes and self.raw.count("\x1b[>") == self.raw.count("\x1b[<u")
+
+    @property
+    def plain(self) -> bool:
+        """Whether it wrote no escape sequence but the one that erases its own line."""
+        return "\x1b" not in self.raw.replace(_ERASE, "")
+
 
 def run_in_terminal(
-    *arguments: str | Path,
-    columns: int = 80,
-    rows: int = 24,
-    command: Sequence[str] = COMMAND,
-    **variables: str,
+    *arguments: str | Path, columns: int = 80, command: Sequence[str] = COMMAND, **variables: str
 ) -> Session:
     """Run a command in a pseudo-terminal to its end."""
-    child = spawn(*arguments, columns=columns, rows=rows, command=command, **variables)
+    child = spawn(*arguments, columns=columns, command=command, **variables)
     child.expect(pexpect.EOF)
-    return ended(child, child.before, columns, rows)
+    return ended(child, (child.before, columns))
 
 
 def spawn(
-    *arguments: str | Path,
-    columns: int = 80,
-    rows: int = 24,
-    command: Sequence[str] = COMMAND,
-    **variables: str,
+    *arguments: str | Path, columns: int = 80, command: Sequence[str] = COMMAND, **variables: str
 ) -> pexpect.spawn:
-    """Start a command in a pseudo-terminal."""
+    """Start a command in a pseudo-terminal; an empty variable is one that is not set."""
     kept = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "COLUMNS", "LINES")}
+    wanted = {**kept, "TERM": "xterm-256color", **variables}
     return pexpect.spawn(
         command[0],
         [*command[1:], *map(str, arguments)],
-        env={**kept, "TERM": "xterm-256color", **variables},
-        dimensions=(rows, columns),
+        env={name: value for name, value in wanted.items() if value},
+        dimensions=(24, columns),
         encoding="utf-8",
         timeout=120,
+        maxread=1 << 16,
     )
 
 
-def ended(child: pexpect.spawn, raw: str, columns: int = 80, rows: int = 24) -> Session:
-    """Return what a command that has closed its terminal has left on it."""
+def ended(child: pexpect.spawn, *written: tuple[str, int]) -> Session:
+    """Return what a command that has closed its terminal has written, part by part, as in `Session`."""
     child.close()
-    screen = pyte.HistoryScreen(columns, rows, history=10_000)
-    pyte.Stream(screen).feed(raw)
-    scrolled = ["".join(line[x].data for x in range(columns)) for line in screen.history.top]
-    lines = [line.rstrip() for line in [*scrolled, *screen.display]]
-    while lines and not lines[-1]:
-        lines.pop()
-    return Session(child.exitstatus, raw, lines, screen.cursor.hidden)
+    return Session(child.exitstatus, written)
+
+
+_SEVERAL = """
+import fcntl, json, os, struct, sys, termios
+from orbitdb.filling import blocks
+from orbitdb.cli import progress
+from orbitdb.cli.main import _run
+progress._PATIENCE = 0.0
+for name in blocks.METHODS:
+    blocks.METHODS[name] = blocks.Method(blocks.METHODS[name].solve, 64)
+for columns, to, arguments in json.loads(sys.argv[1]):
+    fcntl.ioctl(0, termios.TIOCSWINSZ, struct.pack("4H", 24, columns, 0, 0))
+    kept = [(os.dup(number), number) for number in (1, 2)]
+    for number, path in zip((1, 2), to):
+        if path:
+            os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND), number)
+    code = _run(arguments)
+    sys.stdout.flush()
+    for copy, number in kept:
+        os.dup2(copy, number)
+        os.close(copy)
+    print(end=f"\\x1e{code}\\x1e", flush=True)
+"""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A command, and where it writes.
+
+    Attributes
+    ----------
+    arguments : sequence of str
+    columns : int
+        Of the window.
+    out, err : Path or None
+        The files that stdout and stderr go to instead of the terminal.
+    """
+
+    arguments: Sequence[str]
+    columns: int = 80
+    out: Path | None = None
+    err: Path | None = None
+
+
+def run_several_in_terminal(runs: Sequence[Run], **variables: str) -> list[Session]:
+    """Run commands one after the other in one process in a pseudo-terminal.
+
+    Periods are cut into small blocks, and what shows how far they are is shown at once.
+    """
+    asked = [
+        [run.columns, [path and str(path) for path in (run.out, run.err)], list(run.arguments)]
+        for run in runs
+    ]
+    child = spawn(json.dumps(asked), command=[sys.executable, "-P", "-c", _SEVERAL], **variables)
+    child.expect(pexpect.EOF)
+    child.close()
+    assert child.exitstatus == 0, child.before
+    parts = child.before.split("\x1e")[:-1]
+    return [
+        Session(int(code), ((raw, run.columns),))
+        for run, raw, code in zip(runs, parts[::2], parts[1::2], strict=True)
+    ]

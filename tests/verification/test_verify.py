@@ -26,7 +26,7 @@ from orbitdb.verification.check import Check, measured
 from orbitdb.verification.invariants import check_consistency, with_bounds
 from orbitdb.verification.recomputation import restart
 from orbitdb.verification.rigorous import certify
-from orbitdb.verification.verify import PROMISES, report
+from orbitdb.verification.verify import PROMISES, report, verify
 
 SEQUENCES, CLASSES = 3197, 498  # p = 2..8
 STADIUMS = (1e-6, 1e-3, 0.2, 0.5, 1.0, 1.6, 2.5, 10.0, 1e4, 1e6)
@@ -489,3 +489,11 @@ def test_checks_join_to_the_worst_of_all_rows():
     joined = first.joined(second)
     assert (joined.rows, joined.failures, joined.share, joined.first) == (5, 2, np.inf, "c")
     assert measured("x", [], np.zeros(0), np.zeros(0)) == Check("x", 0)
+
+
+def test_every_stage_comes_to_its_end(filled):
+    steps = list(verify(Catalogue(filled), [Selection()]))
+    for stage in ("words", "orbits"):
+        of_stage = [step for step in steps if step.stage.startswith(stage)]
+        assert [step.done for step in of_stage] == sorted(step.done for step in of_stage)
+        assert 0 < of_stage[0].done <= of_stage[-1].done == of_stage[-1].total == CLASSES

@@ -2,7 +2,7 @@
 
 import re
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, TypeAlias
 
@@ -92,9 +92,21 @@ def parse_columns(text: str) -> tuple[str, ...]:
     SelectionError
         If one of them is not there, or is named twice.
     """
+    return parse_names(text, COLUMNS)
+
+
+def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
+    """Read some of the known names of columns, with commas between.
+
+    Raises
+    ------
+    SelectionError
+        If one of them is not there, or is named twice.
+    """
     names = tuple(name.strip() for name in text.split(","))
     for name in names:
-        column_of(name)
+        if name not in known:
+            raise _unknown(name, known)
     if len(set(names)) < len(names):
         twice = next(name for place, name in enumerate(names) if name in names[:place])
         raise SelectionError(f"column {twice!r} is named twice")
@@ -110,8 +122,12 @@ def column_of(name: str) -> sa.ColumnElement[Any]:
         If there is none of this name.
     """
     if name not in COLUMNS:
-        raise SelectionError(f"column {name!r}: the columns are {', '.join(COLUMNS)}")
+        raise _unknown(name, COLUMNS)
     return catalogue.c[name]
+
+
+def _unknown(name: str, known: Sequence[str]) -> SelectionError:
+    return SelectionError(f"column {name!r}: the columns are {', '.join(known)}")
 
 
 def rules_of(text: str | None) -> list[int]:
@@ -131,17 +147,36 @@ def rules_of(text: str | None) -> list[int]:
 def ordering_of(order: str) -> list[sa.ColumnElement[Any]]:
     """Return the sort keys, with period and word last so that the order is always the same.
 
+    Rows without a value come behind all others, whichever way the order goes.
+
     Raises
     ------
     SelectionError
         If the order cannot be read, or names what is not a column.
     """
-    keys: dict[str, sa.ColumnElement[Any]] = {}
+    keys = [sort_key(catalogue.c[name], falling) for name, falling in parse_order(order).items()]
+    return [*keys, catalogue.c.p, catalogue.c.word]
+
+
+def sort_key(column: sa.ColumnElement[Any], falling: bool) -> sa.ColumnElement[Any]:
+    """Return a column to sort by, its empty fields last; NULL is SQLite's least, so falling needs no more."""
+    return column.desc() if falling else column.asc().nulls_last()
+
+
+def parse_order(order: str) -> dict[str, bool]:
+    """Return the columns to sort by, the first one first, and whether they fall.
+
+    Raises
+    ------
+    SelectionError
+        If the order cannot be read, or names what is not a column.
+    """
+    keys: dict[str, bool] = {}
     for part in order.split(","):
         found = _ORDER.fullmatch(part.strip())
         if found is None:
             raise SelectionError(f"order {order!r}: write columns such as 'length' or 'p,lambda_c desc'")
         falling = bool(found[1]) != ((found[3] or "").lower() == "desc")
-        column = column_of(found[2])
-        keys.setdefault(found[2], column.desc() if falling else column)
-    return [*keys.values(), catalogue.c.p, catalogue.c.word]
+        column_of(found[2])
+        keys.setdefault(found[2], falling)
+    return keys

@@ -41,6 +41,13 @@ LONGEST = 20_000
 
 _LONGEST_WITH_SUBQUERY = 4_000
 _SHOWN = 200
+_WORDS = {
+    "and", "between", "case", "cast", "collate", "distinct", "else", "end", "escape", "exists", "from",
+    "glob", "in", "is", "isnull", "like", "nocase", "not", "notnull", "null", "or", "select", "then",
+    "when", "where", *FUNCTIONS, *catalogue.c.keys(),
+}  # fmt: skip
+"""What an expression may be made of."""
+
 Parameters = dict[str, str | int | float]
 _Authorizer = Callable[[int, str | None, str | None, str | None, str | None], int]
 
@@ -68,11 +75,40 @@ def check(where: str, parameters: Parameters) -> None:
     """
     try:
         _check_size(where, parameters)
-        _check_shape(meaningful(where))
+        found = meaningful(where)
+        _check_shape(found)
+        _check_names(found, parameters)
         _compile(where, parameters, authorize)
         _compile(f"(\n{where}\n)", parameters, authorize)
     except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
         raise refusal(where, str(error)) from error
+
+
+def names_in(where: str) -> set[str]:
+    """Return the names (``:name``) that an expression uses."""
+    return {token.text[1:] for token in tokens(where) if token.kind == "value"}
+
+
+def unfinished(where: str, reason: str) -> bool:
+    """Tell whether a refused expression may be one that is only not typed to its end.
+
+    Parameters
+    ----------
+    where : str
+    reason : str
+        What `check` said.
+    """
+    found = tokens(where)
+    if "incomplete input" in reason or any(t.kind == "sign" and t.text in "'\"`[" for t in found):
+        return True
+    last = found[-1] if found else Token("blank", "")
+    if last.kind == "number":
+        return "unrecognized token" in reason
+    if last.kind == "value" or last.text == ":":
+        return "-P" in reason
+    blamed = f'near "{last.text}"' in reason or f"no such column: {last.text};" in reason
+    begun = last.text.lower()
+    return last.kind == "word" and blamed and any(n.startswith(begun) and n != begun for n in _WORDS)
 
 
 def _check_size(where: str, parameters: Parameters) -> None:
@@ -80,6 +116,13 @@ def _check_size(where: str, parameters: Parameters) -> None:
     size = len(where) + sum(len(str(value)) for value in parameters.values())
     if size > LONGEST:
         raise ValueError(f"it has {size} characters with its values; {LONGEST} are allowed")
+
+
+def _check_names(found: list[Token], parameters: Parameters) -> None:
+    """Refuse values that no name stands for; those that lack one SQLite names."""
+    used = {token.text[1:] for token in found if token.kind == "value"}
+    if idle := [name for name in parameters if name not in used]:
+        raise ValueError(f"it has no :{', :'.join(idle)}: leave out what is given for it")
 
 
 def _check_shape(found: list[Token]) -> None:

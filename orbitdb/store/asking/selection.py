@@ -3,8 +3,12 @@
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from numbers import Real
 
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
+from orbitdb.numerals import real
 from orbitdb.orbits.orbit import Status
 from orbitdb.plaintext import printable
 from orbitdb.symbols.symmetry import NAMES
@@ -13,10 +17,11 @@ from orbitdb.symbols.words import parse
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
 """The columns that a selection can bound from below and above."""
 
-_PERIODS = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
+_PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
 _SHOWN = 60
 _MOST_RANGES = 100
 _LARGEST_INTEGER = 2**63
+_INTEGER = re.compile(r"\s*[+-]?[0-9]+\s*")
 _RANGE = re.compile(r"([^:]*):([^:]*)")
 
 
@@ -24,8 +29,8 @@ class SelectionError(InputError):
     """A part of the selection cannot be read; the message says how to write it."""
 
 
-@dataclass(frozen=True)
-class Selection:
+@dataclass(frozen=True, eq=False)
+class Selection(ByValue):
     """The chosen subset of the symbol sequences of a catalogue.
 
     Attributes
@@ -140,7 +145,7 @@ def parse_bound(text: str) -> tuple[str, tuple[float | None, float | None]]:
     try:
         if found is None or not (found[1].strip() or found[2].strip()):
             raise ValueError(text)
-        low, high = (float(part) if part.strip() else None for part in found.groups())
+        low, high = (real(part) if part.strip() else None for part in found.groups())
         if low != low or high != high:
             raise ValueError(text)
     except ValueError:
@@ -178,14 +183,11 @@ def parse_parameter(text: str) -> tuple[str, str | int | float]:
     name, sign, value = text.partition("=")
     if not sign or not name.isidentifier():
         raise SelectionError(f"-P {text!r}: write it as name=value")
-    for kind in (int, float):
-        try:
-            number = kind(value)
-        except ValueError:
-            continue
-        if kind is float or abs(number) < _LARGEST_INTEGER:
-            return name, number
-    return name, value
+    try:
+        number = real(value)
+        return name, int(value) if _INTEGER.fullmatch(value) and abs(number) < _LARGEST_INTEGER else number
+    except ValueError:
+        return name, value
 
 
 def parse_reversal(text: str) -> str:
@@ -269,8 +271,12 @@ def choose(
         )
     if isinstance(p, tuple):
         p = "-".join(map(str, p))
+    for name, bounds in ranges.items():
+        _need_bounds(name, bounds)
+    if not isinstance(where, str | None):
+        raise SelectionError(f"where {where!r:.40}: give an SQL expression such as 'lambda_c < 0.4'")
     return Selection(
-        a=a,
+        a=Stadium(a).a,
         periods=() if p is None else parse_periods(str(p)),
         statuses=() if status is None else parse_statuses(str(status)),
         time_reversal=None if time_reversal is None else parse_reversal(time_reversal),
@@ -280,3 +286,10 @@ def choose(
         where=where,
         parameters=parameters or {},
     )
+
+
+def _need_bounds(name: str, bounds: object) -> None:
+    """Raise unless bounds on a measure are a pair, each a number or None."""
+    pair = bounds if isinstance(bounds, tuple | list) else ()
+    if len(pair) != 2 or not all(bound is None or isinstance(bound, Real) for bound in pair):
+        raise SelectionError(f"{name} = {bounds!r:.40}: give two numbers such as (3, 10), or None for one")

@@ -10,10 +10,12 @@ from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.selection import Selection, SelectionError, choose
 from orbitdb.store.file.database import default_path
 from orbitdb.store.file.migrate import migrate
+from orbitdb.store.reading.class_first import count_rows
 from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lookup import find_word
 from orbitdb.store.reading.reader import Reader
-from orbitdb.symbols.words import SYMBOLS, is_primitive, parse
+from orbitdb.store.reading.stadiums import a_stored, meant
+from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.chosen_classes import ChosenClasses
@@ -30,7 +32,8 @@ class Catalogue(Reader):
     path : path-like, optional
         The file; by default ``ORBITDB_DB`` or a file in the user's data folder.
     a : float, optional
-        The stadium that words and `select` are about, unless they name another.
+        The stadium that words and `select` are about, unless they name another; by default the only
+        one of which the catalogue has orbits, else 1.6.
 
     Raises
     ------
@@ -44,16 +47,30 @@ class Catalogue(Reader):
     >>> orbits = catalogue.select(p=(2, 11), status="orbit", lambda_c=(None, 0.4))  # doctest: +SKIP
     """
 
-    def __init__(self, path: Path | str | None = None, a: float = 1.6) -> None:
-        self.a = Stadium(a).a
+    def __init__(self, path: Path | str | None = None, a: float | None = None) -> None:
+        self._a = None if a is None else Stadium(a).a
         super().__init__(path)
 
     @classmethod
-    def create(cls, path: Path | str | None = None, a: float = 1.6) -> "Catalogue":
+    def create(cls, path: Path | str | None = None, a: float | None = None) -> "Catalogue":
         """Open a catalogue, making it or bringing it to the newest schema first."""
         path = Path(path) if path is not None else default_path()
         migrate(path)
         return cls(path, a)
+
+    @property
+    def a(self) -> float:
+        """The stadium that is meant where none is named; once it is asked for, it stays the same.
+
+        Raises
+        ------
+        InputError
+            If none was given, and the catalogue has orbits at several, but none at 1.6.
+        """
+        if self._a is None:
+            with self.reading() as connection:
+                self._a = meant(a_stored(connection))
+        return self._a
 
     def partial(self, selection: Selection | None = None, **criteria: Any) -> list[Fill]:
         """Return those periods of a subset that are stored in part: a fill goes on, or was stopped.
@@ -64,6 +81,14 @@ class Catalogue(Reader):
         chosen = self._chosen(selection, criteria)
         return [fill for fill in self.fills(chosen.a) if not fill.whole and chosen.includes(fill.p)]
 
+    def unfilled(self, selection: Selection | None = None, **criteria: Any) -> str | None:
+        """Say in one line which periods of a subset are not filled, what is, and what fills them.
+
+        None if all that are named are there, if only in part (`partial`). What is not filled is not
+        known to be empty. The parameters are those of `select`.
+        """
+        return self.gaps(self._chosen(selection, criteria))
+
     def find(self, word: str, a: float) -> Orbit | None:
         """Return a primitive word's stored orbit, in the rotation asked for, or None.
 
@@ -73,13 +98,22 @@ class Catalogue(Reader):
             Symbols 0..5, in any rotation.
         a : float
             The stadium.
+
+        Raises
+        ------
+        WordError
+            If it is no word.
         """
+        symbols = parse(word)
         with self.reading() as connection:
-            return find_word(connection, word, a)
+            return find_word(connection, symbols, a)
 
     def __contains__(self, word: object) -> bool:
         """Tell whether what becomes of a word is stored, in any rotation and with any status."""
-        return isinstance(word, str) and set(word) <= set(SYMBOLS) and self._get(word) is not None
+        try:
+            return isinstance(word, str) and self._get(parse(word)) is not None
+        except WordError:
+            return False
 
     def __getitem__(self, word: str) -> Orbit:
         """Return the stored orbit of a word (run notation, too) in the rotation asked for.
@@ -88,14 +122,21 @@ class Catalogue(Reader):
         ------
         KeyError
             If it is not stored; `orbitdb.solve_word` solves any word.
+        WordError
+            If it is no word.
+        TypeError
+            If it is no text.
         """
-        found = self._get(parse(word))
+        symbols = parse(word)
+        found = self._get(symbols)
+        if found is None and not is_primitive(symbols):
+            raise KeyError(f"{word} repeats {primitive_root(symbols)}: ask for that")
         if found is None:
             raise KeyError(f"{word} is not stored at a = {self.a:g}")
         return found
 
     def _get(self, word: str) -> Orbit | None:
-        return self.find(word, self.a) if word and is_primitive(word) else None
+        return self.find(word, self.a) if is_primitive(word) else None
 
     def __iter__(self) -> Iterator[str]:
         """Yield the stored words by period, as least rotations."""
@@ -152,4 +193,14 @@ class Catalogue(Reader):
     def _chosen(self, selection: Selection | None, criteria: dict[str, Any]) -> Selection:
         if selection is not None and criteria:
             raise SelectionError("give a Selection or criteria, not both")
-        return choose(**{"a": self.a} | criteria) if selection is None else selection
+        if not isinstance(selection, Selection | None):
+            raise TypeError(f"name a subset by criteria such as p=3 or a Selection, not by {selection!r:.40}")
+        if selection is not None:
+            return selection
+        return choose(**criteria) if "a" in criteria else choose(self.a, **criteria)
+
+    def count(self, selection: Selection | None = None, **criteria: Any) -> int:
+        """Return the number of rows in a chosen subset; the parameters are those of `select`."""
+        chosen = self._chosen(selection, criteria)
+        with self.reading() as connection:
+            return count_rows(connection, chosen)

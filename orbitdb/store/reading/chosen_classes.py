@@ -7,6 +7,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.averages.fixed_points import ClassRows
+from orbitdb.equality import ByValue
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import catalogue as view
 from orbitdb.store.file.schema import sequence
@@ -21,8 +22,8 @@ _IMPOSSIBLE = 1e15
 """A thousand times the length of an orbit of a million bounces at the largest a."""
 
 
-@dataclass(frozen=True)
-class ChosenClasses:
+@dataclass(frozen=True, eq=False)
+class ChosenClasses(ByValue):
     """The symmetry classes that have chosen words, one entry each, for averages over orbits.
 
     Attributes

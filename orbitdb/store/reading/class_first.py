@@ -10,7 +10,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from orbitdb.orbits.orbit import Status
-from orbitdb.store.asking.conditions import answering, conditions_of, ordering_of
+from orbitdb.store.asking.conditions import answering, conditions_of, parse_order, sort_key
 from orbitdb.store.asking.confinement import Patience
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import DONE, fill, sequence, stadium
@@ -71,7 +71,7 @@ def few_words(
     query = sa.select(classes.representative, classes.p).where(*conditions_of(selection, classes))
     with answering(connection, selection, patience):
         if wanted is not None and 0 < wanted <= _FEW:
-            key, falling = _first_key(order)
+            key, falling = next(iter(parse_order(order).items()))
             if key in classes:
                 query = query.where(*_up_to(connection, query, classes[key], falling, wanted))
         found = connection.execute(query.limit(_FEW + 1)).all()
@@ -95,14 +95,6 @@ def _class_first(connection: sa.Connection, selection: Selection) -> bool:
     )
 
 
-def _first_key(order: str) -> tuple[str, bool]:
-    """Return the first column to sort by, and whether it falls."""
-    first = ordering_of(order)[0]
-    if isinstance(first, sa.UnaryExpression):
-        return first.element.name, True
-    return first.name, False
-
-
 def _up_to(
     connection: sa.Connection,
     chosen: sa.Select[tuple[str, int]],
@@ -112,15 +104,14 @@ def _up_to(
 ) -> list[sa.ColumnElement[bool]]:
     """Return the condition that a sort key is no later than that of the last wanted row.
 
-    Every class has a row, so that it is no later than that of the class in this place.
+    Every class has a row, so that it is no later than that of the class in this place. Where that one
+    has no value, which is last, no row is too late.
     """
-    ordered = chosen.with_only_columns(key).order_by(key.desc() if falling else key)
-    last = connection.execute(ordered.offset(wanted - 1).limit(1)).first()
+    ordered = chosen.with_only_columns(key).order_by(sort_key(key, falling))
+    last = connection.scalar(ordered.offset(wanted - 1).limit(1))
     if last is None:
         return []
-    if last[0] is None:
-        return [] if falling else [key.is_(None)]  # NULL is the least
-    return [key >= last[0]] if falling else [sa.or_(key <= last[0], key.is_(None))]
+    return [key >= last] if falling else [key <= last]
 
 
 def _ragged_periods(connection: sa.Connection) -> list[int]:

@@ -6,7 +6,8 @@ class are read once a class, a tenth of the words, and the sorting is NumPy's. A
 primary keys of its rows, so it costs the same at the beginning and at the end of a million.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import groupby
@@ -16,13 +17,14 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.store.asking.conditions import conditions_of
-from orbitdb.store.asking.confinement import never
+from orbitdb.equality import ByValue
+from orbitdb.store.asking.conditions import answering, conditions_of
+from orbitdb.store.asking.confinement import Patience, never
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.schema import catalogue as view
 from orbitdb.store.file.schema import certificate, cycle, orbit, sequence, stadium
 from orbitdb.store.reading.class_first import orders_with_pruned
-from orbitdb.store.reading.class_view import class_view
+from orbitdb.store.reading.class_view import class_view, same_for_classes
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import is_written, need_words, unsound
 from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, key, keys_of_period, pack, word_of
@@ -37,8 +39,8 @@ class CancelledError(Exception):
     """Nobody waits for the result any more."""
 
 
-@dataclass(frozen=True)
-class Index:
+@dataclass(frozen=True, eq=False)
+class Index(ByValue):
     """The symbol sequences that a catalogue knows at one a.
 
     Attributes
@@ -171,15 +173,16 @@ def _chosen_rows(
     reader: Reader, index: Index, selection: Selection, cancelled: Callable[[], bool]
 ) -> NDArray[np.intp]:
     """Return the places in the index of the sequences of a subset."""
-    if selection.where or selection.contains:
+    if selection.contains or not same_for_classes(selection):
         keys = _scanned(reader, index, selection, "p,code", cancelled)
         return np.flatnonzero(np.isin(index.keys, keys, assume_unique=True))
     if replace(selection, a=index.a) == Selection(index.a):
         return np.arange(len(index))
     classes = class_view().c
-    with reader.reading() as connection:
-        chosen = sa.select(classes.cycle).where(*conditions_of(selection, classes))
-        cycles = connection.scalars(chosen).all()
+    chosen = sa.select(classes.cycle).where(*conditions_of(selection, classes))
+    with _unless(cancelled), reader.reading() as connection:
+        with answering(connection, selection, Patience(cancelled=cancelled)):
+            cycles = connection.scalars(chosen).all()
         orders = list(orders_with_pruned(connection, selection))
     mask = np.isin(index.cycles, np.array(cycles, dtype=np.int64))
     return np.flatnonzero(mask | _pruned_of(index, orders))
@@ -201,7 +204,7 @@ def _class_ranks(
 ) -> NDArray[np.float64] | None:
     """Return a number a word that sorts as a column of its class does; None if there is no such number.
 
-    Words without a class come first, as NULL does in SQLite.
+    NaN, which NumPy sorts last either way, stands for no value and for words without a class.
     """
     if column in ("p", "status") and (index.cycles == 0).any():
         return None
@@ -213,13 +216,13 @@ def _class_ranks(
     if any(isinstance(value, str) for value in values):
         order = {value: rank for rank, value in enumerate(sorted({value for value in values if value}))}
         values = [order.get(value) for value in values]
-    numbers = np.array([-np.inf if value is None else value for value in values], dtype=np.float64)
+    numbers = np.array([np.nan if value is None else value for value in values], dtype=np.float64)
     known = np.array([0, *(number for number, _ in pairs)], dtype=np.int64)  # 0: without a class
     rising = np.argsort(known)
     places = np.searchsorted(known, index.cycles[rows], sorter=rising)
     if (places == len(known)).any() or (known[rising[places]] != index.cycles[rows]).any():
         raise unsound("words without their classes, sorted by", column)
-    ranks: NDArray[np.float64] = np.append(-np.inf, numbers)[rising[places]]
+    ranks: NDArray[np.float64] = np.append(np.nan, numbers)[rising[places]]
     return ranks
 
 
@@ -241,18 +244,25 @@ def _scanned(
     """Return the keys of a subset in any order, by a pass over the view."""
     numbers = {word: _LONG + place for place, word in enumerate(index.long_words)}
     found: list[int] = []
-    try:
+    with _unless(cancelled):
         for count, (word,) in enumerate(reader.rows(selection, ("code",), order, cancelled=cancelled)):
             if count % _BLOCK == 0 and cancelled():
                 raise CancelledError
             number = key(word) if len(word) <= MAX_KEYED else numbers.get(word)
             if number is not None:
                 found.append(number)
+    return np.array(found, dtype=np.int64)
+
+
+@contextmanager
+def _unless(cancelled: Callable[[], bool]) -> Iterator[None]:
+    """Tell a query that nobody waits for from one that is refused."""
+    try:
+        yield
     except SelectionError:
         if cancelled():
             raise CancelledError from None
         raise
-    return np.array(found, dtype=np.int64)
 
 
 def fetch(reader: Reader, index: Index, keys: Keys, columns: Sequence[str]) -> list[tuple[Any, ...] | None]:

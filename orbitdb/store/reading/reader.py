@@ -1,5 +1,6 @@
 """Reader: a database file opened for reading, and what is asked of it in SQL."""
 
+import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import copy
@@ -21,8 +22,9 @@ from orbitdb.store.asking.confinement import Patience, never
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import check_file, default_path, plain_errors, reading_engine
 from orbitdb.store.file.schema import SCHEMA_VERSION, catalogue, fill, stadium
-from orbitdb.store.reading.class_first import count_rows, few_words
-from orbitdb.store.reading.fills import Fill, as_fill
+from orbitdb.store.reading.class_first import few_words
+from orbitdb.store.reading.fills import Fill, as_fill, describe_unfilled
+from orbitdb.store.reading.stadiums import a_filled
 
 _BLOCK = 2000
 _ALL = 2**63 - 1
@@ -54,6 +56,7 @@ class Reader:
         with plain_errors(self.path), self._engine.connect():
             pass  # so that a file that is damaged or tampered with is refused now, and not in mid-use
         self._engine.dispose()
+        weakref.finalize(self, self._engine.dispose)  # so that it may be dropped without `close`
         self._moment: sa.Connection | None = None
 
     def close(self) -> None:
@@ -101,10 +104,11 @@ class Reader:
         with self.reading() as connection:
             return [as_fill(row) for row in connection.execute(query)]
 
-    def count(self, selection: Selection) -> int:
-        """Return the number of rows in a chosen subset."""
-        with self.reading() as connection:
-            return count_rows(connection, selection)
+    def gaps(self, selection: Selection) -> str | None:
+        """Say in one line which of the chosen periods are not filled, None if all that are named are."""
+        with self.at_one_moment() as still, still.reading() as connection:
+            known, elsewhere = still.fills(selection.a), a_filled(connection)
+        return describe_unfilled(known, selection.periods, selection.a, elsewhere)
 
     def rows(
         self,

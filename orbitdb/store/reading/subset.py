@@ -14,6 +14,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.equality import ByValue
 from orbitdb.orbits.orbit import NUMBERS, Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.class_view import class_view
@@ -32,8 +33,8 @@ _SHARED_TEXTS = ("representative", "time_reversal", "symmetry")
 _SHARED_INTEGERS = ("class_size", "walls")
 
 
-@dataclass(frozen=True, repr=False)
-class Subset:
+@dataclass(frozen=True, eq=False, repr=False)
+class Subset(ByValue):
     """The chosen symbol sequences, one entry each; numbers that a sequence does not have are NaN.
 
     Attributes
@@ -56,6 +57,9 @@ class Subset:
     coordinates : ndarray, shape (sum of p,), or None
         Those of all words one behind the other (`coordinates_of`, `of_period`), NaN where a word has
         none; None if they were not asked for.
+    unfilled : str or None
+        Which of the chosen periods are not filled, in one line (`Catalogue.unfilled`): what is not
+        filled is not known to be empty.
     """
 
     selection: Selection
@@ -75,12 +79,16 @@ class Subset:
     length_error: Floats
     lyapunov_error: Floats
     coordinates: Floats | None = None
+    unfilled: str | None = None
 
     def __len__(self) -> int:
         return len(self.words)
 
     def __repr__(self) -> str:
-        return f"<{len(self)} {self.selection.describe()}>"
+        known = f"{len(self)} {self.selection.describe()}"
+        if self.unfilled is None:
+            return f"<{known}>"
+        return f"<{known}; {self.unfilled}>" if len(self) else f"<{self.unfilled}>"
 
     @property
     def lambda_d(self) -> Floats:
@@ -115,18 +123,21 @@ class Subset:
 
 def read_subset(reader: Reader, selection: Selection, order: str, coordinates: bool) -> Subset:
     """Return the chosen sequences as arrays (`Catalogue.select`)."""
-    rows = list(reader.rows(selection, ("code", "p", "cycle", "element"), order))
-    words, p, cycles, elements = zip(*rows, strict=True) if rows else ((), (), (), ())
-    need_words(words, p)
-    keys = np.array([key or 0 for key in cycles], dtype=np.int64)
-    known, place = np.unique(keys, return_inverse=True)
-    shared = _shared(reader, selection.a, known)
-    places = read_coordinates(reader, selection.a, words, cycles, elements) if coordinates else None
+    with reader.at_one_moment() as still:
+        rows = list(still.rows(selection, ("code", "p", "cycle", "element"), order))
+        words, p, cycles, elements = zip(*rows, strict=True) if rows else ((), (), (), ())
+        need_words(words, p)
+        keys = np.array([key or 0 for key in cycles], dtype=np.int64)
+        known, place = np.unique(keys, return_inverse=True)
+        shared = _shared(still, selection.a, known)
+        places = read_coordinates(still, selection.a, words, cycles, elements) if coordinates else None
+        unfilled = still.gaps(selection)
     return Subset(
         selection=selection,
         words=np.array(words, dtype=_TEXT),
         p=np.array(p, dtype=np.int64),
         coordinates=places,
+        unfilled=unfilled,
         **{name: values[place] for name, values in shared.items()},
     )
 

@@ -1,5 +1,6 @@
 """The whole periods of a chosen subset: averages over orbits, which must miss none, are of these alone."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -56,3 +57,22 @@ def read_whole(catalogue: Catalogue, selection: Selection) -> WholePeriods:
         partial = tuple(fill for fill in fills if not fill.whole)
         spans = tuple((fill.p, fill.p) for fill in whole) or ((0, 0),)
         return WholePeriods(selection, whole, partial, still.classes(replace(selection, periods=spans)))
+
+
+def why_missing(periods: Sequence[int], selection: Selection, partial: Iterable[int] = ()) -> str:
+    """Return periods that are not among those averaged over, and why; empty if there are none.
+
+    Parameters
+    ----------
+    periods : sequence of int
+    selection : Selection
+        What was chosen.
+    partial : iterable of int, optional
+        Chosen periods that are stored in part, and left out.
+    """
+    incomplete = set(partial)
+    reasons: dict[str, list[int]] = {}
+    for p in sorted({*periods, *incomplete}):
+        chosen = "partial, left out" if p in incomplete else "not filled"
+        reasons.setdefault(chosen if selection.includes(p) else "not chosen", []).append(p)
+    return "; ".join(f"{', '.join(map(str, orders))} ({reason})" for reason, orders in reasons.items())

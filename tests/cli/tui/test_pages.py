@@ -23,6 +23,9 @@ SELECTIONS = [
     Selection(ranges={"length": (12.0, 20.0), "lambda_c": (None, 0.45)}),
     Selection(contains="13", time_reversal="pair"),
     Selection(where="lambda_c < 0.42 and p > 4"),
+    Selection(where="length is null or p = 3"),
+    Selection(where="p > (select min(p) + 1 from catalogue)"),
+    Selection(where="code like '%13%'"),
     Selection(a=1.0),
     Selection(a=7.0),
 ]
@@ -95,9 +98,16 @@ def test_a_bad_filter_is_refused(catalogues):
 
 def test_nobody_waits(catalogues):
     index = load_index(catalogues[0], 1.6)
-    for selection in (Selection(), Selection(where="p > 2")):
+    for selection in (Selection(), Selection(where="p > 2"), Selection(where="code like '1%'")):
         with pytest.raises(CancelledError):
             chosen_keys(catalogues[0], index, selection, cancelled=lambda: True)
+
+
+def test_filters_that_hold_for_classes_are_answered_from_them(catalogues, monkeypatch):
+    monkeypatch.setattr("orbitdb.store.reading.pages._scanned", None)  # a pass over all words takes minutes
+    index = load_index(catalogues[1], 1.6)
+    chosen = Selection(where="lambda_c < 0.42 and p > 4", time_reversal="pair")
+    assert len(chosen_keys(catalogues[1], index, chosen)) == catalogues[1].count(chosen) > 0
 
 
 def test_a_certificate_is_read_by_its_class(catalogues):
@@ -111,3 +121,13 @@ def test_a_certificate_is_read_by_its_class(catalogues):
     writer.close()
     assert certificate_of(catalogue, "013", 1.6) == (1e-30, 128)
     assert certificate_of(catalogue, "013", 1.0) is None
+
+
+def test_empty_fields_are_last_whichever_way_the_order_goes(catalogues):
+    for catalogue in catalogues:
+        index = load_index(catalogue, 1.6)
+        for column in ("length", "lambda_c", "symmetry", "rules", "element"):
+            for descending in (False, True):
+                keys = chosen_keys(catalogue, index, Selection(), column, descending)
+                empty = [row[1] is None for row in fetch(catalogue, index, keys, ("code", column))]
+                assert empty == sorted(empty)

@@ -8,7 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
-from pilot import LARGE, SMALL, ask, drive, press, send, settle, shown, table_of, until
+from screens import LARGE, SMALL, ask, drive, press, screenshot, send, settle, shown, table_of, until
 from textual import events
 
 from orbitdb.averages.by_period import entropy, lyapunov
@@ -16,7 +16,8 @@ from orbitdb.cli.tui.dialogs import KeysDialog, LineDialog, QuestionDialog
 from orbitdb.cli.tui.drawing import OrbitDrawing, Plot, View
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.facts import FactsPanel
-from orbitdb.cli.tui.filling import FillDialog, parse_wish
+from orbitdb.cli.tui.fill_dialog import FillDialog
+from orbitdb.cli.tui.filling import parse_wish
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.source import Ordering, Pages
 from orbitdb.cli.tui.statistics import StatisticsScreen
@@ -26,11 +27,8 @@ from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.writing.references import add_reference
-from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.symmetry import REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
-from orbitdb.trajectories.ensemble import Reference
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 WRITE = "ORBITDB_WRITE_SNAPSHOTS"
@@ -136,30 +134,6 @@ def test_the_cursor_stays_on_its_word_when_the_order_changes(filled):
         assert table_of(app).cursor > 1000
 
     drive(filled, steps)
-
-
-@both_sizes
-def test_filter_is_checked_as_it_is_typed_and_remembered(filled, size):
-    async def steps(app, pilot):
-        await press(pilot, "slash", *"lenght")
-        assert "no such column" in str(app.screen.query_one(".complaint").render())
-        await press(pilot, "enter")
-        assert isinstance(app.screen, LineDialog)
-        app.screen.query_one("Input").value = "length < 3"
-        await pilot.pause()
-        assert "where length < 3" in str(app.screen.query_one(".complaint").render())
-        await press(pilot, "escape")
-        await ask(pilot, "slash", "length < 11")
-        chosen = Selection(where="length < 11")
-        assert app.screen.selection == chosen
-        assert app.screen.sub_title == chosen.describe()
-        assert len(table_of(app).source) == app.catalogue.count(chosen) == 5
-        await press(pilot, "slash", "ctrl+a", "ctrl+k", "enter")
-        assert app.screen.selection.where is None
-        await press(pilot, "slash", "up", "enter")
-        assert app.screen.selection == chosen
-
-    drive(filled, steps, size)
 
 
 @pytest.mark.slow
@@ -325,25 +299,6 @@ def test_statistics_are_those_of_the_averages(filled, size):
     drive(filled, steps, size)
 
 
-@pytest.mark.slow
-def test_statistics_show_the_stored_reference_until_new_trajectories_are_wanted(filled, tmp_path):
-    path = tmp_path / "orbits.db"
-    path.write_bytes(filled.read_bytes())
-    kept = Reference(0.8867, 0.0001, 0.3752, 0.0001, 2.3, 0.1, 10**9, 16, 5)
-    writer = Writer(path, {"command": "test"})
-    add_reference(writer, 1.6, kept)
-    writer.close()
-
-    async def steps(app, pilot):
-        await press(pilot, "S")
-        assert app.screen.reference == kept
-        await press(pilot, "t")
-        assert app.screen.reference.bounces < 10**7
-        assert app.screen.reference.lambda_d == pytest.approx(kept.lambda_d, abs=0.01)
-
-    drive(path, steps, LARGE)
-
-
 def test_statistics_of_chosen_words_count_those_words_alone(filled):
     from orbitdb.averages.fixed_points import ClassRows
     from orbitdb.cli.tui.numbers import curves_of, statistics, table_of
@@ -400,7 +355,8 @@ def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
     async def steps(app, pilot):
         await pilot.press("f")
         app.screen.query_one("#periods").value = "2-14"
-        await send(app, "enter", FillDialog)
+        await send(app, "enter", QuestionDialog)
+        await send(app, "y", FillDialog)
         await until(lambda: app.fill_state is not None and app.fill_state.done)
         await send(app, "escape", MainScreen)
         await send(app, "q", QuestionDialog)
@@ -425,7 +381,7 @@ def test_quitting_while_a_fill_runs_asks_and_keeps_what_is_stored(tmp_path):
 
     async def steps(app, pilot):
         await pilot.press("f")
-        app.screen.query_one("#periods").value = "2-14"
+        app.screen.query_one("#periods").value = "2-13"
         await send(app, "enter", FillDialog)
         await until(lambda: app.fill_state is not None)
         await send(app, "escape", MainScreen)
@@ -444,6 +400,7 @@ def test_quitting_while_a_fill_runs_asks_and_keeps_what_is_stored(tmp_path):
     ("texts", "complaint"),
     [
         (("x", "2-5", ""), "write a number"),
+        (("1_6", "2-5", ""), "write a number"),
         (("-1", "2-5", ""), "half length"),
         (("1.6", "two", ""), "periods"),
         (("1.6", "1-5", ""), "fill from 2"),
@@ -645,14 +602,7 @@ def test_snapshots(filled, tmp_path, monkeypatch, name, size, keys):
     monkeypatch.chdir(tmp_path)
     if name != "empty":
         Path("orbits.db").write_bytes(filled.read_bytes())
-    svgs = []
-
-    async def steps(app, pilot):
-        await press(pilot, *keys)
-        svgs.append(normalised(app.export_screenshot()))
-
-    drive(Path("orbits.db"), steps, size)
-    (svg,) = svgs
+    svg = normalised(screenshot(Path("orbits.db"), size, keys))
     file = SNAPSHOTS / f"{name}.svg"
     if os.environ.get(WRITE):
         file.write_text(svg, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The terminal UI without a terminal, driven by Textual's pilot."""
+"""The terminal UI without a terminal: driven by keys, and looked at."""
 
 import asyncio
 import time
@@ -9,16 +9,15 @@ from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.table import PagedTable
 from orbitdb.store.asking.selection import Selection
 
-SMALL, LARGE = (80, 24), (160, 48)
-"""Columns and rows of the terminals that the tests use."""
+SMALL, LARGE, TINY = (80, 24), (160, 48), (60, 20)
 
 
-def drive(path, steps, size=SMALL, selection=None, code=None):
+def drive(path, steps, size=SMALL, selection=None, code=None, notifications=False):
     """Run the app without a terminal and do some steps with its pilot."""
 
     async def run():
         app = BrowseApp(path, selection or Selection(), code)
-        async with app.run_test(size=size) as pilot:
+        async with app.run_test(size=size, notifications=notifications) as pilot:
             await settle(pilot)
             await steps(app, pilot)
 
@@ -61,7 +60,24 @@ def table_of(app):
     return app.screen_stack[0].query_one(PagedTable)
 
 
+def screen_lines(app):
+    """Return the lines of the screen as texts."""
+    strips = app.screen._compositor.render_strips()
+    return ["".join(segment.text for segment in strip) for strip in strips]
+
+
 def shown(app):
     """Return the screen as text."""
-    strips = app.screen._compositor.render_strips()
-    return "\n".join("".join(segment.text for segment in strip) for strip in strips)
+    return "\n".join(screen_lines(app))
+
+
+def screenshot(path, size, keys=(), selection=None):
+    """Return the screen as SVG, as it is when some keys have been pressed."""
+    svgs = []
+
+    async def steps(app, pilot):
+        await press(pilot, *keys)
+        svgs.append(app.export_screenshot())
+
+    drive(path, steps, size, selection)
+    return svgs[0]

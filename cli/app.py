@@ -1,0 +1,64 @@
+"""All commands of ``orbitdb``: one module a group of commands."""
+
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+import typer
+
+from orbitdb import __version__
+from orbitdb.cli.commands import (
+    averages,
+    bench,
+    browse,
+    export,
+    fill,
+    info,
+    plot,
+    query,
+    simulate,
+    table,
+    verify,
+)
+
+ParsingError = typer.TyperException
+
+app = typer.Typer(
+    name="orbitdb",
+    help="A certified catalogue of the unstable periodic orbits of the stadium billiard.",
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+for module in (fill, query, browse, table, averages, simulate, plot, export, verify, bench, info):
+    module.register(app)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"orbitdb {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+def call(arguments: Sequence[str]) -> Any:
+    """Run the command that the arguments say; return its exit code, if it has one.
+
+    Raises
+    ------
+    ParsingError
+        If they cannot be read.
+    KeyboardInterrupt
+        On Ctrl-C, or the end of an input that is waited for.
+    """
+    try:
+        return app(arguments, prog_name="orbitdb", standalone_mode=False)
+    except typer.Abort as end:
+        raise KeyboardInterrupt from end

@@ -1,0 +1,30 @@
+"""Codes as they are given on the command line."""
+
+import sys
+from collections.abc import Iterable, Iterator
+
+from orbitdb.cli.render import note, repeats
+from orbitdb.errors import InputError
+
+
+def given_codes(codes: Iterable[str]) -> Iterator[str]:
+    """Return the codes given, the lines of stdin in the place of ``-``, without checking them."""
+    try:
+        for code in codes:
+            if code == "-":
+                yield from (line.strip() for line in sys.stdin or () if line.strip())
+            else:
+                yield code
+    except UnicodeDecodeError:
+        raise InputError("stdin is not text: write one code a line") from None
+
+
+def primitive(code: str) -> str:
+    """Read a code; where it repeats a shorter word, say so and return that."""
+    from orbitdb.symbols.words import parse, primitive_root
+
+    word = parse(code)
+    root = primitive_root(word)
+    if root != word:
+        note(repeats(word, root))
+    return root

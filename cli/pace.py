@@ -1,0 +1,144 @@
+"""How far a piece of work is, how fast it is, and the line that says so."""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+from orbitdb.plaintext import printable
+
+_MEMORY = 20.0
+"""Seconds over which the rate is taken, if there are a few steps in them."""
+
+_STEPS = 3
+_NARROWEST, _WIDEST = 8, 40
+"""Columns of the bar, which has a third of the line."""
+
+_DONE, _HALF, _TO_COME = "━╾─"
+
+
+@dataclass(frozen=True)
+class State:
+    """How far a piece of work is.
+
+    Attributes
+    ----------
+    text : str
+        What is at work.
+    done, total : float
+        How much of it is done; a total of 0 if nobody knows.
+    counted : bool
+        Whether these are numbers of things, so that their rate tells something.
+    """
+
+    text: str = ""
+    done: float = 0.0
+    total: float = 0.0
+    counted: bool = True
+
+    @property
+    def share(self) -> float:
+        """The part that is done, of a known total."""
+        return min(max(self.done / self.total, 0.0), 1.0)
+
+
+class Pace:
+    """How far work is, and how fast it has been lately.
+
+    Parameters
+    ----------
+    text : str
+        What is at work.
+    """
+
+    def __init__(self, text: str) -> None:
+        self.state = State(text)
+        self._marks: deque[tuple[float, float]] = deque()
+
+    def tell(self, state: State, now: float) -> None:
+        """Take note of how far the work is at a moment; a new total is new work."""
+        if state.total != self.state.total or state.done < self.state.done:
+            self._marks.clear()
+        self._marks.append((now, state.done))
+        while len(self._marks) > _STEPS and self._marks[1][0] < now - _MEMORY:
+            self._marks.popleft()
+        self.state = state
+
+    def rest(self, seconds: float) -> None:
+        """Leave out a time in which nothing was done."""
+        self._marks = deque((moment + seconds, done) for moment, done in self._marks)
+
+    def rate(self) -> float:
+        """Return what is done in a second; 0 if nobody knows yet."""
+        marks = tuple(self._marks)
+        passed = marks[-1][0] - marks[0][0] if marks else 0.0
+        return (marks[-1][1] - marks[0][1]) / passed if passed > 0 else 0.0
+
+    def left(self, now: float) -> float | None:
+        """Return the seconds that are left; None if nobody knows yet."""
+        rate, marks = self.rate(), tuple(self._marks)
+        if rate <= 0 or self.state.done >= self.state.total:
+            return None
+        return max(1.0, (self.state.total - self.state.done) / rate - (now - marks[-1][0]))
+
+
+def frame(pace: Pace, now: float, elapsed: float, room: int) -> str:
+    """Return the line that says how far the work is; where it is too long, what matters least goes.
+
+    Parameters
+    ----------
+    pace : Pace
+    now : float
+        The moment, in seconds.
+    elapsed : float
+        Since the work was begun, in seconds.
+    room : int
+        Columns that the line may take.
+    """
+    state = pace.state
+    text = printable(state.text)
+    facts, shown = [clock(elapsed)], [text]
+    if state.total > 0:
+        facts = _facts(pace, now)
+        columns = min(_WIDEST, room // 3, room - len("  ".join([text, "", facts[0]])))
+        shown += [_bar(state.share, columns)] if columns >= _NARROWEST else []
+    while len(facts) > 1 and len("  ".join([*shown, *facts])) > room:
+        facts.pop()
+    return "  ".join(part for part in [*shown, *facts] if part)[: max(room, 0)]
+
+
+def _facts(pace: Pace, now: float) -> list[str]:
+    """Return what there is to say of work whose total is known, what matters most first."""
+    state, left, rate = pace.state, pace.left(now), pace.rate()
+    facts = [f"{math.floor(100 * state.share):3d}%"]
+    if left is not None:
+        facts.append(f"{clock(left)} left".rjust(len("12:34 left")))
+    if state.counted and rate > 0:
+        facts.append(f"{_rounded(rate)}/s")
+    if state.counted:
+        facts.append(f"{state.done:,.0f} of {state.total:,.0f}")
+    return facts
+
+
+def _bar(share: float, columns: int) -> str:
+    halves = math.floor(2 * columns * share)
+    return (_DONE * (halves // 2) + _HALF * (halves % 2)).ljust(columns, _TO_COME)
+
+
+def clock(seconds: float) -> str:
+    """Write a time as minutes and seconds, with hours if there are any."""
+    minutes, rest = divmod(int(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
+
+
+def _rounded(rate: float) -> str:
+    """Write a rate with two digits, which is what can be known of it."""
+    if rate < 10:
+        return f"{rate:.2g}"
+    size = 10 ** (math.floor(math.log10(rate)) - 1)
+    return f"{round(rate / size) * size:,}"
+
+
+def in_ascii(shown: str) -> str:
+    """Return the line for terminals that have no other characters."""
+    return shown.translate(str.maketrans(_DONE + _HALF + _TO_COME, "##-"))

@@ -1,0 +1,64 @@
+"""What commands that read a catalogue begin with: which a is meant, and what of the subset is filled."""
+
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from orbitdb.cli.options import USUAL_A, Choice
+from orbitdb.cli.render import note, note_partial
+
+if TYPE_CHECKING:
+    from orbitdb.store.asking.selection import Selection
+    from orbitdb.store.reading.catalogue import Catalogue
+
+
+@contextmanager
+def reading(db: Path | None, a: float | None, choice: Choice) -> "Iterator[tuple[Catalogue, Selection]]":
+    """Give a catalogue as it is at one moment, and the subset chosen by options at the a that is meant."""
+    from orbitdb.store.reading.catalogue import Catalogue
+
+    chosen = choice.at(USUAL_A if a is None else a)  # so that a wrong option is told first
+    with closing(Catalogue(db, a)) as opened, opened.at_one_moment() as catalogue:
+        yield catalogue, replace(chosen, a=_told(catalogue, a))
+
+
+def meant(path: Path, a: float | None) -> float:
+    """Return the a that is meant where a single word is asked for, in a catalogue or without one."""
+    from orbitdb.billiard.stadium import Stadium
+    from orbitdb.store.file.database import check_file
+    from orbitdb.store.reading.catalogue import Catalogue
+
+    if a is not None:
+        return Stadium(a).a
+    if check_file(path) is None:
+        return USUAL_A
+    with closing(Catalogue(path)) as catalogue:
+        return _told(catalogue, a)
+
+
+def _told(catalogue: "Catalogue", a: float | None) -> float:
+    """Return the a that is meant; say so where it is neither named nor the usual one."""
+    from orbitdb.store.reading.fills import exact
+
+    if a is None and catalogue.a != USUAL_A:
+        note(f"a = {exact(catalogue.a)}, the only one in {catalogue.path}")
+    return catalogue.a
+
+
+def note_gaps(catalogue: "Catalogue", chosen: "Selection", left_out: bool = False) -> bool:
+    """Say which chosen periods are stored in part, and which are not filled; tell whether any are."""
+    partial, unfilled = catalogue.partial(chosen), catalogue.unfilled(chosen)
+    note_partial(partial, chosen.a, left_out)
+    if unfilled is not None:
+        note(unfilled)
+    return bool(partial) or unfilled is not None
+
+
+def note_nothing(catalogue: "Catalogue", chosen: "Selection", more: str = "") -> None:
+    """Say that a subset is empty, if any of its periods is filled: of the others that is not known."""
+    unfilled = catalogue.unfilled(chosen)
+    if unfilled is None or any(chosen.includes(fill.p) for fill in catalogue.fills(chosen.a)):
+        where = " in what is stored" if unfilled or catalogue.partial(chosen) else ""
+        note(f"no {chosen.describe()}{where}{more}")

@@ -1,0 +1,69 @@
+"""What is known of one word, for people."""
+
+from orbitdb.cli.options import Format
+from orbitdb.cli.render import LONG_CODE, code_text, number, write
+from orbitdb.orbits.orbit import Orbit
+
+
+def facts(orbit: Orbit) -> list[tuple[str, str]]:
+    """Return what is known of a word, name by name, in words."""
+    from orbitdb.symbols.pruning import RULES
+    from orbitdb.symbols.words import run_notation
+
+    code = orbit.code if orbit.p <= LONG_CODE else run_notation(orbit.code)
+    facts = [
+        ("code", code),
+        ("a", f"{orbit.a:g}"),
+        ("period", str(orbit.p)),
+        ("status", orbit.status.sentence),
+    ]
+    facts += [(f"  rule {rule.number}", rule.sentence) for rule in RULES if rule.number in orbit.rules]
+    if orbit.rules or orbit.length is None:
+        return facts + ([("margin", number("margin", orbit.margin))] if orbit.margin is not None else [])
+    errors = {"length": orbit.length_error, "lyapunov": orbit.lyapunov_error}
+    for name in ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual", "error"):
+        bound = f" +- {errors[name]:.0e}" if errors.get(name) is not None else ""
+        facts.append(
+            (name, (_exact(getattr(orbit, name)) if bound else number(name, getattr(orbit, name))) + bound)
+        )
+    least = code_text(orbit.representative)
+    reversal = "retraces its path" if orbit.time_reversal == "self" else "its reverse is another orbit"
+    facts += [
+        ("time reversal", reversal),
+        (
+            "class",
+            f"{orbit.class_size} sequences, least {least}, symmetry {orbit.symmetry}",
+        ),
+        ("stored", "yes" if orbit.stored else "no: solved on the spot"),
+    ]
+    return facts
+
+
+def _exact(value: float) -> str:
+    return f"{value:.14g}"
+
+
+def write_bounces(orbit: Orbit) -> None:
+    """Write the bounces one by one, if a screen can hold them."""
+    if orbit.coordinates is None or orbit.p > LONG_CODE:
+        return
+    import numpy as np
+
+    from orbitdb.billiard.stadium import Stadium
+
+    symbols = np.array([int(symbol) for symbol in orbit.code], dtype=np.uint8)
+    points = Stadium(orbit.a).points(symbols, orbit.coordinates)
+    walls = ("bottom", "left, up", "top", "right, up", "left, down", "right, down")
+    rows = (
+        (n + 1, int(symbol), _wall(orbit.code, n, walls), float(x), float(point[0]), float(point[1]))
+        for n, (symbol, x, point) in enumerate(zip(symbols, orbit.coordinates, points, strict=True))
+    )
+    print()
+    write(("n", "symbol", "wall", "coordinate", "x", "y"), rows, Format.TABLE)
+
+
+def _wall(code: str, n: int, names: tuple[str, ...]) -> str:
+    """Name the wall of a bounce; a single bounce on a semicircle has no sense of rotation."""
+    name = names[int(code[n])]
+    alone = code[n - 1] != code[n] and code[(n + 1) % len(code)] != code[n]
+    return name.partition(",")[0] if alone else name

@@ -1,0 +1,72 @@
+"""Which averages by period stand: those that no missing period and no spurious zero spoils.
+
+The command, the figures and the statistics screen show these alone.
+"""
+
+from collections.abc import Iterable
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from orbitdb.averages.by_period import Entropy, Lyapunov
+from orbitdb.averages.fixed_points import missing_divisors, missing_periods
+
+_FIXED_POINTS = {"N", "K_0", "lambda_d", "lambda_c"}
+_PAIRS = {"lambda_d_pair", "lambda_c_pair"}
+
+
+def standing(found: Entropy | Lyapunov, filled: Iterable[int]) -> dict[str, list[Any]]:
+    """Return the columns of averages by period, None for every value that does not stand.
+
+    A sum over the fixed points of order p needs all divisors of p, a mean of neighbouring periods those
+    of both, and a zeta function every period up to p.
+
+    Parameters
+    ----------
+    found : Entropy or Lyapunov
+    filled : iterable of int
+        The periods whose orbits are all among those averaged over, as far as they were chosen.
+
+    Returns
+    -------
+    dict of str to list
+        One list a field that is an array, with a number or None for each p.
+    """
+    have = set(filled)
+    columns = {}
+    for field in fields(found):
+        values = getattr(found, field.name)
+        if isinstance(values, np.ndarray) and field.name != "p":
+            columns[field.name] = [
+                None if _lacks(field.name, p, have) or value != value else value
+                for p, value in zip(found.p.tolist(), values.tolist(), strict=True)
+            ]
+    return {"p": found.p.tolist(), **columns}
+
+
+def _lacks(name: str, p: int, have: set[int]) -> bool:
+    """Tell whether an average of period p lacks orbits of periods that are not there."""
+    if p not in have:
+        return True
+    if name in _FIXED_POINTS:
+        return bool(missing_divisors(p, have))
+    if name in _PAIRS:
+        return bool(missing_divisors(p, have) or missing_divisors(p - 1, have))
+    return bool(missing_periods(p, have))
+
+
+def faults_of(found: Entropy | Lyapunov, filled: Iterable[int]) -> str:
+    """Return one line that says at which periods, all lower ones being there, the zeta function has no
+    zero that can be used, and why; empty if there is none."""
+    have = set(filled)
+    periods: dict[str, list[int]] = {}
+    for p, fault in zip(found.p.tolist(), found.faults, strict=True):
+        if fault and p in have and not missing_periods(p, have):
+            periods.setdefault(fault, []).append(p)
+    said = "; ".join(f"at p = {_listed(orders)} {fault}" for fault, orders in periods.items())
+    return said and f"the zeta function gives no average {said}"
+
+
+def _listed(periods: Iterable[int]) -> str:
+    return ", ".join(map(str, periods))

@@ -1,0 +1,141 @@
+"""Averages that do not stand are blank: missing periods, no zero, a spurious one."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from test_averages import class_rows
+
+from orbitdb import Catalogue, Selection
+from orbitdb.averages.by_period import Lyapunov, entropy, lyapunov, lyapunov_by_stability
+from orbitdb.averages.fixed_points import Weight
+from orbitdb.averages.standing import faults_of, standing
+from orbitdb.cli.tui.numbers import curves_of, notes_of, statistics, table_of
+from orbitdb.filling.periods import fill_periods
+from orbitdb.store.reading.whole_periods import why_missing
+
+HIGHEST = 9
+ZETA = ("lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
+GRID = [1e-6, 1e-3, 0.1, 0.3, 0.5, 1.6, 10.0, 1e3]
+
+
+@pytest.mark.parametrize("weight", Weight)
+@pytest.mark.parametrize("a", GRID)
+def test_an_average_is_between_the_least_and_the_greatest_of_its_orbits_or_blank(a, weight):
+    rows = class_rows(a, HIGHEST)
+    found = lyapunov(rows, HIGHEST, weight)
+    for i, p in enumerate(found.p.tolist()):
+        part = rows.rows(rows.period <= p)
+        known = [math.isfinite(getattr(found, name)[i]) for name in ZETA]
+        assert known == [not found.faults[i]] * 4
+        if known[0]:
+            for name, values in (
+                ("lambda_d_zeta", part.lyapunov / part.period),
+                ("lambda_c_zeta", part.lyapunov / part.length),
+                ("mean_path_zeta", part.length / part.period),
+            ):
+                assert values.min() * (1 - 1e-9) <= getattr(found, name)[i] <= values.max() * (1 + 1e-9)
+    if a >= 0.5:
+        assert not any(found.faults)
+
+
+@pytest.mark.parametrize("a", GRID)
+def test_a_topological_zeta_function_that_does_not_converge_gives_no_entropy(a):
+    found = entropy(class_rows(a, HIGHEST), HIGHEST)
+    blank = np.isnan(found.h_zeta)
+    assert [bool(fault) for fault in found.faults] == blank.tolist()
+    assert (found.h_zeta[~blank] >= -1e-12).all()
+    assert not blank[:5].any()
+
+
+def test_every_kind_of_fault_is_told():
+    small = class_rows(1e-6, HIGHEST)
+    said = faults_of(lyapunov(small, HIGHEST, Weight.DETERMINANT), range(2, HIGHEST + 1))
+    assert "at p = 6 (its zero 0.002432 is spurious: lambda_d = -0.0002322, of orbits 2e-06 to" in said
+    assert "at p = 8 (it has no real zero)" in said
+    assert "at p = 9 (its zero 1.342 is spurious: the series ends there in 4.51e+21" in said
+    assert "8, 9 (it has no real zero)" in faults_of(entropy(small, HIGHEST), range(2, HIGHEST + 1))
+    assert faults_of(lyapunov(small, HIGHEST), [2, 3, 9]) == ""
+
+
+def test_a_cut_by_stability_that_gives_no_average_says_why():
+    rows = class_rows(1e-6, 8)
+    for found, reason in (
+        (lyapunov_by_stability(rows, 2.0, 8), "(its zero"),
+        (lyapunov_by_stability(rows, 1e-7, 8), "(no orbit has a lambda up to 1e-07)"),
+    ):
+        assert found.fault.startswith(reason)
+        assert np.isnan([found.lambda_d, found.lambda_c, found.mean_path, found.z0]).all()
+    for weight in Weight:
+        assert lyapunov_by_stability(class_rows(1.6, HIGHEST), 9.0, HIGHEST, weight).fault == ""
+
+
+def test_each_average_needs_its_own_periods():
+    rows = class_rows(1.6, 6)
+    shown = standing(lyapunov(rows, 6), [3, 5, 6]) | standing(entropy(rows, 6), [3, 5, 6])
+    there = {name: [p for p, value in zip(shown["p"], values, strict=True) if value is not None]
+             for name, values in shown.items()}  # fmt: skip
+    assert there["lambda_d"] == there["N"] == there["K_0"] == [3, 5]
+    assert there["lambda_d_pair"] == there["lambda_d_zeta"] == there["z0"] == there["h_zeta"] == []
+    shown = standing(lyapunov(rows, 6), [2, 3, 4, 6])
+    assert [value is not None for value in shown["lambda_c_pair"]] == [False, True, True, False, False]
+    assert [value is not None for value in shown["lambda_c_zeta"]] == [True, True, True, False, False]
+
+
+def test_a_period_is_missing_as_it_is_not_chosen_or_not_filled_or_partial():
+    chosen = Selection(periods=((5, 9),))
+    assert why_missing([2, 3, 6], chosen, [7]) == "2, 3 (not chosen); 6 (not filled); 7 (partial, left out)"
+    assert why_missing([], chosen) == ""
+
+
+def test_statistics_show_what_the_command_shows(varied, cli):
+    for selection, option in ((Selection(), ()), (Selection(periods=((3, 3), (5, 6))), ("--p", "3,5-6"))):
+        *_, found = statistics(Catalogue(varied), selection)
+        texts = [[cell != "" for cell in row[4:]] for row in table_of(found)]
+        names = ("N", "K_0", "h_zeta", "lambda_d", "lambda_d_pair", "lambda_d_zeta",
+                 "lambda_c", "lambda_c_pair", "lambda_c_zeta")  # fmt: skip
+        rows = [
+            first | second
+            for first, second in zip(
+                *(json.loads(cli(name, *option, "--db", str(varied), "--json").out) for name in COMMANDS),
+                strict=True,
+            )
+        ]
+        assert texts == [[row[name] is not None for name in names] for row in rows]
+        drawn = {name: curves[-1].y for name, curves in curves_of(found, None).items()}
+        for name in ("lambda_d", "lambda_c"):
+            assert np.isfinite(drawn[name]).sum() == sum(row[f"{name}_zeta"] is not None for row in rows)
+
+
+COMMANDS = ("entropy", "lyapunov")
+
+
+def test_a_chosen_period_says_nothing_of_the_file(varied):
+    *_, found = statistics(Catalogue(varied), Selection(periods=((6, 6),)))
+    assert notes_of(found) == ["without the periods 2, 3, 4, 5 (not chosen)"]
+
+
+def test_the_command_leaves_out_a_spurious_average_and_says_so(tmp_path, cli):
+    path = tmp_path / "small.db"
+    Catalogue.create(path)
+    for _ in fill_periods(path, 1e-6, range(2, 9)):
+        pass
+    done = cli("lyapunov", "--a", "1e-6", "--weight", "det", "--db", str(path), "--json")
+    rows = json.loads(done.out)
+    for name in ("lambda_d_zeta", "lambda_c_zeta", "z0"):
+        assert [row["p"] for row in rows if row[name] is None] == [6, 7, 8]
+    assert "the zeta function gives no average at p = 6 (its zero" in done.err
+    done = cli("lyapunov", "--a", "1e-6", "--cut", "2", "--db", str(path), "--json")
+    assert set(json.loads(done.out)[0].values()) == {2.0, None}
+    assert "the zeta function gives no average (its zero" in done.err
+    done = cli("entropy", "--a", "1e-6", "--db", str(path), "--json")
+    assert [row["p"] for row in json.loads(done.out) if row["h_zeta"] is None] == [8]
+    assert "at p = 8 (it has no real zero)" in done.err
+
+
+def test_averages_of_no_orbit_have_no_fault():
+    found = lyapunov(class_rows(1.6, 4).rows(slice(0, 0)), 4)
+    assert isinstance(found, Lyapunov)
+    assert found.faults == ("", "", "")
+    assert np.isnan(found.z0).all()

@@ -1,0 +1,153 @@
+"""Options of the command line: those that do nothing, numbers as people write them, - and closed streams."""
+
+import csv
+import io
+import json
+import shlex
+import subprocess
+
+import pytest
+from processes import COMMAND
+
+from orbitdb.numerals import real, whole
+
+IDLE = [
+    ("query --code 13 --where 'p > 2'", "--where does nothing with --code: leave it out"),
+    ("query --code 13 --p 3 --order p --limit 3 --offset 1",
+     "--p, --order, --limit, --offset do nothing with --code: leave them out"),
+    ("query --code 13 -P x=1", "-P does nothing with --code: leave it out"),
+    ("query -P x=1", "-P says what a name in --where stands for: give --where, or leave out -P"),
+    ("query --where 'p > 2' -P x=1", "where 'p > 2': it has no :x: leave out what is given for it"),
+    ("query --json --format csv", "--json and --format csv contradict one another: leave one of them out"),
+    ("fill --p 3 --code 13", "--p does nothing with --code: leave it out"),
+    ("fill --code 13 --from 2 --jobs 2 --geometric --executor processes",
+     "--from, --geometric, --jobs, --executor do nothing with --code: leave them out"),
+    ("plot orbit --code 13 --p 3 -o x.svg", "--p does nothing in plot orbit: leave it out"),
+    ("plot reverse --code 13 --limit 3 -o x.svg", "--limit does nothing in plot reverse: leave it out"),
+    ("plot entropy --code 13 -o x.svg", "--code does nothing in plot entropy: leave it out"),
+    ("plot lengths --limit 3 -o x.svg", "--limit does nothing in plot lengths: leave it out"),
+    ("bench --kind stress --a 2 --p 3", "--a, --p do nothing with --kind stress: leave them out"),
+    ("bench --kind stages --p 2 --plot x.svg", "--plot does nothing with --kind stages: leave it out"),
+    ("verify --seed 3", "--seed does nothing without --sample or --restarts: leave it out"),
+    ("export - --format csv --force", "--force does nothing on stdout: leave it out"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("command", "said"), IDLE, ids=[command for command, _ in IDLE])
+def test_options_that_do_nothing_are_refused(cli, filled, command, said):
+    done = cli(*shlex.split(command))
+    assert done == (2, "", f"orbitdb: {said}\n")
+
+
+NO_NUMBERS = [
+    "query --a 1_6", "query --a ٣", "query --limit 1_0", "query --limit 1.5", "query --limit -1",
+    "query --range length=1_0:", "query --p ٣", "fill --p 1_1", "lyapunov --cut 1_0",
+    "simulate --bounces 1e-1",
+    "simulate --bounces 1_000", "verify --sample 0", "verify --restarts 1e9", "fill --p 3 --jobs 1_0",
+    "simulate --seed 0x10",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("command", NO_NUMBERS)
+def test_what_is_no_number_is_refused(cli, filled, command):
+    done = cli(*command.split())
+    assert (done.code, done.out, len(done.err.splitlines())) == (2, "", 1)
+
+
+def test_numbers_are_read_as_people_write_them():
+    assert [whole(text) for text in ("20", "1e6", "2.5e7", "1E+3", " 7 ", "-1", "2.0")] == [
+        20, 1_000_000, 25_000_000, 1000, 7, -1, 2
+    ]  # fmt: skip
+    assert whole("12345678901234567891") == 12345678901234567891
+    assert [real(text) for text in ("1.6", ".5", "1.", "1e-6", "-inf", " 2 ")] == [
+        1.6, 0.5, 1.0, 1e-6, float("-inf"), 2.0
+    ]  # fmt: skip
+    for text in ("", "1_6", "½", "1e", "0x1", "e5", "1 2", "9" * 5000):
+        with pytest.raises(ValueError, match="is not a whole number"):
+            whole(text)
+
+
+def test_counts_may_have_an_exponent(cli, filled):
+    assert len(cli("query", "--limit", "1e1", "--format", "jsonl").out.splitlines()) == 10
+    assert json.loads(cli("simulate", "--bounces", "2e4", "--json", "--no-store").out)[0]["bounces"] >= 20000
+
+
+def test_a_value_that_looks_like_a_number_is_one_only_if_people_write_it_so(cli, filled):
+    for value, code in ("7", 0), ("7.0", 0), ("0_7", 1):
+        assert cli("query", "--where", "p = :x", "-P", f"x={value}", "--limit", "1").code == code
+
+
+def test_columns_of_a_word(cli, filled):
+    asked = ["query", "--code", "13", "--code", "1232", "-c", "length,code,symmetry,stored"]
+    rows = list(csv.DictReader(io.StringIO(cli(*asked, "--format", "csv").out)))
+    assert [row["code"] for row in rows] == ["13", "1232"]
+    assert list(rows[0]) == ["length", "code", "symmetry", "stored"]
+    assert cli(*asked).out.splitlines()[0].split() == ["length", "code", "symmetry", "stored"]
+    wrong = cli("query", "--code", "13", "-c", "colour")
+    assert (wrong.code, len(wrong.err.splitlines())) == (2, 1)
+    assert "'colour': the columns are code, representative," in wrong.err
+
+
+@pytest.mark.parametrize(("text", "codes"), [("13\n\n 1^2 3\n", ["13", "113"]), ("", [])])
+def test_codes_to_ask_for_come_from_stdin(cli, filled, monkeypatch, text, codes):
+    monkeypatch.setattr("sys.stdin", io.StringIO(text))
+    done = cli("query", "--code", "-", "--json", "-c", "code")
+    assert [row["code"] for row in json.loads(done.out)] == codes
+    assert (done.code, done.err) == ((0, "") if codes else (1, "no code on stdin\n"))
+
+
+def test_repetitions_are_told_clearly(cli, filled):
+    assert cli("query", "--code", "12321311232131", "--json").err == (
+        "12321311232131 repeats 1232131 (twice): this is 1232131\n"
+    )
+    assert cli("query", "--code", "131313", "--json").err == "131313 repeats 13 (3 times): this is 13\n"
+
+
+def test_a_minus_is_stdout(cli, filled, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    named, silent = (cli("export", *target, "--format", "csv", "--p", "3") for target in (["-"], []))
+    assert named == silent
+    assert len(named.out.splitlines()) == 9
+    assert len(cli("export", "-", "--format", "jsonl", "--p", "3").out.splitlines()) == 8
+    for form in ["--format", "parquet"], ["--format", "npz"], []:
+        done = cli("export", "-", *form)
+        assert (done.code, len(done.err.splitlines())) == (2, 1)
+        assert "name a file" in done.err
+    assert not (tmp_path / "-").exists()
+
+
+NOWHERE = "orbitdb: the output cannot be written (it is closed)\n"
+
+
+@pytest.mark.parametrize(
+    ("command", "streams", "code", "err"),
+    [
+        ("table", ">&-", 3, NOWHERE),
+        ("query --format csv", ">&-", 3, NOWHERE),
+        ("--version", ">&-", 3, NOWHERE),
+        ("table", ">&- 2>&-", 3, ""),
+        ("table", ">/dev/null 2>&-", 0, ""),
+        ("export rows.csv --p 2", ">&- 2>&- <&-", 0, ""),
+        ("fill --code -", "<&-", 0, ""),
+        ("browse", "<&-", 2, "orbitdb: browse needs a terminal: use 'orbitdb query' where there is none\n"),
+        ("table", ">/dev/full", 3, "orbitdb: the output cannot be written (No space left on device)\n"),
+    ],
+)
+def test_closed_streams(filled, tmp_path, command, streams, code, err):
+    line = f"{shlex.join(COMMAND)} {command} {streams}"
+    variables = {"ORBITDB_DB": str(filled)}
+    done = subprocess.run(
+        ["/bin/sh", "-c", line], cwd=tmp_path, env=variables, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (code, err)
+
+
+def test_a_cut_with_too_many_terms_is_told_one_that_is_taken(cli, filled, monkeypatch):
+    from orbitdb.cli.commands import averages
+
+    monkeypatch.setattr(averages, "_MOST_FACTORS", 40)
+    refused = cli("lyapunov", "--weight", "det", "--cut", "9")
+    assert refused.code == 2
+    cut = refused.err.split("give ")[1].split()[0]
+    assert 0 < float(cut) < 9
+    assert cli("lyapunov", "--weight", "det", "--cut", cut).code == 0

@@ -1,0 +1,72 @@
+"""The line that says how far a command is: its text, its rate, its time left."""
+
+import pytest
+
+from orbitdb.cli.pace import Pace, State, clock, frame, in_ascii
+
+
+def paced(*steps: tuple[float, float], total: float = 1000.0, text: str = "words, p =  9 of 11") -> Pace:
+    """Return work of which so much was done at those times."""
+    pace = Pace(text)
+    for now, done in steps:
+        pace.tell(State(text, done, total), now)
+    return pace
+
+
+def test_a_line_of_80_columns():
+    pace = paced((0.0, 0.0), (10.0, 250.0))
+    assert frame(pace, 10.0, 10.0, 79) == (
+        "words, p =  9 of 11  ━━━━━━╾───────────────────   25%   0:30 left  25/s"
+    )
+    assert frame(pace, 20.0, 20.0, 79).split("  ")[-2].strip() == "0:20 left"  # a long step goes on
+    assert frame(pace, 99.0, 99.0, 79).split("  ")[-2].strip() == "0:01 left"
+
+
+def test_nothing_is_said_of_what_nobody_knows():
+    assert frame(paced((0.0, 0.0)), 1.0, 1.0, 79).endswith("──    0%  0 of 1,000")
+    assert frame(Pace("reading"), 3.0, 3.0, 79) == "reading  0:03"
+    done = frame(paced((0.0, 0.0), (10.0, 1000.0)), 12.0, 12.0, 79)
+    assert "left" not in done
+    assert "━" * 26 + "  100%" in done
+
+
+def test_a_fill_that_goes_on_has_the_rate_of_now():
+    """What was stored before took none of the time; nor did what lies long behind tell much."""
+    assert paced((0.0, 900.0), (10.0, 950.0)).left(10.0) == pytest.approx(10.0)
+    slower = paced((0.0, 0.0), (1.0, 500.0), *((2.0 + k, 501.0 + k) for k in range(40)))
+    assert slower.rate() == pytest.approx(1.0)
+
+
+def test_few_long_steps_have_a_rate():
+    assert paced((0.0, 0.0), (100.0, 100.0), (200.0, 200.0)).rate() == pytest.approx(1.0)
+
+
+def test_a_new_stage_begins_anew():
+    pace = paced((0.0, 0.0), (10.0, 1000.0))
+    pace.tell(State("orbits", 10.0, 500.0), 11.0)
+    assert pace.rate() == 0.0
+
+
+def test_a_rest_does_not_count():
+    pace = paced((0.0, 0.0), (10.0, 100.0))
+    pace.rest(3600.0)
+    pace.tell(State("words", 200.0, 1000.0), 3620.0)
+    assert pace.rate() == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize("room", range(-1, 200))
+def test_the_line_fits_and_no_number_is_cut(room):
+    shown = frame(paced((0.0, 0.0), (10.0, 250.0)), 10.0, 10.0, room)
+    assert len(shown) <= max(room, 0)
+    whole = "words, p =  9 of 11"
+    assert shown == whole[: max(room, 0)] or "25%" in shown or room < len(whole) + 6
+    assert in_ascii(shown).isascii()
+
+
+def test_times_are_read_at_a_glance():
+    assert [clock(seconds) for seconds in (0.4, 61, 3600, 360_000)] == [
+        "0:00",
+        "1:01",
+        "1:00:00",
+        "100:00:00",
+    ]

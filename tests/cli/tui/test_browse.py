@@ -1,0 +1,52 @@
+"""The terminal UI in real terminals of any size, and of little ability."""
+
+import pexpect
+import pytest
+from terminal import ended, spawn
+
+HABITS = [
+    pytest.param((80, 24), {}, marks=pytest.mark.slow, id="80x24"),
+    pytest.param((1, 1), {}, marks=pytest.mark.slow, id="1x1"),
+    pytest.param((2, 3), {}, marks=pytest.mark.slow, id="2x3"),
+    pytest.param((20, 8), {}, marks=pytest.mark.slow, id="20x8"),
+    pytest.param((160, 48), {}, marks=pytest.mark.slow, id="160x48"),
+    pytest.param((60, 20), {"TERM": "dumb", "LC_ALL": "C"}, marks=pytest.mark.slow, id="dumb"),
+    pytest.param((80, 24), {"TERM": ""}, marks=pytest.mark.slow, id="no TERM"),
+]
+
+
+@pytest.mark.parametrize(("size", "variables"), HABITS)
+def test_it_opens_its_screens_and_leaves(filled_once, size, variables):
+    columns, rows = size
+    child = spawn("browse", "--db", filled_once, columns=columns, rows=rows, **variables)
+    raw = _until_quiet(child)
+    for key in ("/", "\x1b", "f", "\x1b", "S", "\x1b", "?", "\x1b"):
+        child.send(key)
+        raw += _until_quiet(child)
+    child.send("q")
+    child.expect(pexpect.EOF)
+    session = ended(child, raw + child.before, columns, rows)
+    assert session.code == 0
+    assert "Traceback" not in session.text
+    assert not session.cursor_hidden
+    assert "\x1b[?1049l" in session.raw  # what was on the terminal before is there again
+
+
+def test_the_only_stadium_of_a_file_is_opened(tmp_path):
+    path = tmp_path / "orbits.db"
+    spawn("fill", "--p", "4", "--a", "1", "--db", path).expect(pexpect.EOF)
+    child = spawn("browse", "--db", path)
+    child.expect("1 of 41")
+    child.expect("8\\.0000000")  # the length of 13
+    child.send("q")
+    child.expect(pexpect.EOF)
+    session = ended(child, child.before)
+    assert session.code == 0
+
+
+def _until_quiet(child):
+    """Return what is written until nothing comes for a while."""
+    raw = ""
+    while child.expect([".+", pexpect.TIMEOUT], timeout=0.25 if raw else 30) == 0:
+        raw += child.after
+    return raw

@@ -1,0 +1,141 @@
+"""No text of a dialog or of a notification is cut off, on small terminals either."""
+
+import pytest
+from screens import SMALL, TINY, drive, press, screen_lines
+from textual.widgets import Button, Label
+from textual.widgets._toast import Toast
+
+from orbitdb.cli.tui.dialogs import KeysDialog
+from orbitdb.cli.tui.filling import FillState, Wish
+from orbitdb.store.asking.selection import Selection
+
+LONG_PATH = "/a" * 120
+
+both_sizes = pytest.mark.parametrize("size", [pytest.param(SMALL, marks=pytest.mark.slow), TINY])
+
+
+def squeezed(text):
+    return "".join(text.split())
+
+
+def seen(app, region):
+    """Return what is to be seen in a region, without blanks: texts may be folded."""
+    lines = screen_lines(app)[max(region.y, 0) : region.bottom]
+    return squeezed("".join(line[max(region.x, 0) : region.right] for line in lines))
+
+
+def cut_off(app):
+    """Return the texts of the dialog that is open of which a part cannot be seen."""
+    shown = [
+        label for label in app.screen.query(Label) if all(node.display for node in label.ancestors_with_self)
+    ]
+    texts = [(str(label.render()), label.region) for label in shown]
+    texts += [(button.label.plain, button.region) for button in app.screen.query(Button)]
+    for box in app.screen.query(".dialog"):
+        texts += [(title, box.region) for title in (box.border_title, box.border_subtitle) if title]
+    return [text for text, region in texts if squeezed(text) not in seen(app, region)]
+
+
+def a_fill_runs(app):
+    app.fill_state = FillState(Wish(1.6, (13,)), done=123_456, total=2_345_678, p=13, began=0.0)
+
+
+async def quit_question(app, pilot):
+    a_fill_runs(app)
+    await press(pilot, "q")
+
+
+async def fill_that_runs(app, pilot):
+    a_fill_runs(app)
+    await press(pilot, "f")
+
+
+async def fill_without_room(app, pilot):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("orbitdb.filling.estimate._BYTES", 1e12)
+        await press(pilot, "f", *"2-20")
+        assert "no room" in str(app.screen.query_one("#cost").render())
+
+
+async def long_fill(app, pilot):
+    await press(pilot, "f", *"2-14", "enter")
+
+
+async def wrong_filter(app, pilot):
+    await press(pilot, "slash")
+    app.screen.query_one("Input").value = "lenght < 3"
+
+
+async def wrong_code(app, pilot):
+    await press(pilot, "c")
+    app.screen.query_one("Input").value = "1232131" * 9 + "9"
+
+
+async def export_over_a_file(app, pilot):
+    await press(pilot, "e")
+    app.screen.query_one("Input").value = str(app.path.with_name("there.csv"))
+
+
+async def sorting(app, pilot):
+    await press(pilot, "s")
+
+
+DIALOGS = [
+    quit_question, fill_that_runs, fill_without_room, long_fill, wrong_filter, wrong_code,
+    export_over_a_file, sorting,
+]  # fmt: skip
+
+
+@both_sizes
+def test_dialogs_are_wholly_visible(filled, size):
+    filled.with_name("there.csv").touch()
+
+    async def steps(app, pilot):
+        for opened in DIALOGS:
+            await opened(app, pilot)
+            await pilot.pause()
+            assert app.screen.query(".dialog"), opened.__name__
+            assert cut_off(app) == [], opened.__name__
+            app.fill_state = None
+            while len(app.screen_stack) > 1:
+                await press(pilot, "escape")
+
+    drive(filled, steps, size)
+
+
+@both_sizes
+@pytest.mark.parametrize("key", ["question_mark", pytest.param("S", marks=pytest.mark.slow)])
+def test_keys_are_wholly_readable(filled, size, key):
+    async def steps(app, pilot):
+        await press(pilot, *dict.fromkeys((key, "question_mark")))
+        assert isinstance(app.screen, KeysDialog)
+        await pilot.resize_terminal(size[0], 60)  # where there are fewer rows, they are scrolled
+        text = seen(app, app.screen.region)
+        for _, keys in app.screen._groups:
+            for name, meaning in keys:
+                assert squeezed(name) in text
+                assert all(word in text for word in meaning.split())
+
+    drive(filled, steps, size, Selection(periods=((2, 3),)))
+
+
+@both_sizes
+def test_notifications_are_wholly_visible(filled, size):
+    async def steps(app, pilot):
+        message = f"{LONG_PATH} is read-only: copy it, or name another file with --db, " + "and so on, " * 20
+        app.notify(message)
+        await pilot.pause()
+        await pilot.pause()
+        assert squeezed(message) in seen(app, app.screen.query_one(Toast).content_region)
+
+    drive(filled, steps, size, notifications=True)
+
+
+def test_a_greeting_is_wholly_visible(tmp_path):
+    path = tmp_path / "new.db"
+
+    async def steps(app, pilot):
+        greeting = app.screen.query_one("#greeting Static")
+        assert squeezed(str(greeting.render())) in seen(app, greeting.region)
+
+    drive(path, steps, TINY)

@@ -1,0 +1,84 @@
+"""The fill dialog says what a fill is going to take before it begins."""
+
+from screens import drive, press, send, settle, shown, until
+
+from orbitdb.cli.tui.dialogs import QuestionDialog
+from orbitdb.cli.tui.fill_dialog import FillDialog
+from orbitdb.filling.estimate import need
+
+
+def cost(app):
+    return str(app.screen.query_one("#cost").render())
+
+
+def test_it_says_what_the_fields_take(filled_once):
+    async def steps(app, pilot):
+        await press(pilot, "f")
+        coming = need(filled_once, 1.6, range(2, 10), 1)
+        assert cost(app).startswith(f"{coming.sequences:,} sequences to come at a = 1.6: about ")
+        assert cost(app).endswith(" MB")
+        app.screen.query_one("#periods").value = "2-8"
+        await settle(pilot)
+        assert "nothing is left to do" in cost(app)
+        await press(pilot, "enter")
+        assert app.fill_state is None
+        app.screen.query_one("#codes").value = "1^20 3, 0132"
+        await settle(pilot)
+        assert cost(app) == "2 words to solve at a = 1.6"
+        assert app.screen.query_one("#periods").disabled  # they would do nothing
+        app.screen.query_one("#codes").value = "139"
+        await settle(pilot)
+        assert "symbol '9'" in cost(app)
+
+    drive(filled_once, steps)
+
+
+def test_a_long_fill_is_begun_only_if_it_is_meant(tmp_path):
+    async def steps(app, pilot):
+        await press(pilot, "f", *"2-14", "enter")
+        assert isinstance(app.screen, QuestionDialog)
+        assert "2,697,273 sequences to come" in shown(app)
+        await press(pilot, "n")
+        assert isinstance(app.screen, FillDialog)
+        assert app.fill_state is None
+        await press(pilot, "enter")
+        await send(app, "y", FillDialog)
+        await until(lambda: app.fill_state is not None)
+        await pilot.press("escape")
+        await send(app, "q", QuestionDialog)
+        await pilot.press("y")
+
+    drive(tmp_path / "new.db", steps)
+
+
+def test_a_disk_that_is_too_small_is_told_and_nothing_begins(tmp_path, monkeypatch):
+    monkeypatch.setattr("orbitdb.filling.estimate._BYTES", 1e15)
+
+    async def steps(app, pilot):
+        await press(pilot, "f", *"2-5", "enter")
+        told = cost(app)
+        assert told.startswith("no room for ")
+        assert "137 sequences take about 137000000 GB" in told
+        assert "\n" not in told
+        assert app.fill_state is None
+
+    drive(tmp_path / "new.db", steps)
+    assert not list(tmp_path.iterdir())
+
+
+def test_keys_go_into_the_periods_from_the_first_on(tmp_path):
+    """Where another field had the focus for a moment, who types fast would fill another stadium."""
+    focused = []
+
+    class Watched(FillDialog):
+        def on_descendant_focus(self, event):
+            focused.append(event.widget.id)
+
+    async def steps(app, pilot):
+        app.push_screen(Watched(app.path, "1.6", "2-11", None))
+        await settle(pilot)
+        await press(pilot, *"23")
+        assert app.screen.query_one("#periods").value == "23"
+
+    drive(tmp_path / "new.db", steps)
+    assert focused == ["periods"]

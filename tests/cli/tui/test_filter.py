@@ -1,0 +1,171 @@
+"""The filter line: the rows and their count follow as it is typed."""
+
+import time
+
+import pytest
+from screens import ask, drive, press, settle, shown, table_of, until
+
+from orbitdb.cli.tui.dialogs import LineDialog
+from orbitdb.store.asking.confinement import Patience
+from orbitdb.store.asking.expressions import check, unfinished
+from orbitdb.store.asking.selection import Selection, SelectionError
+
+
+def told(app):
+    return str(app.screen.query_one(".complaint").render())
+
+
+async def typed(pilot, line):
+    """Write the line anew, as if it was typed fast, and wait until the rows are there."""
+    dialog = pilot.app.screen
+    dialog.query_one("Input").value = line
+    await pilot.pause()
+    await until(lambda: dialog._timer is None)
+    await settle(pilot)
+
+
+@pytest.mark.parametrize("size", [(80, 24), pytest.param((160, 48), marks=pytest.mark.slow)])
+def test_rows_and_count_follow_what_is_typed(filled_once, size):
+    async def steps(app, pilot):
+        main, catalogue = app.screen, app.catalogue
+        everything = catalogue.count(Selection())
+        await pilot.press("slash", *"p < 3")
+        await typed(pilot, "p < 3")
+        assert told(app) == f"1 of {everything:,} sequences"
+        await typed(pilot, "length < 1")
+        assert len(table_of(app).source) == 0
+        assert told(app) == f"0 of {everything:,} sequences"
+        await typed(pilot, "length < 11")
+        assert len(table_of(app).source) == 5
+        assert told(app) == f"5 of {everything:,} sequences"
+        assert main.sub_title == Selection(where="length < 11").describe()
+        assert "13         2  10.4000000" in shown(app)
+        for more in (" an", " and", " and time_rev", " and time_reversal = 'se"):
+            await typed(pilot, f"length < 11{more}")
+            assert len(table_of(app).source) == 5
+            assert told(app) == f"5 of {everything:,} sequences; the line is not complete yet"
+        chosen = Selection(where="length < 11 and time_reversal = 'self'")
+        await typed(pilot, chosen.where)
+        assert len(table_of(app).source) == catalogue.count(chosen)
+        await press(pilot, "enter")
+        assert app.screen is main
+        assert main.selection == chosen
+
+    drive(filled_once, steps, size)
+
+
+def test_escape_restores_filter_and_row(filled_once):
+    async def steps(app, pilot):
+        await ask(pilot, "slash", "p > 3")
+        await press(pilot, "j", "j")
+        row = table_of(app).row
+        await pilot.press("slash")
+        await typed(pilot, "p = 3")
+        assert len(table_of(app).source) == 8
+        await typed(pilot, "p = 3 or p > 3")
+        assert table_of(app).row == row
+        await typed(pilot, "p = 2")
+        await press(pilot, "escape")
+        assert app.screen.selection == Selection(where="p > 3")
+        assert table_of(app).row == row
+        assert app.screen.orbit.code == row[0]
+        await press(pilot, "slash", "escape", "j")  # nothing was tried: the cursor still moves the orbit
+        assert app.screen.orbit.code == table_of(app).row[0] != row[0]
+
+    drive(filled_once, steps)
+
+
+def test_what_is_wrong_is_told_and_not_taken(filled_once):
+    async def steps(app, pilot):
+        await pilot.press("slash")
+        await typed(pilot, "lenght < 3")
+        assert "no such column: lenght" in told(app)
+        assert not app.screen.query(".complaint.-note")  # in red
+        await press(pilot, "enter")
+        assert isinstance(app.screen, LineDialog)
+        await typed(pilot, "load_extension('x')")
+        assert "may not be called" in told(app)
+        assert app.screen_stack[0].selection.where is None
+        await typed(pilot, "leng")
+        assert "not complete yet" in told(app)
+        assert app.screen.query(".complaint.-note")
+        await press(pilot, "enter")  # now it is meant
+        assert "no such column: leng" in told(app)
+        await press(pilot, "escape")
+        await ask(pilot, "slash", "length < 11")
+        await press(pilot, "slash", "ctrl+a", "ctrl+k", "enter")
+        assert app.screen.selection.where is None
+        await press(pilot, "slash", "up", "enter")
+        assert app.screen.selection == Selection(where="length < 11")
+
+    drive(filled_once, steps)
+
+
+def test_values_given_with_a_filter_do_not_bind_the_next_one(filled_once):
+    chosen = Selection(where="p < :cut", parameters={"cut": 3})
+
+    async def steps(app, pilot):
+        assert len(table_of(app).source) == 1
+        await pilot.press("slash")
+        await typed(pilot, "p = 2 or p = 3")
+        assert len(table_of(app).source) == 9
+        await typed(pilot, "p = :c")
+        assert "not complete yet" in told(app)
+        await typed(pilot, "p = :cut")
+        assert len(table_of(app).source) == 8
+        await press(pilot, "escape")
+        assert app.screen.selection == chosen
+
+    drive(filled_once, steps, selection=chosen)
+
+
+def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypatch):
+    """A filter that takes a minute neither blocks keys nor goes on behind the next one."""
+    ended = Patience.ended.fget
+    looks = []
+
+    def look(patience):
+        looks.append(time.monotonic())
+        return ended(patience)
+
+    monkeypatch.setattr(Patience, "ended", property(look))
+    slow = "(select sum(abs(length * p * lambda_c + b.p)) from catalogue b where b.length > catalogue.p) > p"
+
+    async def steps(app, pilot):
+        await pilot.press("slash")
+        app.screen.query_one("Input").value = slow
+        await pilot.pause(0.5)
+        assert told(app) == "reading …"
+        began = time.monotonic()
+        await pilot.press("ctrl+u", *"p = 2")
+        assert app.screen.query_one("Input").value == "p = 2"
+        assert time.monotonic() - began < 5
+        await typed(pilot, "p = 2")
+        assert told(app).startswith("1 of ")
+        count = len(looks)
+        await pilot.pause(0.3)
+        assert count == len(looks) > 10
+
+    drive(filled_once, steps)
+
+
+@pytest.mark.parametrize(
+    ("where", "expected"),
+    [
+        ("lambda_c <", True),
+        ("lambda", True),
+        ("time_reversal = 'se", True),
+        ("(p = 3", True),
+        ("p = 1e", True),
+        ("p = 3 an", True),
+        ("lenght", False),
+        ("p = 3)", False),
+        ("p 3", False),
+        ("load_extension('x')", False),
+        ("lenght < 3 and p", False),
+    ],
+)
+def test_a_line_that_may_go_on_is_told_from_one_that_is_wrong(where, expected):
+    with pytest.raises(SelectionError) as refused:
+        check(where, {})
+    assert unfinished(where, str(refused.value)) is expected

@@ -1,0 +1,110 @@
+"""The terminal UI shows one stadium at a time, and tells what is not filled there."""
+
+import pytest
+from screens import drive, press, settle, shown, table_of
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.tui.drawing import OrbitDrawing
+from orbitdb.cli.tui.fill_dialog import FillDialog
+from orbitdb.cli.tui.orbit_screen import OrbitScreen
+from orbitdb.filling.periods import fill_periods
+from orbitdb.orbits.newton import solve_word
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.catalogue import Catalogue
+
+LARGE = (160, 48)
+
+
+def stadiums_of(app):
+    """Return every a of what is on screen."""
+    screen = app.screen_stack[0]
+    source, drawing = table_of(app).source, screen.query_one(OrbitDrawing)
+    orbits = [orbit.a for orbit in (screen.orbit, drawing.orbit, *screen.compared) if orbit is not None]
+    rows = [source.index.a] if len(source) else []
+    return {screen.selection.a, drawing.a, *orbits, *rows}
+
+
+@pytest.fixture(scope="module")
+def at_one(tmp_path_factory):
+    """A catalogue of a = 1 alone."""
+    path = tmp_path_factory.mktemp("one") / "orbits.db"
+    Catalogue.create(path)
+    for _ in fill_periods(path, 1.0, range(2, 6)):
+        pass
+    return path
+
+
+@pytest.mark.parametrize("code", [None, "123"])
+def test_a_file_of_one_stadium_is_drawn_in_it(at_one, code):
+    async def steps(app, pilot):
+        assert stadiums_of(app) == {1.0}
+        assert len(table_of(app).source) == 137
+        text = shown(app)
+        assert "stadium, a = 1 " in text
+        assert "a = 1.6" not in text
+
+    drive(at_one, steps, LARGE, Selection(a=Catalogue(at_one).a), code)
+
+
+def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(at_one, tmp_path):
+    path = tmp_path / "orbits.db"
+    path.write_bytes(at_one.read_bytes())
+
+    async def steps(app, pilot):
+        assert stadiums_of(app) == {2.0}
+        assert len(table_of(app).source) == 0
+        assert app.screen.orbit is None
+        text = shown(app)
+        assert app.catalogue.unfilled(Selection(a=2.0)) in text
+        assert "so does the key f" in text
+        await press(pilot, "f")
+        assert isinstance(app.screen, FillDialog)
+        assert app.screen.query_one("#a").value == "2"
+        app.screen.query_one("#periods").value = "2-4"
+        await press(pilot, "enter", "escape")
+        assert len(table_of(app).source) == 41
+        assert stadiums_of(app) == {2.0}
+        assert "not filled" not in shown(app)
+
+    drive(path, steps, (220, 48), Selection(a=2.0))
+
+
+def test_another_stadium_takes_everything_with_it(varied):
+    async def steps(app, pilot):
+        await press(pilot, "j", "m", "j", "m")
+        await press(pilot, "a", "k", "enter")
+        assert stadiums_of(app) == {1.0}
+        assert app.screen.compared == ()
+        app.screen.post_message(OrbitScreen.OrbitFound(solve_word("1232131", Stadium(1.6))))  # too late
+        await settle(pilot)
+        assert stadiums_of(app) == {1.0}
+
+    drive(varied, steps)
+
+
+def test_periods_that_are_not_filled_are_told_beside_those_that_are(varied):
+    chosen = Selection(periods=((5, 9),))
+
+    async def steps(app, pilot):
+        assert len(table_of(app).source) == Catalogue(varied).count(chosen) > 0
+        assert "periods 7-9 are not filled at a = 1.6" in shown(app)
+        await press(pilot, "f")
+        assert app.screen.query_one("#periods").value == "2-9"
+        await press(pilot, "escape", "right_square_bracket")
+        assert "not filled" not in shown(app)
+
+    drive(varied, steps, LARGE, chosen)
+
+
+def test_a_first_fill_shows_the_stadium_that_it_fills(tmp_path):
+    async def steps(app, pilot):
+        await press(pilot, "f")
+        app.screen.query_one("#a").value = "0.7500000001"
+        app.screen.query_one("#periods").value = "2-4"
+        await press(pilot, "enter", "escape")
+        assert stadiums_of(app) == {0.7500000001}
+        assert len(table_of(app).source) == 41
+        await press(pilot, "f")
+        assert app.screen.query_one("#a").value == "0.7500000001"  # not 0.75, another stadium
+
+    drive(tmp_path / "new.db", steps)

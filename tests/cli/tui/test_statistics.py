@@ -1,0 +1,62 @@
+"""The trajectory value of the statistics screen: the better one stays, and it is said which it is."""
+
+import pytest
+from screens import drive, press, shown
+
+from orbitdb.cli.tui import statistics
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.writing.references import add_reference
+from orbitdb.store.writing.writer import Writer
+from orbitdb.trajectories.ensemble import Reference
+
+LARGE = (160, 48)
+
+
+@pytest.mark.parametrize("error", [1e-9, 0.5])
+def test_more_trajectories_replace_a_value_only_if_they_are_better(filled, monkeypatch, error):
+    monkeypatch.setattr(statistics, "_BOUNCES", 100_000)
+    kept = Reference(0.8867, error, 0.3752, error, 2.3, 0.1, 10**9, 16, 5)
+    writer = Writer(filled, {"command": "test"})
+    add_reference(writer, 1.6, kept)
+    writer.close()
+
+    async def steps(app, pilot):
+        await press(pilot, "S")
+        assert app.screen.reference == kept
+        assert f"λ_d 0.88670 ± {error:.1e}, λ_c 0.37520 ± {error:.1e}; stored" in shown(app)
+        await press(pilot, "t")
+        better = min(error, 0.1)
+        assert (app.screen.reference == kept) == (better == error)
+        assert app.screen.reference.lambda_d_error <= better
+        assert app.screen.reference.lambda_d == pytest.approx(0.8868, abs=0.05)
+        assert ("not as good" in shown(app)) == (better == error)
+        assert "bounces followed here" in shown(app)
+
+    drive(filled, steps, LARGE, Selection(periods=((2, 3),)))
+
+
+@pytest.mark.slow
+def test_without_a_stored_value_trajectories_are_followed_and_then_others(filled_once, monkeypatch):
+    monkeypatch.setattr(statistics, "_BOUNCES", 100_000)
+
+    async def steps(app, pilot):
+        await press(pilot, "S")
+        first = app.screen.reference
+        assert "bounces followed here" in shown(app)
+        await press(pilot, "t")
+        second = app.screen.reference
+        assert second.seed != first.seed
+        assert second.bounces > 3 * first.bounces
+
+    drive(filled_once, steps, LARGE, Selection(periods=((2, 3),)))
+
+
+def test_a_stadium_that_is_not_filled_says_so(filled_once, monkeypatch):
+    monkeypatch.setattr(statistics, "_BOUNCES", 100_000)
+
+    async def steps(app, pilot):
+        await press(pilot, "S")
+        assert app._notifications
+        assert all("nothing is filled at a = 2" in note.message for note in app._notifications)
+
+    drive(filled_once, steps, LARGE, Selection(a=2.0))

@@ -1,0 +1,144 @@
+"""What is not filled is never told as zero, in one wording everywhere."""
+
+import pytest
+
+from orbitdb import Catalogue
+from orbitdb.errors import InputError
+from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.single_word import fill_word
+from orbitdb.store.reading.fills import Fill, describe_unfilled
+
+
+def fill(p, state="done"):
+    return Fill(p, state, 1, 0.0, 0.0, 0.0, 0.0, None, (), None, None, None, None, None)
+
+
+KNOWN = [fill(p) for p in (*range(2, 9), 10)]
+
+
+@pytest.mark.parametrize(
+    ("known", "periods", "a", "filled_at", "said"),
+    [
+        (KNOWN, [(2, 8)], 1.6, [1.6], None),
+        (KNOWN, [], 1.6, [1.6], None),
+        (KNOWN, [(0, 1)], 1.6, [1.6], None),
+        ([fill(9, "filling")], [(9, 9)], 1.6, [1.6], None),
+        (
+            KNOWN,
+            [(12, 12)],
+            1.6,
+            [1.0, 1.6],
+            "period 12 is not filled at a = 1.6 (filled: periods 2-8, 10; some at a = 1): "
+            "'orbitdb fill --p 12 --a 1.6' fills it",
+        ),
+        (
+            KNOWN,
+            [(3, 9), (8, 12)],
+            1.6,
+            [1.6],
+            "periods 9, 11-12 are not filled at a = 1.6 (filled: periods 2-8, 10): "
+            "'orbitdb fill --p 12 --a 1.6' fills them",
+        ),
+        ([], [], 0.1234567, [], "nothing is filled at a = 0.1234567: 'orbitdb fill --p 11 --a 0.1234567' "
+                                "fills periods 2-11"),
+        (
+            [],
+            [(19, 99)],
+            1.0,
+            range(1, 9),
+            "periods 19-99 are not filled at a = 1 (filled: some at a = 2, 3, 4, 5, 6, 7 and 1 more): fills "
+            "end at period 20 ('orbitdb fill --p 20 --a 1'), 'orbitdb fill --code WORD' stores single words",
+        ),
+        (
+            KNOWN,
+            [(21, 10**9)],
+            1.6,
+            [1.6],
+            "periods 21-1000000000 are not filled at a = 1.6 (filled: periods 2-8, 10): fills end at "
+            "period 20, 'orbitdb fill --code WORD' stores single words",
+        ),
+    ],
+)  # fmt: skip
+def test_what_is_not_filled_what_is_and_what_fills_it(known, periods, a, filled_at, said):
+    assert describe_unfilled(known, periods, a, filled_at) == said
+
+
+def test_a_subset_does_not_claim_zero_of_what_is_not_filled(varied):
+    catalogue = Catalogue(varied)
+    assert repr(catalogue.select(p=9, status="orbit")) == (
+        "<period 9 is not filled at a = 1.6 (filled: periods 2-6; some at a = 1): "
+        "'orbitdb fill --p 9 --a 1.6' fills it>"
+    )
+    assert repr(catalogue.select(a=2.5)).startswith("<nothing is filled at a = 2.5 (filled: some at a = 1, ")
+    some = repr(catalogue.select(p="6-7", status="orbit"))
+    assert some.startswith("<188 orbits of period 6 to 7 at a = 1.6; period 7 is not filled at a = 1.6 (")
+    assert repr(catalogue.select(p=2, length=(99, None))) == (
+        "<0 symbol sequences of period 2 at a = 1.6 with length >= 99>"
+    )
+
+
+def test_the_only_a_of_a_catalogue_is_meant_where_none_is_named(tmp_path):
+    path = tmp_path / "orbits.db"
+    assert Catalogue.create(path).a == 1.6
+    fill_word(path, "13", 0.5)
+    assert Catalogue(path).a == 0.5
+    assert Catalogue(path)["13"].length == pytest.approx(6, rel=1e-15)
+    for _ in fill_periods(path, 2.0, [2]):
+        pass
+    with pytest.raises(InputError, match=r"^orbits are stored at a = 0\.5, 2: name one with --a"):
+        Catalogue(path).select(p=2)
+    assert len(Catalogue(path, a=2.0).select(p=2)) == len(Catalogue(path).select(p=2, a=2.0)) == 1
+    for _ in fill_periods(path, 1.6, [2]):
+        pass
+    assert Catalogue(path).a == 1.6
+
+
+GAP = "period 13 is not filled at a = 1.6 (filled: periods 2-6; some at a = 1): 'orbitdb fill --p 13 --a 1.6'"
+NOWHERE = "nothing is filled at a = 3 (filled: some at a = 1, 1.6): 'orbitdb fill --p 11 --a 3' fills periods"
+READERS = ["query --status orbit", "query --json", "table", "entropy", "lyapunov", "export --format csv",
+           "plot entropy -o f.svg", "plot lengths -o f.svg", "plot birkhoff -o f.svg",
+           "verify --a 1.6"]  # fmt: skip
+
+
+@pytest.mark.parametrize("command", READERS)
+def test_no_command_tells_what_is_not_filled_as_zero(cli, varied, tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    for more, said in (["--p", "13"], GAP), (["--a", "3"], NOWHERE):
+        done = cli(*command.split(), *more, "--db", str(varied))
+        lines = done.err.splitlines()
+        assert done.code == 1
+        assert lines[0].startswith(said)
+        assert len(lines) == 1 + command.startswith("verify")  # it says that the file is sound, too
+        assert "no orbits" not in done.err
+
+
+@pytest.mark.parametrize("command", READERS[:6])
+def test_rows_of_what_is_filled_come_with_a_note_on_the_rest(cli, varied, command):
+    done = cli(*command.split(), "--p", "6,13", "--db", str(varied))
+    assert done.code == 0
+    assert done.out
+    assert done.err.splitlines()[0].startswith(GAP)
+
+
+def test_nothing_found_is_said_of_what_is_stored(cli, varied):
+    for periods, said in ("5", ""), ("5-7", " in what is stored"):
+        done = cli("query", "--p", periods, "--where", "length > 99", "--db", str(varied))
+        assert done.code == 1
+        assert done.err.splitlines()[-1].startswith("no symbol sequences of period")
+        assert done.err.splitlines()[-1].endswith(f"where length > 99{said}")
+    beyond = cli("query", "--p", "6", "--offset", "9999", "--format", "csv", "--db", str(varied))
+    assert (beyond.code, "no symbol sequences" in beyond.err) == (1, False)
+
+
+@pytest.mark.parametrize("command", [*READERS[:6], "query --code 13", "plot orbit --code 13 -o f.svg"])
+def test_commands_ask_at_the_only_a(cli, tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    cli("fill", "--p", "4", "--a", "1")
+    done = cli(*command.split())
+    assert done.code == 0
+    assert done.err.splitlines()[0] == f"a = 1, the only one in {tmp_path / 'orbits.db'}"
+    assert cli(*command.split(), "--a", "1").err.startswith("a = 1, the only") is False
+    cli("fill", "--p", "4", "--a", "2")
+    several = cli(*command.split())
+    assert several.code == 2
+    assert several.err == "orbitdb: orbits are stored at a = 1, 2: name one with --a, or with a= in Python\n"

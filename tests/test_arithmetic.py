@@ -1,0 +1,62 @@
+"""What error bounds assume of NumPy's elementary functions is tried before the first of them."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from orbitdb import arithmetic
+from orbitdb.arithmetic import RoundingError, check_functions
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.newton import solve
+from orbitdb.symbols.words import from_strings
+
+EXACT = {"sin": mp.sin, "cos": mp.cos, "arctan": mp.atan, "log": mp.log, "arcsinh": mp.asinh, "tanh": mp.tanh}
+
+
+@pytest.fixture(autouse=True)
+def unchecked():
+    check_functions.cache_clear()
+    yield
+    check_functions.cache_clear()
+
+
+def test_the_table_is_rounded_correctly():
+    for name, (arguments, results) in arithmetic._HARD.items():
+        with mp.workdps(60):
+            assert [float(EXACT[name](mp.mpf(x))) for x in arguments] == list(results), name
+
+
+@pytest.mark.parametrize("name", arithmetic.UNITS)
+def test_a_careless_function_is_refused_in_one_line(name, monkeypatch):
+    """Two units more than is assumed, at one argument only; then the orbits are not solved at all."""
+    right = getattr(np, name)
+
+    def careless(x, *args, **kwargs):
+        y = right(x, *args, **kwargs)
+        wrong = x == arithmetic._HARD[name][0][-1]
+        return np.where(wrong, y + (arithmetic.UNITS[name] + 2) * np.spacing(y), y)
+
+    monkeypatch.setattr(np, name, careless)
+    with pytest.raises(RoundingError, match=f"NumPy's {name} is off by .* install another") as caught:
+        solve(from_strings(["13"]), Stadium())
+    assert "\n" not in str(caught.value)
+
+
+def test_functions_here_are_as_good_as_is_assumed():
+    """At random arguments of the ranges that are used, those next to pi/2 included."""
+    rng = np.random.default_rng(2)
+    near = np.pi / 2 - 10.0 ** rng.uniform(-13, 0, 500)
+    ranges = {
+        "sin": np.concatenate([rng.uniform(-np.pi, np.pi, 500), near]),
+        "cos": np.concatenate([rng.uniform(-np.pi, np.pi, 500), near]),
+        "arctan": 10.0 ** rng.uniform(-7, 13, 500),
+        "log": 10.0 ** rng.uniform(-3, 121, 500),
+        "arcsinh": 10.0 ** rng.uniform(-6, 61, 500),
+        "tanh": 10.0 ** rng.uniform(-6, 3, 500),
+    }
+    for name, arguments in ranges.items():
+        found = getattr(np, name)(arguments)
+        for x, y in zip(arguments.tolist(), found.tolist(), strict=True):
+            with mp.workdps(40):
+                off = abs(EXACT[name](mp.mpf(x)) - mp.mpf(y)) / mp.mpf(float(np.spacing(abs(y))))
+            assert off <= arithmetic.UNITS[name], (name, x)

@@ -1,0 +1,91 @@
+"""Records that hold arrays are equal by value, and equal ones have equal hashes."""
+
+import dataclasses
+import importlib
+import pickle
+import pkgutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import orbitdb
+from orbitdb import Catalogue, Selection, solve_word
+from orbitdb.averages.by_period import entropy, lyapunov
+from orbitdb.equality import ByValue
+
+
+def _records():
+    """Return the public dataclasses of the package with a field that is an array."""
+    for found in pkgutil.walk_packages(orbitdb.__path__, "orbitdb."):
+        if found.name.startswith(("orbitdb.migrations", "orbitdb.cli.tui", "orbitdb.plots")):
+            continue
+        for name, kind in vars(importlib.import_module(found.name)).items():
+            public = isinstance(kind, type) and dataclasses.is_dataclass(kind) and not name.startswith("_")
+            if public and kind.__module__ == found.name and any(map(_is_array, dataclasses.fields(kind))):
+                yield kind
+
+
+def _is_array(field):
+    kind = str(field.type)
+    return "Callable" not in kind and any(
+        name in kind for name in ("NDArray", "ndarray", "Floats", "Integers", "Texts")
+    )
+
+
+def test_every_public_record_with_arrays_is_equal_by_value():
+    kinds = list(_records())
+    assert {"Orbit", "Orbits", "Subset", "ChosenClasses", "ClassRows"} <= {kind.__name__ for kind in kinds}
+    assert [kind for kind in kinds if not issubclass(kind, ByValue)] == []
+    assert all(kind.__eq__ is ByValue.__eq__ and kind.__hash__ is ByValue.__hash__ for kind in kinds)
+
+
+@pytest.mark.parametrize("word", ["13", "1232131", "1001", "1111111111111111111102020202023"])
+def test_the_same_orbit_is_equal_and_one_key(word):
+    one, same = solve_word(word, 1.6), solve_word(word, 1.6)
+    assert one == same == pickle.loads(pickle.dumps(one))
+    assert len({one, same, solve_word(word, 1.7)}) == 2
+    assert one != replace(one, stored=True)
+    assert one != word
+
+
+def test_orbits_are_compared_bit_by_bit():
+    one = solve_word("1232131", 1.6)
+    moved = one.coordinates.copy()
+    moved[3] = np.nextafter(moved[3], 1)
+    assert one != replace(one, coordinates=moved)
+    assert one != replace(one, coordinates=None)
+    assert one != replace(one, coordinates=one.coordinates[:-1])
+    zero, minus = (replace(one, coordinates=np.array([value])) for value in (0.0, -0.0))
+    assert zero != minus
+    assert replace(one, margin=0.0) == replace(one, margin=-0.0)
+
+
+def test_nan_equals_nan_in_the_same_place():
+    one = solve_word("13", 1.6)
+    odd = np.frombuffer(np.array([0xFFF8000000000001], dtype=np.uint64).tobytes(), dtype=float)
+    here, there = np.array([np.nan, 1.0]), np.array([1.0, np.nan])
+    assert replace(one, coordinates=here) == replace(one, coordinates=here.copy())
+    assert replace(one, coordinates=here) != replace(one, coordinates=there)
+    assert len({replace(one, coordinates=nan) for nan in (odd, np.array([np.nan]))}) == 1
+
+
+def test_subsets_and_classes_are_equal_if_they_hold_the_same(varied):
+    catalogue, again = Catalogue(varied), Catalogue(varied)
+    for ask in (
+        lambda each, **more: each.select(p=(2, 4), coordinates=True, **more),
+        lambda each, **more: each.classes(p=(2, 4), **more),
+        lambda each, **more: each.classes(p=(2, 4), **more).rows(),
+    ):
+        assert ask(catalogue) == ask(again)
+        assert hash(ask(catalogue)) == hash(ask(again))
+        assert ask(catalogue) != ask(again, length=(None, 11.0))
+    assert len({Selection(), Selection(), Selection(ranges={"length": (3.0, None)})}) == 2
+
+
+def test_averages_are_equal_though_some_are_nan(varied):
+    rows = Catalogue(varied).classes().rows()
+    for average in (entropy, lyapunov):
+        assert average(rows, 6) == average(rows, 6)
+        assert hash(average(rows, 6)) == hash(average(rows, 6))
+        assert average(rows, 6) != average(rows, 5)

@@ -1,0 +1,91 @@
+"""The trajectory reference: errors that hold, and as many bounces as are asked for."""
+
+import json
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+from orbitdb import Stadium
+from orbitdb.trajectories.arcs import advance, random_arcs
+from orbitdb.trajectories.ensemble import TRAJECTORIES, simulate
+
+SEEDS = 60
+
+
+@cache
+def found_by_seeds(a):
+    return [simulate(Stadium(a), 40_000, seed, trajectories=1024) for seed in range(SEEDS)]
+
+
+@pytest.mark.parametrize("a", [0.3, 1.6, 5.0])
+def test_the_mean_free_path_is_off_by_as_much_as_its_error_says(a):
+    """Over many seeds; a plain ratio of sums is off by up to seven errors, mostly to one side."""
+    stadium = Stadium(a)
+    found = found_by_seeds(a)
+    off = np.array(
+        [(one.mean_free_path - stadium.mean_free_path) / one.mean_free_path_error for one in found]
+    )
+    assert 0.75 < math.sqrt((off**2).mean()) < 1.35
+    assert abs(off.mean()) < 0.45
+    assert np.abs(off).max() < 4.5
+
+
+@pytest.mark.parametrize("a", [0.3, 1.6, 5.0])
+def test_exponents_scatter_by_as_much_as_their_errors_say(a):
+    found = found_by_seeds(a)
+    for name in ("lambda_d", "lambda_c"):
+        values = np.array([getattr(one, name) for one in found])
+        off = (values - values.mean()) / [getattr(one, f"{name}_error") for one in found]
+        assert 0.75 < math.sqrt((off**2).mean()) < 1.35
+        assert np.abs(off).max() < 4.5
+
+
+@pytest.mark.parametrize(
+    ("a", "bounces", "seed", "trajectories"),
+    [
+        (30.0, 400_000, 55, 1024),
+        (1.6, 60_000, 158, 1024),
+        pytest.param(1.6, 20_000_000, 20, TRAJECTORIES, marks=pytest.mark.slow),
+    ],
+)
+def test_seeds_that_lack_long_legs(a, bounces, seed, trajectories):
+    """The plain ratio of their sums is 4.1, 4.1 and 5.8 of its own errors too high."""
+    found = simulate(Stadium(a), bounces, seed, trajectories)
+    assert abs(found.mean_free_path - Stadium(a).mean_free_path) < 3 * found.mean_free_path_error
+
+
+@pytest.mark.parametrize("a", [0.3, 1.6, 5.0])
+def test_what_is_averaged_has_no_long_tail(a):
+    """Path less twice the walls: no leg, however long, is far from the others; its mean is exact."""
+    step = advance(random_arcs(400_000, np.random.default_rng(4)), a)
+    rest = step.path - 2 * step.walls
+    assert step.walls.max() > 300 * a
+    assert np.abs(rest).max() < 2 * a + 4
+    mean = Stadium(a).area / 2 - 4 * a / math.pi
+    assert abs(rest.mean() - mean) < 4.5 * rest.std() / math.sqrt(len(rest))
+
+
+@pytest.mark.parametrize("a", [0.1, 1.6])
+@pytest.mark.parametrize("bounces", [100, 1000, 9000, 50_000])
+def test_as_many_bounces_are_made_as_are_asked_for(a, bounces):
+    made = [simulate(Stadium(a), bounces, seed).bounces for seed in range(5)]
+    assert np.median(made) == pytest.approx(bounces, rel=0.4 if bounces < 1000 else 0.2)
+
+
+def test_many_bounces_are_made_by_the_usual_number_of_trajectories():
+    assert simulate(Stadium(), 8268, 3) == simulate(Stadium(), 8268, 3, TRAJECTORIES)
+
+
+def test_the_command_says_how_many_and_how_far_off(cli):
+    done = cli("simulate", "--bounces", "100", "--json")
+    (row,) = json.loads(done.out)
+    made = row["bounces"]
+    assert 64 <= made < 300
+    assert f"{made} bounces were made, not 100: every trajectory ends on a semicircle" in done.err
+    off = (row["mean_free_path"] - Stadium().mean_free_path) / row["mean_free_path_error"]
+    assert "pi Area / Perimeter: 2.363428" in done.err
+    assert f"{abs(off):.1f} errors {'above' if off > 0 else 'below'} it" in done.err
+    done = cli("simulate", "--bounces", "100000", "--no-store", "--json")
+    assert "bounces were made" not in done.err
