@@ -31,6 +31,8 @@ _NARROWEST = 2.0**-51
 _WIDEST = 1e-11
 """Relative; from here on balls decide."""
 _SAFETY = 1.05
+_POLISH = 1e-9
+"""A zero that is found needs no larger step in ln a."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,11 +68,17 @@ def bracket(words: NDArray[np.uint8], legs: Chain, zeros: Zeros) -> Bracketed:
     zeros : Zeros
         K zeros of some of their slacks.
     """
-    part, x = legs.chain(zeros.word), np.exp(zeros.x)
-    moved = motion(part, x, zeros.alpha, direction_limits(part, x))
-    alpha = zeros.alpha + moved.step
-    own = zeros.slack, np.arange(len(zeros))
-    slack, slopes = slacks_and_slopes(part, alpha, moved.drift)
+    part, own = legs.chain(zeros.word), (zeros.slack, np.arange(len(zeros)))
+    x, alpha = np.exp(zeros.x), zeros.alpha
+    for _ in range(2):  # once to the zero as near as doubles come, and once more there
+        moved = motion(part, x, alpha, direction_limits(part, x))
+        alpha = alpha + moved.step
+        slack, slopes = slacks_and_slopes(part, alpha, moved.drift)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shift = np.nan_to_num(-slack[own] / slopes[own], posinf=0.0, neginf=0.0)
+        shift = np.clip(shift, -_POLISH, _POLISH)
+        x, alpha = x * (1 + shift), alpha + shift * moved.drift
+    slack, _ = slacks_and_slopes(part, alpha, moved.drift)
     error = _slack_errors(part, x, alpha).max(axis=(0, 1))
     slope = slopes[own]
     with np.errstate(divide="ignore"):
@@ -81,10 +89,10 @@ def bracket(words: NDArray[np.uint8], legs: Chain, zeros: Zeros) -> Bracketed:
     open_ = np.arange(len(x))
     while len(open_):
         here, drift = part.chain(open_), moved.drift.take(open_, axis=1)
-        shift = delta[open_] * drift
+        away = delta[open_] * drift
         low[open_], high[open_] = x[open_] * (1 - delta[open_]), x[open_] * (1 + delta[open_])
-        before[open_] = statuses(here, low[open_], alpha.take(open_, axis=1) - shift)
-        after[open_] = statuses(here, high[open_], alpha.take(open_, axis=1) + shift)
+        before[open_] = statuses(here, low[open_], alpha.take(open_, axis=1) - away)
+        after[open_] = statuses(here, high[open_], alpha.take(open_, axis=1) + away)
         open_ = open_[(before[open_] * after[open_] == 0) & (delta[open_] < _WIDEST)]
         delta[open_] = np.minimum(_WIDER * delta[open_], _WIDEST)
     for side, ends in ((before, low), (after, high)):
