@@ -9,6 +9,7 @@ from orbitdb import __version__
 from orbitdb.cli.commands import (
     averages,
     bench,
+    births,
     browse,
     export,
     fill,
@@ -29,7 +30,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for module in (fill, query, browse, table, averages, simulate, plot, export, verify, bench, info):
+for module in (fill, births, query, browse, table, averages, simulate, plot, export, verify, bench, info):
     module.register(app)
 
 

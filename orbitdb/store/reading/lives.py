@@ -13,7 +13,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.file.schema import BORN, DONE, birth_fill, change, cycle, life
-from orbitdb.store.reading.soundness import unsound
+from orbitdb.store.reading.soundness import is_written, unsound
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period
 
@@ -183,6 +183,8 @@ def counts_at(connection: sa.Connection, a: float, p: int) -> Counts:
         counted = connection.execute(sums.where(*living, life.c.cycle.in_(numbers))).one()
         orbits, classes = orbits - counted[0], classes - counted[1]
     words = dict.fromkeys((Status.ORBIT, Status.BOUNDARY, Status.UNRESOLVED), 0)
+    if any(not is_written(row.word, p) for row in doubtful):
+        raise unsound("a class of period", p)
     if doubtful:
         found = solve(from_strings([row.word for row in doubtful]), Stadium(a))
         for status, row in zip(found.status.tolist(), doubtful, strict=True):

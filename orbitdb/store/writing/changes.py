@@ -72,9 +72,7 @@ def move_births(
     return replace(cursor, word=last, words=cursor.words + words)
 
 
-def add_changes(
-    writer: Writer, connection: sa.Connection, numbers: Sequence[int], changes: Changes
-) -> None:
+def add_changes(writer: Writer, connection: sa.Connection, numbers: Sequence[int], changes: Changes) -> None:
     """Store the changes of classes by their numbers; those that are always orbits are born at 0."""
     always = np.flatnonzero(changes.always)
     run = writer.run_id(connection)
@@ -82,8 +80,9 @@ def add_changes(
         (numbers[i], 1, 0.0, 0.0, BORN, None, None, None, None, run) for i in always.tolist()
     ]
     count = changes.always.astype(int).tolist()
-    columns = (changes.word, changes.a, changes.error, changes.born, changes.bounce, changes.joint, changes.slope)
-    for word, a, error, born, bounce, joint, slope in zip(*(each.tolist() for each in columns), strict=True):
+    names = ("word", "a", "error", "born", "bounce", "joint", "slope")
+    columns = (getattr(changes, name).tolist() for name in names)
+    for word, a, error, born, bounce, joint, slope in zip(*columns, strict=True):
         count[word] += 1
         kind = BORN if born else DIED
         rows.append((numbers[word], count[word], a, error, kind, bounce, JOINTS[joint], None, slope, run))
