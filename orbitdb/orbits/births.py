@@ -28,6 +28,8 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
+Life = tuple[float, float | None]
+
 LOW = 1e-3
 """Below, doubles show zeros that are none: some slacks go like a^5."""
 _HIGH, _HIGH_A_SQUARE = 60.0, 0.2
@@ -77,13 +79,13 @@ class Changes(ByValue):
     joint: Integers
     slope: Floats
 
-    def lives(self) -> list[list[tuple[float, float | None]]]:
+    def lives(self) -> list[list[Life]]:
         """Return for each word from where to where in a it is an orbit; None where that has no end."""
-        ends: list[list[float]] = [[0.0] if always else [] for always in self.always.tolist()]
-        for word, a in zip(self.word.tolist(), self.a.tolist(), strict=True):
-            ends[word].append(a)
-        return [[(low, *(each[n : n + 1] or [None])) for n, low in enumerate(each, 1) if n % 2]  # type: ignore[misc]
-                for each in ends]  # fmt: skip
+        births: list[list[float]] = [[0.0] if always else [] for always in self.always.tolist()]
+        deaths: list[list[float | None]] = [[] for _ in births]
+        for word, a, born in zip(self.word.tolist(), self.a.tolist(), self.born.tolist(), strict=True):
+            (births if born else deaths)[word].append(a)
+        return [list(zip(low, [*high, None], strict=True)) for low, high in zip(births, deaths, strict=True)]
 
 
 def find_changes(words: NDArray[np.uint8]) -> Changes:
