@@ -10,7 +10,6 @@ from dataclasses import dataclass, fields
 import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.file.schema import BORN, DONE, birth_fill, change, cycle, life
 from orbitdb.store.reading.soundness import is_written, unsound
@@ -186,6 +185,8 @@ def counts_at(connection: sa.Connection, a: float, p: int) -> Counts:
     if any(not is_written(row.word, p) for row in doubtful):
         raise unsound("a class of period", p)
     if doubtful:
+        from orbitdb.orbits.newton import solve  # seldom needed
+
         found = solve(from_strings([row.word for row in doubtful]), Stadium(a))
         for status, row in zip(found.status.tolist(), doubtful, strict=True):
             if status in words:
