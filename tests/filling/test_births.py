@@ -16,7 +16,7 @@ from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.writing import changes as writing
 
 
-def fill(path: Path, periods=range(2, 9)) -> None:
+def fill(path: Path, periods=range(2, 8)) -> None:
     for _ in fill_births(path, periods):
         pass
 
@@ -38,20 +38,19 @@ def once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def born(once: Path, tmp_path: Path) -> Path:
-    """A catalogue with the births of p = 2..8 and no fill, the test's own."""
+    """A catalogue with the births of p = 2..7 and no fill, the test's own."""
     return Path(shutil.copy(once, tmp_path / "born.db"))
 
 
 def test_one_row_a_period(born):
     found = {each.p: each for each in Catalogue(born).birth_fills()}
-    assert [each.p for each in found.values()] == list(range(2, 9))
+    assert [each.p for each in found.values()] == list(range(2, 8))
     assert all(each.whole and each.words for each in found.values())
     assert [(each.classes, each.births, each.deaths, each.always) for each in found.values()] == [
-        (1, 0, 0, 1), (2, 0, 0, 2), (8, 0, 0, 8), (17, 13, 0, 4), (47, 33, 0, 14), (107, 101, 0, 6),
-        (316, 279, 0, 37)
+        (1, 0, 0, 1), (2, 0, 0, 2), (8, 0, 0, 8), (17, 13, 0, 4), (47, 33, 0, 14), (107, 101, 0, 6)
     ]  # fmt: skip
     assert found[4].least is None
-    assert found[8].largest == pytest.approx(6.848909051)
+    assert found[7].largest == pytest.approx(4.773733293664)
 
 
 def test_lives_are_those_of_the_words(born):
@@ -61,11 +60,11 @@ def test_lives_are_those_of_the_words(born):
     assert all(existence(life.word) == [(life.born, life.dies)] for life in lives[::9])
 
 
-@pytest.mark.parametrize(("a", "p", "boundary"), [(0.5, 8, 32), (1.0, 6, 32), (1.6, 7, 0), (2.0, 8, 32)])
+@pytest.mark.parametrize(("a", "p", "boundary"), [(1.0, 6, 32), (1.6, 7, 0)])
 def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
     """Orbits through a joint among them."""
     before = Catalogue(born).counts(a=a)
-    assert before.from_births == tuple(range(2, 9))
+    assert before.from_births == tuple(range(2, 8))
     for _ in fill_periods(born, a, [p]):
         pass
     after = Catalogue(born).counts(a=a)
@@ -75,11 +74,11 @@ def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
 
 
 def test_births_that_were_stopped_go_on(born, tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "BLOCK", 600)
+    monkeypatch.setattr(module, "BLOCK", 150)
     path = tmp_path / "stopped.db"
     Catalogue.create(path)
-    going = fill_births(path, range(2, 9))
-    steps = [next(going) for _ in range(9)]
+    going = fill_births(path, range(2, 8))
+    steps = [next(going) for _ in range(8)]
     going.close()
     assert 0 < steps[-1].words < steps[-1].total
     half = Catalogue(path).birth_fills()[-1]
@@ -125,18 +124,18 @@ def test_a_missing_class_is_noticed(born):
     with closing(sqlite3.connect(born)) as plain, plain:
         plain.execute("UPDATE birth_fill SET state = 'filling'")
         plain.execute("DELETE FROM change WHERE cycle = (SELECT max(cycle) FROM change)")
-    with pytest.raises(StoreError, match="period 8"):
-        fill(born, [8])
+    with pytest.raises(StoreError, match="period 7"):
+        fill(born, [7])
 
 
 def test_partners_share_an_event(born):
     with closing(sqlite3.connect(born)) as plain:
         events = plain.execute(
             "SELECT count(DISTINCT cycle), max(a + error) - min(a - error), max(error) FROM change"
-            " JOIN cycle ON id = cycle WHERE p = 8 AND event IS NOT NULL GROUP BY event"
+            " JOIN cycle ON id = cycle WHERE p = 7 AND event IS NOT NULL GROUP BY event"
         ).fetchall()
-    assert len(events) == 115
-    assert {count for count, *_ in events} == {2, 3, 7}
+    assert len(events) == 43
+    assert {count for count, *_ in events} == {2, 3}
     assert all(width <= 4 * error for _, width, error in events)
 
 

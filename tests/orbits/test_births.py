@@ -29,8 +29,8 @@ def representatives(p: int) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def found() -> dict:
-    """Words and changes of p = 2..8."""
-    return {p: (words, find_changes(words)) for p in range(2, 9) for words in [representatives(p)]}
+    """Words and changes of p = 2..7."""
+    return {p: (words, find_changes(words)) for p in range(2, 8) for words in [representatives(p)]}
 
 
 def test_smooth_slacks_are_the_slacks_and_linear():
@@ -97,10 +97,10 @@ def test_a_class_shares_its_births(found):
 
 def test_known_numbers_of_births(found):
     assert {p: int(changes.always.sum()) for p, (_, changes) in found.items()} == {
-        2: 1, 3: 2, 4: 8, 5: 4, 6: 14, 7: 6, 8: 37
+        2: 1, 3: 2, 4: 8, 5: 4, 6: 14, 7: 6
     }  # fmt: skip
     assert {p: len(changes.a) for p, (_, changes) in found.items()} == {
-        2: 0, 3: 0, 4: 0, 5: 13, 6: 33, 7: 101, 8: 279
+        2: 0, 3: 0, 4: 0, 5: 13, 6: 33, 7: 101
     }  # fmt: skip
     assert all(changes.born.all() for _, changes in found.values())
 
@@ -142,7 +142,7 @@ def test_births_lie_within_their_bounds_of_50_digit_values(found):
     """Full p x p Newton in plane geometry, which knows nothing of legs and slacks."""
     rng = np.random.default_rng(5)
     worst = 0.0
-    for p in (5, 6, 7, 8):
+    for p in (5, 6, 7):
         words, changes = found[p]
         for i in rng.choice(len(changes.a), 4, replace=False):
             word, a = words[changes.word[i]], float(changes.a[i])
