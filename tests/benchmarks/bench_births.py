@@ -1,7 +1,7 @@
 """Births from nothing: time of the whole process, what they say against fills, and all deaths.
 
 Run it as ``python tests/benchmarks/bench_births.py [PERIOD]`` with orbitdb installed; 13 takes a minute
-or two. To period 11 the counts are compared with those of solving all classes at 20 values of a and at joints.
+or two. To period 11 the counts are compared with those of solving all classes, at joints and 20 other a.
 """
 
 import os

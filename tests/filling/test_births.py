@@ -12,6 +12,7 @@ from orbitdb.errors import StoreError
 from orbitdb.filling import births as module
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.workers import Processes
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.writing import changes as writing
 
@@ -86,6 +87,17 @@ def test_births_that_were_stopped_go_on(born, tmp_path, monkeypatch):
     fill(path)
     assert stored(path) == stored(born)
     fill(path)
+    assert stored(path) == stored(born)
+
+
+@pytest.mark.slow
+def test_processes_find_the_same(born, tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "BLOCK", 150)
+    path = tmp_path / "processes.db"
+    Catalogue.create(path)
+    with Processes(2) as workers:
+        for _ in fill_births(path, range(2, 8), workers):
+            pass
     assert stored(path) == stored(born)
 
 

@@ -72,10 +72,19 @@ def move_births(
     return replace(cursor, word=last, words=cursor.words + words)
 
 
-def add_changes(writer: Writer, connection: sa.Connection, numbers: Sequence[int], changes: Changes) -> None:
-    """Store the changes of classes by their numbers; those that are always orbits are born at 0."""
+def add_changes(
+    writer: Writer,
+    connection: sa.Connection,
+    numbers: Sequence[int],
+    changes: Changes,
+    computed: str | None = None,
+) -> None:
+    """Store the changes of classes by their numbers, with the arithmetic that computed them.
+
+    Those that are always orbits are born at 0.
+    """
     always = np.flatnonzero(changes.always)
-    run = writer.run_id(connection)
+    run = writer.run_id(connection, computed)
     rows: list[tuple[Any, ...]] = [
         (numbers[i], 1, 0.0, 0.0, BORN, None, None, None, None, run) for i in always.tolist()
     ]
