@@ -29,7 +29,7 @@ from orbitdb.version import __version__
 if TYPE_CHECKING:
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.errors import InputError, StoreError, WorkError
-    from orbitdb.orbits.births import existence
+    from orbitdb.orbits.lives import existence
     from orbitdb.orbits.newton import solve, solve_word
     from orbitdb.orbits.orbit import Orbit, Orbits, Status
     from orbitdb.store.asking.selection import Selection
@@ -59,7 +59,7 @@ __all__ = [
 _HOMES = {
     "billiard.stadium": ("Stadium",),
     "errors": ("InputError", "StoreError", "WorkError"),
-    "orbits.births": ("existence",),
+    "orbits.lives": ("existence",),
     "orbits.newton": ("solve", "solve_word"),
     "orbits.orbit": ("Orbit", "Orbits", "Status"),
     "store.asking.selection": ("Selection",),

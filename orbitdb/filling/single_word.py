@@ -6,7 +6,7 @@ from pathlib import Path
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.blocks import METHODS
-from orbitdb.orbits.births import LONGEST, existence
+from orbitdb.orbits.lives import LONGEST, existence
 from orbitdb.orbits.newton import solve_word
 from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.orbits.pruned import pruned_word
@@ -65,7 +65,7 @@ def _keep_pruned(writer: Writer, word: Orbit) -> Orbit:
 def with_existence(orbit: Orbit) -> Orbit:
     """Return a word with from where to where in a it is an orbit, found on the spot if need be.
 
-    It stays unknown for words that are too long (`orbitdb.orbits.births.LONGEST`).
+    It stays unknown for words that are too long (`orbitdb.orbits.lives.LONGEST`).
     """
     if orbit.exists is not None or orbit.p > LONGEST:
         return orbit

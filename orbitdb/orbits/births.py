@@ -16,13 +16,11 @@ from numpy.typing import NDArray
 from orbitdb.billiard.legs import Legs, cut
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.equality import ByValue
-from orbitdb.errors import InputError, WorkError
+from orbitdb.errors import WorkError
 from orbitdb.orbits.brackets import Bracketed, bracket, signs_at
 from orbitdb.orbits.continuation import follow
 from orbitdb.orbits.crossings import Zeros, candidates, refine
-from orbitdb.orbits.pruned import pruned_word
-from orbitdb.symbols.symmetry import class_of
-from orbitdb.symbols.words import from_strings, is_primitive, parse, to_strings
+from orbitdb.symbols.words import to_strings
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -39,9 +37,6 @@ _CELL = 0.275
 _FINER = (1, 4, 16)
 _BATCH = 8192
 """Words that are followed at once: their arrays stay in the processor's cache."""
-
-LONGEST = 200
-"""Bounces of a single word that is followed in a, at most."""
 
 JOINTS = ("bottom left", "bottom right", "top left", "top right")
 """Where a straight wall and a semicircle meet."""
@@ -221,37 +216,6 @@ def _inconsistent(found: _Found, always: Flags) -> Integers:
     last = np.ones(len(word), dtype=bool)
     last[:-1] = fresh[1:]
     return np.unique(word[(born == before) | (last & ~born)])
-
-
-def existence(word: str) -> list[tuple[float, float | None]]:
-    """Find from where to where in a one word is an orbit.
-
-    Parameters
-    ----------
-    word : str
-        Symbols 0..5, in any rotation; a pruned word, the family 02 or a repetition never is one.
-
-    Returns
-    -------
-    list of (float, float or None)
-        By rising a; from 0 where it is an orbit from there on, to None where that has no end.
-
-    Raises
-    ------
-    InputError
-        If the text is no word, or one of more than `LONGEST` bounces.
-
-    Examples
-    --------
-    >>> existence("013")
-    [(0.0, None)]
-    """
-    symbols = parse(word)
-    if len(symbols) > LONGEST:
-        raise InputError(f"a word of {len(symbols)} bounces is not followed in a: {LONGEST} are the most")
-    if not is_primitive(symbols) or pruned_word(symbols, MIN_A) is not None:
-        return []
-    return find_changes(from_strings([class_of(symbols).representative])).lives()[0]
 
 
 def events(a: Floats, error: Floats) -> Integers:
