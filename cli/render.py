@@ -4,6 +4,7 @@ import contextlib
 import math
 import sys
 from collections.abc import Iterable, Sequence
+from decimal import ROUND_UP, Context, Decimal
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli.options import Format
@@ -31,7 +32,7 @@ _DECIMALS = {
 LONG_CODE = 40
 """Codes of more symbols are shown in run notation."""
 
-_TINY = ("residual", "error", "_max", "_median", "setting", "worst")
+_TINY = ("residual", "_max", "_median", "setting", "worst")
 """Endings of the names of numbers of which only the size matters."""
 
 _TIMES = ("seconds", "enumeration", "classification", "cutting", "newton", "assessment", "balls")
@@ -58,6 +59,8 @@ def number(name: str, value: Any) -> str:
     if isinstance(value, float):
         if name.startswith(_TIMES):
             return f"{value:.3g}"
+        if name.endswith("error"):
+            return upwards(value)
         if name.endswith(_TINY) or (value and abs(value) < 1e-4):
             return f"{value:.1e}"
         if name == "K_0":
@@ -67,6 +70,17 @@ def number(name: str, value: Any) -> str:
     if isinstance(value, list | tuple):
         return " ".join(number(name, item) for item in value)
     return printable(str(value))
+
+
+def upwards(bound: float, more: float = 0.0) -> str:
+    """Return a bound, and what comes to it, with two digits, rounded up: less would be claimed wrongly."""
+    total = Context(prec=2, rounding=ROUND_UP).add(Decimal(bound), Decimal(more))
+    return f"{float(total):.1e}"
+
+
+def with_bound(value: float, bound: float, sign: str = "+-") -> str:
+    """Return a number in full with a bound that holds for the digits that are shown, too."""
+    return f"{value!r} {sign} {upwards(bound, math.ulp(value) / 2)}"
 
 
 def code_text(code: str) -> str:

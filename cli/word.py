@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import LONG_CODE, code_text, number, write
+from orbitdb.cli.render import LONG_CODE, code_text, number, with_bound, write
 from orbitdb.orbits.orbit import Orbit
 
 
@@ -27,10 +27,8 @@ def facts(orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = ()) -> li
         return facts + ([("margin", number("margin", orbit.margin))] if orbit.margin is not None else [])
     errors = {"length": orbit.length_error, "lyapunov": orbit.lyapunov_error}
     for name in ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual", "error"):
-        bound = f" +- {errors[name]:.0e}" if errors.get(name) is not None else ""
-        facts.append(
-            (name, (_exact(getattr(orbit, name)) if bound else number(name, getattr(orbit, name))) + bound)
-        )
+        value, bound = getattr(orbit, name), errors.get(name)
+        facts.append((name, number(name, value) if bound is None else with_bound(value, bound)))
     least = code_text(orbit.representative)
     reversal = "retraces its path" if orbit.time_reversal == "self" else "its reverse is another orbit"
     facts += [
@@ -51,10 +49,6 @@ def _lives(lives: Sequence[tuple[float, float | None]]) -> str:
         (f"to a = {high:.12g}" if not low else f"from a = {low:.12g} to {high:.12g}")
         for low, high in lives
     )  # fmt: skip
-
-
-def _exact(value: float) -> str:
-    return f"{value:.14g}"
 
 
 def write_bounces(orbit: Orbit) -> None:

@@ -8,7 +8,7 @@ from textual.geometry import Size
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
-from orbitdb.cli.render import number
+from orbitdb.cli.render import number, upwards, with_bound
 from orbitdb.cli.tui.pictures import phase_points
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
@@ -46,7 +46,9 @@ def facts_of(orbit: Orbit, certificate: Certificate = None) -> list[tuple[str, s
         facts.append(("reversal", reverse))
     if orbit.length is not None:
         proof = (
-            "none stored" if certificate is None else f"radius {certificate[0]:.0e}, {certificate[1]} bits"
+            "none stored"
+            if certificate is None
+            else f"radius {upwards(certificate[0])}, {certificate[1]} bits"
         )
         facts.append(("certificate", proof))
     facts.append(("stored", "yes" if orbit.stored else "no: solved on the spot"))
@@ -56,8 +58,8 @@ def facts_of(orbit: Orbit, certificate: Certificate = None) -> list[tuple[str, s
 def _numbers(orbit: Orbit) -> list[tuple[str, str]]:
     facts = []
     for name, bound in (("length", orbit.length_error), ("lyapunov", orbit.lyapunov_error)):
-        error = "" if bound is None else f" ± {number('error', bound)}"
-        facts.append((name, number(name, getattr(orbit, name)) + error))
+        value: float = getattr(orbit, name)
+        facts.append((name, number(name, value) if bound is None else with_bound(value, bound, "±")))
     rates = [f"{number(name, getattr(orbit, name))}" for name in ("lambda_d", "lambda_c")]
     return [
         *facts,

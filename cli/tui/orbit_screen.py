@@ -1,7 +1,7 @@
 """The panels of the main screen: the chosen subset as a table, and the orbit under the cursor."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 from textual import work
 from textual.app import ComposeResult
@@ -14,6 +14,7 @@ from textual.worker import get_current_worker
 
 from orbitdb.cli.render import repeats
 from orbitdb.cli.tui import choices
+from orbitdb.cli.tui.browser import Browser
 from orbitdb.cli.tui.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.facts import Certificate, FactsPanel
 from orbitdb.cli.tui.source import Head, Ordering, Pages, head_of
@@ -23,9 +24,6 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.soundness import need_words
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
-
-if TYPE_CHECKING:
-    from orbitdb.cli.tui.app import BrowseApp
 
 GREETING = """\
 [b]Nothing is stored here yet.[/b]
@@ -89,9 +87,9 @@ class OrbitScreen(Screen[None]):
         self.periods: list[int] = []
 
     @property
-    def browser(self) -> "BrowseApp":
+    def browser(self) -> Browser:
         """The application, which holds the catalogue."""
-        return cast("BrowseApp", self.app)
+        return cast(Browser, self.app)
 
     def compose(self) -> ComposeResult:
         """Lay out the panels."""

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
+from solutions import class_rows
 
 from orbitdb.averages.by_period import entropy, lyapunov, lyapunov_by_stability
 from orbitdb.averages.fixed_points import (
@@ -20,31 +21,13 @@ from orbitdb.averages.fixed_points import (
     missing_periods,
 )
 from orbitdb.billiard.stability import Links, bounce_matrices
-from orbitdb.billiard.stadium import STRAIGHT, Stadium
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.pruning import rules_broken
-from orbitdb.symbols.symmetry import class_size, classify
-from orbitdb.symbols.words import pack, primitive_root, to_strings
+from orbitdb.symbols.words import primitive_root, to_strings
 
 DIRECT = 7
-
-
-@cache
-def class_rows(a, highest):
-    """Solve one word of every class up to a period."""
-    columns = []
-    for p in range(2, highest + 1):
-        for words in admissible_words(p):
-            classes = classify(words)
-            least = classes.representative == pack(words)
-            orbits = solve(words[least], Stadium(a))
-            size = np.array([class_size(int(mask)) for mask in classes.stabiliser[least]])
-            inverse = STRAIGHT[orbits.words].sum(axis=1) % 2 == 1
-            table = np.stack([np.full(len(size), p), size, orbits.length, orbits.lyapunov, inverse])
-            columns.append(table[:, orbits.status == "orbit"])
-    period, size, length, exponent, inverse = np.concatenate(columns, axis=1)
-    return ClassRows(period.astype(int), size.astype(int), length, exponent, inverse == 1)
 
 
 @cache

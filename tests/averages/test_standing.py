@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from test_averages import class_rows
+from solutions import class_rows
 
 from orbitdb import Catalogue, Selection
 from orbitdb.averages.by_period import Lyapunov, entropy, lyapunov, lyapunov_by_stability

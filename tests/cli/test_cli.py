@@ -3,16 +3,22 @@
 import csv
 import io
 import json
+import math
 import os
 import re
 import signal
 import subprocess
 import sys
 import time
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from processes import COMMAND
+
+from orbitdb.cli.render import with_bound
 
 ROOT = Path(__file__).parents[2]
 KEYS = [
@@ -318,3 +324,10 @@ def test_environment_names_the_catalogue(tmp_path):
     environment = os.environ | {"ORBITDB_DB": str(tmp_path / "named.db")}
     subprocess.run([*COMMAND, "fill", "--p", "3"], check=True, env=environment, capture_output=True)
     assert (tmp_path / "named.db").exists()
+
+
+@given(value=st.floats(1e-300, 1e300), bound=st.floats(0, 1e300))
+def test_a_bound_that_is_shown_holds_for_the_digits_that_are_shown(value, bound):
+    number, _, shown = with_bound(value, bound).partition(" +- ")
+    assert abs(Fraction(number) - Fraction(value)) + Fraction(bound) <= Fraction(shown)
+    assert Fraction(shown) <= Fraction(11, 10) * (Fraction(bound) + Fraction(math.ulp(value)))

@@ -26,7 +26,7 @@ IMPATIENT = [
     sys.executable,
     "-P",
     "-c",
-    "from orbitdb.store import database; database.BUSY_TIMEOUT = 0.05;"
+    "from orbitdb.store.file import database; database.BUSY_TIMEOUT = 0.05;"
     "from orbitdb.cli.main import run; run()",
 ]
 

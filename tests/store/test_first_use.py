@@ -27,7 +27,7 @@ def test_any_number_is_a_half_length(a):
     assert Stadium(a) == Stadium(1.0)
 
 
-@pytest.mark.parametrize("a", [-1, 0, np.nan, np.inf, "1.6", None, True, 1j, [1.6], np.ones(2), 10**400])
+@pytest.mark.parametrize("a", [-1, 0, np.nan, np.inf, "1.6", True, 1j, [1.6], np.ones(2), 10**400])
 def test_what_is_no_half_length_is_refused(catalogue, a):
     for ask in (Stadium, lambda a: solve_word("13", a), lambda a: solve(from_strings(["13"]), a),
                 lambda a: catalogue.select(a=a), lambda a: Catalogue(catalogue.path, a)):  # fmt: skip

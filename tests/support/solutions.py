@@ -4,11 +4,12 @@ from functools import cache
 
 import numpy as np
 
-from orbitdb.billiard.stadium import Stadium
+from orbitdb.averages.fixed_points import ClassRows
+from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.symbols.enumeration import admissible_words
-from orbitdb.symbols.symmetry import classify
+from orbitdb.symbols.symmetry import class_size, classify
 from orbitdb.symbols.words import pack
 
 
@@ -45,3 +46,20 @@ def random_word(seed: int, order: int) -> str:
             parts += [run, walls]
             size += k + n
     return "".join(parts)
+
+
+@cache
+def class_rows(a, highest):
+    """Solve one word of every class up to a period."""
+    columns = []
+    for p in range(2, highest + 1):
+        for words in admissible_words(p):
+            classes = classify(words)
+            least = classes.representative == pack(words)
+            orbits = solve(words[least], Stadium(a))
+            size = np.array([class_size(int(mask)) for mask in classes.stabiliser[least]])
+            inverse = STRAIGHT[orbits.words].sum(axis=1) % 2 == 1
+            table = np.stack([np.full(len(size), p), size, orbits.length, orbits.lyapunov, inverse])
+            columns.append(table[:, orbits.status == "orbit"])
+    period, size, length, exponent, inverse = np.concatenate(columns, axis=1)
+    return ClassRows(period.astype(int), size.astype(int), length, exponent, inverse == 1)

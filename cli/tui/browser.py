@@ -1,0 +1,51 @@
+"""Browser: what the screens ask of the application that shows them."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from orbitdb.cli.tui.facts import Certificate
+from orbitdb.cli.tui.filling import FillState
+from orbitdb.orbits.orbit import Orbit
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.pages import Index
+
+
+class Browser(Protocol):
+    """The application: it holds the file, what is known of it, and the fill that runs.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    catalogue : Catalogue or None
+        None where there is no file yet.
+    fill_state : FillState or None
+        How far the fill is that was begun here.
+    """
+
+    path: Path
+    catalogue: "Catalogue | None"
+    fill_state: FillState | None
+
+    def index(self, catalogue: "Catalogue", a: float) -> "Index":
+        """Return the sequences that the catalogue knows at one a."""
+
+    def find(self, word: str, a: float) -> Orbit:
+        """Return a word's stored orbit, or solve it."""
+
+    def certificate(self, orbit: Orbit) -> Certificate:
+        """Return what is proved of an orbit."""
+
+    def check_filter(self, where: str, parameters: dict[str, str | int | float]) -> None:
+        """Refuse what is not one expression over the columns."""
+
+    def writable(self) -> bool:
+        """Tell whether the file may be filled."""
+
+    def look_again(self) -> None:
+        """Forget what is known of the file: somebody else may have filled it."""
+
+    def tell(self, text: str) -> None:
+        """Show a line to the user, from whatever thread."""
