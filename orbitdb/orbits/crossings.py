@@ -27,6 +27,8 @@ _PLACES = np.linspace(0, 1, 9)[:, None, None]
 _STEPS, _SURE_STEPS = 12, 80
 _SETTLED = 1e-12
 """A Newton step of this size in x leaves nothing but rounding."""
+_INNER = 1e-12
+"""Error of the directions (radians) at which a zero is looked for step by step."""
 _CLOSE = 1e-9
 """A zero is of interest where all other slacks are above minus this (radians)."""
 
@@ -205,7 +207,7 @@ def _surely(legs: Chain, stuck: Zeros) -> tuple[Floats, Floats]:
     for _ in range(_SURE_STEPS):
         part, a = legs.chain(active), np.exp(x[active])
         limits = direction_limits(part, a)
-        here = newton(part, a, start=np.clip(alpha[:, active], *limits)).alpha
+        here = newton(part, a, _INNER, np.clip(alpha[:, active], *limits)).alpha
         drift = motion(part, a, here, limits).drift
         own = stuck.slack[active], np.arange(len(active))
         f, slope = (each[own] for each in slacks_and_slopes(part, here, drift))

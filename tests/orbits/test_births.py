@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from mpmath import mpf
 from reference import DIGITS, length_derivatives
+from solutions import representatives
 
 from orbitdb import existence
 from orbitdb.billiard.bounces import slack_changes, slacks, smooth_slacks
@@ -17,14 +18,8 @@ from orbitdb.orbits import births
 from orbitdb.orbits.births import JOINTS, events, find_changes
 from orbitdb.orbits.continuation import follow, motion
 from orbitdb.orbits.newton import newton, solve
-from orbitdb.symbols.enumeration import admissible_words
-from orbitdb.symbols.symmetry import classify, images_of
-from orbitdb.symbols.words import from_strings, pack, to_strings
-
-
-def representatives(p: int) -> np.ndarray:
-    words = np.concatenate(list(admissible_words(p)))
-    return words[classify(words).representative == pack(words)]
+from orbitdb.symbols.symmetry import images_of
+from orbitdb.symbols.words import from_strings, to_strings
 
 
 @pytest.fixture(scope="module")
