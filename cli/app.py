@@ -9,6 +9,7 @@ from orbitdb import __version__
 from orbitdb.cli.commands import (
     averages,
     bench,
+    births,
     bounds,
     browse,
     export,
@@ -30,7 +31,9 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for module in (fill, query, browse, table, averages, bounds, simulate, plot, export, verify, bench, info):
+for module in (
+    fill, births, query, browse, table, averages, bounds, simulate, plot, export, verify, bench, info,
+):  # fmt: skip
     module.register(app)
 
 

@@ -12,6 +12,7 @@ from orbitdb.cli.render import note, note_partial
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.counted import Counted
 
 
 @contextmanager
@@ -47,13 +48,35 @@ def _told(catalogue: "Catalogue", a: float | None) -> float:
     return catalogue.a
 
 
-def note_gaps(catalogue: "Catalogue", chosen: "Selection", left_out: bool = False) -> bool:
-    """Say which chosen periods are stored in part, and which are not filled; tell whether any are."""
-    partial, unfilled = catalogue.partial(chosen), catalogue.unfilled(chosen)
+def note_gaps(
+    catalogue: "Catalogue", chosen: "Selection", left_out: bool = False, counted: "Counted | None" = None
+) -> bool:
+    """Say which chosen periods are stored in part, and which are not filled; tell whether any are.
+
+    Those that were counted from births lack nothing: that is said instead.
+    """
+    partial = catalogue.partial(chosen)
+    if counted is not None and counted.from_births:
+        note(str(counted.describe()))
+        partial = [fill for fill in partial if fill.p not in counted.from_births]
+        rest = _without(chosen, counted.chosen)
+        unfilled = None if rest is None else catalogue.unfilled(rest)
+    else:
+        unfilled = catalogue.unfilled(chosen)
     note_partial(partial, chosen.a, left_out)
     if unfilled is not None:
         note(unfilled)
     return bool(partial) or unfilled is not None
+
+
+def _without(chosen: "Selection", known: tuple[int, ...]) -> "Selection | None":
+    """Return a subset without some of the periods that it names; None if it names no other."""
+    from orbitdb.symbols.enumeration import MAX_PERIOD
+
+    within = [p for p in range(2, MAX_PERIOD + 1) if chosen.periods and chosen.includes(p) and p not in known]
+    beyond = [(max(low, MAX_PERIOD + 1), high) for low, high in chosen.periods if high > MAX_PERIOD]
+    spans = (*((p, p) for p in within), *beyond)
+    return replace(chosen, periods=spans) if spans else None
 
 
 def note_nothing(catalogue: "Catalogue", chosen: "Selection", more: str = "") -> None:

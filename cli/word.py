@@ -1,12 +1,14 @@
 """What is known of one word, for people."""
 
+from collections.abc import Sequence
+
 from orbitdb.cli.options import Format
 from orbitdb.cli.render import LONG_CODE, code_text, number, with_bound, write
 from orbitdb.orbits.orbit import Orbit
 
 
-def facts(orbit: Orbit) -> list[tuple[str, str]]:
-    """Return what is known of a word, name by name, in words."""
+def facts(orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = ()) -> list[tuple[str, str]]:
+    """Return what is known of a word, and with which others it is born, name by name, in words."""
     from orbitdb.symbols.pruning import RULES
     from orbitdb.symbols.words import run_notation
 
@@ -18,6 +20,9 @@ def facts(orbit: Orbit) -> list[tuple[str, str]]:
         ("status", orbit.status.sentence),
     ]
     facts += [(f"  rule {rule.number}", rule.sentence) for rule in RULES if rule.number in orbit.rules]
+    if orbit.exists:
+        facts.append(("exists", _lives(orbit.exists)))
+    facts += [(f"  born at {a:.9g}", f"with {', '.join(words)}") for a, words in born_with]
     if orbit.rules or orbit.length is None:
         return facts + ([("margin", number("margin", orbit.margin))] if orbit.margin is not None else [])
     errors = {"length": orbit.length_error, "lyapunov": orbit.lyapunov_error}
@@ -35,6 +40,15 @@ def facts(orbit: Orbit) -> list[tuple[str, str]]:
         ("stored", "yes" if orbit.stored else "no: solved on the spot"),
     ]
     return facts
+
+
+def _lives(lives: Sequence[tuple[float, float | None]]) -> str:
+    """Say from where to where in a a word is an orbit."""
+    return ", and ".join(
+        ("for every a" if not low else f"from a = {low:.12g} on") if high is None else
+        (f"to a = {high:.12g}" if not low else f"from a = {low:.12g} to {high:.12g}")
+        for low, high in lives
+    )  # fmt: skip
 
 
 def write_bounces(orbit: Orbit) -> None:

@@ -65,6 +65,13 @@ def _figure(command: str) -> Callable[[Path], str]:
     return draw
 
 
+def births(folder: Path) -> str:
+    """Draw how many words are orbits at every a, from a catalogue of its own."""
+    session = Session(folder)
+    session.command("orbitdb births --p 9 --db births.db")
+    return _figure("orbitdb plot births --db births.db -o")(folder)
+
+
 DRAWN: dict[str, Callable[[Path], str]] = {
     "orbit.svg": orbit,
     "browse.svg": browse,
@@ -73,6 +80,7 @@ DRAWN: dict[str, Callable[[Path], str]] = {
     "lyapunov.svg": _figure("orbitdb plot lyapunov -o"),
     "sheet.svg": _figure("orbitdb plot sheet --p 5 -o"),
     "birkhoff.svg": _figure("orbitdb plot birkhoff --p 2-5 -o"),
+    "births.svg": births,
     "work-precision.svg": _figure("orbitdb bench --plot"),
 }
 """Every picture, and what draws it from a folder with a catalogue."""

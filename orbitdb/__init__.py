@@ -4,8 +4,8 @@ The catalogue
     `Catalogue`: a database file, opened for reading; `Selection`: a chosen subset of it; `Subset`: the
     chosen rows as arrays.
 Orbits
-    `solve_word`: what becomes of one word; `solve`: of many, as arrays; `Orbit`, `Orbits` and `Status`
-    are what they give; `Stadium`: the billiard.
+    `solve_word`: what becomes of one word; `solve`: of many, as arrays; `existence`: from where to where
+    in a a word is an orbit; `Orbit`, `Orbits` and `Status` are what they give; `Stadium`: the billiard.
 Trajectories
     `simulate`: averages over random trajectories, as a `Reference`.
 Errors
@@ -29,6 +29,7 @@ from orbitdb.version import __version__
 if TYPE_CHECKING:
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.errors import InputError, StoreError, WorkError
+    from orbitdb.orbits.lives import existence
     from orbitdb.orbits.newton import solve, solve_word
     from orbitdb.orbits.orbit import Orbit, Orbits, Status
     from orbitdb.store.asking.selection import Selection
@@ -49,6 +50,7 @@ __all__ = [
     "Subset",
     "WorkError",
     "__version__",
+    "existence",
     "simulate",
     "solve",
     "solve_word",
@@ -57,6 +59,7 @@ __all__ = [
 _HOMES = {
     "billiard.stadium": ("Stadium",),
     "errors": ("InputError", "StoreError", "WorkError"),
+    "orbits.lives": ("existence",),
     "orbits.newton": ("solve", "solve_word"),
     "orbits.orbit": ("Orbit", "Orbits", "Status"),
     "store.asking.selection": ("Selection",),

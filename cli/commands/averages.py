@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from orbitdb.averages.fixed_points import Weight
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.counted import Counted
     from orbitdb.store.reading.whole_periods import WholePeriods
 
 ENTROPY_EXAMPLES = """
@@ -69,6 +71,11 @@ def entropy(
 
     with progress("reading orbits") as shown:
         with reading(db, a, choice) as (catalogue, chosen):
+            counted = _counted(catalogue, chosen)
+            if counted is not None:
+                note_gaps(catalogue, chosen, left_out=True, counted=counted)
+                _write_counted(counted, options.chosen(format_, json))
+                return
             subset = _read(catalogue, chosen)
         shown.tell("expanding the zeta function")
         found = by_period.entropy(subset.classes.rows(), subset.highest)
@@ -87,6 +94,38 @@ def _note_proved(a: float) -> None:
 
     most = math.ceil(geometric_entropy() * 1e6) / 1e6
     note(f"of all orbits it is at most {most:.6f} at any a: 'orbitdb bounds --a {exact(a)}' encloses it")
+
+
+def _counted(catalogue: "Catalogue", chosen: "Selection") -> "Counted | None":
+    """Return counts in which births stand for fills, where all orbits of some periods are chosen."""
+    if replace(chosen, periods=()) != type(chosen)(chosen.a):
+        return None
+    counted = catalogue.counts(chosen)
+    return counted if counted.from_births else None
+
+
+def _write_counted(counted: "Counted", form: Format) -> None:
+    """Write the entropies of counts."""
+    import numpy as np
+
+    from orbitdb.averages import by_period
+    from orbitdb.averages.fixed_points import missing_divisors, missing_periods
+    from orbitdb.averages.standing import faults_of, standing
+
+    cycles = np.zeros(max(counted.chosen) + 1, dtype=np.int64)
+    for p in counted.chosen:
+        cycles[p] = counted.known[p].n_c
+    found = by_period.entropy_of_counts(cycles)
+    if missing := missing_periods(max(counted.chosen), counted.chosen):
+        note(f"the zeta function lacks the periods {', '.join(map(str, missing))}")
+    if fault := faults_of(found, counted.chosen):
+        note(fault)
+    for p in counted.chosen:
+        if gaps := missing_divisors(p, counted.chosen):
+            note(f"p = {p}: the sums over fixed points lack the periods {', '.join(map(str, gaps))}")
+    columns = standing(found, counted.chosen)
+    rows = [list(row) for row in zip(*(columns[name] for name in ENTROPY_COLUMNS), strict=True)]
+    write(ENTROPY_COLUMNS, [row for row in rows if row[0] in counted.chosen], form)
 
 
 @options.with_choice

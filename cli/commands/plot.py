@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.options import USUAL_A
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import meant, reading
 from orbitdb.cli.render import code_text, note
@@ -27,7 +28,8 @@ Examples:
 
 The figures: orbit, its path in the stadium (Fig. 1 of the paper); reverse, an orbit and its time
 reverse (Fig. 4); entropy (Fig. 5) and lyapunov (Fig. 6) against the period; sheet, all classes of a
-period; birkhoff, the bounces in phase space; lengths, the length spectrum.
+period; birkhoff, the bounces in phase space; lengths, the length spectrum; births, how many words are
+orbits at every a, from what 'orbitdb births' has found.
 """
 
 
@@ -41,6 +43,7 @@ class Kind(StrEnum):
     SHEET = "sheet"
     BIRKHOFF = "birkhoff"
     LENGTHS = "lengths"
+    BIRTHS = "births"
 
 
 def register(app: typer.Typer) -> None:
@@ -77,6 +80,13 @@ def plot(
         found = _orbit(code, a, db)
         made = figures.draw_orbit(found) if kind is Kind.ORBIT else figures.draw_reverse(found)
         said = f"orbit {found.code} at a = {found.a:g}"
+    elif kind is Kind.BIRTHS:
+        from orbitdb.cli.birth_figures import draw_births
+
+        options.takes_only(context, f"in plot {kind}", "kind", "output", "p")
+        with progress("drawing"), reading(db, USUAL_A, options.Choice(p=choice.p)) as (catalogue, chosen):
+            made = draw_births(catalogue, chosen)
+        said = "births and deaths of orbits"
     else:
         options.refuse_idle(context, f"in plot {kind}", "code", *[] if kind is Kind.SHEET else ["limit"])
         wanted = replace(choice, status="orbit" if choice.status is None else choice.status)

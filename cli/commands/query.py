@@ -25,7 +25,7 @@ Examples:
   orbitdb query --p 11 --status orbit --format csv > orbits.csv
 """
 
-WORD_KEYS = (*KEYS, "coordinates", "stored")
+WORD_KEYS = (*KEYS, "coordinates", "stored", "exists")
 """Those of a word that is asked for by its code."""
 
 TABLE_COLUMNS = (
@@ -117,7 +117,7 @@ def _show_words(
     codes: list[str], a: float | None, db: Path | None, columns: str | None, form: Format
 ) -> None:
     from orbitdb.cli.word import facts, write_bounces
-    from orbitdb.filling.single_word import find_or_solve
+    from orbitdb.filling.single_word import born_with, find_or_solve, with_existence
     from orbitdb.store.file.database import check_file, default_path
     from orbitdb.symbols.words import parse
 
@@ -133,9 +133,11 @@ def _show_words(
     for code in codes:
         parse(code)  # so that a wrong one is all that is told
     found = [find_or_solve(known, primitive(code), at) for code in codes]
+    if "exists" in keys:
+        found = [with_existence(orbit) for orbit in found]
     if found and form is Format.TABLE and columns is None:
         for orbit in found:
-            write_facts(facts(orbit))
+            write_facts(facts(orbit, born_with(known, orbit)))
             write_bounces(orbit)
         return
     write(keys, ([_value(orbit, key) for key in keys] for orbit in found), form)

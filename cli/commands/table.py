@@ -37,23 +37,22 @@ def table(
 
     N_t: sequences left by the geometric rules; N_c: orbits; N: points of period p and its divisors;
     K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
+    Periods that are not filled at this a are counted from births, if 'orbitdb births' has found them.
     """
     from orbitdb.averages.fixed_points import divisors, missing_divisors
 
     with reading(db, a, options.Choice(p=p)) as (catalogue, chosen):
-        lacking = note_gaps(catalogue, chosen, left_out=True)
-        fills = {fill.p: fill for fill in catalogue.fills(chosen.a) if fill.whole}
+        counted = catalogue.counts(chosen)
+        lacking = note_gaps(catalogue, chosen, left_out=True, counted=counted)
     rows: list[tuple[Any, ...]] = []
-    for period, fill in fills.items():
-        if not chosen.includes(period):
-            continue
-        missing = missing_divisors(period, fills)
+    for period in counted.chosen:
+        here, missing = counted.known[period], missing_divisors(period, counted.known)
         if missing:
             note(f"p = {period}: N needs the periods {', '.join(map(str, missing))}, which are not filled")
-        points = None if missing else sum(d * (fills[d].n_c or 0) for d in divisors(period) if d > 1)
+        points = None if missing else sum(d * counted.known[d].n_c for d in divisors(period) if d > 1)
         entropy = math.log(points) / period if points else None
         rows.append(
-            (period, fill.n_t, fill.n_c, points, entropy, fill.classes, fill.boundary, fill.unresolved)
+            (period, here.n_t, here.n_c, points, entropy, here.classes, here.boundary, here.unresolved)
         )
     if not write(COLUMNS, rows, options.chosen(format_, json)):
         if not lacking:

@@ -135,12 +135,14 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, form:
         for name in broken:
             note(f"{name}: not every row keeps that {PROMISES[name]}")
         raise typer.Exit(1)
-    if not classes:
+    changes = rows.get("births", 0)
+    if not classes and not changes:
         note(f"nothing to look at in {path}: the file is sound, but no class is stored that was asked for")
         raise typer.Exit(1)
     if (foreign := rows.get("statuses", 0) - rows.get("bits", 0)) > 0:
         note(f"{foreign} rows are of another method, version or machine: their last bits were not compared")
-    note(f"{path}: all is well with {classes} classes, {time.monotonic() - start:.1f} s")
+    seen = f"{classes} classes" + (f", {changes} births and deaths" if changes else "")
+    note(f"{path}: all is well with {seen}, {time.monotonic() - start:.1f} s")
 
 
 def _watched(steps: "Iterable[Step]") -> "Iterator[Step]":

@@ -59,7 +59,18 @@ def entropy(rows: ClassRows, highest: int) -> Entropy:
 
     Source: Biham and Kvale, Table 1.
     """
-    cycles = np.bincount(rows.period, rows.size, minlength=highest + 1).astype(np.int64)
+    return entropy_of_counts(np.bincount(rows.period, rows.size, minlength=highest + 1).astype(np.int64))
+
+
+def entropy_of_counts(cycles: Integers) -> Entropy:
+    """Return the topological entropy, as `entropy` does, from numbers of orbits alone.
+
+    Parameters
+    ----------
+    cycles : ndarray of int, shape (n + 1,)
+        How many cyclic words of each period 0 .. n are orbits.
+    """
+    highest = len(cycles) - 1
     orders = range(1, highest + 1)
     points = np.array([sum(d * cycles[d] for d in divisors(p)) for p in orders], dtype=np.int64)
     series = expand(points.astype(float), np.zeros((0, highest)))

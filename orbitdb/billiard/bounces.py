@@ -46,6 +46,44 @@ def slacks(legs: Chain, alpha: Floats) -> Floats:
     ])  # fmt: skip
 
 
+def smooth_slacks(legs: Chain, alpha: Floats) -> Floats:
+    """Return the slacks without absolute values, shape (6, m, N): linear in the directions.
+
+    For each run pi/2 - t and pi/2 + t of its first bounce, then of its last; for each leg
+    pi/2 - 2 s alpha - s t at its start and, seen backwards, at its end, with t as in `slacks`. All are
+    positive where all slacks are. Infinite for a leg without walls, and where a run of a single bounce
+    would count it twice.
+    """
+    first, last = end_angles(legs, alpha)
+    steep = HALF_PI - 2 * legs.s * alpha
+    walled, several = legs.n > 0, legs.k > 1
+    found = np.empty((6, *alpha.shape))
+    found[0], found[1] = HALF_PI - first, HALF_PI + first
+    found[2] = np.where(several, HALF_PI - last, np.inf)
+    found[3] = np.where(several, HALF_PI + last, np.inf)
+    found[4] = np.where(walled, steep - legs.s * last, np.inf)
+    found[5] = np.where(walled, steep + legs.s * legs.parity * following(first), np.inf)
+    return found
+
+
+def slack_changes(legs: Chain, change: Floats) -> Floats:
+    """Return by how much the smooth slacks change, shape (6, m, N), where the directions do so.
+
+    Zero where there is no slack.
+    """
+    arriving = preceding(legs.parity * change)
+    middle = (arriving - change) / 2
+    spread = -(arriving + change) * (legs.k - 1) / (2 * legs.k)
+    first, last = middle - spread, middle + spread
+    several = legs.k > 1
+    found = np.empty((6, *change.shape))
+    found[0], found[1] = -first, first
+    found[2], found[3] = np.where(several, -last, 0.0), np.where(several, last, 0.0)
+    found[4] = -2 * legs.s * change - legs.s * last
+    found[5] = -2 * legs.s * change + legs.s * legs.parity * following(first)
+    return found
+
+
 def slack_errors(legs: Chain, alpha_error: Floats) -> Floats:
     """Bound the errors of `slacks`, given those of the directions, shape (m, N).
 

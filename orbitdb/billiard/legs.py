@@ -19,7 +19,8 @@ directions. Between the directions that an orbit can have (`direction_limits`) a
 L is strictly concave, an orbit is its one maximum, and no word has two orbits. The condition that
 every bounce lies on its own wall or semicircle is linear in alpha (`orbitdb.billiard.bounces.slacks`).
 
-All arrays of legs and runs have shape (m, N): unknowns first, words along the second axis.
+All arrays of legs and runs have shape (m, N): unknowns first, words along the second axis. Where
+several words stand in different stadiums, a has shape (N,).
 Run i precedes leg i; run 0 is on the left.
 """
 
@@ -156,7 +157,7 @@ def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
     return groups
 
 
-def direction_limits(legs: Chain, a: float) -> tuple[Floats, Floats]:
+def direction_limits(legs: Chain, a: float | Floats) -> tuple[Floats, Floats]:
     """Return directions, shape (m, N) each, below and above all that a leg of an orbit can have.
 
     A leg spans 2 a <= dx <= 2 a + 2 and 2 n - 2 <= s dy <= 2 n + 2; without a wall, -2 <= dy <= 2. So
@@ -168,13 +169,22 @@ def direction_limits(legs: Chain, a: float) -> tuple[Floats, Floats]:
     positive and |alpha| < pi/2.
     """
     no_wall = legs.n == 0
-    steep = np.arctan(np.where(no_wall, _WIDER, 2 * (legs.n + 1)) / a)
-    flat = np.arctan(np.maximum(legs.n - _WIDER, 0) / (a + 1))
+    if np.ndim(a) == 0 and legs.n.max(initial=0) < legs.n.size:
+        n, of = np.arange(legs.n.max() + 1), legs.n.astype(np.intp)  # few different numbers: a table
+        steep, flat = (limit[of] for limit in _slopes(n, a))
+    else:
+        steep, flat = _slopes(legs.n, a)
     low = np.where(no_wall | (legs.s < 0), -steep, flat)
     return low, np.where(no_wall | (legs.s > 0), steep, -flat)
 
 
-def centre_directions(legs: Chain, a: float) -> Floats:
+def _slopes(n: Floats, a: float | Floats) -> tuple[Floats, Floats]:
+    """Return the steepest and the flattest direction of legs with n walls."""
+    steep = np.arctan(np.where(n == 0, _WIDER, 2 * (n + 1)) / a)
+    return steep, np.arctan(np.maximum(n - _WIDER, 0) / (a + 1))
+
+
+def centre_directions(legs: Chain, a: float | Floats) -> Floats:
     """Return the directions of the lines between the unfolded circle centres, shape (m, N)."""
     return np.arctan(legs.n * legs.s / a)
 
@@ -213,7 +223,7 @@ def add_up(rows: NDArray[Any]) -> Floats:
     return total
 
 
-def length(legs: Chain, a: float, alpha: Floats) -> Floats:
+def length(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:
     """Return L(alpha) of each word, shape (N,)."""
     half = turns(legs, alpha).half
     return add_up(2 * a * np.cos(alpha) + legs.lift * np.sin(alpha) + 2 * legs.k * np.sin(half))
@@ -250,7 +260,7 @@ class Derivatives(ByValue):
     stiffness: Floats
 
 
-def derivatives(legs: Chain, a: float, alpha: Floats) -> Derivatives:
+def derivatives(legs: Chain, a: float | Floats, alpha: Floats) -> Derivatives:
     """Return the derivatives of L at directions alpha, shape (m, N)."""
     half = turns(legs, alpha).half
     across, along = np.sin(alpha), np.cos(alpha)
@@ -261,7 +271,7 @@ def derivatives(legs: Chain, a: float, alpha: Floats) -> Derivatives:
     return Derivatives(gradient, lean, beyond, np.sin(half) / (2 * legs.k))
 
 
-def gradient_rounding(legs: Chain, a: float, alpha: Floats) -> Floats:
+def gradient_rounding(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:
     """Bound the rounding error of the gradient, and of its part `lean`, in doubles, shape (m, N).
 
     In units of eps: sine or cosine 1, product 1/2, and the three sums that a leg's terms pass through

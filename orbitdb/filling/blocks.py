@@ -7,7 +7,7 @@ the same wherever and in whatever order blocks are solved.
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from time import thread_time
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,25 @@ from orbitdb.symbols.enumeration import Span, admissible_words, spans
 from orbitdb.symbols.symmetry import Classes, classify
 from orbitdb.symbols.words import pack, unpack
 from orbitdb.version import __version__
+
+
+class Solved(Protocol):
+    """What became of a block, and which orbitdb found it."""
+
+    @property
+    def version(self) -> str:
+        """Of the orbitdb that solved it."""
+
+
+Result = TypeVar("Result", bound=Solved)
+Result_co = TypeVar("Result_co", bound=Solved, covariant=True)
+
+
+class Task(Protocol[Result_co]):
+    """A block of any kind: it knows how it is solved, and goes to other processes as it is."""
+
+    def solved(self) -> Result_co:
+        """Return what becomes of it."""
 
 
 class Solver(Protocol):
@@ -68,6 +87,10 @@ class Block(ByValue):
     method: str
     span: Span
     classes: NDArray[np.int64] | None = None
+
+    def solved(self) -> "SolvedBlock":
+        """Find its words, their symmetry classes, and what becomes of the classes."""
+        return solve_block(self)
 
 
 @dataclass(frozen=True, eq=False)

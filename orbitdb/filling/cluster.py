@@ -17,17 +17,17 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 from uuid import uuid4
 
 from orbitdb.errors import InputError, WorkError
-from orbitdb.filling.blocks import Block, SolvedBlock, solve_block
+from orbitdb.filling.blocks import Result, Solved, Task
 from orbitdb.filling.workers import in_order
 from orbitdb.version import __version__
 
 if TYPE_CHECKING:
     from distributed import Client
-    from distributed import Future as Task
+    from distributed import Future as DaskTask
 
 _AHEAD = 2
 """Blocks under way for each thread of the cluster, so that none waits for the writer."""
@@ -101,7 +101,7 @@ class Cluster:
     ) -> None:
         self._client.close()  # the scheduler forgets the blocks that are under way
 
-    def solved(self, blocks: Iterable[Block]) -> Iterator[SolvedBlock]:
+    def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
         """Yield what became of blocks, in their order.
 
         Raises
@@ -123,7 +123,7 @@ class Cluster:
             self._size, self._counted = Size(len(threads), sum(threads)), time.monotonic()
         return self._size
 
-    def submit(self, block: Block) -> Future[SolvedBlock]:
+    def submit(self, block: Task[Result]) -> Future[Result]:
         """Begin with a block."""
         try:
             task = self._client.submit(pickle.loads, pickle.dumps(_Call(block)), key=f"orbitdb-{uuid4()}")
@@ -134,10 +134,10 @@ class Cluster:
     def renew(self) -> None:
         """Do nothing: dask replaces what is lost by itself."""
 
-    async def _fetch(self, task: "Task") -> SolvedBlock:
+    async def _fetch(self, task: "DaskTask") -> Any:
         try:
             async with self._fetching:
-                found: SolvedBlock = await task._result()  # `result` would wait in the loop's own thread
+                found = await task._result()  # `result` would wait in the loop's own thread
         except Exception as error:
             raise _failure(error) from error
         return found
@@ -150,17 +150,17 @@ class _Call:
     would end it, and every other worker behind it.
     """
 
-    def __init__(self, block: Block) -> None:
+    def __init__(self, block: Task[Solved]) -> None:
         self.block = block
 
-    def __reduce__(self) -> tuple[Callable[[Block], SolvedBlock], tuple[Block]]:
+    def __reduce__(self) -> tuple[Callable[[Task[Solved]], Solved], tuple[Task[Solved]]]:
         return _solve_alone, (self.block,)
 
 
-def _solve_alone(block: Block) -> SolvedBlock:
+def _solve_alone(block: Task[Solved]) -> Solved:
     """Solve a block while no other thread of this process does: ball arithmetic's precision is shared."""
     with _one_at_a_time:
-        return solve_block(block)
+        return block.solved()
 
 
 def _connect(scheduler: str) -> "Client":

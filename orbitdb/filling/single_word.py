@@ -6,14 +6,16 @@ from pathlib import Path
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.blocks import METHODS
+from orbitdb.orbits.lives import LONGEST, existence
 from orbitdb.orbits.newton import solve_word
 from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.orbits.pruned import pruned_word
 from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.lives import partners
 from orbitdb.store.writing import insertion
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols import symmetry
-from orbitdb.symbols.words import from_strings
+from orbitdb.symbols.words import MAX_KEYED, from_strings
 
 
 def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
@@ -58,6 +60,24 @@ def _keep_pruned(writer: Writer, word: Orbit) -> Orbit:
     with writer.writing() as connection:
         insertion.add_pruned(connection, word.p, [word.representative], [rules])
     return replace(word, stored=True)
+
+
+def with_existence(orbit: Orbit) -> Orbit:
+    """Return a word with from where to where in a it is an orbit, found on the spot if need be.
+
+    It stays unknown for words that are too long (`orbitdb.orbits.lives.LONGEST`).
+    """
+    if orbit.exists is not None or orbit.p > LONGEST:
+        return orbit
+    return replace(orbit, exists=tuple(existence(orbit.code)))
+
+
+def born_with(path: Path | None, orbit: Orbit) -> list[tuple[float, list[str]]]:
+    """Return the births of a word, each with the least words that are one path with it there, if stored."""
+    if path is None or orbit.p > MAX_KEYED or not orbit.exists:
+        return []
+    with closing(Catalogue(path)) as catalogue, catalogue.reading() as connection:
+        return partners(connection, orbit.representative)
 
 
 def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:

@@ -16,11 +16,11 @@ from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Generic, Protocol, Self
 from uuid import uuid4
 
 from orbitdb.errors import WorkError
-from orbitdb.filling.blocks import Block, SolvedBlock, solve_block
+from orbitdb.filling.blocks import Result, Result_co, Task
 from orbitdb.filling.scratch import scratch_folder
 from orbitdb.version import __version__
 
@@ -44,7 +44,7 @@ class Workers(Protocol):
 
     jobs: int
 
-    def solved(self, blocks: Iterable[Block]) -> Iterator[SolvedBlock]:
+    def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
         """Yield what became of blocks, in their order."""
 
 
@@ -53,9 +53,9 @@ class Here:
 
     jobs = 1
 
-    def solved(self, blocks: Iterable[Block]) -> Iterator[SolvedBlock]:
+    def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
         """Yield what became of blocks, in their order."""
-        return map(solve_block, blocks)
+        return (block.solved() for block in blocks)
 
 
 HERE = Here()
@@ -89,7 +89,7 @@ class Processes:
             self._lifeline.close()  # nobody waits for what is under way
         self._end()
 
-    def solved(self, blocks: Iterable[Block]) -> Iterator[SolvedBlock]:
+    def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
         """Yield what became of blocks, in their order."""
         return in_order(self, blocks, lambda: _AHEAD * self.jobs)
 
@@ -100,7 +100,7 @@ class Processes:
             for _ in range(self.jobs):  # it starts one for each task that finds none idle
                 executor.submit(os.getpid)
 
-    def submit(self, block: Block) -> "Parcel":
+    def submit(self, block: Task[Result]) -> "Parcel[Result]":
         """Begin with a block."""
         executor, folder = self._ready()
         with _signals_held_back():  # this may start a process
@@ -127,19 +127,19 @@ class Processes:
         self._executor = self._lifeline = self._folder = None
 
 
-class Parcel:
+class Parcel(Generic[Result]):
     """A block on its way to a worker and back, in files.
 
     Through the pipes of the executor goes no more than their name, which is written at one stroke: a
     process that dies while it writes something longer leaves the other end waiting for ever.
     """
 
-    def __init__(self, block: Block, folder: Path, executor: Executor) -> None:
+    def __init__(self, block: Task[Result], folder: Path, executor: Executor) -> None:
         self._path = folder / uuid4().hex
         self._path.write_bytes(pickle.dumps(block))
         self._solved = executor.submit(_solve_parcel, self._path)
 
-    def result(self) -> SolvedBlock:
+    def result(self) -> Result:
         """Wait for the worker and return what it found.
 
         Raises
@@ -148,39 +148,39 @@ class Parcel:
             If a worker has died.
         """
         self._solved.result()
-        found: SolvedBlock = pickle.loads(self._path.read_bytes())
+        found: Result = pickle.loads(self._path.read_bytes())
         self._path.unlink()
         return found
 
 
 def _solve_parcel(path: Path) -> None:
-    path.write_bytes(pickle.dumps(solve_block(pickle.loads(path.read_bytes()))))
+    path.write_bytes(pickle.dumps(pickle.loads(path.read_bytes()).solved()))
 
 
-class Promise(Protocol):
+class Promise(Protocol[Result_co]):
     """What becomes of a block, once it is known."""
 
-    def result(self) -> SolvedBlock:
+    def result(self) -> Result_co:
         """Wait for it and return it."""
 
 
 class Pool(Protocol):
     """Something that takes blocks and promises their results."""
 
-    def submit(self, block: Block) -> Promise:
+    def submit(self, block: Task[Result]) -> Promise[Result]:
         """Begin with a block."""
 
     def renew(self) -> None:
         """Make ready for new blocks after workers have died."""
 
 
-def in_order(pool: Pool, blocks: Iterable[Block], ahead: Callable[[], int]) -> Iterator[SolvedBlock]:
+def in_order(pool: Pool, blocks: Iterable[Task[Result]], ahead: Callable[[], int]) -> Iterator[Result]:
     """Solve blocks in a pool; yield the results in the order of the blocks.
 
     Parameters
     ----------
     pool : Pool
-    blocks : iterable of Block
+    blocks : iterable of Task
     ahead : callable
         Says how many blocks may be under way beside the one that is waited for; it is asked before
         every block, as a pool may grow.
@@ -195,7 +195,7 @@ def in_order(pool: Pool, blocks: Iterable[Block], ahead: Callable[[], int]) -> I
     Blocks under way are not cancelled when nobody wants them any more: the executor of Python 3.11 fails
     if one of its processes dies while it holds a cancelled future.
     """
-    waiting: deque[tuple[Block, Promise]] = deque()
+    waiting: deque[tuple[Task[Result], Promise[Result]]] = deque()
     for block in blocks:
         waiting.append((block, _submit(pool, block)))
         while len(waiting) > ahead():
@@ -204,17 +204,17 @@ def in_order(pool: Pool, blocks: Iterable[Block], ahead: Callable[[], int]) -> I
         yield _first_result(pool, waiting)
 
 
-def _submit(pool: Pool, block: Block) -> Promise:
+def _submit(pool: Pool, block: Task[Result]) -> Promise[Result]:
     """Begin with a block; if workers have died unnoticed, promise what tells so."""
     try:
         return pool.submit(block)
     except (BrokenExecutor, BrokenPipeError) as error:
-        broken: Future[SolvedBlock] = Future()
+        broken: Future[Result] = Future()
         broken.set_exception(error)
         return broken
 
 
-def _first_result(pool: Pool, waiting: deque[tuple[Block, Promise]]) -> SolvedBlock:
+def _first_result(pool: Pool, waiting: deque[tuple[Task[Result], Promise[Result]]]) -> Result:
     """Wait for the first block under way; begin anew with all of them if a worker has died."""
     for _ in range(_DEATHS):
         try:

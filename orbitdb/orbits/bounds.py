@@ -31,6 +31,7 @@ from orbitdb.billiard.bounces import (
     slacks,
 )
 from orbitdb.billiard.legs import (
+    Chain,
     Derivatives,
     Legs,
     add_up,
@@ -83,7 +84,7 @@ def assess(
     place = coordinates(legs, a, alpha)
     return Orbits(
         words=words,
-        status=_status(slack, slack_error, _between_limits(legs, a, alpha, alpha_error)),
+        status=_status(slack, slack_error, between_limits(legs, a, alpha, alpha_error)),
         coordinates=place,
         length=length(legs, a, alpha),
         lyapunov=exponent(slopes),
@@ -96,20 +97,22 @@ def assess(
     )
 
 
-def pressed_directions(legs: Legs, a: float, alpha: Floats, slopes: Derivatives) -> NDArray[np.bool_]:
+def pressed_directions(
+    legs: Chain, a: float | Floats, alpha: Floats, slopes: Derivatives
+) -> NDArray[np.bool_]:
     """Tell which directions stand at a limit that the gradient pushes against."""
     low, high = direction_limits(legs, a)
     return ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
 
 
-def _between_limits(legs: Legs, a: float, alpha: Floats, alpha_error: Floats) -> NDArray[np.bool_]:
+def between_limits(legs: Chain, a: float | Floats, alpha: Floats, alpha_error: Floats) -> NDArray[np.bool_]:
     """Tell for which words the maximum is surely away from the limits, and so a stationary point."""
     low, high = direction_limits(legs, a)
     return np.all(np.minimum(alpha - low, high - alpha) > ABOVE * alpha_error, axis=0)
 
 
 def direction_errors(
-    legs: Legs, a: float, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]
+    legs: Chain, a: float | Floats, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]
 ) -> Floats:
     """Bound the distance of every direction from the maximum, rounding included, shape (m, N).
 

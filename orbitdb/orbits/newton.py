@@ -185,15 +185,17 @@ def certificates(
     return [found[row] for row in range(len(words))]
 
 
-def newton(legs: Chain, a: float, tolerance: float = TOLERANCE, start: Floats | None = None) -> Directions:
+def newton(
+    legs: Chain, a: float | Floats, tolerance: float = TOLERANCE, start: Floats | None = None
+) -> Directions:
     """Find the maximum of the length of each word between its direction limits.
 
     Parameters
     ----------
     legs : Chain
         N words of m legs.
-    a : float
-        Half the length of a straight wall.
+    a : float or ndarray, shape (N,)
+        Half the length of a straight wall, for all words or for each its own.
     tolerance : float, optional
         Error of a direction (radians) at which to stop, foreseen from the last two steps: the error
         after a step of size e is about e^3 / e_before^2. Where rounding is larger, stop there.
@@ -206,7 +208,7 @@ def newton(legs: Chain, a: float, tolerance: float = TOLERANCE, start: Floats | 
     active = np.arange(len(legs))
     part: Chain = legs
     here = alpha
-    limits = direction_limits(part, a)
+    limits = around = direction_limits(part, a)
     last = np.full(len(legs), np.nan)
     for count in range(MAX_STEPS):
         step = _newton_step(part, a, here, limits)
@@ -223,15 +225,16 @@ def newton(legs: Chain, a: float, tolerance: float = TOLERANCE, start: Floats | 
             active, here, last = active[going], here.take(going, axis=1), size[going]
             limits = (limits[0].take(going, axis=1), limits[1].take(going, axis=1))
             part = part.chain(going)
+            a = a[going] if isinstance(a, np.ndarray) else a
         else:
             last = size
         if not len(active):
             break
     alpha[:, active] = here
-    return Directions(np.clip(alpha, *direction_limits(legs, a)), iterations)  # a step may round beyond them
+    return Directions(np.clip(alpha, *around), iterations)  # a step may round beyond them
 
 
-def _uphill(legs: Chain, a: float, alpha: Floats, step: Floats) -> Floats:
+def _uphill(legs: Chain, a: float | Floats, alpha: Floats, step: Floats) -> Floats:
     """Halve steps until they lengthen the path; small ones stay, rounding would hide what they gain."""
     before = length(legs, a, alpha)
     while True:
@@ -253,16 +256,17 @@ def _stalled(size: Floats, last: Floats) -> NDArray[np.bool_]:
     return stalled
 
 
-def _newton_step(legs: Chain, a: float, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:
+def _newton_step(legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:
     """Return the Newton step within the limits; directions that press against a limit stay."""
     slopes = derivatives(legs, a, alpha)
     low, high = limits
     pressed = ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
-    step = _solve_cyclic(*_minus_hessian(legs, slopes, pressed), np.where(pressed, 0.0, slopes.gradient))
+    rhs = np.where(pressed, 0.0, slopes.gradient)
+    (step,) = solve_cyclic(*minus_hessian(legs, slopes, pressed), rhs[None])
     return np.clip(alpha + step, low, high) - alpha
 
 
-def _minus_hessian(legs: Chain, slopes: Derivatives, pressed: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+def minus_hessian(legs: Chain, slopes: Derivatives, pressed: NDArray[np.bool_]) -> tuple[Floats, Floats]:
     """Return the diagonal of -H and its entries beside it; entry i couples directions i - 1 and i."""
     w = slopes.stiffness
     beside = w * preceding(legs.parity)
@@ -272,21 +276,21 @@ def _minus_hessian(legs: Chain, slopes: Derivatives, pressed: NDArray[np.bool_])
     return diagonal, beside
 
 
-def _solve_cyclic(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
-    """Solve N positive definite cyclic tridiagonal systems of m >= 2 unknowns.
+def solve_cyclic(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
+    """Solve N positive definite cyclic tridiagonal systems of m >= 2 unknowns; rhs has shape (r, m, N).
 
-    The last unknown is split off: the others form a tridiagonal system with two right sides, the
-    given one and the last unknown's column.
+    The last unknown is split off: the others form a tridiagonal system with one more right side, the
+    last unknown's column.
     """
-    column = np.zeros_like(rhs[:-1])
+    column = np.zeros_like(diagonal[:-1])
     column[0] += beside[0]
     column[-1] += beside[-1]
-    eliminate = _tridiagonal_long if len(rhs) > _LONG else tridiagonal
-    plain, through = eliminate(diagonal[:-1], beside[1:-1], np.stack([rhs[:-1], column]))
-    top = rhs[-1] - _end_terms(column, plain)
+    eliminate = _tridiagonal_long if len(diagonal) > _LONG else tridiagonal
+    found = eliminate(diagonal[:-1], beside[1:-1], np.concatenate([rhs[:, :-1], column[None]]))
+    plain, through = found[:-1], found[-1]
     bottom = diagonal[-1] - _end_terms(column, through)
-    last = top / bottom
-    return np.concatenate([plain - through * last, last[None]])
+    last = np.stack([(b[-1] - _end_terms(column, x)) / bottom for b, x in zip(rhs, plain, strict=True)])
+    return np.concatenate([plain - through * last[:, None], last[:, None]], axis=1)
 
 
 def _end_terms(column: Floats, x: Floats) -> Floats:

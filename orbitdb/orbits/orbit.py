@@ -135,6 +135,9 @@ class Orbit(ByValue):
         In the order of ``code``.
     stored : bool
         Whether it comes from a catalogue or was solved on the spot.
+    exists : tuple of (float, float or None), or None
+        From where to where in a it is an orbit, if the catalogue it comes from has the births of its
+        period; `orbitdb.existence` finds it for any word.
     """
 
     code: str
@@ -154,6 +157,7 @@ class Orbit(ByValue):
     lyapunov_error: float | None = None
     coordinates: Floats | None = None
     stored: bool = False
+    exists: tuple[tuple[float, float | None], ...] | None = None
 
     @property
     def p(self) -> int:

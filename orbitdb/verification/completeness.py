@@ -16,6 +16,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import DONE, FILLING
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.lives import birth_fills
 from orbitdb.store.reading.soundness import is_written, sound_words
 from orbitdb.store.reading.stored_blocks import (
     SYMBOLS_A_BLOCK,
@@ -59,10 +60,14 @@ def check_file(connection: "sa.Connection") -> Iterator[Check]:
 def check_counts(connection: "sa.Connection", selections: Sequence[Selection]) -> Iterator[Check]:
     """Check the numbers of words of every period, and the counts of every fill."""
     fills, words = audit.fills(connection), audit.word_counts(connection)
-    chosen = {s.a: s for s in selections}
+    chosen, born = {s.a: s for s in selections}, {each.p for each in birth_fills(connection)}
     for p in sorted({fill["p"] for fill in fills} | words.keys()):
         if any(selection.includes(p) for selection in selections):
-            yield _count(p, {fill["state"] for fill in fills if fill["p"] == p}, *words.get(p, (0, 0, 0)))
+            states = {fill["state"] for fill in fills if fill["p"] == p}
+            sequences, classes, claimed = words.get(p, (0, 0, 0))
+            if p in born and not states:  # births bring the classes of all words, and only the classes
+                claimed = audit.words_without_fill(connection, p)
+            yield _count(p, states, sequences, classes, claimed)
     for fill in fills:
         if fill["a"] in chosen and chosen[fill["a"]].includes(fill["p"]):
             statuses = audit.status_counts(connection, fill["stadium"], fill["p"])

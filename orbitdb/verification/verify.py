@@ -22,6 +22,7 @@ from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.soundness import is_whole
 from orbitdb.store.reading.stored_blocks import Ids, StoredBlock, blocks, choose, load_orbits, whole_rows
 from orbitdb.symbols.words import to_strings
+from orbitdb.verification.births import check_births
 from orbitdb.verification.check import Check, Step, judged, measured, shown
 from orbitdb.verification.completeness import check_counts, check_file, check_pruned, check_words
 from orbitdb.verification.invariants import check_consistency, with_bounds
@@ -39,6 +40,7 @@ PROMISES = {
     "sequences": "every class has all its words, each with the element that leads to it",
     "rules": "pruned words break the rules that are stored",
     "fills": "the counts of every filled period are those of its rows",
+    "births": "births and deaths take turns, and agree with every fill",
     "values": "every row has what its status demands",
     "statuses": "a new solution gives the same status",
     "unresolved": "every status is decided",
@@ -106,6 +108,7 @@ def verify(
         chosen = {s.a: choose(still, s, sample, rng) for s in selections}
         yield Step("file", 0, 1, tuple(check_file(connection)))
         yield Step("counts", 0, 1, tuple(check_counts(connection, selections)))
+        yield Step("births", 0, 1, tuple(check_births(connection)))
         yield from check_words(connection, chosen.values())
         if sample is None and selections:
             yield from check_pruned(still, selections[0])

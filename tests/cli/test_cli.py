@@ -53,7 +53,7 @@ def test_fill_table_query(cli):
     assert again.code == 0
     assert again.out == ""
     (found,) = json.loads(cli("query", "--code", "1232131", "--json").out)
-    assert list(found) == [*KEYS, "coordinates", "stored"]
+    assert list(found) == [*KEYS, "coordinates", "stored", "exists"]
     assert found["stored"] is True
     assert found["status"] == "orbit"
     assert found["rules"] == []

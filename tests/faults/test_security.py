@@ -24,7 +24,7 @@ from orbitdb.errors import StoreError
 from orbitdb.plaintext import cell, printable
 from orbitdb.store.asking import confinement
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.file.guard import VIEW, TamperedError
+from orbitdb.store.file.guard import LIFE, VIEW, TamperedError
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import SCHEMA_VERSION, metadata
 from orbitdb.store.file.tokens import tokens
@@ -314,6 +314,8 @@ HOSTILE = {
     "a view with a row more": [
         "DROP VIEW catalogue", VIEW.replace("cycle AS cycle", "cycle AS cycle, random() AS more")
     ],
+    "another view of lives": ["DROP VIEW life", LIFE.replace("'born'", "'died'")],
+    "no view of lives": ["DROP VIEW life"],
     "a table for the view": ["DROP VIEW catalogue", f"CREATE TABLE catalogue ({', '.join(NAMES)})"],
     "no view": ["DROP VIEW catalogue"],
     "a view for a table": [
@@ -421,8 +423,8 @@ def test_a_new_catalogue_passes(tmp_path):
     path = tmp_path / "new.db"
     catalogue = Catalogue.create(path)
     with catalogue.reading() as connection:
-        text = connection.exec_driver_sql("SELECT sql FROM sqlite_master WHERE type = 'view'").scalar_one()
-        assert text.split() == VIEW.split()
+        texts = connection.exec_driver_sql("SELECT sql FROM sqlite_master WHERE type = 'view'").scalars()
+        assert sorted(text.split() for text in texts) == sorted([VIEW.split(), LIFE.split()])
         assert connection.exec_driver_sql("PRAGMA trusted_schema").scalar() == 0
         assert connection.exec_driver_sql("PRAGMA cell_size_check").scalar() == 1
         assert connection.exec_driver_sql("PRAGMA query_only").scalar() == 1
@@ -454,6 +456,7 @@ VALUES = ["''", "'x'", "NULL", "0", "-1", "9223372036854775807", "9e999", "1e308
 DELETIONS = ["cycle WHERE id % 5 = 2", "sequence WHERE cycle % 5 = 2", "stadium WHERE id = 1", "fill", "run",
              "orbit WHERE cycle % 5 = 1"]  # fmt: skip
 READING = [
+    ["births"], ["table", "--a", "0.7"], ["entropy", "--a", "0.7"],
     ["query"], ["query", "--json"], ["query", "--format", "csv"], ["query", "--code", "013"], ["table"],
     ["info"], ["entropy"], ["lyapunov"], ["export", "--format", "csv", "--coordinates"],
     ["verify", "--p", "2-4"], ["export", "--format", "jsonl"], ["plot", "sheet", "--p", "3", "-o", "o.svg"],

@@ -245,3 +245,14 @@ def test_words_are_left_alone():
     assert (words == before).all()
     assert to_strings(orbits.words) == to_strings(words)
     assert not rules_broken(orbits.words).any()
+
+
+def test_words_in_stadiums_of_their_own():
+    """Each word's maximum is the same, bit by bit, as in a batch of its stadium."""
+    _, legs = cut(words_of(6))[1]
+    a = np.geomspace(0.1, 9.0, len(legs))
+    together = newton(legs, a)
+    for i in range(0, len(legs), 20):
+        alone = newton(legs.chain(np.array([i])), float(a[i]))
+        assert np.array_equal(together.alpha[:, i], alone.alpha[:, 0])
+        assert together.iterations[i] == alone.iterations[0]

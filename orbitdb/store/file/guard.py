@@ -15,7 +15,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.schema import catalogue, metadata
+from orbitdb.store.file.schema import catalogue, life, metadata
 from orbitdb.store.file.tokens import Token, meaningful
 
 VIEW = """\
@@ -51,6 +51,25 @@ LEFT JOIN orbit ON orbit.stadium = stadium.id AND orbit.cycle = sequence.cycle
 WHERE orbit.status IS NOT NULL OR sequence.rules IS NOT NULL
 """
 """The view of the newest schema, as the last migration that touched it made it."""
+
+LIFE = """\
+CREATE VIEW life AS
+SELECT change.cycle AS cycle,
+       cycle.p AS p,
+       cycle.class_size AS class_size,
+       cycle.word AS word,
+       change.a AS born,
+       change.error AS born_error,
+       death.a AS dies,
+       death.error AS dies_error
+FROM change
+JOIN cycle ON cycle.id = change.cycle
+LEFT JOIN change AS death ON death.cycle = change.cycle AND death.number = change.number + 1
+WHERE change.kind = 'born'
+"""
+"""The view of the lives of classes, in the same way."""
+
+_VIEWS = {catalogue.name: VIEW, life.name: LIFE}
 
 _ACTIVE = {"CHECK", "GENERATED", "AS", "VIRTUAL", "WHERE"}
 _BARE = re.compile(r"[\w\s,()]*", re.ASCII)
@@ -115,8 +134,8 @@ def refuse_tampered(connection: sqlite3.Connection, path: object, newest: bool) 
 def _acts(kind: str, name: str, text: str, newest: bool) -> bool:
     """Tell whether a part of a schema would run something of its own."""
     if kind == "view":
-        ours = name.lower() == catalogue.name
-        return ours and newest and text.split() != VIEW.split()
+        ours = _VIEWS.get(name.lower())
+        return newest and ours is not None and text.split() != ours.split()
     if kind not in ("table", "index"):
         return True
     if _BARE.fullmatch(text) and not (_ACTIVE | {"DEFAULT"}).intersection(_WORD.findall(text.upper())):
@@ -134,7 +153,7 @@ def _computes(found: list[Token]) -> bool:
 
 def _misshapen(connection: sqlite3.Connection, schema: dict[tuple[str, str], str]) -> list[str]:
     """Return what of a catalogue is missing, or has other columns or options."""
-    faults = [] if ("view", catalogue.name) in schema else [f"view {catalogue.name}"]
+    faults = [f"view {name}" for name in _VIEWS if ("view", name) not in schema]
     for name, (columns, options) in _expected().items():
         text = schema.get(("table", name), "")
         tail = set(text.rpartition(")")[2].replace(",", " ").split())

@@ -12,11 +12,14 @@ import sqlalchemy as sa
 APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 """The number of the newest migration; kept as SQLite's user_version."""
 
 DONE, FILLING = "done", "filling"
-"""The states of a period in the table `fill`."""
+"""The states of a period in the tables `fill` and `birth_fill`."""
+
+BORN, DIED = "born", "died"
+"""The kinds of a change."""
 
 metadata = sa.MetaData(
     naming_convention={
@@ -162,6 +165,46 @@ certificate = sa.Table(
 )
 """A proof by ball arithmetic that the stored orbit exists: its coordinates lie within the radius."""
 
+change = sa.Table(
+    "change",
+    metadata,
+    sa.Column("cycle", sa.Integer, sa.ForeignKey("cycle.id"), primary_key=True),
+    sa.Column("number", sa.Integer, primary_key=True),
+    _required("a", sa.REAL),
+    _required("error", sa.REAL),
+    _required("kind", sa.Text),
+    sa.Column("bounce", sa.Integer),
+    sa.Column("joint", sa.Text),
+    sa.Column("event", sa.Integer),
+    sa.Column("slope", sa.REAL),
+    _required("run", sa.Integer, sa.ForeignKey("run.id")),
+    **STRICT_ORDERED,
+)
+"""A value of a at which a class begins or ceases to be an orbit, counted from 1 for each class as a grows.
+
+The true value is no farther away than ``error``. ``bounce``, of the class's least word and counted from 1,
+comes through ``joint``, ``slope`` is how fast: d slack / d ln a in radians. Changes of one period with one
+``event`` are one path at this a; events are numbered when the whole period is there. A class that is an
+orbit from a = 0 on is born there, with nothing said of a joint."""
+
+birth_fill = sa.Table(
+    "birth_fill",
+    metadata,
+    sa.Column("p", sa.Integer, primary_key=True),
+    _required("state", sa.Text),
+    sa.Column("cursor", sa.Text),
+    _required("seconds", sa.REAL),
+    _required("words", sa.Integer),
+    sa.Column("classes", sa.Integer),
+    sa.Column("births", sa.Integer),
+    sa.Column("deaths", sa.Integer),
+    sa.Column("always", sa.Integer),
+    sa.Column("least", sa.REAL),
+    sa.Column("largest", sa.REAL),
+    **STRICT_ORDERED,
+)
+"""How far the changes of a period are stored; the counts are there once the state is ``done``."""
+
 _VIEW_COLUMNS: dict[type[sa.types.TypeEngine[Any]], tuple[str, ...]] = {
     sa.Text: ("code", "word", "representative", "status", "rules", "time_reversal", "symmetry", "solver"),
     sa.Integer: ("p", "class_size", "walls", "iterations", "element", "cycle"),
@@ -176,3 +219,11 @@ catalogue = sa.table(
     *(sa.column(name, kind) for kind, names in _VIEW_COLUMNS.items() for name in names),
 )
 """The view: one row a symbol sequence and a."""
+
+life = sa.table(
+    "life",
+    *(sa.column(name, sa.Integer) for name in ("cycle", "p", "class_size")),
+    sa.column("word", sa.Text),
+    *(sa.column(name, sa.REAL) for name in ("born", "born_error", "dies", "dies_error")),
+)
+"""The view of the lives of classes: from ``born`` to ``dies`` in a; NULL where that has no end."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from orbitdb.store.file.database import reading_engine
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.file.schema import certificate, cycle, fill, metadata, orbit, sequence, stadium
+from orbitdb.store.file.schema import certificate, change, cycle, fill, metadata, orbit, sequence, stadium
 
 Row = dict[str, Any]
 
@@ -93,6 +93,19 @@ def word_counts(connection: sa.Connection) -> dict[int, tuple[int, int, int]]:
     for p, count, claimed in connection.execute(classes):
         found[p] = (found.get(p, (0, 0, 0))[0], count, claimed)
     return found
+
+
+def words_without_fill(connection: sa.Connection, p: int) -> int:
+    """Return how many words the classes of a period claim that have any of them stored."""
+    here = sa.select(sequence.c.cycle).where(sequence.c.p == p, sequence.c.cycle.is_not(None))
+    claimed = sa.select(sa.func.sum(cycle.c.class_size)).where(cycle.c.p == p, cycle.c.id.in_(here))
+    return connection.scalar(claimed) or 0
+
+
+def changes(connection: sa.Connection, p: int) -> list[sa.Row[Any]]:
+    """Return the changes of all classes of a period, by class and number, each with its class size."""
+    query = sa.select(change, cycle.c.class_size, cycle.c.word).join_from(change, cycle).where(cycle.c.p == p)
+    return list(connection.execute(query.order_by(change.c.cycle, change.c.number)))
 
 
 def status_counts(connection: sa.Connection, stadium: int, p: int) -> dict[str, tuple[int, int]]:

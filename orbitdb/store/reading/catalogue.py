@@ -10,8 +10,11 @@ from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.selection import Selection, SelectionError, choose
 from orbitdb.store.file.database import default_path
 from orbitdb.store.file.migrate import migrate
+from orbitdb.store.reading import lives
 from orbitdb.store.reading.class_first import count_rows
+from orbitdb.store.reading.counted import Counted, count
 from orbitdb.store.reading.fills import Fill
+from orbitdb.store.reading.lives import BirthFill, Life
 from orbitdb.store.reading.lookup import find_word
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.stadiums import a_stored, meant
@@ -107,6 +110,33 @@ class Catalogue(Reader):
         symbols = parse(word)
         with self.reading() as connection:
             return find_word(connection, symbols, a)
+
+    def birth_fills(self) -> list[BirthFill]:
+        """Return how far births and deaths are stored, by period."""
+        with self.reading() as connection:
+            return lives.birth_fills(connection)
+
+    def births(self, p: int) -> list[Life]:
+        """Return from where to where in a the classes of one period are orbits, one entry a life, by birth.
+
+        Empty if no births of the period are stored: `orbitdb births` stores them.
+        """
+        with self.reading() as connection:
+            return lives.lives(connection, p)
+
+    def counts(self, selection: Selection | None = None, **criteria: Any) -> Counted:
+        """Return the counts of the paper's Table 1 at any a: from a fill, else from births.
+
+        Parameters
+        ----------
+        selection : Selection, optional
+            Its a and its periods count, all that are there by default; or name them by the criteria.
+        **criteria
+            As in `select`.
+        """
+        chosen = self._chosen(selection, criteria)
+        with self.at_one_moment() as still, still.reading() as connection:
+            return count(connection, still.fills(chosen.a), chosen)
 
     def __contains__(self, word: object) -> bool:
         """Tell whether what becomes of a word is stored, in any rotation and with any status."""

@@ -158,6 +158,11 @@ def _filled(known: Sequence[Fill], a: float, filled_at: Sequence[float]) -> str:
     return f" (filled: {'; '.join(parts)})" if parts else ""
 
 
+def written_periods(periods: Sequence[int]) -> str:
+    """Write periods as ranges, such as "periods 2-8, 11"."""
+    return _written(_joined([(p, p) for p in periods]))
+
+
 def exact(a: float) -> str:
     """Write a so that it is the same number when it is read again."""
     return f"{a:g}" if float(f"{a:g}") == a else repr(a)

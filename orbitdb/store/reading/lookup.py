@@ -8,6 +8,7 @@ import sqlalchemy as sa
 from orbitdb.orbits.orbit import NUMBERS, Orbit, Status
 from orbitdb.orbits.pruned import pruned_word
 from orbitdb.store.file.schema import cycle, orbit, sequence, stadium
+from orbitdb.store.reading.lives import lives_of
 from orbitdb.store.reading.soundness import is_whole, unsound
 from orbitdb.symbols import symmetry
 
@@ -43,6 +44,7 @@ def find_word(connection: sa.Connection, word: str, a: float) -> Orbit | None:
         class_size=row["class_size"],
         coordinates=coordinates,
         stored=True,
+        exists=lives_of(connection, family.representative),
         **{name: row[name] for name in NUMBERS},
     )
 

@@ -83,7 +83,7 @@ def move_cursor(connection: sa.Connection, cursor: Cursor, span: Span, words: in
     OvertakenError
         If another process has moved the same cursor.
     """
-    last = _end_of(span)
+    last = end_of(span)
     moved = connection.execute(
         sa.update(fill)
         .where(_of(cursor), fill.c.state == FILLING, fill.c.cursor.is_not_distinct_from(cursor.word))
@@ -98,7 +98,7 @@ def move_cursor(connection: sa.Connection, cursor: Cursor, span: Span, words: in
     return replace(cursor, word=last, words=cursor.words + words)
 
 
-def _end_of(span: Span) -> str:
+def end_of(span: Span) -> str:
     """Return the end of a span as text, one octal digit a symbol."""
     return f"{span.upto:0{span.p}o}"
 

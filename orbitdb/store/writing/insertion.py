@@ -47,7 +47,7 @@ def add_cycles(
     sizes, reversals, labels = ([kinds[mask][i] for mask in stabilisers.tolist()] for i in range(3))
     walls = ((words == 0) | (words == 2)).sum(axis=1).tolist()
     columns = (numbers, [words.shape[1]] * len(words), to_strings(words), sizes, walls, reversals, labels)
-    _insert(connection, "cycle", columns)
+    insert(connection, "cycle", columns)
 
 
 def add_class(connection: sa.Connection, family: symmetry.SymmetryClass) -> int:
@@ -67,12 +67,12 @@ def add_sequences(
     connection: sa.Connection, p: int, words: Sequence[str], cycles: Sequence[int], elements: Sequence[int]
 ) -> None:
     """Store admissible words of order p as least rotations, with their classes and elements."""
-    _insert(connection, "sequence (p, word, cycle, element)", ([p] * len(words), words, cycles, elements))
+    insert(connection, "sequence (p, word, cycle, element)", ([p] * len(words), words, cycles, elements))
 
 
 def add_pruned(connection: sa.Connection, p: int, words: Sequence[str], rules: Sequence[str]) -> None:
     """Store geometrically pruned words of order p as least rotations, with the rules they break."""
-    _insert(connection, "sequence (p, word, rules)", ([p] * len(words), words, rules))
+    insert(connection, "sequence (p, word, rules)", ([p] * len(words), words, rules))
 
 
 def add_orbits(
@@ -95,7 +95,7 @@ def add_orbits(
         [stadium_id] * n, cycles, orbits.status.tolist(), _blobs(orbits.coordinates, kept), *numbers,
         orbits.iterations.tolist(), [solver] * n, [writer.run_id(connection, computed)] * n,
     )  # fmt: skip
-    _insert(connection, "orbit", columns)
+    insert(connection, "orbit", columns)
 
 
 def _or_null(values: NDArray[np.float64], kept: NDArray[np.bool_]) -> list[float | None]:
@@ -111,7 +111,7 @@ def _blobs(coordinates: NDArray[np.float64], kept: NDArray[np.bool_]) -> list[by
     return [data[i * width : (i + 1) * width] if keep else None for i, keep in enumerate(kept.tolist())]
 
 
-def _insert(connection: sa.Connection, table: str, columns: Sequence[Sequence[Any]]) -> None:
+def insert(connection: sa.Connection, table: str, columns: Sequence[Sequence[Any]]) -> None:
     """Insert rows that are not there yet, through SQLite's own driver.
 
     Many rows a statement take half the time of one row a statement, most of which is not storing but

@@ -1,0 +1,149 @@
+"""Proof that a word begins or ceases to be an orbit inside a narrow bracket of a.
+
+At a (1 - delta) and a (1 + delta) the word's maximum is bounded as in `orbitdb.orbits.bounds`: on one
+side every slack is above its error and no direction at a limit, so that the word is an orbit there; on
+the other some slack is below minus its error, so that it is none. Slacks being continuous in a, the
+change lies between, whatever found it. Where rounding hides the sides the bracket is made wider, and
+then decided in ball arithmetic (`orbitdb.orbits.enclosure`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.arithmetic import check_functions
+from orbitdb.billiard.bounces import slack_errors, slacks
+from orbitdb.billiard.legs import Chain, derivatives, direction_limits
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
+from orbitdb.orbits.bounds import between_limits, direction_errors, pressed_directions
+from orbitdb.orbits.continuation import motion, slacks_and_slopes
+from orbitdb.orbits.crossings import Zeros
+from orbitdb.orbits.newton import solve_in_doubles
+from orbitdb.orbits.orbit import Status
+
+Floats = NDArray[np.float64]
+Signs = NDArray[np.int8]
+
+_WIDER = 4.0
+_NARROWEST = 2.0**-51
+_WIDEST = 1e-11
+"""Relative; from here on balls decide."""
+_SAFETY = 1.05
+_POLISH = 1e-9
+"""A zero that is found needs no larger step in ln a."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bracketed(ByValue):
+    """Zeros of slacks and what is proved of the words on both sides, as a structure of arrays.
+
+    Attributes
+    ----------
+    a, low, high : ndarray, shape (K,)
+        The zero, and the ends of its bracket.
+    slope : ndarray, shape (K,)
+        Of the slack in ln a (radians).
+    before, after : ndarray of int8, shape (K,)
+        At the ends: 1 where the word is an orbit, -1 where it is not, 0 where that is not decided.
+    """
+
+    a: Floats
+    low: Floats
+    high: Floats
+    slope: Floats
+    before: Signs
+    after: Signs
+
+
+def bracket(words: NDArray[np.uint8], legs: Chain, zeros: Zeros) -> Bracketed:
+    """Put brackets around zeros and prove what their words are at the ends.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    legs : Chain
+        The same words, cut.
+    zeros : Zeros
+        K zeros of some of their slacks.
+    """
+    part, own = legs.chain(zeros.word), (zeros.slack, np.arange(len(zeros)))
+    x, alpha = np.exp(zeros.x), zeros.alpha
+    for _ in range(2):  # once to the zero as near as doubles come, and once more there
+        moved = motion(part, x, alpha, direction_limits(part, x))
+        alpha = alpha + moved.step
+        slack, slopes = slacks_and_slopes(part, alpha, moved.drift)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shift = np.nan_to_num(-slack[own] / slopes[own], posinf=0.0, neginf=0.0)
+        shift = np.clip(shift, -_POLISH, _POLISH)
+        x, alpha = x * (1 + shift), alpha + shift * moved.drift
+    slack, _ = slacks_and_slopes(part, alpha, moved.drift)
+    error = _slack_errors(part, x, alpha).max(axis=(0, 1))
+    slope = slopes[own]
+    with np.errstate(divide="ignore"):
+        delta = _SAFETY * (np.abs(slack[own]) + 2 * error) / np.abs(slope)
+    delta = np.clip(delta, _NARROWEST, _WIDEST)
+    low, high = x * (1 - delta), x * (1 + delta)
+    before, after = np.zeros(len(x), np.int8), np.zeros(len(x), np.int8)
+    open_ = np.arange(len(x))
+    while len(open_):
+        here, drift = part.chain(open_), moved.drift.take(open_, axis=1)
+        away = delta[open_] * drift
+        low[open_], high[open_] = x[open_] * (1 - delta[open_]), x[open_] * (1 + delta[open_])
+        before[open_] = statuses(here, low[open_], alpha.take(open_, axis=1) - away)
+        after[open_] = statuses(here, high[open_], alpha.take(open_, axis=1) + away)
+        open_ = open_[(before[open_] * after[open_] == 0) & (delta[open_] < _WIDEST)]
+        delta[open_] = np.minimum(_WIDER * delta[open_], _WIDEST)
+    for side, ends in ((before, low), (after, high)):
+        for k in np.flatnonzero(side == 0):
+            side[k] = surely(words[zeros.word[k]], float(ends[k]))
+    return Bracketed(x, low, high, slope, before, after)
+
+
+def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
+    """Tell which words are orbits, each at its own a: 1, -1, or 0 where doubles do not decide.
+
+    Parameters
+    ----------
+    legs : Chain
+    a : ndarray, shape (N,)
+    alpha : ndarray, shape (m, N)
+        Directions near the maximum; what is told does not depend on them.
+    """
+    check_functions()
+    limits = direction_limits(legs, a)
+    here = np.clip(alpha, *limits)
+    here = np.clip(here + motion(legs, a, here, limits).step, *limits)
+    slopes = derivatives(legs, a, here)
+    error = direction_errors(legs, a, here, slopes, pressed_directions(legs, a, here, slopes))
+    slack, slack_error = slacks(legs, here), slack_errors(legs, error)
+    outside = (slack < -slack_error).any(axis=(0, 1))
+    inside = (slack > slack_error).all(axis=(0, 1)) & between_limits(legs, a, here, error)
+    return inside.astype(np.int8) - outside.astype(np.int8)
+
+
+def _slack_errors(legs: Chain, a: Floats, alpha: Floats) -> Floats:
+    slopes = derivatives(legs, a, alpha)
+    return slack_errors(
+        legs, direction_errors(legs, a, alpha, slopes, pressed_directions(legs, a, alpha, slopes))
+    )
+
+
+def surely(word: NDArray[np.uint8], a: float) -> int:
+    """Tell in ball arithmetic whether a word is an orbit: 1, -1, or 0 for one exactly through a joint."""
+    from orbitdb.orbits.enclosure import enclose
+
+    return _SIGNS.get(enclose(word, Stadium(a)).status, 0)
+
+
+def signs_at(words: NDArray[np.uint8], a: float) -> Signs:
+    """Tell which words are orbits at one a, shape (N,): in doubles, and in balls where these do not tell."""
+    found = solve_in_doubles(words, Stadium(a)).status
+    signs = np.select([found == Status.ORBIT, found == Status.DYNAMICAL], [1, -1], 0).astype(np.int8)
+    for row in np.flatnonzero(signs == 0):
+        signs[row] = surely(words[row], a)
+    return signs
+
+
+_SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}

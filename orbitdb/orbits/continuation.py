@@ -1,0 +1,140 @@
+"""Orbits followed in a: the maxima of the length, and by how much their bounces keep to their walls.
+
+Let x = ln a. The maximum moves as d alpha/dx = (-H)^-1 (-2 a sin alpha), one more right side of the
+solver's own system. That a word is an orbit is the same as that six *smooth slacks* a run and its leg
+are positive: those of `orbitdb.billiard.bounces.slacks` without absolute values. They are linear in
+alpha and free of a, so that their slopes in x are the same map applied to d alpha/dx.
+
+Everything here is numerical; what follows from it is proved in `orbitdb.orbits.brackets`.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.bounces import slack_changes, smooth_slacks
+from orbitdb.billiard.legs import Chain, derivatives, direction_limits
+from orbitdb.equality import ByValue
+from orbitdb.orbits.newton import minus_hessian, newton, solve_cyclic
+
+Floats = NDArray[np.float64]
+
+_ON_THE_WAY = 2e-3
+"""A Newton step of this size (radians) leaves an error of about its square, enough between zeros."""
+_PLAIN_STEPS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Motion(ByValue):
+    """Where the maxima of N words are, each at its own a, and how they move.
+
+    Attributes
+    ----------
+    step : ndarray, shape (m, N)
+        What Newton's method would add to the directions (radians).
+    drift : ndarray, shape (m, N)
+        d alpha/dx, x = ln a; zero for directions that are pressed against a limit.
+    """
+
+    step: Floats
+    drift: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Station(ByValue):
+    """N words at one a on their way.
+
+    Attributes
+    ----------
+    x : float
+        ln a.
+    alpha, drift : ndarray, shape (m, N)
+        Directions of the legs (radians), and d alpha/dx.
+    slack, slope : ndarray, shape (6 m, N)
+        The smooth slacks (radians), infinite where there is none, and their slopes in x.
+    """
+
+    x: float
+    alpha: Floats
+    drift: Floats
+    slack: Floats
+    slope: Floats
+
+    def words(self, chosen: NDArray[np.intp]) -> "Station":
+        """Return some of the words."""
+        parts = (self.alpha, self.drift, self.slack, self.slope)
+        return Station(self.x, *(part.take(chosen, axis=1) for part in parts))
+
+
+def motion(legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]) -> Motion:
+    """Return Newton's step and the drift of words at directions alpha between their limits, shape (m, N)."""
+    slopes = derivatives(legs, a, alpha)
+    low, high = limits
+    pressed = ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
+    rhs = np.where(pressed, 0.0, np.stack([slopes.gradient, -2 * a * np.sin(alpha)]))
+    step, drift = solve_cyclic(*minus_hessian(legs, slopes, pressed), rhs)
+    return Motion(step, drift)
+
+
+def follow(legs: Chain, grid: Floats) -> Iterator[Station]:
+    """Follow N words along a grid of x = ln a, in its order; each solve starts from the last two stations.
+
+    Parameters
+    ----------
+    legs : Chain
+    grid : ndarray, shape (J,)
+
+    Yields
+    ------
+    Station
+        One for each point of the grid.
+    """
+    first = float(np.exp(grid[0]))
+    alpha = newton(legs, first).alpha
+    drift = motion(legs, first, alpha, direction_limits(legs, first)).drift
+    bend = np.zeros_like(drift)
+    yield Station(float(grid[0]), alpha, drift, *slacks_and_slopes(legs, alpha, drift))
+    for x, h in zip(grid[1:].tolist(), np.diff(grid).tolist(), strict=True):
+        a = float(np.exp(x))
+        limits = direction_limits(legs, a)
+        before, start = drift, np.clip(alpha + h * (drift + h / 2 * bend), *limits)
+        alpha, drift = _settle(legs, a, start, limits)
+        bend = (drift - before) / h
+        yield Station(x, alpha, drift, *slacks_and_slopes(legs, alpha, drift))
+
+
+def _settle(legs: Chain, a: float, start: Floats, limits: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """Return directions and drift of words, shape (m, N) each, from directions near them."""
+    alpha, drift = start.copy(), np.empty_like(start)
+    part, here, active = legs, start, np.arange(len(legs))
+    for _ in range(_PLAIN_STEPS):
+        moved = motion(part, a, here, limits)
+        new = np.clip(here + moved.step, *limits)
+        alpha[:, active], drift[:, active] = new, moved.drift
+        going = np.flatnonzero(np.abs(new - here).max(axis=0) > _ON_THE_WAY)
+        if not len(going):
+            return alpha, drift
+        active, here, part = active[going], new.take(going, axis=1), part.chain(going)
+        limits = (limits[0].take(going, axis=1), limits[1].take(going, axis=1))
+    alpha[:, active] = newton(part, a, _ON_THE_WAY**2, here).alpha
+    drift[:, active] = motion(part, a, alpha[:, active], limits).drift
+    return alpha, drift
+
+
+def slacks_and_slopes(legs: Chain, alpha: Floats, drift: Floats) -> tuple[Floats, Floats]:
+    """Return the smooth slacks and their slopes in x, shape (6 m, N) each."""
+    slack, slope = smooth_slacks(legs, alpha), slack_changes(legs, drift)
+    shape = (6 * len(alpha), len(legs))
+    return slack.reshape(shape), slope.reshape(shape)
+
+
+def between(legs: Chain, start: Station, end: Station) -> Station:
+    """Return the station half way between two of the same words."""
+    x, h = (start.x + end.x) / 2, end.x - start.x
+    a = float(np.exp(x))
+    limits = direction_limits(legs, a)
+    guess = (start.alpha + end.alpha) / 2 + h / 8 * (start.drift - end.drift)
+    alpha, drift = _settle(legs, a, np.clip(guess, *limits), limits)
+    return Station(x, alpha, drift, *slacks_and_slopes(legs, alpha, drift))

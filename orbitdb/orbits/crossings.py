@@ -1,0 +1,225 @@
+"""Where slacks change sign: cells of the grid of x = ln a, searched for zeros of the smooth slacks.
+
+Between two stations every slack is taken for the cubic that has its values and slopes there. Where that
+cubic does not tell clearly how often it crosses zero the cell is halved. Zeros are then found by
+Newton's method in the directions and x at once, kept in their cell. This is numerical: what it finds is
+proved in `orbitdb.orbits.brackets`; that nothing is missed rests on the grid.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.legs import Chain, direction_limits
+from orbitdb.equality import ByValue
+from orbitdb.orbits.continuation import Station, between, motion, slacks_and_slopes
+from orbitdb.orbits.newton import newton
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+_NEAR = 0.02
+"""A cubic that turns so near to zero (radians) is not trusted."""
+_HALVINGS = 8
+_PLACES = np.linspace(0, 1, 9)[:, None, None]
+_STEPS, _SURE_STEPS = 12, 80
+_SETTLED = 1e-12
+"""A Newton step of this size in x leaves nothing but rounding."""
+_INNER = 1e-12
+"""Error of the directions (radians) at which a zero is looked for step by step."""
+_CLOSE = 1e-9
+"""A zero is of interest where all other slacks are above minus this (radians)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Zeros(ByValue):
+    """Zeros of single slacks, as a structure of arrays.
+
+    Attributes
+    ----------
+    word : ndarray of intp, shape (K,)
+        Which word.
+    slack : ndarray of intp, shape (K,)
+        Which of its smooth slacks, as a row of `Station.slack`.
+    low, high : ndarray, shape (K,)
+        The cell in x = ln a.
+    x : ndarray, shape (K,)
+        The zero.
+    alpha : ndarray, shape (m, K)
+        Directions there (radians).
+    """
+
+    word: Indices
+    slack: Indices
+    low: Floats
+    high: Floats
+    x: Floats
+    alpha: Floats
+
+    def __len__(self) -> int:
+        return len(self.word)
+
+    def rows(self, chosen: NDArray[np.bool_] | Indices) -> "Zeros":
+        """Return some of the zeros."""
+        return Zeros(**{each.name: getattr(self, each.name)[..., chosen] for each in fields(self)})
+
+
+def candidates(legs: Chain, stations: Iterable[Station]) -> Zeros:
+    """Find the cells in which slacks of words change sign while no other is negative throughout.
+
+    Parameters
+    ----------
+    legs : Chain
+        N words of m legs.
+    stations : iterable of Station
+        The words on their way, as of `orbitdb.orbits.continuation.follow`.
+
+    Returns
+    -------
+    Zeros
+        Guessed from the cubics.
+    """
+    found, before = [], None
+    for station in stations:
+        if before is not None:
+            found += list(_search(legs, np.arange(len(legs)), before, station, 0))
+        before = station
+    if not found:
+        none, nothing = np.zeros(0, np.intp), np.zeros(0)
+        return Zeros(none, none, nothing, nothing, nothing, np.zeros((legs.k.shape[0], 0)))
+    return Zeros(*(np.concatenate([getattr(z, each.name) for z in found], axis=-1) for each in fields(Zeros)))
+
+
+def _search(legs: Chain, word: Indices, start: Station, end: Station, halved: int) -> Iterator[Zeros]:
+    """Search one cell of some words; yield what slacks cross zero in it."""
+    turning = start.slope * end.slope < 0
+    below, above = (start.slack < 0) & (end.slack < 0), (start.slack > 0) & (end.slack > 0)
+    dull = (below & ~turning).any(axis=0) | (above & ~turning).all(axis=0)
+    if dull.all():
+        return
+    kept = np.flatnonzero(~dull)
+    part, word, start, end = legs.chain(kept), word[kept], start.words(kept), end.words(kept)
+    crossings, dead, doubtful = _judge(start, end)
+    if halved < _HALVINGS and (doubtful & ~dead).any():
+        again = np.flatnonzero(doubtful & ~dead)
+        halves, ends = part.chain(again), (start.words(again), end.words(again))
+        middle = between(halves, *ends)
+        yield from _search(halves, word[again], ends[0], middle, halved + 1)
+        yield from _search(halves, word[again], middle, ends[1], halved + 1)
+        dead = dead | doubtful
+    slack, column = np.nonzero(crossings & ~dead)
+    if len(column):
+        yield _guess(word[column], slack, column, start, end)
+
+
+def _judge(start: Station, end: Station) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Tell which slacks cross zero, which words are outside all the way, and where that is not clear."""
+    f0, f1 = start.slack, end.slack
+    crossings = (f0 < 0) != (f1 < 0)
+    with np.errstate(invalid="ignore"):
+        cubic = _cubic(start, end)
+        signs = (np.diff(cubic > 0, axis=0) != 0).sum(axis=0)
+        least, most = cubic.min(axis=0), cubic.max(axis=0)
+    turning = start.slope * end.slope < 0
+    outside = (f0 < 0) & (f1 < 0)
+    dead = (outside & (most < -_NEAR)).any(axis=0) | (outside & ~turning).any(axis=0)
+    inside = (f0 > 0) & (f1 > 0)
+    doubtful = (outside & turning & (most >= -_NEAR)) | (inside & turning & (least <= _NEAR))
+    doubtful |= crossings & (signs > 1)
+    return crossings, dead, doubtful.any(axis=0)
+
+
+def _cubic(start: Station, end: Station) -> Floats:
+    """Return the slacks at some places of a cell, as the cubics with their values and slopes have them."""
+    h, t = end.x - start.x, _PLACES
+    near, far = (1 + 2 * t) * (1 - t) ** 2, t**2 * (3 - 2 * t)
+    bent = h * t * (1 - t) * ((1 - t) * start.slope - t * end.slope)
+    value: Floats = near * start.slack + far * end.slack + bent
+    return value
+
+
+def _guess(word: Indices, slack: Indices, column: Indices, start: Station, end: Station) -> Zeros:
+    """Guess zeros by the chord, and the directions there by the cubics between the stations."""
+    f0, f1 = start.slack[slack, column], end.slack[slack, column]
+    t = f0 / (f0 - f1)
+    h = end.x - start.x
+    near, far = (1 + 2 * t) * (1 - t) ** 2, t**2 * (3 - 2 * t)
+    bent = h * t * (1 - t) * ((1 - t) * start.drift[:, column] - t * end.drift[:, column])
+    alpha = near * start.alpha[:, column] + far * end.alpha[:, column] + bent
+    low, high = (np.full(len(word), edge) for edge in sorted((start.x, end.x)))
+    return Zeros(word, slack, low, high, start.x + t * h, alpha)
+
+
+def refine(legs: Chain, guessed: Zeros) -> Zeros:
+    """Find the zeros that were guessed, those that stay in their cell and have no slack far below zero.
+
+    Parameters
+    ----------
+    legs : Chain
+        The N words that the zeros number.
+    guessed : Zeros
+    """
+    x, alpha = guessed.x.copy(), guessed.alpha.copy()
+    settled = np.zeros(len(guessed), dtype=bool)
+    active = np.arange(len(guessed))
+    part = legs.chain(guessed.word)
+    for _ in range(_STEPS):
+        if not len(active):
+            break
+        here = guessed.rows(active)
+        dx, moved = _zero_step(part, here.slack, x[active], alpha[:, active])
+        new = np.clip(x[active] + dx, here.low, here.high)
+        alpha[:, active], x[active] = moved, new
+        done = np.abs(dx) < _SETTLED
+        settled[active[done]] = True
+        active, part = active[~done], part.chain(np.flatnonzero(~done))
+    stuck = np.flatnonzero(~settled)
+    if len(stuck):
+        x[stuck], alpha[:, stuck] = _surely(legs.chain(guessed.word[stuck]), guessed.rows(stuck))
+    found = Zeros(guessed.word, guessed.slack, guessed.low, guessed.high, x, alpha)
+    slack, _ = slacks_and_slopes(legs.chain(found.word), alpha, alpha)
+    return found.rows(np.flatnonzero((slack > -_CLOSE).all(axis=0)))
+
+
+def _zero_step(legs: Chain, slack: Indices, x: Floats, alpha: Floats) -> tuple[Floats, Floats]:
+    """Return Newton's step in x, and the directions after it."""
+    a = np.exp(x)
+    limits = direction_limits(legs, a)
+    here = np.clip(alpha, *limits)
+    moved = motion(legs, a, here, limits)
+    own = slack, np.arange(len(x))
+    f, gain = (each[own] for each in slacks_and_slopes(legs, here, moved.step))
+    slope = slacks_and_slopes(legs, here, moved.drift)[1][own]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        dx = np.nan_to_num(-(f + gain) / slope, posinf=1.0, neginf=-1.0)
+    dx = np.clip(dx, -1.0, 1.0)
+    return dx, here + moved.step + dx * moved.drift
+
+
+def _surely(legs: Chain, stuck: Zeros) -> tuple[Floats, Floats]:
+    """Find zeros by Newton's method in x, halving the cell wherever that leaves it, each word solved anew."""
+    low, high, x = stuck.low.copy(), stuck.high.copy(), np.clip(stuck.x, stuck.low, stuck.high)
+    alpha = newton(legs, np.exp(low)).alpha
+    falling = slacks_and_slopes(legs, alpha, alpha)[0][stuck.slack, np.arange(len(stuck))] > 0
+    active = np.arange(len(stuck))
+    for _ in range(_SURE_STEPS):
+        part, a = legs.chain(active), np.exp(x[active])
+        limits = direction_limits(part, a)
+        here = newton(part, a, _INNER, np.clip(alpha[:, active], *limits)).alpha
+        drift = motion(part, a, here, limits).drift
+        own = stuck.slack[active], np.arange(len(active))
+        f, slope = (each[own] for each in slacks_and_slopes(part, here, drift))
+        left = (f > 0) == falling[active]
+        low[active[left]], high[active[~left]] = x[active[left]], x[active[~left]]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            new = x[active] - f / slope
+        inside = (new > low[active]) & (new < high[active])
+        new = np.where(inside, new, (low[active] + high[active]) / 2)
+        alpha[:, active], moved = here, np.abs(new - x[active])
+        x[active] = new
+        active = active[moved > _SETTLED]
+        if not len(active):
+            break
+    return x, alpha

@@ -1,0 +1,84 @@
+"""Figures of births and deaths: how many words are orbits at every a."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from orbitdb.equality import ByValue
+from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+_STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), (PURPLE, ":"), (INK, "-"), (GREY, "--"))
+_BINS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Steps(ByValue):
+    """How many words of one period are orbits, a step at every birth and death.
+
+    Attributes
+    ----------
+    a : ndarray, shape (n,)
+        Where the number changes, rising; the first is 0.
+    orbits : ndarray of int, shape (n,)
+        Words that are orbits from there to the next.
+    words : int
+        All admissible words of the period.
+    """
+
+    a: Floats
+    orbits: Integers
+    words: int
+
+    @classmethod
+    def of(cls, births: Floats, deaths: Floats, born: Integers, died: Integers) -> "Steps":
+        """Return the steps of births and deaths, shape (n,) and (m,), with so many words each."""
+        a, change = np.concatenate([[0.0], births, deaths]), np.concatenate([[0], born, -died])
+        order = np.argsort(a, kind="stable")
+        orbits = np.cumsum(change[order])
+        return cls(a[order], orbits, int(born.sum() - died.sum()))
+
+    def at(self, a: Floats) -> Integers:
+        """Return how many words are orbits at each a, shape (k,)."""
+        found: Integers = self.orbits[np.searchsorted(self.a, a, side="right") - 1]
+        return found
+
+
+def draw_shares(ax: Axes, periods: Mapping[int, Steps], a: Floats) -> None:
+    """Draw which share of the words of each period are orbits, at each a, shape (k,)."""
+    for (p, steps), (colour, style) in zip(periods.items(), _STYLES, strict=False):
+        ax.plot(a, steps.at(a) / steps.words, style, color=colour, label=f"$p = {p}$")
+    _over_a(ax, r"$N_c(p; a)\,/\,N_t(p)$", a)
+    ax.set_ylim(0, 1.03)
+    ax.legend(loc="lower right")
+
+
+def draw_entropies(ax: Axes, entropies: Mapping[int, Floats], a: Floats, limit: float) -> None:
+    """Draw the entropy from zeta functions cut off at some periods, shape (k,) each, and its upper bound.
+
+    NaN where a zeta function has no zero that can be used.
+    """
+    for (p, values), (colour, style) in zip(entropies.items(), _STYLES, strict=False):
+        ax.plot(a, values, style, color=colour, label=f"$h({p}; a)$")
+    ax.axhline(limit, color=GREY, linewidth=0.8)
+    _over_a(ax, "topological entropy", a)
+    ax.legend(loc="lower right")
+
+
+def draw_changes(ax: Axes, changes: Mapping[int, Floats], a: Floats) -> None:
+    """Draw how the births and deaths of each period, shape (n,) each, are spread over ln a."""
+    edges = np.geomspace(a[0], a[-1], _BINS + 1)
+    for (p, places), (colour, style) in zip(changes.items(), _STYLES, strict=False):
+        share = np.histogram(places, edges)[0] / max(len(places), 1)
+        ax.stairs(share, edges, color=colour, linestyle=style, label=f"$p = {p}$")
+    _over_a(ax, "share of births and deaths", a)
+    ax.legend(loc="upper left")
+
+
+def _over_a(ax: Axes, label: str, a: Floats) -> None:
+    ax.set(xscale="log", ylabel=label, xlim=(a[0], a[-1]))

@@ -1,0 +1,75 @@
+"""Births and deaths as they are stored: whole, in order, and in agreement with every stored fill."""
+
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+from orbitdb.store.file.schema import BORN, DIED, DONE
+from orbitdb.store.reading import audit
+from orbitdb.store.reading.lives import BirthFill, birth_fills, counts_at
+from orbitdb.symbols.counting import count_admissible
+from orbitdb.verification.check import Check, shown
+
+if TYPE_CHECKING:
+    import sqlalchemy as sa
+
+
+def check_births(connection: "sa.Connection") -> Iterator[Check]:
+    """Check the changes of every period of which all are stored, and their counts at the a of every fill."""
+    fills = [fill for fill in audit.fills(connection) if fill["state"] == DONE]
+    for found in birth_fills(connection):
+        if found.whole:
+            rows = audit.changes(connection, found.p)
+            wrong = [*_wrong_changes(rows), *_wrong_counts(found, rows)]
+            yield Check("births", len(rows), len(wrong), first=wrong[0] if wrong else None)
+            for fill in fills:
+                if fill["p"] == found.p:
+                    yield _against(connection, fill)
+
+
+def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
+    """Yield the classes whose changes are not numbered, in order, by turns, and born in the end."""
+    for _, changes in groupby(rows, key=lambda row: row.cycle):
+        own = list(changes)
+        kinds = [DIED if n % 2 else BORN for n in range(len(own))]
+        places = [row.a for row in own]
+        if (
+            [row.number for row in own] != list(range(1, len(own) + 1))
+            or [row.kind for row in own] != kinds
+            or len(own) % 2 == 0
+            or places != sorted(set(places))
+            or not all(0 <= row.error <= row.a for row in own)
+        ):
+            yield shown(own[0].word)
+
+
+def _wrong_counts(found: BirthFill, rows: Sequence[Any]) -> Iterator[str]:
+    """Yield what is wrong with the counts of a period."""
+    moving = [row for row in rows if row.a > 0]
+    births = [row.a for row in moving if row.kind == BORN]
+    words = sum(row.class_size for row in rows if row.number == 1)
+    expected = {
+        "words": (words, count_admissible(found.p)),
+        "classes": (found.classes, len({row.cycle for row in rows})),
+        "births": (found.births, len(births)),
+        "deaths": (found.deaths, len({row.cycle for row in moving if row.kind == DIED})),
+        "always": (found.always, len(rows) - len(moving)),
+        "least": (found.least, min(births, default=None)),
+        "largest": (found.largest, max(births, default=None)),
+    }
+    for name, (stored, value) in expected.items():
+        if stored != value:
+            yield f"p = {found.p}: {name} is {stored} instead of {value}"
+
+
+def _against(connection: "sa.Connection", fill: dict[str, Any]) -> Check:
+    """Compare the counts of a fill with those from births."""
+    found = counts_at(connection, fill["a"], fill["p"])
+    names = ("n_t", "n_c", "classes", "boundary", "unresolved")
+    off = [name for name in names if getattr(found, name) != fill[name]]
+    first = (
+        f"p = {fill['p']} at a = {fill['a']:g}: {off[0]} is {getattr(found, off[0])} from births"
+        if off
+        else None
+    )
+    return Check("births", 1, int(bool(off)), first=first)

@@ -1,0 +1,119 @@
+"""``orbitdb births``, and what other commands say of an a that is not filled."""
+
+import json
+import sqlite3
+from contextlib import closing
+
+import pytest
+
+KEYS = ["p", "classes", "births", "deaths", "always", "least", "largest"]
+
+
+def test_births_are_found_once_and_shown(cli):
+    first = cli("births", "--p", "6")
+    assert first.code == 0
+    assert first.out.splitlines()[0].split() == KEYS
+    assert first.out.splitlines()[-1].split() == ["6", "47", "33", "0", "14", "0.291644", "3.043599"]
+    assert first.err.startswith("births, p = 2..6: ")
+    again = cli("births", "--json")
+    assert again.err == ""
+    rows = json.loads(again.out)
+    assert [list(row) for row in rows] == [KEYS] * 5
+    assert rows[0]["least"] is None
+
+
+def test_without_births_it_says_so(cli):
+    assert cli("births").code == 3
+    cli("migrate")
+    outcome = cli("births")
+    assert outcome.code == 1
+    assert "'orbitdb births --p 11' finds them" in outcome.err
+
+
+@pytest.mark.parametrize("wrong", [["--p", "1"], ["--p", "21"], ["--p", "5", "--from", "6"]])
+def test_periods_that_cannot_be(cli, wrong):
+    outcome = cli("births", *wrong)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert len(outcome.err.splitlines()) == 1
+
+
+def test_the_table_of_an_a_that_is_not_filled(cli):
+    cli("births", "--p", "6")
+    born = cli("table", "--a", "1", "--json")
+    assert born.code == 0
+    assert born.err == "periods 2-6 at a = 1: from births, with no fill\n"
+    cli("fill", "--p", "6", "--a", "1")
+    filled = cli("table", "--a", "1", "--json")
+    assert filled.err == ""
+    assert filled.out == born.out
+    assert json.loads(born.out)[4]["boundary"] == 32
+
+
+def test_periods_that_nobody_knows_are_still_told(cli):
+    cli("births", "--p", "5")
+    outcome = cli("table", "--a", "0.77", "--p", "4-7")
+    assert [row.split()[0] for row in outcome.out.splitlines()[1:]] == ["4", "5"]
+    assert outcome.err.splitlines()[0] == "periods 4-5 at a = 0.77: from births, with no fill"
+    assert outcome.err.splitlines()[1].startswith("periods 6-7 are not filled at a = 0.77")
+    assert json.loads(cli("table", "--a", "0.77", "--p", "4", "--json").out)[0]["N"] == 130
+
+
+def test_the_entropy_of_an_a_that_is_not_filled(cli):
+    cli("births", "--p", "6")
+    born = cli("entropy", "--a", "0.8", "--json")
+    assert (born.code, born.err) == (0, "periods 2-6 at a = 0.8: from births, with no fill\n")
+    refused = cli("entropy", "--a", "0.8", "--reversal", "self")
+    assert refused.code == 1
+    assert "not filled" in refused.err or "nothing is filled" in refused.err
+    cli("fill", "--p", "6", "--a", "0.8")
+    assert json.loads(cli("entropy", "--a", "0.8", "--json").out) == json.loads(born.out)
+
+
+def test_query_says_over_which_a_a_word_is_an_orbit(cli):
+    (found,) = json.loads(cli("query", "--code", "010203113", "--json").out)
+    assert list(found)[-1] == "exists"
+    assert [len(life) for life in found["exists"]] == [2, 2]
+    assert found["exists"][1] == [pytest.approx(0.605684335145), None]
+    assert json.loads(cli("query", "--code", "0131", "--json").out)[0]["exists"] == []
+    assert "exists         for every a\n" in cli("query", "--code", "13").out
+    text = cli("query", "--code", "010203113", "--a", "0.5").out
+    assert "exists  from a = 0.386252501738 to 0.473270308236, and from a = 0.605684335145 on\n" in text
+
+
+def test_query_names_who_is_born_with_a_word(cli):
+    assert "born at" not in cli("query", "--code", "01552").out
+    cli("births", "--p", "5")
+    (line,) = (each for each in cli("query", "--code", "01552").out.splitlines() if "born at" in each)
+    a, _, words = line.removeprefix("  born at ").partition("with ")
+    assert words
+    for word in words.split(", "):
+        assert f"from a = {a.strip()[:7]}" in cli("query", "--code", word).out
+
+
+def test_a_stored_orbit_knows_its_life(cli):
+    cli("fill", "--p", "5")
+    bare = json.loads(cli("query", "--code", "01552", "--json").out)
+    cli("births", "--p", "5")
+    assert json.loads(cli("query", "--code", "01552", "--json").out) == bare
+
+
+def test_verify_compares_births_with_fills(cli, tmp_path):
+    cli("births", "--p", "5")
+    outcome = cli("verify")
+    assert outcome.code == 0
+    assert "births and deaths" in outcome.err
+    cli("fill", "--p", "4")
+    assert cli("verify").code == 0
+    for damage in (
+        "UPDATE change SET a = 100 WHERE a = (SELECT max(a) FROM change)",
+        "UPDATE change SET kind = 'died' WHERE a = (SELECT max(a) FROM change)",
+        "DELETE FROM change WHERE a = (SELECT max(a) FROM change)",
+        "UPDATE fill SET n_c = n_c - 1 WHERE p = 4",
+    ):
+        before = (tmp_path / "orbits.db").read_bytes()
+        with closing(sqlite3.connect(tmp_path / "orbits.db")) as plain, plain:
+            plain.execute(damage)
+        outcome = cli("verify")
+        assert outcome.code == 1, damage
+        assert "births: not every row keeps that births and deaths take turns" in outcome.err
+        (tmp_path / "orbits.db").write_bytes(before)

@@ -1,0 +1,165 @@
+"""Births in the store: whole, resumable, and what they say of any a."""
+
+import shutil
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from orbitdb import existence
+from orbitdb.errors import StoreError
+from orbitdb.filling import births as module
+from orbitdb.filling.births import fill_births
+from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.workers import Processes
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.writing import changes as writing
+
+
+def fill(path: Path, periods=range(2, 8)) -> None:
+    for _ in fill_births(path, periods):
+        pass
+
+
+def stored(path: Path) -> list[tuple]:
+    with closing(sqlite3.connect(path)) as plain:
+        assert plain.execute("PRAGMA foreign_key_check").fetchall() == []
+        query = "SELECT cycle, number, a, error, kind, bounce, joint, event, slope FROM change"
+        return plain.execute(f"{query} ORDER BY cycle, number").fetchall()
+
+
+@pytest.fixture(scope="module")
+def once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("births") / "orbits.db"
+    Catalogue.create(path)
+    fill(path)
+    return path
+
+
+@pytest.fixture
+def born(once: Path, tmp_path: Path) -> Path:
+    """A catalogue with the births of p = 2..7 and no fill, the test's own."""
+    return Path(shutil.copy(once, tmp_path / "born.db"))
+
+
+def test_one_row_a_period(born):
+    found = {each.p: each for each in Catalogue(born).birth_fills()}
+    assert [each.p for each in found.values()] == list(range(2, 8))
+    assert all(each.whole and each.words for each in found.values())
+    assert [(each.classes, each.births, each.deaths, each.always) for each in found.values()] == [
+        (1, 0, 0, 1), (2, 0, 0, 2), (8, 0, 0, 8), (17, 13, 0, 4), (47, 33, 0, 14), (107, 101, 0, 6)
+    ]  # fmt: skip
+    assert found[4].least is None
+    assert found[7].largest == pytest.approx(4.773733293664)
+
+
+def test_lives_are_those_of_the_words(born):
+    lives = Catalogue(born).births(6)
+    assert len(lives) == 47
+    assert sum(life.class_size for life in lives) == 252
+    assert all(existence(life.word) == [(life.born, life.dies)] for life in lives[::9])
+
+
+@pytest.mark.parametrize(("a", "p", "boundary"), [(1.0, 6, 32), (1.6, 7, 0)])
+def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
+    """Orbits through a joint among them."""
+    before = Catalogue(born).counts(a=a)
+    assert before.from_births == tuple(range(2, 8))
+    for _ in fill_periods(born, a, [p]):
+        pass
+    after = Catalogue(born).counts(a=a)
+    assert p not in after.from_births
+    assert after.known == before.known
+    assert after.known[p].boundary == boundary
+
+
+def test_births_that_were_stopped_go_on(born, tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "BLOCK", 150)
+    path = tmp_path / "stopped.db"
+    Catalogue.create(path)
+    going = fill_births(path, range(2, 8))
+    steps = [next(going) for _ in range(8)]
+    going.close()
+    assert 0 < steps[-1].words < steps[-1].total
+    half = Catalogue(path).birth_fills()[-1]
+    assert (half.whole, half.words, half.classes) == (False, steps[-1].words, None)
+    fill(path)
+    assert stored(path) == stored(born)
+    fill(path)
+    assert stored(path) == stored(born)
+
+
+@pytest.mark.slow
+def test_processes_find_the_same(born, tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "BLOCK", 150)
+    path = tmp_path / "processes.db"
+    Catalogue.create(path)
+    with Processes(2) as workers:
+        for _ in fill_births(path, range(2, 8), workers):
+            pass
+    assert stored(path) == stored(born)
+
+
+def test_nothing_is_stored_by_halves(born, monkeypatch):
+    """What fails while a period is closed leaves it open, and goes on later."""
+    fresh = born.with_name("fresh.db")
+    Catalogue.create(fresh)
+
+    def broken(*_: object) -> None:
+        raise RuntimeError
+
+    monkeypatch.setattr(writing, "events", broken)
+    with pytest.raises(RuntimeError):
+        fill(fresh, [5])
+    monkeypatch.undo()
+    (half,) = Catalogue(fresh).birth_fills()
+    assert not half.whole
+    fill(fresh, [5])
+    assert Catalogue(fresh).birth_fills()[0].whole
+
+
+def test_a_second_process_goes_on_behind_the_first(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "BLOCK", 600)
+    path = tmp_path / "two.db"
+    Catalogue.create(path)
+    one, other = fill_births(path, [7]), fill_births(path, [7])
+    next(one)
+    next(other)
+    words = [step.words for step in one]
+    assert words == sorted(words)
+    assert list(other) == []
+    assert Catalogue(path).birth_fills()[0].births == 101
+
+
+def test_a_missing_class_is_noticed(born):
+    with closing(sqlite3.connect(born)) as plain, plain:
+        plain.execute("UPDATE birth_fill SET state = 'filling'")
+        plain.execute("DELETE FROM change WHERE cycle = (SELECT max(cycle) FROM change)")
+    with pytest.raises(StoreError, match="period 7"):
+        fill(born, [7])
+
+
+def test_partners_share_an_event(born):
+    with closing(sqlite3.connect(born)) as plain:
+        events = plain.execute(
+            "SELECT count(DISTINCT cycle), max(a + error) - min(a - error), max(error) FROM change"
+            " JOIN cycle ON id = cycle WHERE p = 7 AND event IS NOT NULL GROUP BY event"
+        ).fetchall()
+    assert len(events) == 43
+    assert {count for count, *_ in events} == {2, 3}
+    assert all(width <= 4 * error for _, width, error in events)
+
+
+@pytest.mark.slow
+def test_counts_agree_at_many_a_to_period_9(tmp_path):
+    """Below 0.4733 two classes of period 9 die; there N_c falls as a grows."""
+    path = tmp_path / "nine.db"
+    Catalogue.create(path)
+    fill(path, range(2, 10))
+    for a in (0.02, 0.06, 0.11, 0.2, 0.3, 0.387, 0.4, 0.47, 0.4733, 0.5, 0.55, 0.6, 0.61, 0.8, 1.0, 1.3, 1.6,
+              2.0, 2.5, 4.0, 9.2, 10.0):  # fmt: skip
+        before = Catalogue(path).counts(a=a).known
+        for _ in fill_periods(path, a, range(2, 10)):
+            pass
+        assert Catalogue(path).counts(a=a).known == before, a

@@ -1,0 +1,197 @@
+"""Births and deaths: against solutions at single a, exact numbers, and 50-digit arithmetic."""
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+from mpmath import mpf
+from reference import DIGITS, length_derivatives
+from solutions import representatives
+
+from orbitdb import existence
+from orbitdb.billiard.bounces import slack_changes, slacks, smooth_slacks
+from orbitdb.billiard.legs import cut, direction_limits
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError, WorkError
+from orbitdb.orbits import births
+from orbitdb.orbits.births import JOINTS, events, find_changes
+from orbitdb.orbits.continuation import follow, motion
+from orbitdb.orbits.newton import newton, solve
+from orbitdb.symbols.symmetry import images_of
+from orbitdb.symbols.words import from_strings, to_strings
+
+
+@pytest.fixture(scope="module")
+def found() -> dict:
+    """Words and changes of p = 2..7."""
+    return {p: (words, find_changes(words)) for p in range(2, 8) for words in [representatives(p)]}
+
+
+def test_smooth_slacks_are_the_slacks_and_linear():
+    ((_, legs),) = [each for each in cut(representatives(7)) if each[1].k.shape[0] == 4]
+    alpha = newton(legs, 1.0).alpha
+    smooth, rough = smooth_slacks(legs, alpha), slacks(legs, alpha)
+    assert np.array_equal(np.minimum(smooth[0], smooth[1]), rough[0])
+    several = legs.k > 1
+    assert np.array_equal(np.minimum(smooth[2], smooth[3])[several], rough[1][several])
+    assert smooth[4:] == pytest.approx(rough[2:])
+    change = np.random.default_rng(1).normal(size=alpha.shape)
+    finite = np.isfinite(smooth)
+    moved = smooth_slacks(legs, alpha + change)[finite] - smooth[finite]
+    assert moved == pytest.approx(slack_changes(legs, change)[finite], abs=1e-13)
+
+
+def test_drift_is_the_derivative_of_the_maximum():
+    ((_, legs),) = [each for each in cut(representatives(6)) if each[1].k.shape[0] == 4]
+    a, h = 1.2, 1e-5
+    low, here, high = (newton(legs, a * math.exp(x)).alpha for x in (-h, 0.0, h))
+    limits = direction_limits(legs, a)
+    free = ((here > limits[0]) & (here < limits[1])).all(axis=0)
+    drift = motion(legs, a, here, limits).drift
+    assert drift[:, free] == pytest.approx(((high - low) / (2 * h))[:, free], abs=1e-8)
+
+
+def test_following_leads_where_solving_does():
+    ((_, legs),) = [each for each in cut(representatives(6)) if each[1].k.shape[0] == 4]
+    stations = list(follow(legs, np.log(np.geomspace(60, 0.05, 20))))
+    assert stations[-1].alpha == pytest.approx(newton(legs, 0.05).alpha, abs=1e-5)
+
+
+def test_the_first_birth_is_an_exact_number():
+    """(sqrt 3 - 1)/2, where a path through four joints begins."""
+    words = representatives(5)
+    changes = find_changes(words)
+    exact = (math.sqrt(3) - 1) / 2
+    least = changes.a.min()
+    assert abs(least - exact) <= changes.error[changes.a.argmin()] + 1e-16
+    assert least == pytest.approx(exact, rel=1e-14)
+
+
+def test_a_word_dies_and_is_reborn():
+    one, other = existence("010203113"), existence("010233113")
+    death, rebirth = pytest.approx(0.473270308236, abs=1e-12), pytest.approx(0.605684335145, abs=1e-12)
+    assert one == [(pytest.approx(0.386252501738), death), (rebirth, None)]
+    assert other == [(pytest.approx(0.390890513418), death), (rebirth, None)]
+
+
+def test_words_that_are_always_orbits_and_words_that_never_are():
+    assert existence("13") == [(0.0, None)]
+    assert existence("02") == existence("0131") == existence("1313") == []
+    with pytest.raises(InputError, match="bounces"):
+        existence("13" * 150 + "0")
+
+
+def test_a_class_shares_its_births(found):
+    words, changes = found[6]
+    word = to_strings(words)[int(changes.word[0])]
+    life = existence(word)
+    assert life == [(changes.a[0], None)]
+    assert all(existence(image[2:] + image[:2]) == life for image in images_of(word))
+
+
+def test_known_numbers_of_births(found):
+    assert {p: int(changes.always.sum()) for p, (_, changes) in found.items()} == {
+        2: 1, 3: 2, 4: 8, 5: 4, 6: 14, 7: 6
+    }  # fmt: skip
+    assert {p: len(changes.a) for p, (_, changes) in found.items()} == {
+        2: 0, 3: 0, 4: 0, 5: 13, 6: 33, 7: 101
+    }  # fmt: skip
+    assert all(changes.born.all() for _, changes in found.values())
+
+
+@pytest.mark.parametrize("a", [0.02, 0.12, 0.3661, 0.5, 0.7, 1.0, 1.6, 2.0, 2.5, 5.0])
+def test_lives_say_what_solving_says(found, a):
+    for words, changes in found.values():
+        status = solve(words, Stadium(a)).status
+        for each, said in zip(changes.lives(), status.tolist(), strict=True):
+            if said != "boundary":
+                assert (said == "orbit") == any(low < a and (high is None or a < high) for low, high in each)
+
+
+def joint_coordinate(changes: births.Changes, i: int, symbol: str) -> tuple[mpf, mpf]:
+    """Return the coordinate of a joint on the wall of a symbol, as c0 + c1 a."""
+    name = JOINTS[changes.joint[i]]
+    if symbol in "02":
+        return mpf(0), mpf(1 if "right" in name else -1)
+    return (mp.pi / 2 if "top" in name else -mp.pi / 2), mpf(0)
+
+
+def refined(word: str, bounce: int, joint: tuple[mpf, mpf], a: float, start: list[float]) -> mpf:
+    """Find the a at which a bounce stands on a joint, to 50 digits, by the secant method."""
+
+    def distance(at: mpf) -> mpf:
+        x = [mpf(value) for value in start]
+        for _ in range(12):
+            _, gradient, matrix = length_derivatives(word, at, x)
+            step = mp.lu_solve(matrix, gradient)
+            x = [value - change for value, change in zip(x, step, strict=True)]
+            if max(abs(change) for change in step) < mpf(10) ** -(DIGITS // 2 + 5):
+                break
+        return x[bounce] - joint[0] - joint[1] * at
+
+    return mp.findroot(distance, (mpf(a), mpf(a) * (1 + mpf(10) ** -9)), tol=mpf(10) ** -90)
+
+
+def test_births_lie_within_their_bounds_of_50_digit_values(found):
+    """Full p x p Newton in plane geometry, which knows nothing of legs and slacks."""
+    rng = np.random.default_rng(5)
+    worst = 0.0
+    for p in (5, 6, 7):
+        words, changes = found[p]
+        for i in rng.choice(len(changes.a), 4, replace=False):
+            word, a = words[changes.word[i]], float(changes.a[i])
+            text = to_strings(word[None])[0]
+            bounce = int(changes.bounce[i]) - 1
+            start = solve(word[None], Stadium(a * (1 + 1e-9))).coordinates[0].tolist()
+            with mp.workdps(DIGITS + 15):
+                joint = joint_coordinate(changes, i, text[bounce])
+                exact = refined(text, bounce, joint, a, start)
+                off = float(abs(mpf(a) - exact))
+            assert off <= changes.error[i]
+            worst = max(worst, off / a)
+    assert worst < 1e-13
+
+
+def test_events_are_told_by_bounds():
+    a, error = np.array([1.0, 2.0, 1.0 + 3e-10, 2.0 + 1e-6]), np.array([2e-10, 1e-7, 2e-10, 1e-7])
+    assert events(a, error).tolist() == [1, 2, 1, 3]
+
+
+def test_words_of_one_event_are_one_path(found):
+    """At their common birth they have the same length."""
+    words, changes = found[6]
+    numbers = events(changes.a, changes.error)
+    assert np.bincount(numbers).max() == 7
+    for number in np.unique(numbers)[:6]:
+        rows = np.flatnonzero(numbers == number)
+        assert len(rows) > 1
+        at = Stadium(float(changes.a[rows[0]]) * (1 + 1e-9))
+        length = solve(words[changes.word[rows]], at).length
+        assert length == pytest.approx(length[0], rel=1e-7)
+
+
+def test_below_a_thousandth_the_grid_goes_on(monkeypatch):
+    """A word whose status at the foot of the usual grid is not that of a = 0 is followed farther down."""
+    monkeypatch.setattr(births, "LOW", 1.0)
+    changes = find_changes(from_strings(["010203113"]))
+    assert changes.a == pytest.approx([0.386252501738, 0.473270308236, 0.605684335145])
+
+
+def test_what_makes_no_sense_is_not_passed_on(monkeypatch):
+    """Where a grid has overlooked a birth the word is searched again, and refused in the end."""
+    monkeypatch.setattr(births, "_FINER", (1,))
+    monkeypatch.setattr(births, "follow", lambda legs, grid: iter(()))
+    with pytest.raises(WorkError, match="010203113"):
+        find_changes(from_strings(["010203113"]))
+
+
+@pytest.mark.slow
+def test_deaths_to_period_11():
+    dying = {9: 2, 10: 0, 11: 7}
+    for p, count in dying.items():
+        words = representatives(p)
+        changes = find_changes(words)
+        dead = changes.word[~changes.born]
+        assert len(np.unique(dead)) == count
+        assert changes.a[~changes.born].max(initial=0) <= 0.4733

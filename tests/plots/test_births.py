@@ -1,0 +1,25 @@
+"""The figure of births: what it draws, and where there is nothing to draw."""
+
+import numpy as np
+
+from orbitdb.plots.births import Steps
+
+
+def test_steps_rise_at_births_and_fall_at_deaths():
+    steps = Steps.of(np.array([0.0, 1.0, 3.0]), np.array([2.0]), np.array([4, 8, 8]), np.array([8]))
+    assert steps.words == 12
+    assert steps.at(np.array([0.1, 1.5, 2.5, 3.5])).tolist() == [4, 12, 4, 12]
+
+
+def test_the_command_draws_what_is_stored(cli, tmp_path):
+    figure = tmp_path / "births.svg"
+    cli("migrate")
+    nothing = cli("plot", "births", "-o", str(figure))
+    assert (nothing.code, figure.exists()) == (2, False)
+    assert "'orbitdb births --p 11' finds them" in nothing.err
+    cli("births", "--p", "5")
+    drawn = cli("plot", "births", "-o", str(figure))
+    assert (drawn.code, drawn.out) == (0, "")
+    assert "topological entropy" in figure.read_text(encoding="utf-8")
+    refused = cli("plot", "births", "--code", "13", "-o", str(figure))
+    assert (refused.code, len(refused.err.splitlines())) == (2, 1)
