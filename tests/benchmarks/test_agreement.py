@@ -18,7 +18,9 @@ from orbitdb.symbols.words import from_strings
 THROUGH_A_JOINT = ["011032", "011033", "011332", "011333", "012032", "012333", "111333"]
 
 
-@pytest.mark.parametrize(("a", "p"), [(0.5, 5), (1.6, 4)])
+@pytest.mark.parametrize(
+    ("a", "p"), [(0.5, 4), *(pytest.param(*case, marks=pytest.mark.slow) for case in ((0.5, 5), (1.6, 4)))]
+)
 def test_the_dynamics_decays_as_fast_as_its_slowest_rate(a, p):
     """From starts without symmetry, which a symmetric word would keep; some swing while they decay."""
     stadium = Stadium(a)
@@ -43,6 +45,7 @@ def test_the_error_that_the_force_leaves_is_the_true_one():
     assert np.median(share) > 0.5
 
 
+@pytest.mark.slow
 def test_all_agree_where_no_orbit_comes_near_a_joint():
     for p in range(2, 6):
         found, differing = agreement(p, Stadium(1.6))

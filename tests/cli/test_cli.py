@@ -287,6 +287,7 @@ def test_help_and_version_load_nothing_heavy():
         assert result.stdout.splitlines()[-1] == "[]"
 
 
+@pytest.mark.slow
 def test_head_ends_quietly(filled):
     command = " ".join(f"'{part}'" for part in [*COMMAND, "query", "--format", "csv", "--db", str(filled)])
     result = subprocess.run(f"{command} | head -n 2", shell=True, capture_output=True, text=True, check=False)
@@ -314,6 +315,7 @@ def test_ctrl_c_ends_with_130_and_goes_on(tmp_path):
     subprocess.run([*COMMAND, "fill", "--p", "5", "--db", str(path)], check=True, capture_output=True)
 
 
+@pytest.mark.slow
 def test_environment_names_the_catalogue(tmp_path):
     environment = os.environ | {"ORBITDB_DB": str(tmp_path / "named.db")}
     subprocess.run([*COMMAND, "fill", "--p", "3"], check=True, env=environment, capture_output=True)

@@ -173,6 +173,7 @@ run()
 """
 
 
+@pytest.mark.slow
 def test_a_ctrl_c_that_numpy_clears_is_not_lost(tmp_path):
     command = [sys.executable, "-P", "-c", _DEAF]
     done = run("fill", "--p", "8", "--jobs", "1", "--db", tmp_path / "orbits.db", command=command)

@@ -150,6 +150,7 @@ def test_a_lock_that_is_given_back_in_time(filled):
         giving_back.join()
 
 
+@pytest.mark.slow
 def test_a_lock_that_is_kept(filled):
     before = content(filled)
     with closing(sqlite3.connect(filled, isolation_level=None)) as other:

@@ -47,6 +47,7 @@ def local_cluster() -> Iterator[LocalCluster]:
         yield cluster
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_rows_are_those_of_a_fill_here_and_nothing_stays_on_the_cluster(tmp_path, local_cluster):
     alone = filled_by(HERE, tmp_path / "alone.db", periods=(8,))

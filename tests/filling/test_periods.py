@@ -139,6 +139,7 @@ def test_a_locked_database_is_named(filled, monkeypatch):
     other.close()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX limits")
 def test_a_full_disk_loses_nothing(filled, tmp_path):
     path = tmp_path / "full.db"

@@ -7,6 +7,7 @@ import sys
 import pytest
 import sqlalchemy as sa
 from processes import SMALL_BLOCKS
+from quick import slow_but
 
 from orbitdb.filling.periods import fill_periods
 from orbitdb.store.asking.selection import Selection
@@ -33,7 +34,7 @@ def notes(outcome):
     return [line for line in outcome.err.splitlines() if "partial" in line]
 
 
-@pytest.mark.parametrize("command", ["query", "export"])
+@pytest.mark.parametrize("command", slow_but(["query"], ["query", "export"]))
 def test_rows_of_a_part_are_shown_and_said_to_be_one(cli, partial, command):
     whole = cli(command, "--format", "csv", "--p", "2-8")
     assert notes(whole) == []
@@ -96,6 +97,7 @@ def test_several_periods_are_one_line_and_each_a_its_own(cli, partial, begin_fil
     assert line.startswith("period 9 at a = 1 is partial")
 
 
+@pytest.mark.slow
 def test_a_completed_period_is_said_to_be_whole(cli, partial):
     cli("fill", "--p", "9")
     for command in ("query", "table", "entropy", "lyapunov", "verify"):
@@ -142,7 +144,9 @@ def busy(request, filled, begin_fill):
     sa.event.remove(sa.Engine, "after_cursor_execute", go_on)
 
 
-@pytest.mark.parametrize("command", ["query", "entropy", "lyapunov", "verify"])
+@pytest.mark.parametrize(
+    "command", slow_but(["query", "lyapunov"], ["query", "entropy", "lyapunov", "verify"])
+)
 def test_what_a_command_says_is_of_one_moment(cli, busy, command):
     asked = cli(command, "--p", "8-9")
     said = LEFT_OUT if command in ("entropy", "lyapunov") else SENTENCE

@@ -1,6 +1,7 @@
 """What is not filled is never told as zero, in one wording everywhere."""
 
 import pytest
+from quick import slow_but
 
 from orbitdb import Catalogue
 from orbitdb.errors import InputError
@@ -130,7 +131,12 @@ def test_nothing_found_is_said_of_what_is_stored(cli, varied):
     assert (beyond.code, "no symbol sequences" in beyond.err) == (1, False)
 
 
-@pytest.mark.parametrize("command", [*READERS[:6], "query --code 13", "plot orbit --code 13 -o f.svg"])
+@pytest.mark.parametrize(
+    "command",
+    slow_but(
+        ["table", "query --code 13"], [*READERS[:6], "query --code 13", "plot orbit --code 13 -o f.svg"]
+    ),
+)
 def test_commands_ask_at_the_only_a(cli, tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)
     cli("fill", "--p", "4", "--a", "1")

@@ -32,6 +32,7 @@ def test_it_opens_its_screens_and_leaves(filled_once, size, variables):
     assert "\x1b[?1049l" in session.raw  # what was on the terminal before is there again
 
 
+@pytest.mark.slow
 def test_the_only_stadium_of_a_file_is_opened(tmp_path):
     path = tmp_path / "orbits.db"
     spawn("fill", "--p", "4", "--a", "1", "--db", path).expect(pexpect.EOF)

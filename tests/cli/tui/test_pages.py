@@ -48,8 +48,19 @@ def catalogues(tmp_path_factory):
     return [Catalogue(folder / name) for name in ("plain.db", "mixed.db")]
 
 
-@pytest.mark.parametrize("column", COLUMNS)
-@pytest.mark.parametrize("selection", SELECTIONS, ids=Selection.describe)
+@pytest.mark.parametrize(
+    ("selection", "column"),
+    [
+        pytest.param(
+            selection,
+            column,
+            marks=[] if selection == SELECTIONS[6] or column == "length" else pytest.mark.slow,
+            id=f"{selection.describe()} by {column}",
+        )
+        for selection in SELECTIONS
+        for column in COLUMNS
+    ],
+)
 def test_keys_have_the_order_of_the_catalogue(catalogues, selection, column):
     for catalogue in catalogues:
         index = load_index(catalogue, selection.a)
