@@ -139,8 +139,8 @@ def test_repetitions_are_reduced(cli):
         (["query", "--nonsense"], "nonsense"),
     ],
 )
+@pytest.mark.usefixtures("filled")
 def test_bad_input_is_one_line_and_code_2(cli, arguments, message):
-    cli("fill", "--p", "3")
     outcome = cli(*arguments)
     assert outcome.code == 2
     assert outcome.out == ""

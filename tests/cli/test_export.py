@@ -8,6 +8,7 @@ import os
 import resource
 import subprocess
 import sys
+from importlib.metadata import version
 
 import numpy as np
 import pytest

@@ -164,7 +164,7 @@ PLAIN = [  # where data, bars and notes meet
 @pytest.mark.parametrize(
     ("commands", "colour"),
     [
-        pytest.param([PLAIN[0], *PLAIN[-2:]], "", id="few"),
+        pytest.param([PLAIN[0], PLAIN[-2]], "", id="few"),
         pytest.param(PLAIN, "", marks=pytest.mark.slow, id="all"),
         pytest.param(PLAIN, "1", marks=pytest.mark.slow, id="no colour"),
     ],

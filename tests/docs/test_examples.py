@@ -15,8 +15,8 @@ SCREENSHOTS_OF = "8.2"
 """The Textual that took the pictures of the terminal UI; another may draw borders in other ways."""
 
 
-QUICK = ("orbit.svg",)
-"""Pictures that plain pytest compares."""
+QUICK = ("README", "CONTRIBUTING", "start", "columns", "orbit.svg")
+"""Pages and pictures that plain pytest compares."""
 
 
 @pytest.fixture(scope="session")
@@ -52,7 +52,13 @@ def named(page: Path) -> str:
     return page.stem
 
 
-@pytest.mark.parametrize("page", pages.PAGES, ids=named)
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, marks=[] if named(page) in QUICK else pytest.mark.slow, id=named(page))
+        for page in pages.PAGES
+    ],
+)
 def test_the_examples_of_a_page_show_what_comes_out(page, tmp_path, catalogue):
     assert wrong(run(page, tmp_path, catalogue, slow=False)) == ""
 

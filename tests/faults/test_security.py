@@ -126,7 +126,7 @@ ATTACKS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ATTACKS)
+@pytest.mark.parametrize("name", slow_but([*ATTACKS][::3], ATTACKS))
 def test_an_expression_does_nothing_but_choose(varied, name):
     before = varied.read_bytes()
     catalogue, chosen = Catalogue(varied), Selection(where=ATTACKS[name])
@@ -408,6 +408,7 @@ def test_a_file_that_acts_is_not_migrated(own, cli):
     assert own.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_what_users_add_is_let_be(own, cli):
     """A view of another name is never run, however long that would take."""
     alter(
@@ -636,6 +637,7 @@ def test_the_terminal_ui_survives_rows_that_are_none(own):
     drive(own, steps)
 
 
+@pytest.mark.slow
 def test_the_terminal_ui_leaves_with_a_line_if_the_database_fails(own):
     async def steps(app, pilot):
         alter(own, "DROP TABLE stadium")

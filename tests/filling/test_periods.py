@@ -119,6 +119,7 @@ def test_stopped_between_blocks_and_resumed(filled, tmp_path):
     assert content(path) == content(filled)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_two_fills_of_the_same_periods_take_turns(filled, tmp_path):
     path = tmp_path / "shared.db"

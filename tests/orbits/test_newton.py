@@ -62,7 +62,9 @@ def test_one_representative_counts_for_its_class(p):
     assert sizes[real(solve(words[own], Stadium(1.6)))].sum() == np.count_nonzero(real(solved(p, 1.6)))
 
 
-@pytest.mark.parametrize("a", [1e-6, 1e-3, 0.2, 0.5, 1.0, 1.2, 1.6, 2.5, 5.0, 10.0, 1e3, 1e6])
+@pytest.mark.parametrize(
+    "a", slow_but([1e-6, 0.2, 1.0, 1.6, 1e6], [1e-6, 1e-3, 0.2, 0.5, 1.0, 1.2, 1.6, 2.5, 5.0, 10.0, 1e3, 1e6])
+)
 def test_every_word_is_decided(a):
     """And the bounces of each orbit keep the law of reflection, each on its own wall."""
     stadium = Stadium(a)

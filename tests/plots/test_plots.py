@@ -126,7 +126,7 @@ def test_the_readme_picture_is_the_one_the_library_draws(request):
 @pytest.mark.parametrize(
     "arguments",
     slow_but(
-        [["orbit", "--code", "1232131"], ["lyapunov"]],
+        [["orbit", "--code", "1232131"]],
         [
             ["orbit", "--code", "1232131"],
             ["reverse", "--code", "010232"],
@@ -167,6 +167,7 @@ def test_what_cannot_be_drawn_is_said(varied, tmp_path, cli, arguments, code, sa
     assert len(done.err.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_periods_that_an_average_lacks_are_named(varied, tmp_path, cli):
     done = cli("plot", "entropy", "--p", "3-6", "-o", str(tmp_path / "f.svg"), "--db", str(varied))
     assert "p = 2" in done.err.splitlines()[0]

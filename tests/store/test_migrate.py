@@ -62,6 +62,7 @@ def test_a_fill_brings_an_older_catalogue_to_the_newest_schema(older, cli):
     assert cli("verify", "--db", str(path)).code == 0
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_a_stopped_fill_goes_on_after_the_migration(older, tmp_path):
     path, _ = older

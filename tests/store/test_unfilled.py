@@ -101,7 +101,7 @@ READERS = ["query --status orbit", "query --json", "table", "entropy", "lyapunov
            "verify --a 1.6"]  # fmt: skip
 
 
-@pytest.mark.parametrize("command", READERS)
+@pytest.mark.parametrize("command", slow_but(READERS[:4], READERS))
 def test_no_command_tells_what_is_not_filled_as_zero(cli, varied, tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)
     for more, said in (["--p", "13"], GAP), (["--a", "3"], NOWHERE):
@@ -133,9 +133,7 @@ def test_nothing_found_is_said_of_what_is_stored(cli, varied):
 
 @pytest.mark.parametrize(
     "command",
-    slow_but(
-        ["table", "query --code 13"], [*READERS[:6], "query --code 13", "plot orbit --code 13 -o f.svg"]
-    ),
+    slow_but(["table"], [*READERS[:6], "query --code 13", "plot orbit --code 13 -o f.svg"]),
 )
 def test_commands_ask_at_the_only_a(cli, tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)

@@ -19,6 +19,7 @@ def found_by_seeds(a):
     return [simulate(Stadium(a), 40_000, seed, trajectories=1024) for seed in range(SEEDS)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("a", [0.3, 1.6, 5.0])
 def test_the_mean_free_path_is_off_by_as_much_as_its_error_says(a):
     """Over many seeds; a plain ratio of sums is off by up to seven errors, mostly to one side."""

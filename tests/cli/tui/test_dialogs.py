@@ -90,15 +90,13 @@ DIALOGS = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @both_sizes
-@pytest.mark.parametrize(
-    "dialogs", [DIALOGS[3:5], pytest.param(DIALOGS, marks=pytest.mark.slow)], ids=["two", "all"]
-)
-def test_dialogs_are_wholly_visible(filled, size, dialogs):
+def test_dialogs_are_wholly_visible(filled, size):
     filled.with_name("there.csv").touch()
 
     async def steps(app, pilot):
-        for opened in dialogs:
+        for opened in DIALOGS:
             await opened(app, pilot)
             await pilot.pause()
             assert app.screen.query(".dialog"), opened.__name__

@@ -76,6 +76,7 @@ def test_escape_restores_filter_and_row(filled_once):
     drive(filled_once, steps)
 
 
+@pytest.mark.slow
 def test_what_is_wrong_is_told_and_not_taken(filled_once):
     async def steps(app, pilot):
         await pilot.press("slash")

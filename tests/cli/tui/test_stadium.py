@@ -1,7 +1,6 @@
 """The terminal UI shows one stadium at a time, and tells what is not filled there."""
 
 import pytest
-from quick import slow_but
 from screens import drive, press, settle, shown, table_of
 
 from orbitdb.billiard.stadium import Stadium
@@ -35,7 +34,8 @@ def at_one(tmp_path_factory):
     return path
 
 
-@pytest.mark.parametrize("code", slow_but(["123"], [None, "123"]))
+@pytest.mark.slow
+@pytest.mark.parametrize("code", [None, "123"])
 def test_a_file_of_one_stadium_is_drawn_in_it(at_one, code):
     async def steps(app, pilot):
         assert stadiums_of(app) == {1.0}

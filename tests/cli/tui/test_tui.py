@@ -161,6 +161,7 @@ def test_quick_choices(filled, size):
     drive(filled, steps, size)
 
 
+@pytest.mark.slow
 def test_an_empty_subset_shows_nothing(filled):
     async def steps(app, pilot):
         assert app.screen.orbit is None
@@ -392,6 +393,7 @@ def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
     assert [counts[p] for p in range(2, 8)] == [1, 8, 32, 80, 188, 376]
 
 
+@pytest.mark.slow
 def test_quitting_while_a_fill_runs_asks_and_keeps_what_is_stored(tmp_path):
     path = tmp_path / "new.db"
 
@@ -428,6 +430,7 @@ def test_what_cannot_be_filled_is_refused(texts, complaint):
         parse_wish(*texts)
 
 
+@pytest.mark.slow
 def test_a_read_only_file_can_be_read_and_not_filled(filled, tmp_path, monkeypatch):
     path = tmp_path / "frozen.db"
     path.write_bytes(filled.read_bytes())
