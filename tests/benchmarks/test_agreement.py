@@ -18,7 +18,8 @@ from orbitdb.symbols.words import from_strings
 THROUGH_A_JOINT = ["011032", "011033", "011332", "011333", "012032", "012333", "111333"]
 
 
-@pytest.mark.parametrize(("a", "p"), [(0.5, 5), pytest.param(1.6, 4, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("a", "p"), [(0.5, 5), (1.6, 4)])
 def test_the_dynamics_decays_as_fast_as_its_slowest_rate(a, p):
     """From starts without symmetry, which a symmetric word would keep; some swing while they decay."""
     stadium = Stadium(a)
@@ -83,6 +84,7 @@ def test_next_to_a_joint_the_force_leaves_the_relaxation_undecided():
     assert (finer.relaxation, none) == (len(words), [])
 
 
+@pytest.mark.slow
 def test_what_has_no_reason_is_not_explained():
     stadium = Stadium(1.6)
     words, _ = representatives(4)

@@ -230,7 +230,7 @@ except errors.StoreError as error:
 """
 
 
-@pytest.mark.parametrize("form", slow_but(["csv", "npz"], files.FORMATS))
+@pytest.mark.parametrize("form", slow_but(["csv"], files.FORMATS))
 def test_a_full_disk_leaves_nothing_and_says_so(tmp_path, form):
     target = tmp_path / f"orbits.{form}"
     done = subprocess.run(

@@ -59,7 +59,6 @@ EACH_KIND = [
     ("simulate", "--bounces", "30000", *NEW),
     ("verify", "--p", "2-4"),
     ("export", "{folder}/rows.csv", "--p", "2-4"),
-    ("bench", "--kind", "statuses", "--p", "2,3", "--format", "csv"),
     ("lyapunov", "--cut", "4", "--p", "2-4", "--json"),
 ]
 EACH_QUIET_KIND = [

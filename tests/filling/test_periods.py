@@ -50,6 +50,7 @@ def test_filling_again_changes_nothing(filled):
     assert content(filled) == before
 
 
+@pytest.mark.slow
 def test_a_second_stadium_reuses_words_and_classes(filled, tmp_path):
     fill(filled, 1.0)
     alone = tmp_path / "alone.db"

@@ -32,6 +32,7 @@ def older(varied: Path, tmp_path: Path) -> tuple[Path, dict]:
     return path, before
 
 
+@pytest.mark.slow
 def test_an_older_catalogue_is_copied_and_made_new(older, cli):
     path, before = older
     with pytest.raises(StoreError, match="orbitdb migrate"):

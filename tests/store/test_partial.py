@@ -153,6 +153,7 @@ def test_what_a_command_says_is_of_one_moment(cli, busy, command):
     assert notes(asked) == [said] * len(busy)
 
 
+@pytest.mark.slow
 def test_rows_and_their_number_are_of_one_moment(cli, busy):
     asked = cli("query", "--p", "8-9", "--limit", "100000")
     rows = len(asked.out.splitlines()) - 1

@@ -76,7 +76,7 @@ def test_reversed_rays_go_the_same_way_back(a, seed):
     assert np.quantile(shift, 0.9) < 1e-11 * (1 + a)  # the rest grazes, where errors grow without bound
 
 
-@pytest.mark.parametrize("a", [1e-3, 0.3, 1.6, 20.0])
+@pytest.mark.parametrize("a", slow_but([0.3, 1.6], [1e-3, 0.3, 1.6, 20.0]))
 def test_invariant_measure_is_invariant(a):
     """After 30 bounces places are still uniform in arclength, and sines of the angle uniform."""
     from scipy.stats import kstest

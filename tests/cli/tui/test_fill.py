@@ -12,6 +12,7 @@ def cost(app):
     return str(app.screen.query_one("#cost").render())
 
 
+@pytest.mark.slow
 def test_it_says_what_the_fields_take(filled_once):
     async def steps(app, pilot):
         await press(pilot, "f")

@@ -1,7 +1,6 @@
 """The trajectory value of the statistics screen: the better one stays, and it is said which it is."""
 
 import pytest
-from quick import slow_but
 from screens import drive, press, shown
 
 from orbitdb.cli.tui import statistics
@@ -13,7 +12,8 @@ from orbitdb.trajectories.ensemble import Reference
 LARGE = (160, 48)
 
 
-@pytest.mark.parametrize("error", slow_but([0.5], [1e-9, 0.5]))
+@pytest.mark.slow
+@pytest.mark.parametrize("error", [1e-9, 0.5])
 def test_more_trajectories_replace_a_value_only_if_they_are_better(filled, monkeypatch, error):
     monkeypatch.setattr(statistics, "_BOUNCES", 100_000)
     kept = Reference(0.8867, error, 0.3752, error, 2.3, 0.1, 10**9, 16, 5)
