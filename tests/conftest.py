@@ -16,7 +16,7 @@ from orbitdb.orbits.newton import solve
 from orbitdb.store.reading.catalogue import Catalogue
 
 settings.register_profile("quick", deadline=None, max_examples=20)
-settings.register_profile("thorough", deadline=None, max_examples=200)
+settings.register_profile("thorough", deadline=None, max_examples=100)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
 
 

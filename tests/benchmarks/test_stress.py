@@ -25,6 +25,7 @@ from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.symbols.pruning import rules_broken
 
 
+@pytest.mark.slow
 def test_stadia_from_a_circle_to_a_channel():
     outcomes = list(extreme_stadia(p=6))
     assert len(outcomes) == 13

@@ -98,6 +98,7 @@ pip install .
 """
 
 
+@pytest.mark.slow
 def test_a_wrong_example_is_found_and_mended(tmp_path, catalogue):
     page = tmp_path / "page.md"
     page.write_text(PAGE)

@@ -47,6 +47,7 @@ def test_ticks_are_periods_and_no_legend_covers_a_point(filled, kind, p):
                 assert not any(box.contains(*point) for point in points)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", slow_but([*KINDS][:1], KINDS))
 def test_only_zeta_values_that_stand_are_drawn(filled, kind):
     catalogue = Catalogue(filled)

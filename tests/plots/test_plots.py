@@ -76,7 +76,11 @@ def test_staircase_ends_at_the_number_of_orbits_and_density_integrates_to_it(ax)
 
 @pytest.mark.parametrize(
     ("ending", "head"),
-    [("png", b"\x89PNG"), ("svg", b"<?xml"), pytest.param("pdf", b"%PDF", marks=pytest.mark.slow)],
+    [
+        pytest.param("png", b"\x89PNG", marks=pytest.mark.slow),
+        ("svg", b"<?xml"),
+        pytest.param("pdf", b"%PDF", marks=pytest.mark.slow),
+    ],
 )
 def test_files_are_what_they_end_in_and_the_same_each_time(tmp_path, ending, head):
     stadium, orbit = Stadium(1.2), solve_word("1232131", Stadium(1.2))
