@@ -1,5 +1,6 @@
 """What several test modules share: filled catalogues and the command line."""
 
+import os
 import shutil
 from collections.abc import Callable, Generator
 from pathlib import Path
@@ -14,8 +15,9 @@ from orbitdb.filling.single_word import fill_word
 from orbitdb.orbits.newton import solve
 from orbitdb.store.reading.catalogue import Catalogue
 
-settings.register_profile("no deadline", deadline=None)
-settings.load_profile("no deadline")
+settings.register_profile("quick", deadline=None, max_examples=20)
+settings.register_profile("thorough", deadline=None, max_examples=100)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
 
 
 @pytest.fixture

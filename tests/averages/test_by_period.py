@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import brentq
+from quick import slow_but
 from solutions import class_rows
 
 from orbitdb.averages.by_period import entropy, lyapunov, lyapunov_by_stability
@@ -28,6 +28,12 @@ from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import primitive_root, to_strings
 
 DIRECT = 7
+
+
+def root_between(*arguments, **options):
+    from scipy.optimize import brentq  # takes as long as many a test
+
+    return brentq(*arguments, **options)
 
 
 @cache
@@ -59,7 +65,7 @@ def weights_of(weight, exponent, determinant):
     return np.exp(-exponent) if weight is Weight.EXPONENTIAL else 1 / determinant
 
 
-@pytest.mark.parametrize("a", [1.6, 0.7])
+@pytest.mark.parametrize("a", slow_but([1.6], [1.6, 0.7]))
 @pytest.mark.parametrize("weight", Weight)
 def test_averages_are_those_over_every_sequence(a, weight):
     rows = class_rows(a, DIRECT)
@@ -89,7 +95,7 @@ def test_zeta_averages_are_derivatives_of_the_growth_rate_of_every_sequence(weig
         value = np.polynomial.Polynomial(series)
         grid = np.linspace(0, 12, 1201)
         first = np.flatnonzero(value(grid) < 0)[0]
-        return -math.log(brentq(value, grid[first - 1], grid[first], xtol=1e-14))
+        return -math.log(root_between(value, grid[first - 1], grid[first], xtol=1e-14))
 
     averages = lyapunov(class_rows(1.6, DIRECT), DIRECT, weight)
     h = 1e-4
@@ -134,11 +140,13 @@ def by_hand(a):
             M = np.array([[1, 0], [-2 / sine if sine else 0, 1]]) @ np.array([[1, path], [0, 1]]) @ M
         return math.acosh(abs(np.trace(M)) / 2)
 
-    t = brentq(lambda t: math.tan(2 * t) * (a + math.cos(t)) - math.sin(t) - 1, 1e-3, math.pi / 4 - 1e-9)
+    t = root_between(
+        lambda t: math.tan(2 * t) * (a + math.cos(t)) - math.sin(t) - 1, 1e-3, math.pi / 4 - 1e-9
+    )
     level, slanted = 2 * (a + math.cos(t)), (1 + math.sin(t)) / math.sin(2 * t)
     wall = level + 2 * slanted, exponent((level, math.cos(t)), (2 * slanted, math.cos(t)))
     reach = 2 * a + 1
-    t = brentq(lambda t: math.tan(2 * t - math.pi / 2) * (reach + math.cos(t)) - math.sin(t), 0.8, 1.5)
+    t = root_between(lambda t: math.tan(2 * t - math.pi / 2) * (reach + math.cos(t)) - math.sin(t), 0.8, 1.5)
     chord, leg = 2 * math.sin(t), (reach + math.cos(t)) / math.cos(2 * t - math.pi / 2)
     corner, tip = math.sin(t), math.cos(2 * t - math.pi / 2)
     run = chord + 2 * leg, exponent((chord, corner), (leg, tip), (leg, corner))
@@ -153,7 +161,7 @@ def test_first_two_periods_by_hand(a):
     assert list(counts.N) == [2, 24]
     assert pytest.approx([math.log(2) / 2, math.log(24) / 3]) == counts.K_0
     assert counts.h_zeta[0] == 0
-    assert counts.h_zeta[1] == pytest.approx(-math.log(brentq(lambda z: 1 - z**2 - 8 * z**3, 0, 1)))
+    assert counts.h_zeta[1] == pytest.approx(-math.log(root_between(lambda z: 1 - z**2 - 8 * z**3, 0, 1)))
     assert counts.h_zeta_change[1] == pytest.approx(counts.h_zeta[1])
     assert math.isnan(counts.h_zeta_change[0])
 
@@ -168,7 +176,7 @@ def test_first_two_periods_by_hand(a):
     t2 = math.exp(-lam2)
     assert found.z0[0] == pytest.approx(math.exp(lam2 / 2), rel=1e-12)
     assert found.mean_path_zeta[0] == pytest.approx(L2 / 2, rel=1e-12)
-    z = brentq(lambda z: 1 - t2 * z**2 - 4 * (ta + tb) * z**3, 0, 20, xtol=1e-15)
+    z = root_between(lambda z: 1 - t2 * z**2 - 4 * (ta + tb) * z**3, 0, 20, xtol=1e-15)
     two, three_a, three_b = t2 * z**2, 4 * ta * z**3, 4 * tb * z**3
     exponent = two * lam2 + three_a * lama + three_b * lamb
     path = two * L2 + three_a * La + three_b * Lb

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from quick import slow_but
 from solutions import class_rows
 
 from orbitdb import Catalogue, Selection
@@ -21,7 +22,7 @@ GRID = [1e-6, 1e-3, 0.1, 0.3, 0.5, 1.6, 10.0, 1e3]
 
 
 @pytest.mark.parametrize("weight", Weight)
-@pytest.mark.parametrize("a", GRID)
+@pytest.mark.parametrize("a", slow_but([1e-6, 0.3, 1.6], GRID))
 def test_an_average_is_between_the_least_and_the_greatest_of_its_orbits_or_blank(a, weight):
     rows = class_rows(a, HIGHEST)
     found = lyapunov(rows, HIGHEST, weight)
@@ -40,7 +41,7 @@ def test_an_average_is_between_the_least_and_the_greatest_of_its_orbits_or_blank
         assert not any(found.faults)
 
 
-@pytest.mark.parametrize("a", GRID)
+@pytest.mark.parametrize("a", slow_but([1e-6, 0.3, 1.6], GRID))
 def test_a_topological_zeta_function_that_does_not_converge_gives_no_entropy(a):
     found = entropy(class_rows(a, HIGHEST), HIGHEST)
     blank = np.isnan(found.h_zeta)
@@ -89,6 +90,7 @@ def test_a_period_is_missing_as_it_is_not_chosen_or_not_filled_or_partial():
     assert why_missing([], chosen) == ""
 
 
+@pytest.mark.slow
 def test_statistics_show_what_the_command_shows(varied, cli):
     for selection, option in ((Selection(), ()), (Selection(periods=((3, 3), (5, 6))), ("--p", "3,5-6"))):
         *_, found = statistics(Catalogue(varied), selection)

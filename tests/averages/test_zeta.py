@@ -80,7 +80,6 @@ kinds = st.tuples(
 
 
 @given(st.lists(kinds, min_size=0, max_size=4), st.integers(3, 60), st.integers(1, 25))
-@settings(max_examples=60, deadline=None)
 def test_stability_expansion_is_that_of_listed_pseudocycles(rows, cut, degree):
     """Costs are odd multiples of 1/8 in the cut's unit, so that sums are exact and none is the cut."""
     period, count, cost, negative, one, two = np.array(rows, float).reshape(-1, 6).T

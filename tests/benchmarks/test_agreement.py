@@ -18,6 +18,7 @@ from orbitdb.symbols.words import from_strings
 THROUGH_A_JOINT = ["011032", "011033", "011332", "011333", "012032", "012333", "111333"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("a", "p"), [(0.5, 5), (1.6, 4)])
 def test_the_dynamics_decays_as_fast_as_its_slowest_rate(a, p):
     """From starts without symmetry, which a symmetric word would keep; some swing while they decay."""
@@ -43,6 +44,7 @@ def test_the_error_that_the_force_leaves_is_the_true_one():
     assert np.median(share) > 0.5
 
 
+@pytest.mark.slow
 def test_all_agree_where_no_orbit_comes_near_a_joint():
     for p in range(2, 6):
         found, differing = agreement(p, Stadium(1.6))
@@ -52,6 +54,7 @@ def test_all_agree_where_no_orbit_comes_near_a_joint():
         assert found.orbits == (solve(representatives(p)[0], Stadium(1.6)).status == Status.ORBIT).sum()
 
 
+@pytest.mark.slow
 def test_orbits_through_a_joint_are_the_ones_that_differ_at_a_1():
     found, differing = agreement(6, Stadium(1.0))
     assert [each.word for each in differing] == THROUGH_A_JOINT
@@ -64,6 +67,7 @@ def test_orbits_through_a_joint_are_the_ones_that_differ_at_a_1():
     ]
 
 
+@pytest.mark.slow
 def test_next_to_a_joint_the_force_leaves_the_relaxation_undecided():
     """A hair beside a = 1 the same words are orbits or not, too close to call for the relaxation."""
     stadium = Stadium(1.0 + 1e-8)
@@ -80,6 +84,7 @@ def test_next_to_a_joint_the_force_leaves_the_relaxation_undecided():
     assert (finer.relaxation, none) == (len(words), [])
 
 
+@pytest.mark.slow
 def test_what_has_no_reason_is_not_explained():
     stadium = Stadium(1.6)
     words, _ = representatives(4)

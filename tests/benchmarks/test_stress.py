@@ -25,6 +25,7 @@ from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.symbols.pruning import rules_broken
 
 
+@pytest.mark.slow
 def test_stadia_from_a_circle_to_a_channel():
     outcomes = list(extreme_stadia(p=6))
     assert len(outcomes) == 13
@@ -69,6 +70,7 @@ def test_words_of_random_trajectories_are_orbits_of_high_order():
     assert (found.lyapunov / 200).mean() == pytest.approx(0.887, abs=0.1)
 
 
+@pytest.mark.slow
 def test_orbits_with_exponents_beyond_the_range_of_doubles():
     (outcome,) = long_orbits((1000,), 2)
     assert outcome.passed

@@ -3,6 +3,7 @@
 import mpmath
 import numpy as np
 import pytest
+from quick import slow_but
 
 from orbitdb.benchmarks.representatives import representatives
 from orbitdb.benchmarks.stage_times import stage_times
@@ -70,7 +71,7 @@ def frame(symbol, x, a):
     )
 
 
-@pytest.mark.parametrize("a", [1e-3, 0.2, 1.0, 1.6, 10.0, 1e3])
+@pytest.mark.parametrize("a", slow_but([0.2, 1.6], [1e-3, 0.2, 1.0, 1.6, 10.0, 1e3]))
 def test_no_stored_bound_is_smaller_than_the_true_error(a):
     stadium = Stadium(a)
     words, _ = representatives(8)

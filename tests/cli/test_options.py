@@ -118,20 +118,31 @@ def test_a_minus_is_stdout(cli, filled, tmp_path, monkeypatch):
 
 
 NOWHERE = "orbitdb: the output cannot be written (it is closed)\n"
+NO_ROOM = "orbitdb: the output cannot be written (No space left on device)\n"
 
 
 @pytest.mark.parametrize(
     ("command", "streams", "code", "err"),
     [
         ("table", ">&-", 3, NOWHERE),
-        ("query --format csv", ">&-", 3, NOWHERE),
-        ("--version", ">&-", 3, NOWHERE),
-        ("table", ">&- 2>&-", 3, ""),
-        ("table", ">/dev/null 2>&-", 0, ""),
-        ("export rows.csv --p 2", ">&- 2>&- <&-", 0, ""),
-        ("fill --code -", "<&-", 0, ""),
-        ("browse", "<&-", 2, "orbitdb: browse needs a terminal: use 'orbitdb query' where there is none\n"),
-        ("table", ">/dev/full", 3, "orbitdb: the output cannot be written (No space left on device)\n"),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in (
+                ("table", ">/dev/full", 3, NO_ROOM),
+                ("query --format csv", ">&-", 3, NOWHERE),
+                ("--version", ">&-", 3, NOWHERE),
+                ("table", ">&- 2>&-", 3, ""),
+                ("table", ">/dev/null 2>&-", 0, ""),
+                ("export rows.csv --p 2", ">&- 2>&- <&-", 0, ""),
+                ("fill --code -", "<&-", 0, ""),
+                (
+                    "browse",
+                    "<&-",
+                    2,
+                    "orbitdb: browse needs a terminal: use 'orbitdb query' where there is none\n",
+                ),
+            )
+        ),
     ],
 )
 def test_closed_streams(filled, tmp_path, command, streams, code, err):

@@ -54,13 +54,13 @@ def test_a_rest_does_not_count():
     assert pace.rate() == pytest.approx(10.0)
 
 
-@pytest.mark.parametrize("room", range(-1, 200))
-def test_the_line_fits_and_no_number_is_cut(room):
-    shown = frame(paced((0.0, 0.0), (10.0, 250.0)), 10.0, 10.0, room)
-    assert len(shown) <= max(room, 0)
+def test_the_line_fits_and_no_number_is_cut():
     whole = "words, p =  9 of 11"
-    assert shown == whole[: max(room, 0)] or "25%" in shown or room < len(whole) + 6
-    assert in_ascii(shown).isascii()
+    for room in range(-1, 200):
+        shown = frame(paced((0.0, 0.0), (10.0, 250.0)), 10.0, 10.0, room)
+        assert len(shown) <= max(room, 0)
+        assert shown == whole[: max(room, 0)] or "25%" in shown or room < len(whole) + 6
+        assert in_ascii(shown).isascii()
 
 
 def test_times_are_read_at_a_glance():

@@ -54,6 +54,21 @@ QUIET = [
     ("browse", "--p", "x"),
     ("nothing",),
 ]
+EACH_KIND = [
+    ("fill", "--p", "6", *NEW),
+    ("simulate", "--bounces", "30000", *NEW),
+    ("verify", "--p", "2-4"),
+    ("export", "{folder}/rows.csv", "--p", "2-4"),
+    ("lyapunov", "--cut", "4", "--p", "2-4", "--json"),
+]
+EACH_QUIET_KIND = [
+    ("query", "--code", "1232131"),
+    ("query", "--p", "2,3", "--format", "tsv"),
+    ("info",),
+    ("query", "--code", "9"),
+    ("nothing",),
+    ("export", "--help"),
+]
 COMMANDS = ("fill", "query", "browse", "table", "entropy", "lyapunov", "simulate", "plot", "export", "verify",
             "bench", "info", "migrate")  # fmt: skip
 HELP = [("--help",), ("--version",), *((name, "--help") for name in COMMANDS)]
@@ -81,13 +96,11 @@ def well_behaved(session: Session) -> None:
     assert session.plain
 
 
-def on_screens_as_in_files(commands, quiet, tmp_path: Path, **variables: str) -> None:
-    """Check that a screen shows at the end what files get and nothing else, with a bar meanwhile or not."""
+def on_screens_as_in_files(commands, quiet, tmp_path: Path, widths=(80,), **variables: str) -> None:
+    """Check that screens show at the end what files get and nothing else, with a bar meanwhile or not."""
     both = [*commands, *quiet]
-    runs = {
-        name: runs_of(both, tmp_path / name, columns, to)
-        for name, columns, to in (("both", 80, "oe"), ("s080", 80, ""), ("s200", 200, ""))
-    }
+    screens = {f"s{columns:03}": runs_of(both, tmp_path / f"s{columns:03}", columns) for columns in widths}
+    runs = {"both": runs_of(both, tmp_path / "both", 80, "oe"), **screens}
     sessions = iter(run_several_in_terminal([*chain.from_iterable(runs.values())], **variables))
     codes = []
     for run in runs["both"]:
@@ -95,7 +108,7 @@ def on_screens_as_in_files(commands, quiet, tmp_path: Path, **variables: str) ->
         assert not found.raw
         assert "\x1b" not in run.out.read_text()
         codes.append(found.code)
-    for name in ("s080", "s200"):
+    for name in screens:
         for number, (code, run) in enumerate(zip(codes, runs[name], strict=True)):
             session = next(sessions)
             well_behaved(session)
@@ -105,10 +118,16 @@ def on_screens_as_in_files(commands, quiet, tmp_path: Path, **variables: str) ->
             assert session.had_bar == (number < len(commands)), run
 
 
+def test_each_kind_of_command(varied, tmp_path):
+    on_screens_as_in_files(EACH_KIND, EACH_QUIET_KIND, tmp_path, ORBITDB_DB=str(varied))
+
+
+@pytest.mark.slow
 def test_what_fills(tmp_path):
-    on_screens_as_in_files(FILLING, [], tmp_path)
+    on_screens_as_in_files(FILLING, [], tmp_path, (80, 200))
 
 
+@pytest.mark.slow
 def test_several_processes_and_the_way_they_have_come(tmp_path):
     wanted = ["fill", "--p", "8", "--jobs", "2", "--db", str(tmp_path / "orbits.db")]
     (session,) = run_several_in_terminal([Run(wanted, 200)])
@@ -121,12 +140,14 @@ def test_several_processes_and_the_way_they_have_come(tmp_path):
     assert told.startswith("p = 2..8 at a = 1.6: 3197 sequences, 2109 orbits")
 
 
+@pytest.mark.slow
 def test_what_reads(varied, tmp_path):
-    on_screens_as_in_files(READING, QUIET, tmp_path, ORBITDB_DB=str(varied))
+    on_screens_as_in_files(READING, QUIET, tmp_path, (80, 200), ORBITDB_DB=str(varied))
 
 
+@pytest.mark.slow
 def test_what_measures(tmp_path):
-    on_screens_as_in_files(MEASURING, HELP, tmp_path)
+    on_screens_as_in_files(MEASURING, HELP, tmp_path, (80, 200))
 
 
 PLAIN = [  # where data, bars and notes meet
@@ -139,12 +160,19 @@ PLAIN = [  # where data, bars and notes meet
 ]
 
 
-@pytest.mark.parametrize("colour", ["", pytest.param("1", marks=pytest.mark.slow)])
-def test_each_stream_alone_on_the_terminal(varied, tmp_path, colour):
-    runs = [runs_of(PLAIN, tmp_path / (to or "s"), 200, to) for to in ("oe", "o", "e", "")]
+@pytest.mark.parametrize(
+    ("commands", "colour"),
+    [
+        pytest.param([PLAIN[0], PLAIN[-2]], "", id="few"),
+        pytest.param(PLAIN, "", marks=pytest.mark.slow, id="all"),
+        pytest.param(PLAIN, "1", marks=pytest.mark.slow, id="no colour"),
+    ],
+)
+def test_each_stream_alone_on_the_terminal(varied, tmp_path, commands, colour):
+    runs = [runs_of(commands, tmp_path / (to or "s"), 200, to) for to in ("oe", "o", "e", "")]
     everything = [*chain.from_iterable(runs)]
     found = run_several_in_terminal(everything, ORBITDB_DB=str(varied), NO_COLOR=colour)
-    parts = [found[start : start + len(PLAIN)] for start in range(0, len(found), len(PLAIN))]
+    parts = [found[start : start + len(commands)] for start in range(0, len(found), len(commands))]
     for (both, out, err, _), (_, to_err, to_out, to_both) in zip(
         zip(*runs, strict=True), zip(*parts, strict=True), strict=True
     ):
@@ -195,7 +223,8 @@ def test_ctrl_c_while_the_bar_is_up_and_the_window_changes(tmp_path):
     ends_in_order(session, 130, [INTERRUPTED[:40], INTERRUPTED[40:80].rstrip(), INTERRUPTED[80:]])
 
 
-@pytest.mark.parametrize("jobs", ["1", pytest.param("2", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("jobs", ["1", "2"])
 def test_ctrl_c_twice(tmp_path, jobs):
     child = filling(tmp_path / "orbits.db", "--jobs", jobs)
     child.sendintr()
@@ -204,12 +233,9 @@ def test_ctrl_c_twice(tmp_path, jobs):
     ends_in_order(ended(child, (child.before, 200)), 130, [INTERRUPTED])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "arguments",
-    [
-        pytest.param(("fill", "--p", "13", "--jobs", "2"), marks=pytest.mark.slow),
-        ("simulate", "--bounces", "100000000"),
-    ],
+    "arguments", [("fill", "--p", "13", "--jobs", "2"), ("simulate", "--bounces", "100000000")]
 )
 def test_told_to_end_while_the_bar_is_up(tmp_path, arguments):
     child = spawn(*arguments, "--db", tmp_path / "orbits.db", columns=200)
@@ -222,7 +248,7 @@ def test_told_to_end_while_the_bar_is_up(tmp_path, arguments):
 def test_ctrl_z_and_back(tmp_path):
     shell = spawn("--norc", "--noprofile", "-i", command=["bash"], PS1="$ ")
     command = [*COMMAND[:-1], f"'{COMMAND[-1]}'", "simulate", "--db", str(tmp_path / "orbits.db")]
-    shell.sendline(" ".join(command))
+    shell.sendline(" ".join([*command, "--bounces", "1000000000"]))  # not done before it is back
     shell.expect(r"[━╾─]{26}[^\r]*\r")
     shell.send("\x1a")
     shell.expect(r"\r\x1b\[J\r\n\[1\]\+ +Stopped")  # the bar is erased, then the shell has its say
@@ -272,14 +298,15 @@ ODD = [*PLAIN[:4], *QUIET]
 
 
 @pytest.mark.parametrize(
-    ("columns", "variables"),
+    ("commands", "columns", "variables"),
     [
-        (1, {"TERM": "dumb"}),
-        (20, {"TERM": "", "LC_ALL": "C"}),
+        pytest.param([ODD[0], *QUIET[-5:], HELP[0], HELP[2]], 1, {"TERM": "dumb"}, id="few"),
         *(
-            pytest.param(columns, variables, marks=pytest.mark.slow)
+            pytest.param([*ODD, *HELP], columns, variables, marks=pytest.mark.slow)
             for columns, variables in (
                 (0, {}),
+                (1, {"TERM": "dumb"}),
+                (20, {"TERM": "", "LC_ALL": "C"}),
                 (1, {}),
                 (2, {}),
                 (20, {}),
@@ -289,8 +316,8 @@ ODD = [*PLAIN[:4], *QUIET]
         ),
     ],
 )
-def test_odd_terminals(varied, tmp_path, columns, variables):
-    runs = runs_of([*ODD, *HELP], tmp_path / "odd", columns)
+def test_odd_terminals(varied, tmp_path, commands, columns, variables):
+    runs = runs_of(commands, tmp_path / "odd", columns)
     sessions = run_several_in_terminal(runs, ORBITDB_DB=str(varied), **variables)
     for run, session in zip(runs, sessions, strict=True):
         well_behaved(session)
@@ -303,8 +330,8 @@ def test_odd_terminals(varied, tmp_path, columns, variables):
     ("leave", "code", "said"),
     [
         ("q", 0, ""),
-        ("\x03", 0, ""),
-        (signal.SIGTERM, 143, TERMINATED),
+        pytest.param("\x03", 0, "", marks=pytest.mark.slow),
+        pytest.param(signal.SIGTERM, 143, TERMINATED, marks=pytest.mark.slow),
         pytest.param(signal.SIGINT, 130, INTERRUPTED, marks=pytest.mark.slow),
         pytest.param(signal.SIGHUP, 129, TERMINATED, marks=pytest.mark.slow),
     ],

@@ -17,6 +17,13 @@ for line in sys.stdin:
         sys.exit(line)
 """
 CHAIN = [*STRICT, _CHAIN]
+SHORT = """
+fill --p 4 --db {folder}/new.db
+query --code 1232131
+lyapunov --p 2-4
+export {folder}/x.npz --p 2-4
+verify --db {folder}/new.db
+"""
 READING = """
 query --p 2-5 --order length --limit 3
 query --code 1232131
@@ -62,7 +69,15 @@ Catalogue(sys.argv[1]).select(p=3)
 """
 
 
-@pytest.mark.parametrize("lines", [READING, WRITING, DRAWING], ids=["reading", "writing", "drawing"])
+@pytest.mark.parametrize(
+    "lines",
+    [
+        pytest.param(SHORT, id="short"),
+        pytest.param(READING, marks=pytest.mark.slow, id="reading"),
+        pytest.param(WRITING, marks=pytest.mark.slow, id="writing"),
+        pytest.param(DRAWING, marks=pytest.mark.slow, id="drawing"),
+    ],
+)
 def test_commands_neither_warn_nor_leave_files_open(filled, tmp_path, lines, monkeypatch):
     monkeypatch.setenv("ORBITDB_DB", str(filled))
     done = run(command=CHAIN, input=lines.format(folder=tmp_path).strip())
@@ -71,6 +86,7 @@ def test_commands_neither_warn_nor_leave_files_open(filled, tmp_path, lines, mon
     assert "Exception" not in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("arguments", "code"), [(["table"], 0), (["query", "--where", "lenght > 3"], 2)])
 def test_the_process_of_a_command_ends_clean(filled, arguments, code):
     command = [*STRICT, "from orbitdb.cli.main import run; run()"]
@@ -80,6 +96,7 @@ def test_the_process_of_a_command_ends_clean(filled, arguments, code):
     assert "Exception" not in done.stderr
 
 
+@pytest.mark.slow
 def test_the_library_may_drop_a_catalogue_without_close(filled):
     done = run(filled, command=[*STRICT, LIBRARY])
     assert (done.returncode, done.stderr) == (0, "")

@@ -15,8 +15,8 @@ SCREENSHOTS_OF = "8.2"
 """The Textual that took the pictures of the terminal UI; another may draw borders in other ways."""
 
 
-QUICK = ("orbit.svg", "browse.svg")
-"""Pictures that plain pytest compares."""
+QUICK = ("README", "start", "orbit.svg")
+"""Pages and pictures that plain pytest compares."""
 
 
 @pytest.fixture(scope="session")
@@ -52,7 +52,13 @@ def named(page: Path) -> str:
     return page.stem
 
 
-@pytest.mark.parametrize("page", pages.PAGES, ids=named)
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, marks=[] if named(page) in QUICK else pytest.mark.slow, id=named(page))
+        for page in pages.PAGES
+    ],
+)
 def test_the_examples_of_a_page_show_what_comes_out(page, tmp_path, catalogue):
     assert wrong(run(page, tmp_path, catalogue, slow=False)) == ""
 
@@ -92,6 +98,7 @@ pip install .
 """
 
 
+@pytest.mark.slow
 def test_a_wrong_example_is_found_and_mended(tmp_path, catalogue):
     page = tmp_path / "page.md"
     page.write_text(PAGE)

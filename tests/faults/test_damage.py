@@ -76,6 +76,7 @@ def flipped_bit(data: bytes, moments: random.Random) -> bytes:
     return data[:place] + bytes([data[place] ^ 1 << bit]) + data[place + 1 :]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "content",
     [

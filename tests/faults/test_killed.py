@@ -34,7 +34,7 @@ def killed_and_resumed(path: Path, jobs: list[str], kills: int, longest: float) 
 
 def test_a_fill_that_is_killed_goes_on_as_if_never(filled, tmp_path):
     path = tmp_path / "killed.db"
-    killed_and_resumed(path, ["1"], 2, 0.4)
+    killed_and_resumed(path, ["1"], 1, 0.4)
     assert content(path) == content(filled)
 
 
@@ -85,13 +85,9 @@ def stop(process, name: str, group: bool) -> str:
     return err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "options",
-    [
-        pytest.param(["--jobs", "1"], marks=pytest.mark.slow),
-        ["--jobs", "2"],
-        pytest.param(["--jobs", "1", "--method", "relaxation"], marks=pytest.mark.slow),
-    ],
+    "options", [["--jobs", "1"], ["--jobs", "2"], ["--jobs", "1", "--method", "relaxation"]]
 )
 def test_ctrl_c_ends_at_once_with_one_line(tmp_path, options):
     path = tmp_path / "orbits.db"
@@ -173,6 +169,7 @@ run()
 """
 
 
+@pytest.mark.slow
 def test_a_ctrl_c_that_numpy_clears_is_not_lost(tmp_path):
     command = [sys.executable, "-P", "-c", _DEAF]
     done = run("fill", "--p", "8", "--jobs", "1", "--db", tmp_path / "orbits.db", command=command)

@@ -13,9 +13,9 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-import pandas as pd
 import pytest
 from processes import COMMAND
+from quick import slow_but
 from screens import drive, press, settle, shown, table_of, until
 
 from orbitdb.cli.tui.export import export as export_shown
@@ -126,7 +126,7 @@ ATTACKS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ATTACKS)
+@pytest.mark.parametrize("name", slow_but([*ATTACKS][::3], ATTACKS))
 def test_an_expression_does_nothing_but_choose(varied, name):
     before = varied.read_bytes()
     catalogue, chosen = Catalogue(varied), Selection(where=ATTACKS[name])
@@ -149,7 +149,12 @@ SUPPLIED = {"export": ["--format", "csv"], "plot": ["lengths", "-o", "lengths.sv
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("name", ["a table called catalogue", "a pragma", "a second statement", "zeroblob"])
+@pytest.mark.parametrize(
+    "name",
+    slow_but(
+        ["a second statement"], ["a table called catalogue", "a pragma", "a second statement", "zeroblob"]
+    ),
+)
 def test_every_command_refuses(own, cli, command, name):
     outcome = cli(command, *SUPPLIED.get(command, []), "--where", ATTACKS[name])
     assert outcome.code == 2
@@ -159,7 +164,11 @@ def test_every_command_refuses(own, cli, command, name):
 
 @pytest.mark.parametrize("option", ["--order", "-c"])
 @pytest.mark.parametrize(
-    "value", ["(SELECT 1)", "p; DROP TABLE run", "length(code)", "rowid", "1", "p--", "*"]
+    "value",
+    slow_but(
+        ["(SELECT 1)", "p; DROP TABLE run", "*"],
+        ["(SELECT 1)", "p; DROP TABLE run", "length(code)", "rowid", "1", "p--", "*"],
+    ),
 )
 def test_orders_and_columns_are_names(own, cli, option, value):
     assert cli("query", option, value).code == 2
@@ -236,6 +245,7 @@ def slow_filter() -> Selection:
     return Selection(where=f"(SELECT sum({rest}) FROM catalogue AS b WHERE b.code <> catalogue.code) < 0")
 
 
+@pytest.mark.slow
 def test_a_filter_that_nobody_waits_for_any_more_is_stopped(filled):
     catalogue = Catalogue(filled)
     asked = iter([False] * 50)
@@ -366,7 +376,9 @@ def hostile(path: Path, statements: list[str]) -> None:
         pytest.skip(str(error))
 
 
-@pytest.mark.parametrize("name", [*HOSTILE, *BROKEN])
+@pytest.mark.parametrize(
+    "name", slow_but(["a trigger", *[*HOSTILE][::4], *[*BROKEN][:1]], [*HOSTILE, *BROKEN])
+)
 def test_a_file_that_acts_is_refused(own, cli, monkeypatch, tmp_path, name):
     monkeypatch.chdir(tmp_path)
     hostile(own, (HOSTILE | BROKEN)[name])
@@ -381,7 +393,7 @@ def test_a_file_that_acts_is_refused(own, cli, monkeypatch, tmp_path, name):
         Catalogue(own)
 
 
-@pytest.mark.parametrize("name", HOSTILE)
+@pytest.mark.parametrize("name", slow_but([*HOSTILE][::4], HOSTILE))
 def test_verify_names_what_acts_and_looks_no_further(own, cli, name):
     hostile(own, HOSTILE[name])
     outcome = cli("verify", "--json")
@@ -403,6 +415,7 @@ def test_a_file_that_acts_is_not_migrated(own, cli):
     assert own.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_what_users_add_is_let_be(own, cli):
     """A view of another name is never run, however long that would take."""
     alter(
@@ -441,6 +454,7 @@ def test_every_table_is_guarded(tmp_path):
         assert caught.value.faults == [f"table {name}"]
 
 
+@pytest.mark.slow
 def test_the_guard_needs_no_alembic(own):
     code = "import sys, orbitdb; orbitdb.Catalogue(sys.argv[1]); print('alembic' in sys.modules)"
     done = subprocess.run(
@@ -487,9 +501,10 @@ def try_altered(own: Path, cli, statements: list[str], sound: bytes) -> None:
             )
 
 
-def test_altered_rows_are_shown_or_refused(own, cli, monkeypatch, tmp_path):
+@pytest.mark.parametrize("share", slow_but([300], [300, 60]))
+def test_altered_rows_are_shown_or_refused(own, cli, monkeypatch, tmp_path, share):
     monkeypatch.chdir(tmp_path)
-    try_altered(own, cli, alterations()[::60], own.read_bytes())
+    try_altered(own, cli, alterations()[::share], own.read_bytes())
 
 
 @pytest.mark.fuzz
@@ -548,8 +563,10 @@ def safe(texts: list[str]) -> None:
     assert not [text for text in texts if text.startswith(tuple("=+-@＝＋－＠"))]
 
 
-@pytest.mark.parametrize("form", ["csv", "tsv"])
+@pytest.mark.parametrize("form", slow_but(["csv"], ["csv", "tsv"]))
 def test_tables_for_spreadsheets_hold_no_formulas(own, cli, tmp_path, form):
+    import pandas as pd
+
     evil(own)
     columns = "code,status,symmetry,time_reversal,solver,margin"
     outcome = cli("query", "--format", form, "-c", columns)
@@ -580,7 +597,7 @@ def test_what_the_terminal_ui_writes_is_as_safe(own, tmp_path, suffix):
     assert not [name for name in os.listdir(tmp_path) if name.endswith(".part")]
 
 
-@pytest.mark.parametrize("form", ["table", "csv", "tsv", "json", "jsonl"])
+@pytest.mark.parametrize("form", slow_but(["table"], ["table", "csv", "tsv", "json", "jsonl"]))
 def test_no_control_characters_reach_a_terminal(own, cli, form):
     evil(own)
     columns = "code,status,symmetry,time_reversal,solver"
@@ -628,6 +645,7 @@ def test_the_terminal_ui_survives_rows_that_are_none(own):
     drive(own, steps)
 
 
+@pytest.mark.slow
 def test_the_terminal_ui_leaves_with_a_line_if_the_database_fails(own):
     async def steps(app, pilot):
         alter(own, "DROP TABLE stadium")
@@ -638,7 +656,7 @@ def test_the_terminal_ui_leaves_with_a_line_if_the_database_fails(own):
     drive(own, steps)
 
 
-@pytest.mark.parametrize("name", ["a[b", "a[/b]c", "[red]", "a\\[b"])
+@pytest.mark.parametrize("name", slow_but(["a[/b]c"], ["a[b", "a[/b]c", "[red]", "a\\[b"]))
 def test_the_terminal_ui_takes_any_name_of_a_file(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)  # a long path would be wrapped, anywhere in the name
 

@@ -97,7 +97,8 @@ def test_what_was_written_is_in_the_file_though_others_read(filled):
     catalogue.close()
 
 
-@pytest.mark.parametrize("options", [[], pytest.param(["--jobs", "2"], marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("options", [[], ["--jobs", "2"]])
 def test_a_commit_holds_rows_and_cursor(filled, tmp_path, options):
     """Whoever looks at whatever moment sees the words that the cursor says, with classes and orbits."""
     path = tmp_path / "new.db"
@@ -150,6 +151,7 @@ def test_a_lock_that_is_given_back_in_time(filled):
         giving_back.join()
 
 
+@pytest.mark.slow
 def test_a_lock_that_is_kept(filled):
     before = content(filled)
     with closing(sqlite3.connect(filled, isolation_level=None)) as other:

@@ -12,11 +12,10 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import dask
 import pytest
 from contents import rows
-from distributed import Client, LocalCluster
 from processes import COMMAND
 from workforce import Deadly, filled_by
 
@@ -27,6 +26,9 @@ from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.workers import HERE
 from orbitdb.store.file.migrate import migrate
 from orbitdb.version import __version__
+
+if TYPE_CHECKING:  # its import takes a second
+    from distributed import LocalCluster
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
@@ -41,12 +43,15 @@ sys.meta_path.insert(0, Missing())
 
 
 @pytest.fixture
-def local_cluster() -> Iterator[LocalCluster]:
+def local_cluster() -> Iterator["LocalCluster"]:
     """Two worker processes; the scheduler runs in this process."""
+    from distributed import LocalCluster
+
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as cluster:
         yield cluster
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_rows_are_those_of_a_fill_here_and_nothing_stays_on_the_cluster(tmp_path, local_cluster):
     alone = filled_by(HERE, tmp_path / "alone.db", periods=(8,))
@@ -61,6 +66,8 @@ def test_rows_are_those_of_a_fill_here_and_nothing_stays_on_the_cluster(tmp_path
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_rows_are_the_same_though_workers_are_killed(tmp_path, local_cluster):
+    from distributed import Client
+
     alone = filled_by(HERE, tmp_path / "alone.db")
     path = tmp_path / "shared.db"
     migrate(path)
@@ -80,6 +87,9 @@ def test_rows_are_the_same_though_workers_are_killed(tmp_path, local_cluster):
 
 @pytest.mark.slow
 def test_a_block_that_kills_its_workers_is_given_up():
+    import dask
+    from distributed import Client, LocalCluster
+
     with (
         dask.config.set({"distributed.scheduler.allowed-failures": 1}),
         LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0") as local,
@@ -94,6 +104,8 @@ def test_a_block_that_kills_its_workers_is_given_up():
 @contextmanager
 def dask_scheduler(folder: Path, environment: dict[str, str] | None = None) -> Iterator[Callable]:
     """A scheduler as a process of its own, which writes scheduler.json; gives what starts workers."""
+    from distributed import Client
+
     file = folder / "scheduler.json"
     options = ["--scheduler-file", str(file), "--no-dashboard"]
     with ExitStack() as stack:

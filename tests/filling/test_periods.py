@@ -50,6 +50,7 @@ def test_filling_again_changes_nothing(filled):
     assert content(filled) == before
 
 
+@pytest.mark.slow
 def test_a_second_stadium_reuses_words_and_classes(filled, tmp_path):
     fill(filled, 1.0)
     alone = tmp_path / "alone.db"
@@ -119,6 +120,7 @@ def test_stopped_between_blocks_and_resumed(filled, tmp_path):
     assert content(path) == content(filled)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_two_fills_of_the_same_periods_take_turns(filled, tmp_path):
     path = tmp_path / "shared.db"
@@ -139,6 +141,7 @@ def test_a_locked_database_is_named(filled, monkeypatch):
     other.close()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX limits")
 def test_a_full_disk_loses_nothing(filled, tmp_path):
     path = tmp_path / "full.db"

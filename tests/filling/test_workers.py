@@ -33,13 +33,16 @@ def workers_of(process: int) -> list[int]:
 
 
 @pytest.mark.usefixtures("small_blocks")
-def test_rows_do_not_depend_on_the_number_of_processes(tmp_path):
-    alone = filled_by(HERE, tmp_path / "alone.db")
-    with Processes(3) as workers:
-        shared = filled_by(workers, tmp_path / "shared.db")
+@pytest.mark.parametrize(
+    ("jobs", "periods"), [(2, (5, 6)), pytest.param(3, (7, 8), marks=pytest.mark.slow)], ids=["2", "3"]
+)
+def test_rows_do_not_depend_on_the_number_of_processes(tmp_path, jobs, periods):
+    alone = filled_by(HERE, tmp_path / "alone.db", periods=periods)
+    with Processes(jobs) as workers:
+        shared = filled_by(workers, tmp_path / "shared.db", periods=periods)
         assert rows(shared) == rows(alone)
-        filled_by(workers, shared, a=1.0)  # from the classes that are stored
-    assert rows(shared) == rows(filled_by(HERE, alone, a=1.0))
+        filled_by(workers, shared, a=1.0, periods=periods)  # from the classes that are stored
+    assert rows(shared) == rows(filled_by(HERE, alone, a=1.0, periods=periods))
 
 
 class Backwards:
@@ -107,6 +110,7 @@ def is_worker(process: int) -> bool:
     return command.exists() and "spawn_main" in command.read_text()
 
 
+@pytest.mark.slow
 def test_a_block_that_kills_every_worker_is_given_up():
     with Processes(1) as workers, pytest.raises(WorkError, match="died 3 times"):
         list(workers.solved(iter([Block(1.6, "newton", Deadly())])))
@@ -154,9 +158,10 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "how",
-    [signal.SIGINT, *(pytest.param(how, marks=pytest.mark.slow) for how in (signal.SIGKILL, signal.SIGTERM))],
+    [signal.SIGINT, signal.SIGKILL, signal.SIGTERM],
 )
 def test_no_process_is_left_behind(tmp_path, how):
     path = tmp_path / "orbits.db"

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from quick import slow_but
 
 from orbitdb import Catalogue
 from orbitdb.cli import figures
@@ -28,6 +29,7 @@ def zeta_points(made):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("p", [None, "4", "3,5-6"])
 def test_ticks_are_periods_and_no_legend_covers_a_point(filled, kind, p):
@@ -45,7 +47,8 @@ def test_ticks_are_periods_and_no_legend_covers_a_point(filled, kind, p):
                 assert not any(box.contains(*point) for point in points)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", slow_but([*KINDS][:1], KINDS))
 def test_only_zeta_values_that_stand_are_drawn(filled, kind):
     catalogue = Catalogue(filled)
     assert not any(zeta_points(drawn(catalogue, kind, p="3-6")))

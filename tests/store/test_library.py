@@ -7,6 +7,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from quick import slow_but
 
 from orbitdb import Catalogue, Selection, Stadium, Status, solve_word
 from orbitdb.billiard.stability import forces
@@ -96,7 +97,7 @@ def test_class_rows_tell_negative_eigenvalues_by_the_straight_bounces(catalogue)
     np.testing.assert_array_equal(rows.inverse, classes.walls % 2 == 1)
 
 
-@pytest.mark.parametrize("p", [2, 3, 5, 6, 12])
+@pytest.mark.parametrize("p", slow_but([2, 3, 12], [2, 3, 5, 6, 12]))
 def test_coordinates_from_the_store_are_orbits_of_their_words(catalogue, p):
     subset = catalogue.select(p=p, status="orbit", coordinates=True)
     symbols, coordinates = subset.of_period(p)

@@ -32,6 +32,7 @@ def older(varied: Path, tmp_path: Path) -> tuple[Path, dict]:
     return path, before
 
 
+@pytest.mark.slow
 def test_an_older_catalogue_is_copied_and_made_new(older, cli):
     path, before = older
     with pytest.raises(StoreError, match="orbitdb migrate"):
@@ -62,6 +63,7 @@ def test_a_fill_brings_an_older_catalogue_to_the_newest_schema(older, cli):
     assert cli("verify", "--db", str(path)).code == 0
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_a_stopped_fill_goes_on_after_the_migration(older, tmp_path):
     path, _ = older

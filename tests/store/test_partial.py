@@ -7,6 +7,7 @@ import sys
 import pytest
 import sqlalchemy as sa
 from processes import SMALL_BLOCKS
+from quick import slow_but
 
 from orbitdb.filling.periods import fill_periods
 from orbitdb.store.asking.selection import Selection
@@ -33,7 +34,7 @@ def notes(outcome):
     return [line for line in outcome.err.splitlines() if "partial" in line]
 
 
-@pytest.mark.parametrize("command", ["query", "export"])
+@pytest.mark.parametrize("command", slow_but(["query"], ["query", "export"]))
 def test_rows_of_a_part_are_shown_and_said_to_be_one(cli, partial, command):
     whole = cli(command, "--format", "csv", "--p", "2-8")
     assert notes(whole) == []
@@ -69,7 +70,8 @@ def test_an_average_cut_by_stability_needs_all_lower_periods(cli, filled, begin_
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["entropy", "lyapunov", "sheet", "birkhoff", "lengths"])
 def test_figures_say_it(cli, partial, tmp_path, kind):
-    drawn = cli("plot", kind, "--p", "7-9", "--limit", "4", "-o", str(tmp_path / "figure.png"))
+    few = ["--limit", "4"] if kind == "sheet" else []
+    drawn = cli("plot", kind, "--p", "7-9", *few, "-o", str(tmp_path / "figure.png"))
     assert notes(drawn) == [LEFT_OUT if kind in ("entropy", "lyapunov") else SENTENCE]
 
 
@@ -80,6 +82,7 @@ def test_a_file_keeps_what_was_partial(cli, partial, tmp_path):
         assert kept["partial"] == expected
 
 
+@pytest.mark.slow
 def test_verify_takes_a_part_for_one(cli, partial):
     found = cli("verify", "--p", "8-9")
     assert notes(found) == [SENTENCE]
@@ -96,6 +99,7 @@ def test_several_periods_are_one_line_and_each_a_its_own(cli, partial, begin_fil
     assert line.startswith("period 9 at a = 1 is partial")
 
 
+@pytest.mark.slow
 def test_a_completed_period_is_said_to_be_whole(cli, partial):
     cli("fill", "--p", "9")
     for command in ("query", "table", "entropy", "lyapunov", "verify"):
@@ -103,6 +107,7 @@ def test_a_completed_period_is_said_to_be_whole(cli, partial):
     assert Catalogue(partial).count(NINE) == count_admissible(9)
 
 
+@pytest.mark.slow
 def test_one_moment_stays_while_a_fill_goes_on(filled, begin_fill):
     catalogue = Catalogue(filled)
     going = begin_fill(filled, 9, batches=1)
@@ -142,13 +147,14 @@ def busy(request, filled, begin_fill):
     sa.event.remove(sa.Engine, "after_cursor_execute", go_on)
 
 
-@pytest.mark.parametrize("command", ["query", "entropy", "lyapunov", "verify"])
+@pytest.mark.parametrize("command", slow_but(["lyapunov"], ["query", "entropy", "lyapunov", "verify"]))
 def test_what_a_command_says_is_of_one_moment(cli, busy, command):
     asked = cli(command, "--p", "8-9")
     said = LEFT_OUT if command in ("entropy", "lyapunov") else SENTENCE
     assert notes(asked) == [said] * len(busy)
 
 
+@pytest.mark.slow
 def test_rows_and_their_number_are_of_one_moment(cli, busy):
     asked = cli("query", "--p", "8-9", "--limit", "100000")
     rows = len(asked.out.splitlines()) - 1

@@ -38,6 +38,7 @@ def test_the_room_is_estimated_to_a_factor_of_two(tmp_path):
     assert path.stat().st_size / 2 < expected < 2 * path.stat().st_size
 
 
+@pytest.mark.slow
 def test_the_time_is_that_of_the_catalogues_own_fills(tmp_path):
     path = tmp_path / "orbits.db"
     migrate(path)

@@ -1,6 +1,7 @@
 """What is not filled is never told as zero, in one wording everywhere."""
 
 import pytest
+from quick import slow_but
 
 from orbitdb import Catalogue
 from orbitdb.errors import InputError
@@ -100,7 +101,7 @@ READERS = ["query --status orbit", "query --json", "table", "entropy", "lyapunov
            "verify --a 1.6"]  # fmt: skip
 
 
-@pytest.mark.parametrize("command", READERS)
+@pytest.mark.parametrize("command", slow_but(READERS[:4], READERS))
 def test_no_command_tells_what_is_not_filled_as_zero(cli, varied, tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)
     for more, said in (["--p", "13"], GAP), (["--a", "3"], NOWHERE):
@@ -130,7 +131,10 @@ def test_nothing_found_is_said_of_what_is_stored(cli, varied):
     assert (beyond.code, "no symbol sequences" in beyond.err) == (1, False)
 
 
-@pytest.mark.parametrize("command", [*READERS[:6], "query --code 13", "plot orbit --code 13 -o f.svg"])
+@pytest.mark.parametrize(
+    "command",
+    slow_but(["table"], [*READERS[:6], "query --code 13", "plot orbit --code 13 -o f.svg"]),
+)
 def test_commands_ask_at_the_only_a(cli, tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)
     cli("fill", "--p", "4", "--a", "1")

@@ -89,7 +89,11 @@ def run_in_terminal(
 
 
 def spawn(
-    *arguments: str | Path, columns: int = 80, command: Sequence[str] = COMMAND, **variables: str
+    *arguments: str | Path,
+    columns: int = 80,
+    rows: int = 24,
+    command: Sequence[str] = COMMAND,
+    **variables: str,
 ) -> pexpect.spawn:
     """Start a command in a pseudo-terminal; an empty variable is one that is not set."""
     kept = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "COLUMNS", "LINES")}
@@ -98,7 +102,7 @@ def spawn(
         command[0],
         [*command[1:], *map(str, arguments)],
         env={name: value for name, value in wanted.items() if value},
-        dimensions=(24, columns),
+        dimensions=(rows, columns),
         encoding="utf-8",
         timeout=120,
         maxread=1 << 16,

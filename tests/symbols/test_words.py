@@ -96,6 +96,7 @@ def test_bombs_are_refused(bomb):
         parse(bomb)
 
 
+@pytest.mark.slow
 def test_a_long_plain_word_has_a_limit_too():
     assert len(parse("13" * (MAX_ORDER // 2))) == MAX_ORDER
     with pytest.raises(WordError, match=f"has {MAX_ORDER + 1} symbols"):

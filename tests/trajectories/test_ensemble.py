@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import kstest
+from quick import slow_but
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
@@ -76,9 +76,11 @@ def test_reversed_rays_go_the_same_way_back(a, seed):
     assert np.quantile(shift, 0.9) < 1e-11 * (1 + a)  # the rest grazes, where errors grow without bound
 
 
-@pytest.mark.parametrize("a", [1e-3, 0.3, 1.6, 20.0])
+@pytest.mark.parametrize("a", slow_but([0.3, 1.6], [1e-3, 0.3, 1.6, 20.0]))
 def test_invariant_measure_is_invariant(a):
     """After 30 bounces places are still uniform in arclength, and sines of the angle uniform."""
+    from scipy.stats import kstest
+
     stadium = Stadium(a)
     rays = random_rays(stadium, 20_000, np.random.default_rng(11))
     for _ in range(30):
@@ -95,6 +97,8 @@ def test_invariant_measure_is_invariant(a):
 
 @pytest.mark.parametrize("a", [1e-6, 0.3, 1e6])
 def test_measure_of_the_bounces_on_semicircles_is_invariant(a):
+    from scipy.stats import kstest
+
     arcs = random_arcs(20_000, np.random.default_rng(12))
     for _ in range(30):
         arcs = advance(arcs, a).arcs
@@ -133,7 +137,7 @@ def test_steps_between_semicircles_are_bounces_with_the_walls_left_out(a, seed):
     np.testing.assert_allclose(rays.y, expected.y[few], **close)
 
 
-@pytest.mark.parametrize("a", WIDTHS)
+@pytest.mark.parametrize("a", slow_but([1e-6, 1.6, 1e6], WIDTHS))
 def test_long_runs_stay_sane_and_on_the_circle(a):
     arcs, beam = random_arcs(500, np.random.default_rng(2)), Beam.begin(np.zeros(500), np.ones(500))
     arcs, beam = follow(arcs, beam, a, 500)

@@ -25,13 +25,14 @@ def test_it_opens_its_screens_and_leaves(filled_once, size, variables):
         raw += _until_quiet(child)
     child.send("q")
     child.expect(pexpect.EOF)
-    session = ended(child, raw + child.before, columns, rows)
+    session = ended(child, (raw + child.before, columns))
     assert session.code == 0
     assert "Traceback" not in session.text
-    assert not session.cursor_hidden
+    assert session.restored
     assert "\x1b[?1049l" in session.raw  # what was on the terminal before is there again
 
 
+@pytest.mark.slow
 def test_the_only_stadium_of_a_file_is_opened(tmp_path):
     path = tmp_path / "orbits.db"
     spawn("fill", "--p", "4", "--a", "1", "--db", path).expect(pexpect.EOF)
@@ -40,7 +41,7 @@ def test_the_only_stadium_of_a_file_is_opened(tmp_path):
     child.expect("8\\.0000000")  # the length of 13
     child.send("q")
     child.expect(pexpect.EOF)
-    session = ended(child, child.before)
+    session = ended(child, (child.before, 80))
     assert session.code == 0
 
 

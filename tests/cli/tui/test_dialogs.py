@@ -1,7 +1,7 @@
 """No text of a dialog or of a notification is cut off, on small terminals either."""
 
 import pytest
-from screens import SMALL, TINY, drive, press, screen_lines
+from screens import SMALL, TINY, drive, press, screen_lines, settle
 from textual.widgets import Button, Label
 from textual.widgets._toast import Toast
 
@@ -53,12 +53,16 @@ async def fill_that_runs(app, pilot):
 async def fill_without_room(app, pilot):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("orbitdb.filling.estimate._BYTES", 1e12)
-        await press(pilot, "f", *"2-20")
+        await press(pilot, "f")
+        app.screen.query_one("#periods").value = "2-20"
+        await settle(pilot)
         assert "no room" in str(app.screen.query_one("#cost").render())
 
 
 async def long_fill(app, pilot):
-    await press(pilot, "f", *"2-14", "enter")
+    await press(pilot, "f")
+    app.screen.query_one("#periods").value = "2-14"
+    await press(pilot, "enter")
 
 
 async def wrong_filter(app, pilot):
@@ -86,6 +90,7 @@ DIALOGS = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @both_sizes
 def test_dialogs_are_wholly_visible(filled, size):
     filled.with_name("there.csv").touch()
@@ -103,8 +108,9 @@ def test_dialogs_are_wholly_visible(filled, size):
     drive(filled, steps, size)
 
 
+@pytest.mark.slow
 @both_sizes
-@pytest.mark.parametrize("key", ["question_mark", pytest.param("S", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("key", ["question_mark", "S"])
 def test_keys_are_wholly_readable(filled, size, key):
     async def steps(app, pilot):
         await press(pilot, *dict.fromkeys((key, "question_mark")))

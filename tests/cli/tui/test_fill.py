@@ -1,5 +1,6 @@
 """The fill dialog says what a fill is going to take before it begins."""
 
+import pytest
 from screens import drive, press, send, settle, shown, until
 
 from orbitdb.cli.tui.dialogs import QuestionDialog
@@ -11,6 +12,7 @@ def cost(app):
     return str(app.screen.query_one("#cost").render())
 
 
+@pytest.mark.slow
 def test_it_says_what_the_fields_take(filled_once):
     async def steps(app, pilot):
         await press(pilot, "f")
@@ -33,6 +35,7 @@ def test_it_says_what_the_fields_take(filled_once):
     drive(filled_once, steps)
 
 
+@pytest.mark.slow
 def test_a_long_fill_is_begun_only_if_it_is_meant(tmp_path):
     async def steps(app, pilot):
         await press(pilot, "f", *"2-14", "enter")
@@ -51,6 +54,7 @@ def test_a_long_fill_is_begun_only_if_it_is_meant(tmp_path):
     drive(tmp_path / "new.db", steps)
 
 
+@pytest.mark.slow
 def test_a_disk_that_is_too_small_is_told_and_nothing_begins(tmp_path, monkeypatch):
     monkeypatch.setattr("orbitdb.filling.estimate._BYTES", 1e15)
 
@@ -66,6 +70,7 @@ def test_a_disk_that_is_too_small_is_told_and_nothing_begins(tmp_path, monkeypat
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_keys_go_into_the_periods_from_the_first_on(tmp_path):
     """Where another field had the focus for a moment, who types fast would fill another stadium."""
     focused = []

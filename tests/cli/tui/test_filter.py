@@ -54,6 +54,7 @@ def test_rows_and_count_follow_what_is_typed(filled_once, size):
     drive(filled_once, steps, size)
 
 
+@pytest.mark.slow
 def test_escape_restores_filter_and_row(filled_once):
     async def steps(app, pilot):
         await ask(pilot, "slash", "p > 3")
@@ -75,6 +76,7 @@ def test_escape_restores_filter_and_row(filled_once):
     drive(filled_once, steps)
 
 
+@pytest.mark.slow
 def test_what_is_wrong_is_told_and_not_taken(filled_once):
     async def steps(app, pilot):
         await pilot.press("slash")
@@ -91,7 +93,13 @@ def test_what_is_wrong_is_told_and_not_taken(filled_once):
         assert app.screen.query(".complaint.-note")
         await press(pilot, "enter")  # now it is meant
         assert "no such column: leng" in told(app)
-        await press(pilot, "escape")
+
+    drive(filled_once, steps)
+
+
+@pytest.mark.slow
+def test_filters_are_forgotten_and_remembered(filled_once):
+    async def steps(app, pilot):
         await ask(pilot, "slash", "length < 11")
         await press(pilot, "slash", "ctrl+a", "ctrl+k", "enter")
         assert app.screen.selection.where is None
@@ -101,6 +109,7 @@ def test_what_is_wrong_is_told_and_not_taken(filled_once):
     drive(filled_once, steps)
 
 
+@pytest.mark.slow
 def test_values_given_with_a_filter_do_not_bind_the_next_one(filled_once):
     chosen = Selection(where="p < :cut", parameters={"cut": 3})
 
@@ -119,6 +128,7 @@ def test_values_given_with_a_filter_do_not_bind_the_next_one(filled_once):
     drive(filled_once, steps, selection=chosen)
 
 
+@pytest.mark.slow
 def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypatch):
     """A filter that takes a minute neither blocks keys nor goes on behind the next one."""
     ended = Patience.ended.fget

@@ -34,6 +34,7 @@ def at_one(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", [None, "123"])
 def test_a_file_of_one_stadium_is_drawn_in_it(at_one, code):
     async def steps(app, pilot):
@@ -46,6 +47,7 @@ def test_a_file_of_one_stadium_is_drawn_in_it(at_one, code):
     drive(at_one, steps, LARGE, Selection(a=Catalogue(at_one).a), code)
 
 
+@pytest.mark.slow
 def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(at_one, tmp_path):
     path = tmp_path / "orbits.db"
     path.write_bytes(at_one.read_bytes())
@@ -82,6 +84,7 @@ def test_another_stadium_takes_everything_with_it(varied):
     drive(varied, steps)
 
 
+@pytest.mark.slow
 def test_periods_that_are_not_filled_are_told_beside_those_that_are(varied):
     chosen = Selection(periods=((5, 9),))
 
@@ -96,6 +99,7 @@ def test_periods_that_are_not_filled_are_told_beside_those_that_are(varied):
     drive(varied, steps, LARGE, chosen)
 
 
+@pytest.mark.slow
 def test_a_first_fill_shows_the_stadium_that_it_fills(tmp_path):
     async def steps(app, pilot):
         await press(pilot, "f")

@@ -12,6 +12,7 @@ from orbitdb.trajectories.ensemble import Reference
 LARGE = (160, 48)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", [1e-9, 0.5])
 def test_more_trajectories_replace_a_value_only_if_they_are_better(filled, monkeypatch, error):
     monkeypatch.setattr(statistics, "_BOUNCES", 100_000)
@@ -51,6 +52,7 @@ def test_without_a_stored_value_trajectories_are_followed_and_then_others(filled
     drive(filled_once, steps, LARGE, Selection(periods=((2, 3),)))
 
 
+@pytest.mark.slow
 def test_a_stadium_that_is_not_filled_says_so(filled_once, monkeypatch):
     monkeypatch.setattr(statistics, "_BOUNCES", 100_000)
 

@@ -161,6 +161,7 @@ def test_quick_choices(filled, size):
     drive(filled, steps, size)
 
 
+@pytest.mark.slow
 def test_an_empty_subset_shows_nothing(filled):
     async def steps(app, pilot):
         assert app.screen.orbit is None
@@ -170,6 +171,7 @@ def test_an_empty_subset_shows_nothing(filled):
     drive(filled, steps, selection=Selection(where="length < 0"))
 
 
+@pytest.mark.slow
 @both_sizes
 def test_a_code_in_any_rotation(filled, size):
     async def steps(app, pilot):
@@ -184,13 +186,14 @@ def test_a_code_in_any_rotation(filled, size):
     drive(filled, steps, size)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("code", "told"),
     [
-        pytest.param("1^20 3", "1^20 3", marks=pytest.mark.slow),
+        ("1^20 3", "1^20 3"),
         ("00123", "hits one straight wall twice"),
-        pytest.param("02", "bouncing-ball", marks=pytest.mark.slow),
-        pytest.param("1123123", "solved on the spot", marks=pytest.mark.slow),
+        ("02", "bouncing-ball"),
+        ("1123123", "solved on the spot"),
     ],
 )
 def test_a_word_that_is_not_stored_is_solved_and_says_why(filled, code, told):
@@ -203,6 +206,7 @@ def test_a_word_that_is_not_stored_is_solved_and_says_why(filled, code, told):
     drive(filled, steps, LARGE, selection)
 
 
+@pytest.mark.slow
 def test_a_bad_code_is_not_taken(filled):
     async def steps(app, pilot):
         await ask(pilot, "c", "129")
@@ -212,6 +216,7 @@ def test_a_bad_code_is_not_taken(filled):
     drive(filled, steps)
 
 
+@pytest.mark.slow
 def test_it_opens_at_a_code_and_with_a_filter(filled):
     async def steps(app, pilot):
         assert app.screen.orbit.code == "1232131"
@@ -337,15 +342,27 @@ def test_an_empty_place_greets_and_is_filled(tmp_path, size):
         await press(pilot, "escape")
         assert len(table_of(app).source) == 137
         assert app.screen.orbit.stored
+
+    drive(path, steps, size)
+    assert [fill.n_c for fill in Catalogue(path).fills(1.6)] == [1, 8, 32, 80]
+
+
+@pytest.mark.slow
+@both_sizes
+def test_single_words_are_filled_by_a_click(filled, tmp_path, size):
+    path = tmp_path / "orbits.db"
+    path.write_bytes(filled.read_bytes())
+
+    async def steps(app, pilot):
+        before = len(table_of(app).source)
         await press(pilot, "f")
         app.screen.query_one("#codes").value = "1^10 3, 0132"
         await pilot.click("#start")
         await settle(pilot)
         await press(pilot, "escape")
-        assert len(table_of(app).source) > 137
+        assert len(table_of(app).source) > before
 
     drive(path, steps, size)
-    assert [fill.n_c for fill in Catalogue(path).fills(1.6)] == [1, 8, 32, 80]
 
 
 @pytest.mark.slow
@@ -376,6 +393,7 @@ def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
     assert [counts[p] for p in range(2, 8)] == [1, 8, 32, 80, 188, 376]
 
 
+@pytest.mark.slow
 def test_quitting_while_a_fill_runs_asks_and_keeps_what_is_stored(tmp_path):
     path = tmp_path / "new.db"
 
@@ -412,6 +430,7 @@ def test_what_cannot_be_filled_is_refused(texts, complaint):
         parse_wish(*texts)
 
 
+@pytest.mark.slow
 def test_a_read_only_file_can_be_read_and_not_filled(filled, tmp_path, monkeypatch):
     path = tmp_path / "frozen.db"
     path.write_bytes(filled.read_bytes())
@@ -493,6 +512,7 @@ def test_help_palette_and_themes(filled):
     drive(filled, steps)
 
 
+@pytest.mark.slow
 def test_without_colours_everything_is_told_by_its_shape(filled, monkeypatch):
     monkeypatch.setenv("NO_COLOR", "1")
 
@@ -506,6 +526,7 @@ def test_without_colours_everything_is_told_by_its_shape(filled, monkeypatch):
     drive(filled, steps)
 
 
+@pytest.mark.slow
 def test_the_panels_fold(filled):
     async def steps(app, pilot):
         assert app.screen.query_one(FactsPanel).region.height >= 8
@@ -518,6 +539,7 @@ def test_the_panels_fold(filled):
     drive(filled, steps)
 
 
+@pytest.mark.slow
 def test_it_works_beside_a_process_that_fills(tmp_path):
     path = tmp_path / "shared.db"
     Catalogue.create(path)
@@ -594,7 +616,7 @@ def normalised(svg):
         pytest.param("main-large", LARGE, ["j", "j", "j", "j"], marks=pytest.mark.slow),
         pytest.param("phase", SMALL, ["m", "j", "m", "G", "v"], marks=pytest.mark.slow),
         pytest.param("statistics", LARGE, ["S"], marks=pytest.mark.slow),
-        ("help", SMALL, ["question_mark"]),
+        pytest.param("help", SMALL, ["question_mark"], marks=pytest.mark.slow),
         ("empty", SMALL, []),
     ],
 )

@@ -1,0 +1,11 @@
+"""Which cases of a test the default run takes; the others are marked slow."""
+
+from collections.abc import Collection, Iterable
+from typing import Any
+
+import pytest
+
+
+def slow_but(kept: Collection[Any], values: Iterable[Any]) -> list[Any]:
+    """Return the values of one parameter, all but the kept ones marked slow."""
+    return [value if value in kept else pytest.param(value, marks=pytest.mark.slow) for value in values]
