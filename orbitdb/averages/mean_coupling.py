@@ -20,7 +20,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.averages.exact_means import Mean
+from orbitdb.averages.drift_and_kick import Mean
 
 Floats = NDArray[np.float64]
 
