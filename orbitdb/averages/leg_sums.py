@@ -14,10 +14,10 @@ from orbitdb.orbits.newton import newton
 
 Floats = NDArray[np.float64]
 
-_TOLERANCE = 1e-9
+_TOLERANCE = 1e-8
 """Error of the directions, radians: far below what the averages can tell."""
 
-_BLOCK = 1 << 14
+_BLOCK = 1 << 15
 """Words at a time: it bounds the memory, and their arrays stay in the cache."""
 
 

@@ -90,25 +90,28 @@ def sum_rules(rows: ClassRows, sums: LegSums, highest: int, means: ExactMeans) -
     log_weights = np.log(rows.size[order]) - rows.lyapunov[order]
     rest = rows.lyapunov[order] - terms.sum(axis=0)
     found = np.full((3, highest - 1), np.nan)
-    starts: dict[int, Floats] = {}
+    known: dict[int, Tilt] = {}
     for place, count in enumerate(upto):
         if count:
-            known = _levels(log_weights[:count], held[:, :count], starts)
-            values = [float(w @ rest[:count] / (w @ legs[:count])) for w in known]
-            found[:, place] = len(known) - 1, values[-1], values[-2] if len(known) > 1 else np.nan
+            known = _highest_two(log_weights[:count], held[:, :count], known)
+            values = [float(one.weights @ rest[:count] / (one.weights @ legs[:count])) for one in known.values()]
+            found[:, place] = max(known), values[-1], values[-2] if len(values) > 1 else np.nan
     return _by_period(found, means)
 
 
-def _levels(log_weights: Floats, held: Floats, starts: dict[int, Floats]) -> list[Floats]:
-    """Return the weights of every level up to the highest that exists; note where to begin next time."""
-    weights: list[Floats] = []
-    for level, names in enumerate(_HELD):
-        found: Tilt | None = tilt(log_weights, held[list(names)], starts.get(level))
+def _highest_two(log_weights: Floats, held: Floats, before: dict[int, Tilt]) -> dict[int, Tilt]:
+    """Return the tilts of the highest level that exists and of the one below, by rising level.
+
+    With more orbits the convex hull grows: what existed with those of lower periods, exists.
+    """
+    tilts: dict[int, Tilt] = {}
+    for level in range(min(before, default=0), len(_HELD)):
+        start = before[level].mu if level in before else None
+        found = tilt(log_weights, held[list(_HELD[level])], start)
         if found is None:
             break
-        starts[level] = found.mu
-        weights.append(found.weights)
-    return weights
+        tilts[level] = found
+    return {level: tilts[level] for level in sorted(tilts)[-2:]}
 
 
 def _by_period(found: Floats, means: ExactMeans) -> SumRules:

@@ -77,8 +77,9 @@ def read_classes(reader: Reader, selection: Selection) -> ChosenClasses:
     query = query.add_columns(chosen, *(source[name] for name in names), source.cycle)
     with reader.selecting(selection, source) as (connection, conditions):
         rows = connection.execute(query.where(*conditions, source.length.is_not(None))).cursor.fetchall()
-    columns = np.array([row[:-1] for row in rows], dtype=np.float64).reshape(-1, 1 + len(names)).T
-    number = np.array([row[-1] for row in rows], dtype=np.int64)  # has more digits than a double
+    *values, numbers = zip(*rows, strict=True) if rows else [()] * (2 + len(names))
+    columns = np.array(values, dtype=np.float64)
+    number = np.array(numbers, dtype=np.int64)  # has more digits than a double
     if not ((columns[[0, 1, 2, 4, 5]] > 1 / _IMPOSSIBLE).all() and (abs(columns) < _IMPOSSIBLE).all()):
         raise unsound("impossible numbers among", selection.describe())
     chosen_words, p, size, walls = columns[:4].astype(np.int64)
