@@ -16,6 +16,7 @@ from orbitdb.cli.render import note, write
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
+    from orbitdb.billiard.stadium import Stadium
     from orbitdb.trajectories.ensemble import Reference
 
 EXAMPLES = """
@@ -24,6 +25,8 @@ Examples:
   orbitdb simulate
 
   orbitdb simulate --a 1 --bounces 100000000 --seed 7 --json
+
+  orbitdb simulate --legwise
 """
 COLUMNS = (
     "a", "lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error", "mean_free_path", "mean_free_path_error",
@@ -41,6 +44,9 @@ def simulate(
     a: options.HalfLength = 1.6,
     bounces: Annotated[int, typer.Option("--bounces", help="Bounces in all.")] = 20_000_000,
     seed: Annotated[int, typer.Option("--seed", help="The same seed gives the same result.")] = 0,
+    legwise: Annotated[
+        bool, typer.Option("--legwise", help="Leg by leg, with exact means: far smaller errors.")
+    ] = False,
     store: Annotated[bool, typer.Option(help="Keep the result in the catalogue.")] = True,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
@@ -48,7 +54,8 @@ def simulate(
 ) -> None:
     """Average over random trajectories: Lyapunov exponents and mean free path, with standard errors.
 
-    The result is stored, and shown beside averages over orbits from then on.
+    The result is stored, and shown beside averages over orbits from then on. With --legwise only the
+    small part of lambda is sampled whose exact mean is not known.
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.file.database import default_path
@@ -64,7 +71,10 @@ def simulate(
         bring(db or default_path())
         Catalogue(db)  # what is wrong with the catalogue is to be known before
     with _progress() as show:
-        found = ensemble.simulate(stadium, bounces, seed, progress=show)
+        if legwise:
+            found = _simulate_legs(stadium, bounces, seed, show)
+        else:
+            found = ensemble.simulate(stadium, bounces, seed, progress=show)
     values = {"a": a, **asdict(found)}
     try:
         if store:
@@ -72,6 +82,16 @@ def simulate(
     finally:
         write(COLUMNS, [[values[name] for name in COLUMNS]], options.chosen(format_, json))
     note(f"mean free path by the invariant measure: {stadium.mean_free_path:.6f}")
+
+
+def _simulate_legs(
+    stadium: "Stadium", bounces: int, seed: int, show: "Callable[[float, Reference], None] | None"
+) -> "Reference":
+    from orbitdb.averages.exact_means import exact_means
+    from orbitdb.trajectories.legwise import simulate_legs
+
+    growth = exact_means(stadium.a).growth
+    return simulate_legs(stadium, bounces, (growth.value, growth.error), seed, show)
 
 
 def _store(a: float, found: "Reference", path: Path) -> None:

@@ -33,7 +33,9 @@ class ExactMeans:
     @property
     def growth(self) -> Mean:
         """The mean of ln D + ln K + c2: lambda of a leg is a little less."""
-        return Mean(math.fsum(mean.value for mean in self.terms), math.fsum(mean.error for mean in self.terms))
+        return Mean(
+            math.fsum(mean.value for mean in self.terms), math.fsum(mean.error for mean in self.terms)
+        )
 
     @property
     def bounds(self) -> tuple[float, float]:

@@ -39,6 +39,7 @@ _T_NODES, _PHI_NODES = 6, 8
 _BATCH = 4096
 _STEEPEST = math.pi / 2 - 1e-9
 _ROUNDING = 1e-13
+_CAUTION = 4
 
 
 def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
@@ -48,8 +49,8 @@ def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
     ----------
     a : float
     tolerance : float, optional
-        Error at which to stop; the error that is returned is what the last halving of each panel
-        changed, added up without signs.
+        What the last halving of all panels may change at most. The error that is returned is four times
+        what it did change, added up without signs: near a kink a change may be small by chance.
     """
     ends = np.pi / (2 * np.arange(_LONGEST + 1, 0, -1.0))
     low, high = np.concatenate([[0.0], ends[:-1]]), ends
@@ -62,11 +63,14 @@ def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
         change = np.abs(halves - whole)
         going = _largest(change, tolerance / _ROUNDS)
         if not going.any() or 2 * going.sum() > _MOST_PANELS:
-            return Mean(settled + float(halves.sum()), unsettled + float(change.sum()) + _ROUNDING)
+            return Mean(
+                settled + float(halves.sum()), _CAUTION * (unsettled + float(change.sum())) + _ROUNDING
+            )
         settled += float(halves[~going].sum())
         unsettled += float(change[~going].sum())
         low, high = np.concatenate([low[going], middle[going]]), np.concatenate([middle[going], high[going]])
         whole = np.concatenate([left[going], right[going]])
+
 
 def _largest(change: Floats, rest: float) -> NDArray[np.bool_]:
     """Tell which panels to halve: all but the smallest changes, which together are at most the rest."""

@@ -94,7 +94,9 @@ def sum_rules(rows: ClassRows, sums: LegSums, highest: int, means: ExactMeans) -
     for place, count in enumerate(upto):
         if count:
             known = _highest_two(log_weights[:count], held[:, :count], known)
-            values = [float(one.weights @ rest[:count] / (one.weights @ legs[:count])) for one in known.values()]
+            values = [
+                float(one.weights @ rest[:count] / (one.weights @ legs[:count])) for one in known.values()
+            ]
             found[:, place] = max(known), values[-1], values[-2] if len(values) > 1 else np.nan
     return _by_period(found, means)
 
@@ -117,7 +119,9 @@ def _highest_two(log_weights: Floats, held: Floats, before: dict[int, Tilt]) -> 
 def _by_period(found: Floats, means: ExactMeans) -> SumRules:
     level, rest, below = found
     growth = means.growth
-    error = _CAUTION * (_recent(np.abs(rest - below), _LOOK_BACK, np.max) + _recent(rest, _LOOK_BACK + 1, np.ptp))
+    error = _CAUTION * (
+        _recent(np.abs(rest - below), _LOOK_BACK, np.max) + _recent(rest, _LOOK_BACK + 1, np.ptp)
+    )
     error += growth.error
     low, high = means.bounds
     error = np.fmin(error, high - low)

@@ -17,16 +17,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError
 from orbitdb.trajectories.ensemble import Reference
 from orbitdb.trajectories.leg_map import Runs, next_leg, random_runs
 
 Floats = NDArray[np.float64]
 
 STARTS = 4096
-"""Followed at the same time; few enough for their arrays to stay in the cache."""
+"""Followed at the same time, at most; few enough for their arrays to stay in the cache."""
+
+BATCHES = 16
+"""At least; their spread is the error."""
 
 LEGS = 32
 """Legs of a start that are averaged over; more would say little that is new."""
+
+LEAST_A = 0.02
+"""Half lengths below it need more legs than `LEGS`: there an angle t changes little over many legs, and what
+is left of lambda is no longer small (`orbitdb.trajectories.ensemble` has the smaller errors)."""
 
 _SETTLED = 1e-9
 _LONGEST_WAY = 2000
@@ -63,7 +71,7 @@ def simulate_legs(
     ----------
     stadium : Stadium
     bounces : int
-        Bounces to expect in all; at least two batches of `STARTS` starts are made.
+        Bounces to expect in all, `LEGS` legs from every start; there are at least `BATCHES` starts.
     known : tuple of float
         The exact mean of ln D + ln K + c2 of a leg, and a bound on its error.
     seed : int, optional
@@ -80,7 +88,7 @@ def simulate_legs(
     Raises
     ------
     ValueError
-        If there are no bounces.
+        If there are no bounces, or a is below `LEAST_A` (`InputError`).
     """
     for done, found in legwise_references(stadium, bounces, known, seed):
         if progress is not None:
@@ -94,19 +102,23 @@ def legwise_references(
     """Yield the fraction done and the averages so far, after every batch of `simulate_legs`."""
     if bounces < 1:
         raise ValueError("give at least one bounce")
-    batches = max(2, round(bounces / (STARTS * LEGS * (stadium.a + math.pi / 2))))
+    if stadium.a < LEAST_A:
+        raise InputError(f"a = {stadium.a:g}: below {LEAST_A:g} averages leg by leg have no known error")
+    starts = math.ceil(bounces / (LEGS * (stadium.a + math.pi / 2)))
+    batches = max(BATCHES, math.ceil(starts / STARTS))
+    each = math.ceil(starts / batches)
     rng = np.random.default_rng(seed)
     rows: list[Floats] = []
     for count in range(1, batches + 1):
-        rows.append(_batch(stadium.a, rng))
+        rows.append(_batch(stadium.a, each, rng))
         if count > 1:
-            yield count / batches, _reference(np.array(rows), stadium, known, seed)
+            yield count / batches, _reference(np.array(rows), each, stadium, known, seed)
 
 
-def _batch(a: float, rng: np.random.Generator) -> Floats:
-    """Follow fresh starts; return means a leg of the rest, of its uncertainty, path - 2 walls, bounces."""
-    runs, beams = _settled(a, random_runs(STARTS, rng))
-    sums = np.zeros((4, STARTS))
+def _batch(a: float, starts: int, rng: np.random.Generator) -> Floats:
+    """Follow fresh starts; return means a leg of the terms that `_follow` gives, shape (4,)."""
+    runs, beams = _settled(a, random_runs(starts, rng))
+    sums = np.zeros((4, starts))
     for _ in range(LEGS):
         runs, beams, terms = _follow(runs, beams, a)
         sums += terms
@@ -138,11 +150,15 @@ def _follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
     exact = np.log1p((inverse + 1 / beams.drift) / leg.kick)
     low, high = (np.log1p((inverse + b) / leg.kick) for b in (beams.low, beams.high))
     after = Beams(leg.drift, *(1 / (leg.drift + 1 / (leg.kick + b)) for b in (beams.low, beams.high)))
-    terms = np.stack([(low + high) / 2 - exact, high - low, leg.path - 2 * leg.walls, leg.bounces + leg.walls])
+    terms = np.stack(
+        [(low + high) / 2 - exact, high - low, leg.path - 2 * leg.walls, leg.bounces + leg.walls]
+    )
     return leg.runs, after, terms
 
 
-def _reference(batches: Floats, stadium: Stadium, known: tuple[float, float], seed: int) -> Reference:
+def _reference(
+    batches: Floats, starts: int, stadium: Stadium, known: tuple[float, float], seed: int
+) -> Reference:
     """Put averages together: a leg has a + pi/2 bounces and a path of pi (pi + 4a) / 4 on average.
 
     The path of a leg of n walls is about 2 n; what it has more is soon known, unlike n itself, and the
@@ -161,7 +177,7 @@ def _reference(batches: Floats, stadium: Stadium, known: tuple[float, float], se
         lambda_c_error=float(error * legs_per_length),
         mean_free_path=float((path + 2 * stadium.a) * legs_per_bounce),
         mean_free_path_error=float(errors[2] * legs_per_bounce),
-        bounces=round(bounces * count * STARTS * LEGS),
+        bounces=round(bounces * count * starts * LEGS),
         groups=count,
         seed=seed,
     )
