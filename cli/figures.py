@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -16,6 +17,7 @@ from orbitdb.plots import curves, paths
 from orbitdb.plots.style import BLUE, ORANGE, figure, plain
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.leg_terms import sum_rules_of, why_no_sum_rules
 from orbitdb.store.reading.references import best_reference
 from orbitdb.store.reading.whole_periods import WholePeriods, read_whole
 from orbitdb.symbols.symmetry import REVERSE, images_of
@@ -90,6 +92,16 @@ def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
     )
     discrete = curves.LyapunovRows(found.lambda_d, found.lambda_d_pair, found.lambda_d_zeta, lines[0])
     continuous = curves.LyapunovRows(found.lambda_c, found.lambda_c_pair, found.lambda_c_zeta, lines[1])
+    held = sum_rules_of(subset)
+    if held is None:
+        note(why_no_sum_rules(subset.selection, subset.missing))
+    else:
+        discrete = replace(
+            discrete, sum_rule=held.lambda_d_sum_rule, sum_rule_error=held.lambda_d_sum_rule_error
+        )
+        continuous = replace(
+            continuous, sum_rule=held.lambda_c_sum_rule, sum_rule_error=held.lambda_c_sum_rule_error
+        )
     with figure(6.4, 6.4) as made:
         above, below = made.subplots(2, 1, sharex=True)
         curves.draw_lyapunov(above, found.p, discrete, r"\lambda_d", "per bounce")

@@ -8,11 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orbitdb.averages.by_period import Entropy, Lyapunov, entropy, lyapunov
+from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import ClassRows, Weight, missing_divisors, missing_periods
+from orbitdb.averages.leg_sums import LegSums
+from orbitdb.averages.sum_rules import SumRules, sum_rules
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.pictures import Curve
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.leg_terms import read_leg_sums, why_no_sum_rules
 from orbitdb.trajectories.ensemble import Reference
 
 if TYPE_CHECKING:
@@ -35,6 +39,8 @@ class Statistics:
         Periods that are not filled, without which the zeta functions are not whole.
     partial : tuple of int
         Chosen periods that are stored in part, and left out.
+    sum_rules : SumRules or None
+        None for a part of the orbits, where they have no meaning.
     """
 
     selection: Selection
@@ -45,6 +51,7 @@ class Statistics:
     lyapunov: Lyapunov
     missing: tuple[int, ...]
     partial: tuple[int, ...]
+    sum_rules: SumRules | None
 
 
 def statistics(
@@ -63,13 +70,19 @@ def statistics(
         partial = tuple(fill.p for fill in still.partial(selection))
         fills = [fill for fill in still.fills(selection.a) if fill.whole and selection.includes(fill.p)]
         parts: list[ClassRows] = []
+        sums: list[LegSums] = []
         for count, fill in enumerate(fills, 1):
             if cancelled():
                 return
-            parts.append(still.classes(replace(selection, periods=((fill.p, fill.p),))).rows())
+            known = fills[:count]
+            classes = still.classes(replace(selection, periods=((fill.p, fill.p),)))
+            parts.append(classes.rows())
+            missing = missing_periods(fill.p, [fill.p for fill in known])
+            held = not why_no_sum_rules(selection, missing)
+            if held:
+                sums.append(read_leg_sums(classes, selection.a))
             rows = _joined(parts)
             if len(rows):
-                known = fills[:count]
                 yield Statistics(
                     selection=selection,
                     words={fill.p: int(part.size.sum()) for fill, part in zip(known, parts, strict=True)},
@@ -77,9 +90,14 @@ def statistics(
                     admissible={fill.p: fill.n_t or 0 for fill in known},
                     entropy=entropy(rows, fill.p),
                     lyapunov=lyapunov(rows, fill.p, weight),
-                    missing=tuple(missing_periods(fill.p, [fill.p for fill in known])),
+                    missing=tuple(missing),
                     partial=partial,
+                    sum_rules=_sum_rules(rows, sums, fill.p, selection.a) if held else None,
                 )
+
+
+def _sum_rules(rows: ClassRows, sums: list[LegSums], highest: int, a: float) -> SumRules:
+    return sum_rules(rows, LegSums.joined(sums), highest, exact_means(a))
 
 
 def _joined(parts: list[ClassRows]) -> ClassRows:
@@ -89,9 +107,11 @@ def _joined(parts: list[ClassRows]) -> ClassRows:
 
 COLUMNS = (
     "p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", "lambda_d", "lambda_d_pair", "lambda_d_zeta",
-    "lambda_c", "lambda_c_pair", "lambda_c_zeta",
+    "lambda_c", "lambda_c_pair", "lambda_c_zeta", "lambda_d_sum_rule", "lambda_d_sum_rule_error",
+    "lambda_c_sum_rule", "lambda_c_sum_rule_error",
 )  # fmt: skip
 _ZETA = {"h_zeta", "lambda_d_zeta", "lambda_c_zeta"}
+_SUM_RULES = {"lambda_d_sum_rule", "lambda_d_sum_rule_error", "lambda_c_sum_rule", "lambda_c_sum_rule_error"}
 
 
 def table_of(found: Statistics) -> list[list[str]]:
@@ -106,7 +126,11 @@ def table_of(found: Statistics) -> list[list[str]]:
             if name in counts:
                 row.append(str(counts[name]))
                 continue
-            source = found.entropy if hasattr(found.entropy, name) else found.lyapunov
+            if name in _SUM_RULES and found.sum_rules is None:
+                row.append("")
+                continue
+            sources = (found.entropy, found.lyapunov, found.sum_rules)
+            source = next(each for each in sources if hasattr(each, name))
             value = getattr(source, name)[here].item()
             lost = holes if name in _ZETA else gaps
             row.append("" if lost or not math.isfinite(value) else number(name, value))
@@ -136,9 +160,13 @@ def curves_of(found: Statistics, reference: Reference | None) -> dict[str, list[
     for name in ("lambda_d", "lambda_c"):
         curves[name] = [
             Curve("one", "orbits", p, of(getattr(exponents, name))),
-            Curve("three", "pairs", p, of(getattr(exponents, f"{name}_pair"))),
             Curve("two", "zeta", p, of(getattr(exponents, f"{name}_zeta")), "×"),
+            Curve("three", "pairs", p, of(getattr(exponents, f"{name}_pair"))),
         ]
+        if found.sum_rules is not None:
+            held, error = (getattr(found.sum_rules, f"{name}_sum_rule{end}") for end in ("", "_error"))
+            band = [Curve("six", "", p, of(held + sign * error)) for sign in (-1, 1)]
+            curves[name] = [Curve("four", "sum rules", p, of(held), "•"), *curves[name], *band]
         if reference is not None:
             level = np.full_like(p, getattr(reference, name))
             curves[name].insert(0, Curve("five", "trajectories", p, level))

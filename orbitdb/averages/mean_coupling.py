@@ -29,7 +29,7 @@ _LONGEST = 60
 """Runs of more bounces are in the last panel."""
 
 _COPIES = 60
-"""Jumps from copies beyond are not told apart: there D is so long that they are no more than its last digits."""
+"""Jumps from copies beyond are not told apart: there D is so long that they hardly change it."""
 
 _ROUNDS = 16
 """Shares of the tolerance: in each round the least changes that make up a share are let be."""
@@ -107,7 +107,8 @@ def _over_phi(a: float, t: Floats) -> Floats:
     bounces = np.floor(turns - phi) + 1
     before, after = _inverse_drift(a, angle, phi), _inverse_drift(a, angle, turns - phi + 1 - bounces)
     c2 = np.log1p((before + after) * np.sin(angle) / (2 * bounces))
-    return np.bincount(row, (half * c2) @ weight, minlength=len(t))
+    found: Floats = np.bincount(row, (half * c2) @ weight, minlength=len(t)).astype(np.float64)
+    return found
 
 
 def _jumps(a: float, t: Floats) -> Floats:
