@@ -32,8 +32,8 @@ _HELD = ((), (1,), (0, 1), (0, 1, 2))
 
 _LOOK_BACK = 4
 _CAUTION = np.array([3.0, 3.0, 3.0, 2.0])
-"""By level; where a mean had to be let go the averages creep. Found by trial: tests/benchmarks/bench_sum_rules.py
-counts how often the estimates hold."""
+"""By level; where a mean had to be let go the averages creep. Found by trial: bench_sum_rules.py counts how
+often the estimates hold."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +53,8 @@ class SumRules:
     lambda_l_error : ndarray
         An estimate of its error: twice the sum (three times where a mean had to be let go) of the most
         that the last mean has changed in the last four periods and of the range of lambda_l in them
-        and the one before, and the error of the exact means. While there are not so many periods, and at most, the width of
-        `ExactMeans.bounds`.
+        and the one before, and the error of the exact means. While there are not so many periods, and
+        at most, the width of `ExactMeans.bounds`.
     lambda_d_sum_rule, lambda_c_sum_rule, lambda_d_sum_rule_error, lambda_c_sum_rule_error : ndarray
         The same per bounce and per length.
     """
