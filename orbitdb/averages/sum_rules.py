@@ -109,7 +109,8 @@ def sum_rules(rows: ClassRows, sums: LegSums, highest: int, means: ExactMeans) -
 def _highest_two(log_weights: Floats, held: Floats, before: dict[int, Tilt]) -> dict[int, Tilt]:
     """Return the tilts of the highest level that exists and of the one below, by rising level.
 
-    With more orbits the convex hull grows: what existed with those of lower periods, exists.
+    With more orbits the convex hull grows: what existed with those of lower periods, exists, and may
+    only be lost in rounding, where the terms hardly scatter (at huge a).
     """
     tilts: dict[int, Tilt] = {}
     for level in range(min(before, default=0), len(_HELD)):
@@ -118,6 +119,8 @@ def _highest_two(log_weights: Floats, held: Floats, before: dict[int, Tilt]) -> 
         if found is None:
             break
         tilts[level] = found
+    if not tilts:
+        return _highest_two(log_weights, held, {})
     return {level: tilts[level] for level in sorted(tilts)[-2:]}
 
 
