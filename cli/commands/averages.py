@@ -7,7 +7,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import note, note_partial, write
+from orbitdb.cli.render import note, note_partial, with_error, write
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -119,8 +119,8 @@ def lyapunov(
         note(f"no trajectory value at a = {a:g}: 'orbitdb simulate --a {a:g}' makes one")
     elif form is Format.TABLE:
         note(
-            f"trajectories: lambda_d = {reference.lambda_d:.6f} +- {reference.lambda_d_error:.6f}, "
-            f"lambda_c = {reference.lambda_c:.6f} +- {reference.lambda_c_error:.6f}"
+            f"trajectories: lambda_d = {with_error(reference.lambda_d, reference.lambda_d_error)}, "
+            f"lambda_c = {with_error(reference.lambda_c, reference.lambda_c_error)}"
         )
     else:
         for name in ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error"):

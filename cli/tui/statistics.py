@@ -16,6 +16,7 @@ from textual.worker import get_current_worker
 
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.render import with_error
 from orbitdb.cli.tui.drawing import Plot
 from orbitdb.cli.tui.numbers import COLUMNS, Statistics, curves_of, statistics, table_of
 from orbitdb.errors import InputError, StoreError
@@ -158,8 +159,8 @@ class StatisticsScreen(Screen[None]):
             return "trajectories …"
         one = self.reference
         return (
-            f"trajectories: λ_d {one.lambda_d:.4f} ± {one.lambda_d_error:.4f}, "
-            f"λ_c {one.lambda_c:.4f} ± {one.lambda_c_error:.4f}"
+            f"trajectories: λ_d {with_error(one.lambda_d, one.lambda_d_error, '±', 4)}, "
+            f"λ_c {with_error(one.lambda_c, one.lambda_c_error, '±', 4)}"
         )
 
     def action_leave(self) -> None:

@@ -5,6 +5,8 @@ import sqlite3
 
 import pytest
 
+from orbitdb.cli.render import with_error
+
 KEYS = [f"lambda_{kind}_sum_rule{end}" for end in ("", "_error") for kind in ("d", "c")]
 LAMBDA_D, LAMBDA_C = 0.8867858, 0.3752123
 
@@ -63,6 +65,14 @@ def test_legwise_trajectories_are_stored_and_shown(filled, cli):
     assert abs(row["lambda_d"] - LAMBDA_D) < 4 * row["lambda_d_error"] < 1e-4
     shown = json.loads(cli("lyapunov", "--json", "--db", str(filled)).out)[0]
     assert shown["lambda_d_trajectory"] == row["lambda_d"]
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [(3e-4, "0.886786 +- 0.000300"), (5.3e-7, "0.8867858 +- 0.0000005"), (0.0, "0.886786 +- 0.000000")],
+)
+def test_small_errors_are_shown_with_the_digits_they_need(error, text):
+    assert with_error(0.8867858, error) == text
 
 
 def test_legwise_trajectories_need_a_stadium_that_is_not_a_circle(cli):
