@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import typer
@@ -20,6 +21,7 @@ from orbitdb.plots import curves, paths
 from orbitdb.plots.style import BLUE, ORANGE, figure, plain
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.leg_terms import sum_rules_of, why_no_sum_rules
 from orbitdb.store.reading.references import best_reference
 from orbitdb.store.reading.whole_periods import WholePeriods, read_whole, why_missing
 from orbitdb.symbols.symmetry import REVERSE, images_of
@@ -99,6 +101,21 @@ def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
         curves.LyapunovRows(shown[name], shown[f"{name}_pair"], shown[f"{name}_zeta"], line)
         for name, line in zip(("lambda_d", "lambda_c"), lines, strict=True)
     )
+    held = sum_rules_of(subset)
+    if held is None:
+        note(why_no_sum_rules(subset.selection, subset.missing))
+    else:
+        here = held.p >= p[0]
+        discrete = replace(
+            discrete,
+            sum_rule=held.lambda_d_sum_rule[here],
+            sum_rule_error=held.lambda_d_sum_rule_error[here],
+        )
+        continuous = replace(
+            continuous,
+            sum_rule=held.lambda_c_sum_rule[here],
+            sum_rule_error=held.lambda_c_sum_rule_error[here],
+        )
     with figure(6.4, 6.4) as made:
         above, below = made.subplots(2, 1, sharex=True)
         curves.draw_lyapunov(above, p, discrete, r"\lambda_d", "per bounce")

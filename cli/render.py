@@ -93,6 +93,13 @@ def with_bound(value: float, bound: float, sign: str = "+-") -> str:
     return f"{value!r} {sign} {upwards(bound, math.ulp(value) / 2)}"
 
 
+def with_error(value: float, error: float, sign: str = "+-", decimals: int = 6) -> str:
+    """Return a value and its error with so many decimals, or as many more as a small error needs."""
+    if error > 0:
+        decimals = max(decimals, -math.floor(math.log10(error)))
+    return f"{value:.{decimals}f} {sign} {error:.{decimals}f}"
+
+
 def code_text(code: str) -> str:
     """Return a code for people: as it is, or in run notation, cut if it is still long."""
     if len(code) <= LONG_CODE:

@@ -53,6 +53,37 @@ def plain_screenshot(svg: str) -> str:
     return re.sub(r"terminal-\d+", "terminal", svg)
 
 
+def deviations(folder: Path) -> str:
+    """Draw how far every average of lambda is from the trajectories, against the period."""
+    from orbitdb import Catalogue, Selection, Stadium, Status
+    from orbitdb.averages.by_period import lyapunov
+    from orbitdb.averages.exact_means import exact_means
+    from orbitdb.plots.deviations import draw_deviations
+    from orbitdb.plots.style import figure, save
+    from orbitdb.store.reading.leg_terms import sum_rules_of
+    from orbitdb.store.reading.whole_periods import read_whole
+    from orbitdb.trajectories.legwise import simulate_legs
+
+    subset = read_whole(Catalogue(folder / "orbits.db"), Selection(a=1.6, statuses=(Status.ORBIT,)))
+    found, held = lyapunov(subset.classes.rows(), subset.highest), sum_rules_of(subset)
+    means = exact_means(1.6)
+    known = simulate_legs(Stadium(1.6), 20_000_000, (means.growth.value, means.growth.error)).lambda_d
+    averages = {
+        "fixed points, Eq. (5)": found.lambda_d,
+        "mean of $p - 1$ and $p$": found.lambda_d_pair,
+        "zeta function": found.lambda_d_zeta,
+        "sum rules, one mean less": held.lambda_l_below * means.per_bounce,
+        "sum rules": held.lambda_d_sum_rule,
+    }
+    with figure(7.2, 4.0) as made:
+        ax = made.add_subplot()
+        off = {name: values / known - 1 for name, values in averages.items()}
+        draw_deviations(ax, found.p, off, held.lambda_d_sum_rule_error / known)
+        ax.set_title(r"$\lambda_d$ at $a = 1.6$ against trajectories leg by leg")
+    save(made, folder / "figure.svg", "svg", "deviations of Lyapunov averages")
+    return (folder / "figure.svg").read_text(encoding="utf-8")
+
+
 def _figure(command: str) -> Callable[[Path], str]:
     """Return what draws a figure by a command that writes figure.svg."""
 
@@ -78,6 +109,7 @@ DRAWN: dict[str, Callable[[Path], str]] = {
     "reverse.svg": _figure("orbitdb plot reverse --code 1232131 --a 1.2 -o"),
     "entropy.svg": _figure("orbitdb plot entropy -o"),
     "lyapunov.svg": _figure("orbitdb plot lyapunov -o"),
+    "deviations.svg": deviations,
     "sheet.svg": _figure("orbitdb plot sheet --p 5 -o"),
     "birkhoff.svg": _figure("orbitdb plot birkhoff --p 2-5 -o"),
     "births.svg": births,

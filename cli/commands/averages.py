@@ -11,7 +11,7 @@ from orbitdb.cli import options
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import note_gaps, note_nothing, reading
-from orbitdb.cli.render import note, write
+from orbitdb.cli.render import note, with_error, write
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -40,6 +40,9 @@ Examples:
 ENTROPY_COLUMNS = ("p", "N", "K_0", "h_zeta", "h_zeta_change")
 LYAPUNOV_COLUMNS = (
     "p", "lambda_d", "lambda_c", "lambda_d_pair", "lambda_c_pair", "lambda_d_zeta", "lambda_c_zeta", "z0",
+)  # fmt: skip
+SUM_RULE_COLUMNS = (
+    "lambda_d_sum_rule", "lambda_c_sum_rule", "lambda_d_sum_rule_error", "lambda_c_sum_rule_error",
 )  # fmt: skip
 CUT_COLUMNS = ("cut", "lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
 _LARGEST_CUT = 1000
@@ -150,7 +153,8 @@ def lyapunov(
 
     lambda_d and lambda_c: the paper's eqs. (5) and (6), per bounce and per length; pair: means of
     neighbouring periods; zeta: from the zeta function cut off at p, with its zero z0 (1 if nothing is
-    missing). The trajectory values are those that 'orbitdb simulate' has stored.
+    missing); sum_rule: all orbits up to p with weights e^-lambda, held to exact means, with an estimate
+    of the error. The trajectory values are those that 'orbitdb simulate' has stored.
     """
     from orbitdb.averages import by_period
     from orbitdb.averages.fixed_points import Weight
@@ -168,14 +172,14 @@ def lyapunov(
         return
     with progress("expanding the zeta function"):
         found = by_period.lyapunov(subset.classes.rows(), subset.highest, Weight(weight))
-    columns = standing(found, subset.periods)
-    names = list(LYAPUNOV_COLUMNS)
+    columns = standing(found, subset.periods) | _sum_rule_columns(subset)
+    names = [*LYAPUNOV_COLUMNS, *SUM_RULE_COLUMNS]
     if reference is None:
         note(f"no trajectory value at a = {chosen.a:g}: 'orbitdb simulate --a {chosen.a:g}' makes one")
     elif form is Format.TABLE:
         note(
-            f"trajectories: lambda_d = {reference.lambda_d:.6f} +- {reference.lambda_d_error:.6f}, "
-            f"lambda_c = {reference.lambda_c:.6f} +- {reference.lambda_c_error:.6f}"
+            f"trajectories: lambda_d = {with_error(reference.lambda_d, reference.lambda_d_error)}, "
+            f"lambda_c = {with_error(reference.lambda_c, reference.lambda_c_error)}"
         )
     else:
         for name in ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error"):
@@ -184,6 +188,31 @@ def lyapunov(
     note(subset.selection.describe())
     _note_faults(subset, faults_of(found, subset.periods))
     _write(subset, names, columns, form)
+    _note_bounds(subset.selection.a)
+
+
+def _sum_rule_columns(subset: "WholePeriods") -> dict[str, list[Any]]:
+    """Return the columns of sum rules; blank, with a note why, where they mean nothing."""
+    from orbitdb.store.reading.leg_terms import sum_rules_of, why_no_sum_rules
+
+    found = sum_rules_of(subset)
+    if found is None:
+        note(why_no_sum_rules(subset.selection, subset.missing))
+        return {name: [None] * (subset.highest - 1) for name in SUM_RULE_COLUMNS}
+    return {name: getattr(found, name).tolist() for name in SUM_RULE_COLUMNS}
+
+
+def _note_bounds(a: float) -> None:
+    """Say between what the exponents are, whatever the orbits."""
+    from orbitdb.averages.exact_means import exact_means
+
+    means = exact_means(a)
+    low, high = means.bounds
+    ranges = (
+        f"{low * scale:.6f} < {name} < {high * scale:.6f}"
+        for name, scale in (("lambda_d", means.per_bounce), ("lambda_c", means.per_length))
+    )
+    note(f"by exact means, without any orbit: {', '.join(ranges)}")
 
 
 def _write_cut(subset: "WholePeriods", cut: float, weight: "Weight", form: Format) -> None:

@@ -1,5 +1,6 @@
 """``orbitdb simulate``: the trajectory reference."""
 
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,6 +15,7 @@ from orbitdb.cli.render import note, write
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
+    from orbitdb.billiard.stadium import Stadium
     from orbitdb.trajectories.ensemble import Reference
 
 EXAMPLES = """
@@ -22,6 +24,8 @@ Examples:
   orbitdb simulate
 
   orbitdb simulate --a 1 --bounces 100000000 --seed 7 --json
+
+  orbitdb simulate --legwise
 """
 COLUMNS = (
     "a", "lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error", "mean_free_path", "mean_free_path_error",
@@ -43,6 +47,9 @@ def simulate(
         int, options.count_option("--bounces", help="Bounces in all, such as 1e8.")
     ] = 20_000_000,
     seed: Annotated[int, options.count_option("--seed", help="The same seed gives the same result.")] = 0,
+    legwise: Annotated[
+        bool, typer.Option("--legwise", help="Leg by leg, with exact means: far smaller errors.")
+    ] = False,
     store: Annotated[bool, typer.Option(help="Keep the result in the catalogue.")] = True,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
@@ -50,7 +57,8 @@ def simulate(
 ) -> None:
     """Average over random trajectories: Lyapunov exponents and mean free path, with standard errors.
 
-    The result is stored, and shown beside averages over orbits from then on.
+    The result is stored, and shown beside averages over orbits from then on. With --legwise only the
+    small part of lambda is sampled whose exact mean is not known.
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.file.database import default_path
@@ -71,7 +79,10 @@ def simulate(
             so_far = f"lambda_d = {found.lambda_d:.5f} +- {found.lambda_d_error:.5f}"
             shown.tell(so_far, done, 1.0, counted=False)
 
-        found = ensemble.simulate(stadium, bounces, seed, progress=show)
+        if legwise:
+            found = _simulate_legs(stadium, bounces, seed, show)
+        else:
+            found = ensemble.simulate(stadium, bounces, seed, progress=show)
     values = {"a": a, **asdict(found)}
     try:
         if store:
@@ -85,6 +96,16 @@ def simulate(
     )
     if abs(found.bounces - bounces) > _NEAR * bounces:
         note(f"{found.bounces} bounces were made, not {bounces}: {_WHY}")
+
+
+def _simulate_legs(
+    stadium: "Stadium", bounces: int, seed: int, show: "Callable[[float, Reference], None] | None"
+) -> "Reference":
+    from orbitdb.averages.exact_means import exact_means
+    from orbitdb.trajectories.legwise import simulate_legs
+
+    growth = exact_means(stadium.a).growth
+    return simulate_legs(stadium, bounces, (growth.value, growth.error), seed, show)
 
 
 def _store(a: float, found: "Reference", path: Path) -> None:

@@ -2,17 +2,21 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from orbitdb.averages.by_period import Entropy, Lyapunov, entropy, lyapunov
+from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import ClassRows, Weight, missing_periods
+from orbitdb.averages.leg_sums import LegSums
 from orbitdb.averages.standing import faults_of, standing
+from orbitdb.averages.sum_rules import SumRules, sum_rules
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.pictures import Curve
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.leg_terms import read_leg_sums, why_no_sum_rules
 from orbitdb.store.reading.whole_periods import why_missing
 from orbitdb.trajectories.ensemble import Reference
 
@@ -36,6 +40,8 @@ class Statistics:
         Periods that are not there, without which the zeta functions are not whole.
     partial : tuple of int
         Chosen periods that are stored in part, and left out.
+    sum_rules : SumRules or None
+        None for a part of the orbits, where they have no meaning.
     """
 
     selection: Selection
@@ -46,6 +52,7 @@ class Statistics:
     lyapunov: Lyapunov
     missing: tuple[int, ...]
     partial: tuple[int, ...]
+    sum_rules: SumRules | None
 
 
 def statistics(
@@ -64,13 +71,19 @@ def statistics(
         partial = tuple(fill.p for fill in still.partial(selection))
         fills = [fill for fill in still.fills(selection.a) if fill.whole and selection.includes(fill.p)]
         parts: list[ClassRows] = []
+        sums: list[LegSums] = []
         for count, fill in enumerate(fills, 1):
             if cancelled():
                 return
-            parts.append(still.classes(replace(selection, periods=((fill.p, fill.p),))).rows())
+            known = fills[:count]
+            classes = still.classes(replace(selection, periods=((fill.p, fill.p),)))
+            parts.append(classes.rows())
+            missing = missing_periods(fill.p, [fill.p for fill in known])
+            held = not why_no_sum_rules(selection, missing)
+            if held:
+                sums.append(read_leg_sums(classes, selection.a))
             rows = _joined(parts)
             if len(rows):
-                known = fills[:count]
                 yield Statistics(
                     selection=selection,
                     words={fill.p: int(part.size.sum()) for fill, part in zip(known, parts, strict=True)},
@@ -78,9 +91,14 @@ def statistics(
                     admissible={fill.p: fill.n_t or 0 for fill in known},
                     entropy=entropy(rows, fill.p),
                     lyapunov=lyapunov(rows, fill.p, weight),
-                    missing=tuple(missing_periods(fill.p, [fill.p for fill in known])),
+                    missing=tuple(missing),
                     partial=partial,
+                    sum_rules=_sum_rules(rows, sums, fill.p, selection.a) if held else None,
                 )
+
+
+def _sum_rules(rows: ClassRows, sums: list[LegSums], highest: int, a: float) -> SumRules:
+    return sum_rules(rows, LegSums.joined(sums), highest, exact_means(a))
 
 
 def _joined(parts: list[ClassRows]) -> ClassRows:
@@ -90,7 +108,8 @@ def _joined(parts: list[ClassRows]) -> ClassRows:
 
 COLUMNS = (
     "p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", "lambda_d", "lambda_d_pair", "lambda_d_zeta",
-    "lambda_c", "lambda_c_pair", "lambda_c_zeta",
+    "lambda_c", "lambda_c_pair", "lambda_c_zeta", "lambda_d_sum_rule", "lambda_d_sum_rule_error",
+    "lambda_c_sum_rule", "lambda_c_sum_rule_error",
 )  # fmt: skip
 
 
@@ -102,9 +121,17 @@ def notes_of(found: Statistics) -> list[str]:
     return list(dict.fromkeys(filter(None, notes)))
 
 
+def _shown(found: Statistics) -> dict[str, list[Any]]:
+    """Return the columns of all averages, None for every value that does not stand."""
+    shown = standing(found.lyapunov, found.words) | standing(found.entropy, found.words)
+    if found.sum_rules is None:
+        return {name: [None] * len(found.entropy.p) for name in COLUMNS} | shown
+    return standing(found.sum_rules, found.words) | shown
+
+
 def table_of(found: Statistics) -> list[list[str]]:
     """Return the numbers as text, a list a filled period; empty where one does not stand."""
-    shown = standing(found.lyapunov, found.words) | standing(found.entropy, found.words)
+    shown = _shown(found)
     rows = []
     for p, words in found.words.items():
         counts = {"p": p, "N_t": found.admissible[p], "N_c": words, "classes": found.classes[p]}
@@ -116,8 +143,7 @@ def table_of(found: Statistics) -> list[list[str]]:
 def curves_of(found: Statistics, reference: Reference | None) -> dict[str, list[Curve]]:
     """Return the curves of the entropy, and of the Lyapunov exponents a bounce and a length."""
     p = found.entropy.p.astype(float)
-    columns = standing(found.lyapunov, found.words) | standing(found.entropy, found.words)
-    shown = {name: np.array(values, dtype=float) for name, values in columns.items()}
+    shown = {name: np.array(values, dtype=float) for name, values in _shown(found).items()}
     curves = {
         "entropy": [
             Curve("one", "K_0", p, shown["K_0"]),
@@ -130,6 +156,10 @@ def curves_of(found: Statistics, reference: Reference | None) -> dict[str, list[
             Curve("three", "pairs", p, shown[f"{name}_pair"]),
             Curve("two", "zeta", p, shown[f"{name}_zeta"], "×"),
         ]
+        if found.sum_rules is not None:
+            held, error = (shown[f"{name}_sum_rule{end}"] for end in ("", "_error"))
+            band = [Curve("six", "", p, held + sign * error) for sign in (-1, 1)]
+            curves[name] = [Curve("four", "sum rules", p, held, "•"), *curves[name], *band]
         if reference is not None:
             level = np.full_like(p, getattr(reference, name))
             curves[name].insert(0, Curve("five", "trajectories", p, level))

@@ -164,7 +164,7 @@ def _with_row(picture: Picture, line: str) -> Picture:
 
 @dataclass(frozen=True)
 class Curve:
-    """Values over the period; `marker` draws single points, '' a line."""
+    """Values over the period; `marker` draws single points, '' a line; without a name it has no legend."""
 
     style: str
     name: str
@@ -208,7 +208,9 @@ def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> Picture:
         if last - first < columns / 4 or period % 2 == 0:
             ticks[place - len(label) + 1 : place + 1] = label
     picture = _with_row(Picture(text, styles), "".join(ticks)[:columns].ljust(columns))
-    return _with_legend(picture, [(curve.style, curve.marker or "─", curve.name) for curve in curves])
+    return _with_legend(
+        picture, [(curve.style, curve.marker or "─", curve.name) for curve in curves if curve.name]
+    )
 
 
 def _padded(low: float, high: float) -> tuple[float, float]:

@@ -11,20 +11,21 @@ import numpy as np
 
 from orbitdb.averages.by_period import Entropy, Lyapunov
 from orbitdb.averages.fixed_points import missing_divisors, missing_periods
+from orbitdb.averages.sum_rules import SumRules
 
 _FIXED_POINTS = {"N", "K_0", "lambda_d", "lambda_c"}
 _PAIRS = {"lambda_d_pair", "lambda_c_pair"}
 
 
-def standing(found: Entropy | Lyapunov, filled: Iterable[int]) -> dict[str, list[Any]]:
+def standing(found: Entropy | Lyapunov | SumRules, filled: Iterable[int]) -> dict[str, list[Any]]:
     """Return the columns of averages by period, None for every value that does not stand.
 
     A sum over the fixed points of order p needs all divisors of p, a mean of neighbouring periods those
-    of both, and a zeta function every period up to p.
+    of both, a zeta function or sum rules every period up to p.
 
     Parameters
     ----------
-    found : Entropy or Lyapunov
+    found : Entropy, Lyapunov or SumRules
     filled : iterable of int
         The periods whose orbits are all among those averaged over, as far as they were chosen.
 

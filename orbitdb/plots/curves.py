@@ -69,12 +69,16 @@ class LyapunovRows(ByValue):
         From the zeta function cut off at order p; NaN where it has no zero.
     reference : Line or None
         Of random trajectories.
+    sum_rule, sum_rule_error : ndarray or None
+        By sum rules, and the estimate of its error; None where they have no meaning.
     """
 
     plain: Floats
     pair: Floats
     zeta: Floats
     reference: Line | None
+    sum_rule: Floats | None = None
+    sum_rule_error: Floats | None = None
 
 
 def draw_lyapunov(ax: Axes, p: Integers, rows: LyapunovRows, symbol: str, unit: str) -> None:
@@ -91,6 +95,10 @@ def draw_lyapunov(ax: Axes, p: Integers, rows: LyapunovRows, symbol: str, unit: 
     ax.plot(p, rows.plain, "x:", color=BLUE, markersize=6, linewidth=1, label="average over fixed points")
     ax.plot(p, rows.pair, "^-", color=GREEN, markersize=5, label="mean of $p - 1$ and $p$")
     ax.plot(p, rows.zeta, "s--", color=ORANGE, markersize=4, linewidth=1, label="zeta function to order $p$")
+    if rows.sum_rule is not None and rows.sum_rule_error is not None:
+        low, high = rows.sum_rule - rows.sum_rule_error, rows.sum_rule + rows.sum_rule_error
+        ax.fill_between(p, low, high, color=INK, alpha=0.15, linewidth=0)
+        ax.plot(p, rows.sum_rule, "o-", color=INK, markersize=3, linewidth=1, label="sum rules (band: error)")
     if rows.reference is not None:
         value, error = rows.reference.value, rows.reference.error
         ax.axhspan(value - 2 * error, value + 2 * error, color=PURPLE, alpha=0.35, linewidth=0)

@@ -12,6 +12,7 @@ from orbitdb import Stadium, solve_word
 from orbitdb.errors import InputError
 from orbitdb.orbits.svg import number_labels
 from orbitdb.plots import curves, paths, style
+from orbitdb.plots.deviations import draw_deviations
 
 WORDS = ["13", "1232131", "010232", "111333", "11133"]
 SVG = "{http://www.w3.org/2000/svg}"
@@ -60,6 +61,28 @@ def test_lyapunov_figure_shows_the_reference_with_twice_its_error(ax):
     curves.draw_lyapunov(ax, p, rows, r"\lambda_d", "per bounce")
     (band,) = ax.patches
     assert (band.get_y(), band.get_height()) == pytest.approx((0.867, 0.04))
+
+
+def test_lyapunov_figure_shows_sum_rules_with_their_error(ax):
+    p, values = np.arange(2, 5), np.array([0.8, 0.85, 0.88])
+    rows = curves.LyapunovRows(values, values, values, None, values, np.array([0.1, 0.02, 0.01]))
+    curves.draw_lyapunov(ax, p, rows, r"\lambda_d", "per bounce")
+    (band,) = ax.collections
+    assert band.get_paths()[0].get_extents().get_points()[:, 1] == pytest.approx([0.7, 0.9])
+    assert any(line.get_label().startswith("sum rules") for line in ax.lines)
+
+
+def test_deviations_are_drawn_by_their_size_above_the_estimate_of_the_last(ax):
+    p = np.arange(2, 5)
+    off = {"one": np.array([-0.1, 0.02, np.nan]), "two": np.array([1e-3, -1e-4, 1e-5])}
+    draw_deviations(ax, p, off, np.array([1e-2, 1e-3, 1e-4]))
+    drawn = {line.get_label(): line.get_ydata() for line in ax.lines}
+    assert {name: values[:2].tolist() for name, values in drawn.items()} == {
+        "one": [0.1, 0.02],
+        "two": [1e-3, 1e-4],
+    }
+    (band,) = ax.collections
+    assert band.get_paths()[0].get_extents().y1 == pytest.approx(1e-2)
 
 
 def test_staircase_ends_at_the_number_of_orbits_and_density_integrates_to_it(ax):

@@ -36,6 +36,8 @@ class ChosenClasses(ByValue):
         Of one traversal, the length in units of the radius.
     walls : ndarray of int, shape (N,)
         Number of straight bounces; the eigenvalues of M are negative where it is odd.
+    number : ndarray of int, shape (N,)
+        The class's number, which says its least word (`orbitdb.symbols.words.key`) if that is short.
     """
 
     p: Integers
@@ -44,6 +46,7 @@ class ChosenClasses(ByValue):
     length: Floats
     lyapunov: Floats
     walls: Integers
+    number: Integers
 
     def __len__(self) -> int:
         return len(self.p)
@@ -72,14 +75,16 @@ def read_classes(reader: Reader, selection: Selection) -> ChosenClasses:
         source, chosen = view.c, sa.func.count().label("chosen")
         query = sa.select().select_from(view).group_by(view.c.cycle)
     names = ("p", "class_size", "walls", "length", "lyapunov")
-    query = query.add_columns(chosen, *(source[name] for name in names))
+    query = query.add_columns(chosen, *(source[name] for name in names), source.cycle)
     with reader.selecting(selection, source) as (connection, conditions):
         rows = connection.execute(query.where(*conditions, source.length.is_not(None))).cursor.fetchall()
-    columns = np.array(rows, dtype=np.float64).reshape(-1, 1 + len(names)).T
+    *values, numbers = zip(*rows, strict=True) if rows else [()] * (2 + len(names))
+    columns = np.array(values, dtype=np.float64)
+    number = np.array(numbers, dtype=np.int64)  # has more digits than a double
     if not ((columns[[0, 1, 2, 4, 5]] > 1 / _IMPOSSIBLE).all() and (abs(columns) < _IMPOSSIBLE).all()):
         raise unsound("impossible numbers among", selection.describe())
     chosen_words, p, size, walls = columns[:4].astype(np.int64)
-    return ChosenClasses(p, size, chosen_words, columns[4].copy(), columns[5].copy(), walls)
+    return ChosenClasses(p, size, chosen_words, columns[4].copy(), columns[5].copy(), walls, number)
 
 
 def _words_containing(selection: Selection) -> sa.Subquery:

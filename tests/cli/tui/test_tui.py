@@ -324,6 +324,23 @@ def test_statistics_of_chosen_words_count_those_words_alone(filled):
     assert even.missing == (2, 3, 5)
     assert table_of(even)[0][4:7] == ["", "", ""]
     assert not np.isfinite(curves_of(even, None)["entropy"][0].y).any()
+    assert found.sum_rules is None
+    assert even.sum_rules is None
+
+
+def test_statistics_of_all_orbits_have_sum_rules_with_a_band(filled):
+    from orbitdb.cli.tui.numbers import COLUMNS, curves_of, statistics, table_of
+    from orbitdb.store.reading.leg_terms import sum_rules_of
+    from orbitdb.store.reading.whole_periods import read_whole
+
+    catalogue = Catalogue(filled)
+    *_, found = statistics(catalogue, Selection())
+    held = sum_rules_of(read_whole(catalogue, Selection()))
+    assert found.sum_rules.lambda_c_sum_rule == pytest.approx(held.lambda_c_sum_rule)
+    assert table_of(found)[-1][COLUMNS.index("lambda_d_sum_rule")] == f"{held.lambda_d_sum_rule[-1]:.6f}"
+    values, *_, low, high = curves_of(found, None)["lambda_d"]
+    assert values.name == "sum rules"
+    assert (high.y - low.y) / 2 == pytest.approx(held.lambda_d_sum_rule_error)
 
 
 @both_sizes

@@ -1,0 +1,128 @@
+"""The mean of c2 = ln(1 + (1/D_before + 1/D_after)/K), the coupling of a run to the legs beside it.
+
+A run is fixed by the angle t in (0, pi/2) between path and wall, and by the place phi in (0, 1) of its
+first bounce; the invariant measure is t sin(t) dt dphi. It has k = floor(x - phi) + 1 bounces, x = pi/2t,
+and comes in along a line of direction t (2 phi - 1) that passes the centre at the distance cos(t). Seen
+backwards and upside down it comes in at phi' = x - phi + 1 - k, so with g(phi) = 1 / D_before
+
+    c2 = ln(1 + (g(phi) + g(phi')) sin(t) / 2k).
+
+g jumps where the line goes through a joint of the other circle's copies q and q + 1, at
+
+    t (2 phi - 1) = arccos(cos(t) / R) - arctan2(2a, -2q - 1),     R = sqrt(4 a^2 + (2q + 1)^2),
+
+so the integral over phi is taken piece by piece between the jumps of g(phi), g(phi') and k. What is left
+is a function of t with kinks where two jumps meet; panels of t are halved until it is known.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.averages.drift_and_kick import Mean
+
+Floats = NDArray[np.float64]
+
+_TOLERANCE = 1e-7
+_LONGEST = 60
+"""Runs of more bounces are in the last panel."""
+
+_COPIES = 60
+"""Jumps from copies beyond are not told apart: there D is so long that they hardly change it."""
+
+_ROUNDS = 16
+"""Shares of the tolerance: in each round the least changes that make up a share are let be."""
+
+_MOST_PANELS = 4000
+_T_NODES, _PHI_NODES = 6, 8
+_BATCH = 4096
+_STEEPEST = math.pi / 2 - 1e-9
+_ROUNDING = 1e-13
+_CAUTION = 4
+
+
+def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
+    """Return the mean of c2 at half length a.
+
+    Parameters
+    ----------
+    a : float
+    tolerance : float, optional
+        What the last halving of all panels may change at most. The error that is returned is four times
+        what it did change, added up without signs: near a kink a change may be small by chance.
+    """
+    ends = np.pi / (2 * np.arange(_LONGEST + 1, 0, -1.0))
+    low, high = np.concatenate([[0.0], ends[:-1]]), ends
+    whole = _integrals(a, low, high)
+    settled = unsettled = 0.0
+    while True:
+        middle = (low + high) / 2
+        left, right = _integrals(a, low, middle), _integrals(a, middle, high)
+        halves = left + right
+        change = np.abs(halves - whole)
+        going = _largest(change, tolerance / _ROUNDS)
+        if not going.any() or 2 * going.sum() > _MOST_PANELS:
+            return Mean(
+                settled + float(halves.sum()), _CAUTION * (unsettled + float(change.sum())) + _ROUNDING
+            )
+        settled += float(halves[~going].sum())
+        unsettled += float(change[~going].sum())
+        low, high = np.concatenate([low[going], middle[going]]), np.concatenate([middle[going], high[going]])
+        whole = np.concatenate([left[going], right[going]])
+
+
+def _largest(change: Floats, rest: float) -> NDArray[np.bool_]:
+    """Tell which panels to halve: all but the smallest changes, which together are at most the rest."""
+    order = np.argsort(change)
+    going = np.ones(len(change), dtype=bool)
+    going[order[np.cumsum(change[order]) <= rest]] = False
+    return going
+
+
+def _integrals(a: float, low: Floats, high: Floats) -> Floats:
+    """Return the integral of t sin(t) c2 over panels of t and all phi, shape (N,)."""
+    x, weight = np.polynomial.legendre.leggauss(_T_NODES)
+    half = (high - low) / 2
+    t = ((high + low) / 2)[:, None] + half[:, None] * x
+    order = np.argsort(t, axis=None)
+    values = np.empty(t.size)
+    for rows in np.array_split(order, math.ceil(t.size / _BATCH)):
+        values[rows] = _over_phi(a, t.ravel()[rows])
+    return half * ((values.reshape(t.shape) * t * np.sin(t)) @ weight)
+
+
+def _over_phi(a: float, t: Floats) -> Floats:
+    """Return the integral of c2 over phi at some angles t, between all jumps, shape (N,)."""
+    turns = np.pi / (2 * t)[:, None]
+    jumps = _jumps(a, t)
+    ends = np.sort(np.concatenate([jumps, (turns - jumps) % 1, turns % 1], axis=1), axis=1)
+    ends = np.concatenate([np.zeros((len(t), 1)), ends, np.ones((len(t), 1))], axis=1)
+    width = np.diff(ends, axis=1)
+    row, place = np.nonzero(width > 0)
+    x, weight = np.polynomial.legendre.leggauss(_PHI_NODES)
+    half = width[row, place][:, None] / 2
+    phi = ends[row, place][:, None] + half * (1 + x)
+    turns, angle = turns[row], t[row][:, None]
+    bounces = np.floor(turns - phi) + 1
+    before, after = _inverse_drift(a, angle, phi), _inverse_drift(a, angle, turns - phi + 1 - bounces)
+    c2 = np.log1p((before + after) * np.sin(angle) / (2 * bounces))
+    found: Floats = np.bincount(row, (half * c2) @ weight, minlength=len(t)).astype(np.float64)
+    return found
+
+
+def _jumps(a: float, t: Floats) -> Floats:
+    """Return the places phi at which g jumps, shape (N, copies), those outside moved to the ends."""
+    most = math.ceil(1 + min(a * math.tan(min(t.max(), _STEEPEST)), _COPIES + min(a, _COPIES)))
+    odd = 2.0 * np.arange(-most - 1, most + 1) + 1
+    r = np.sqrt(4 * a * a + odd * odd)
+    direction = np.arccos(np.cos(t)[:, None] / r) - np.arctan2(2 * a, -odd)
+    return np.clip((direction / t[:, None] + 1) / 2, 0, 1)
+
+
+def _inverse_drift(a: float, t: Floats, phi: Floats) -> Floats:
+    """Return 1/D of the leg before runs of angles t whose first bounces are at phi."""
+    direction = t * (2 * phi - 1)
+    along, across = np.cos(direction), np.sin(direction)
+    copy = np.rint(-(np.cos(t) + 2 * a * across) / (2 * along))
+    return 1 / (2 * a * along - 2 * copy * across)

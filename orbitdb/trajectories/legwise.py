@@ -1,0 +1,183 @@
+"""Lyapunov exponents from random trajectories leg by leg, given the exact means of the largest terms.
+
+Over a leg a beam grows by ln D + ln K + c2 + rest (`orbitdb.averages.exact_means`), and the mean of all
+but the rest is known exactly. The rest
+
+    ln(1 + (1/D + b)/K) - ln(1 + (1/D + 1/D')/K),     b = 1/(D' + 1/(K' + b')),
+
+is small and scatters little, D', K' and b' those of the leg before. Starts are drawn afresh from the
+invariant measure of the runs, so that every one of them is independent.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError
+from orbitdb.trajectories.ensemble import Reference
+from orbitdb.trajectories.leg_map import Runs, next_leg, random_runs
+
+Floats = NDArray[np.float64]
+
+STARTS = 4096
+"""Followed at the same time, at most; few enough for their arrays to stay in the cache."""
+
+BATCHES = 16
+"""At least; their spread is the error."""
+
+LEGS = 32
+"""Legs of a start that are averaged over; more would say little that is new."""
+
+LEAST_A = 0.02
+"""Half lengths below it need more legs than `LEGS`: there an angle t changes little over many legs, and what
+is left of lambda is no longer small (`orbitdb.trajectories.ensemble` has the smaller errors)."""
+
+_SETTLED = 1e-9
+_LONGEST_WAY = 2000
+
+
+@dataclass(frozen=True)
+class Beams:
+    """What N trajectories bring to a run, shape (N,) each.
+
+    Attributes
+    ----------
+    drift : ndarray
+        D of the leg that they come by.
+    low, high : ndarray
+        The convergence b of the beam at its end, for the least and the most that it can have been at
+        the start: equal once the start is forgotten.
+    """
+
+    drift: Floats
+    low: Floats
+    high: Floats
+
+
+def simulate_legs(
+    stadium: Stadium,
+    bounces: int,
+    known: tuple[float, float],
+    seed: int = 0,
+    progress: Callable[[float, Reference], None] | None = None,
+) -> Reference:
+    """Average over random trajectories, leg by leg.
+
+    Parameters
+    ----------
+    stadium : Stadium
+    bounces : int
+        Bounces to expect in all, `LEGS` legs from every start; there are at least `BATCHES` starts.
+    known : tuple of float
+        The exact mean of ln D + ln K + c2 of a leg, and a bound on its error.
+    seed : int, optional
+        The same seed and number give the same result.
+    progress : callable, optional
+        Called after every batch with the fraction done and the averages so far.
+
+    Returns
+    -------
+    Reference
+        The errors are those of independent batches, `Reference.groups` of them, added to those of the
+        known mean and of starts that are not quite forgotten.
+
+    Raises
+    ------
+    ValueError
+        If there are no bounces, or a is below `LEAST_A` (`InputError`).
+    """
+    for done, found in legwise_references(stadium, bounces, known, seed):
+        if progress is not None:
+            progress(done, found)
+    return found
+
+
+def legwise_references(
+    stadium: Stadium, bounces: int, known: tuple[float, float], seed: int = 0
+) -> Iterator[tuple[float, Reference]]:
+    """Yield the fraction done and the averages so far, after every batch of `simulate_legs`."""
+    if bounces < 1:
+        raise ValueError("give at least one bounce")
+    if stadium.a < LEAST_A:
+        raise InputError(f"a = {stadium.a:g}: below {LEAST_A:g} averages leg by leg have no known error")
+    starts = math.ceil(bounces / (LEGS * (stadium.a + math.pi / 2)))
+    batches = max(BATCHES, math.ceil(starts / STARTS))
+    each = math.ceil(starts / batches)
+    rng = np.random.default_rng(seed)
+    rows: list[Floats] = []
+    for count in range(1, batches + 1):
+        rows.append(_batch(stadium.a, each, rng))
+        if count > 1:
+            yield count / batches, _reference(np.array(rows), each, stadium, known, seed)
+
+
+def _batch(a: float, starts: int, rng: np.random.Generator) -> Floats:
+    """Follow fresh starts; return means a leg of the terms that `_follow` gives, shape (4,)."""
+    runs, beams = _settled(a, random_runs(starts, rng))
+    sums = np.zeros((4, starts))
+    for _ in range(LEGS):
+        runs, beams, terms = _follow(runs, beams, a)
+        sums += terms
+    return sums.mean(axis=1) / LEGS
+
+
+def _settled(a: float, runs: Runs) -> tuple[Runs, Beams]:
+    """Follow starts until their beams have forgotten how they began, to all that matters."""
+    first = next_leg(runs, a)
+    runs, beams = first.runs, Beams(first.drift, np.zeros(len(first.drift)), 1 / first.drift)
+    for _ in range(_LONGEST_WAY):
+        runs, beams, terms = _follow(runs, beams, a)
+        if terms[1].mean() < _SETTLED:
+            break
+    return runs, beams
+
+
+def _follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
+    """Follow trajectories over a run and the leg behind it.
+
+    Returns
+    -------
+    tuple
+        The next runs, the beams there, and per trajectory, shape (4, N): the rest, the width of what
+        it may be, the path less two for every wall, and the bounces.
+    """
+    leg = next_leg(runs, a)
+    inverse = 1 / leg.drift
+    exact = np.log1p((inverse + 1 / beams.drift) / leg.kick)
+    low, high = (np.log1p((inverse + b) / leg.kick) for b in (beams.low, beams.high))
+    after = Beams(leg.drift, *(1 / (leg.drift + 1 / (leg.kick + b)) for b in (beams.low, beams.high)))
+    terms = np.stack(
+        [(low + high) / 2 - exact, high - low, leg.path - 2 * leg.walls, leg.bounces + leg.walls]
+    )
+    return leg.runs, after, terms
+
+
+def _reference(
+    batches: Floats, starts: int, stadium: Stadium, known: tuple[float, float], seed: int
+) -> Reference:
+    """Put averages together: a leg has a + pi/2 bounces and a path of pi (pi + 4a) / 4 on average.
+
+    The path of a leg of n walls is about 2 n; what it has more is soon known, unlike n itself, and the
+    mean of n is a. So the mean free path is a check of the map and of the measure.
+    """
+    count = len(batches)
+    rest, width, path, bounces = batches.mean(axis=0)
+    errors = batches.std(axis=0, ddof=1) / math.sqrt(count)
+    per_leg, error = known[0] + rest, math.hypot(errors[0], known[1]) + width / 2
+    legs_per_bounce = 1 / (stadium.a + math.pi / 2)
+    legs_per_length = 4 / (math.pi * (math.pi + 4 * stadium.a))
+    return Reference(
+        lambda_d=float(per_leg * legs_per_bounce),
+        lambda_d_error=float(error * legs_per_bounce),
+        lambda_c=float(per_leg * legs_per_length),
+        lambda_c_error=float(error * legs_per_length),
+        mean_free_path=float((path + 2 * stadium.a) * legs_per_bounce),
+        mean_free_path_error=float(errors[2] * legs_per_bounce),
+        bounces=round(bounces * count * starts * LEGS),
+        groups=count,
+        seed=seed,
+    )

@@ -1,0 +1,91 @@
+"""Exact means: their sums, known figures, and random trajectories leg by leg."""
+
+import numpy as np
+import pytest
+
+from orbitdb.averages.drift_and_kick import (
+    bounces_per_leg,
+    leg_probabilities,
+    length_per_leg,
+    log_drift,
+    log_kick,
+    run_probabilities,
+)
+from orbitdb.averages.exact_means import exact_means
+from orbitdb.averages.mean_coupling import mean_coupling
+from orbitdb.trajectories.leg_map import next_leg, random_runs
+
+SAMPLE = 1 << 17
+HALF_LENGTHS = (0.05, 0.7, 1.6, 8.0)
+
+
+@pytest.mark.parametrize("a", HALF_LENGTHS)
+def test_leg_probabilities_are_those_of_one_leg_with_a_walls(a):
+    p, n = leg_probabilities(a, 100_000), np.arange(100_001)
+    tail = a**2 / 100_000**2  # an integral of P_n = 2 a^2 / n^3, to leading order
+    assert p.min() > -1e-15
+    assert p.sum() + tail / 2 == pytest.approx(1, abs=1e-3 * tail + 1e-12)
+    assert p @ n == pytest.approx(a, rel=3 * a / 100_000)
+
+
+def test_run_probabilities_are_those_of_one_run_with_half_pi_bounces():
+    p, k = run_probabilities(3000), np.arange(1, 3001)
+    assert p.sum() == pytest.approx(1, abs=1e-9)
+    assert p @ k == pytest.approx(np.pi / 2, abs=1e-6)
+    assert p[0] == pytest.approx(2 - np.sqrt(2))
+
+
+def test_means_are_the_known_ones():
+    """30 digits of mpmath, the tail by Euler and Maclaurin; DESIGN's figure for ln K."""
+    assert log_kick().value == pytest.approx(1.198559186, abs=1e-9)
+    for a, exact in ((0.1, -1.6361690782821534), (1.6, 1.4655673872673423)):
+        found = log_drift(a)
+        assert abs(found.value - exact) <= found.error < 1e-11
+
+
+@pytest.mark.parametrize("a", [0.3, 40.0])
+def test_mean_of_ln_d_is_the_sum_over_legs(a):
+    last = 3000
+    x, weight = np.polynomial.legendre.leggauss(30)
+    u = np.concatenate([x - 1, x + 1])[:, None]
+    n = np.arange(last + 1)
+    h = 2 * n + u
+    r = np.sqrt(4 * a * a + h * h)
+    terms = (2 - np.abs(u)) * 4 * a * a / r**3 * np.log((4 * a * a + 2 * n * h) / r)
+    by_leg = np.tile(weight, 2) @ terms / 4 * np.where(n > 0, 2, 1)
+    tail = 2 * a * a * (np.log(2 * last) + 0.5) / (2 * last + 1) ** 2
+    assert log_drift(a).value == pytest.approx(by_leg.sum() + tail, abs=3e-3 * tail)
+
+
+@pytest.mark.parametrize("a", [0.02, 0.5, 1.6, 6.0])
+def test_mean_of_c2_is_as_exact_as_it_says(a):
+    rough, exact = mean_coupling(a, 1e-5), mean_coupling(a, 1e-7)
+    assert abs(rough.value - exact.value) <= rough.error
+    assert exact.error < 1e-6
+    if a == 1.6:
+        assert exact.value == pytest.approx(0.15276982, abs=1e-7)
+
+
+@pytest.mark.parametrize("a", HALF_LENGTHS)
+def test_means_are_those_of_random_trajectories(a):
+    first = next_leg(random_runs(SAMPLE, np.random.default_rng(5)), a)
+    second = next_leg(first.runs, a)
+    means = exact_means(a)
+    coupling = np.log1p((1 / first.drift + 1 / second.drift) / second.kick)
+    for sample, exact in (
+        (np.log(second.drift), means.log_drift.value),
+        (np.log(second.kick), means.log_kick.value),
+        (coupling, means.coupling.value),
+        (second.path - 2 * second.walls, length_per_leg(a) - 2 * a),
+        (second.bounces, bounces_per_leg(a) - a),
+    ):
+        assert abs(sample.mean() - exact) < 4 * sample.std() / np.sqrt(SAMPLE)
+    for sample, p in ((second.walls, leg_probabilities(a, 4)), (second.bounces - 1, run_probabilities(4))):
+        share = np.bincount(sample.astype(int), minlength=len(p))[: len(p)] / SAMPLE
+        assert (np.abs(share - p) < 4 * np.sqrt(p / SAMPLE)).all()
+
+
+def test_bounds_hold_lambda_between_them():
+    low, high = exact_means(1.6).bounds
+    assert (low, high) == (pytest.approx(2.664126573, abs=1e-8), pytest.approx(2.816896395, abs=1e-6))
+    assert low < 2.811817 < high

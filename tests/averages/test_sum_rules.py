@@ -1,0 +1,139 @@
+"""Averages by sum rules: tilted weights, sums along orbits, and values that no orbit was needed for."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from orbitdb.averages.exact_means import exact_means
+from orbitdb.averages.fixed_points import ClassRows
+from orbitdb.averages.leg_sums import LegSums, leg_sums
+from orbitdb.averages.sum_rules import sum_rules
+from orbitdb.averages.tilted import tilt
+from orbitdb.benchmarks.representatives import representatives
+from orbitdb.billiard.stadium import STRAIGHT, Stadium
+from orbitdb.orbits.newton import solve
+from orbitdb.store.asking.selection import choose
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.leg_terms import sum_rules_of
+from orbitdb.store.reading.whole_periods import read_whole
+from orbitdb.symbols.words import from_strings
+
+HIGHEST = 9
+TRAJECTORIES = {0.5: 1.85931011, 1.0: 2.40989931, 1.6: 2.81181711, 3.0: 3.37908170, 6.0: 4.03309448}
+"""lambda a leg from 10^8 bounces leg by leg, with errors below 5e-6."""
+
+
+@cache
+def orbits(a):
+    """Return all classes of orbits up to p = 9, and the sums along them."""
+    rows, sums = [], []
+    for p in range(2, HIGHEST + 1):
+        words, size = representatives(p)
+        found = solve(words, Stadium(a))
+        real = found.status == "orbit"
+        walls = STRAIGHT[words[real]].sum(axis=1)
+        columns = (
+            np.full(real.sum(), p),
+            size[real],
+            found.length[real],
+            found.lyapunov[real],
+            walls % 2 == 1,
+        )
+        rows.append(columns)
+        sums.append(leg_sums(words[real], a))
+    return ClassRows(*(np.concatenate(column) for column in zip(*rows, strict=True))), LegSums.joined(sums)
+
+
+def test_a_tilt_makes_the_means_vanish_with_positive_weights():
+    rng = np.random.default_rng(0)
+    x, weights = rng.normal(0.5, 1, (3, 400)), rng.normal(0, 2, 400)
+    found = tilt(weights, x)
+    assert found is not None
+    assert found.weights.min() > 0
+    assert found.weights.sum() == pytest.approx(1)
+    np.testing.assert_allclose(x @ found.weights, 0, atol=1e-8)
+    np.testing.assert_allclose(
+        np.log(found.weights) - weights - found.mu @ x,
+        np.log(found.weights[0]) - weights[0] - found.mu @ x[:, 0],
+    )
+
+
+@pytest.mark.parametrize(
+    "x",
+    [
+        [[1.0, 2.0, 0.5]],
+        [[1.0, -1.0, 2.0, -2.0], [1.0, 3.0, 0.0, 2.0]],
+        [[1.0, -1.0], [1.0, -1.0]],
+    ],
+    ids=["on one side", "on one side of a line", "on a line"],
+)
+def test_no_tilt_where_none_exists(x):
+    assert tilt(np.zeros(len(x[0])), np.array(x)) is None
+
+
+def test_sums_of_the_shortest_orbit():
+    """13 runs along the axis: K = 2, D = 2 a, lambda = 2 ln of the larger root of its factor."""
+    a = 0.8
+    sums = leg_sums(from_strings(["13"]), a)
+    assert sums.legs[0] == 2
+    assert sums.log_drift[0] == pytest.approx(2 * np.log(2 * a))
+    assert sums.log_kick[0] == pytest.approx(2 * np.log(2))
+    assert sums.coupling[0] == pytest.approx(2 * np.log1p(1 / (2 * a)))
+
+
+@pytest.mark.parametrize("a", [0.5, 6.0])
+def test_every_orbit_is_between_the_bounds(a):
+    rows, sums = orbits(a)
+    low = sums.log_drift + sums.log_kick
+    assert (low < rows.lyapunov).all()
+    assert (rows.lyapunov < low + sums.coupling).all()
+
+
+@pytest.mark.parametrize("a", TRAJECTORIES)
+def test_values_are_those_of_trajectories_within_their_errors(a):
+    rows, sums = orbits(a)
+    found = sum_rules(rows, sums, HIGHEST, exact_means(a))
+    assert found.p.tolist() == list(range(2, HIGHEST + 1))
+    assert (np.abs(found.lambda_l - TRAJECTORIES[a]) < found.lambda_l_error).all()
+    assert abs(found.lambda_l[-1] / TRAJECTORIES[a] - 1) < 2e-4
+    assert found.level[-1] == (1 if a > 3 else 3)
+    np.testing.assert_allclose(found.lambda_d_sum_rule * (a + np.pi / 2), found.lambda_l)
+    np.testing.assert_allclose(found.lambda_d_sum_rule / found.lambda_c_sum_rule, Stadium(a).mean_free_path)
+
+
+def test_the_order_of_the_orbits_does_not_matter():
+    rows, sums = orbits(1.6)
+    mixed = np.random.default_rng(1).permutation(len(rows))
+    turned = LegSums(*(column[mixed] for column in (sums.legs, sums.log_drift, sums.log_kick, sums.coupling)))
+    one, other = (
+        sum_rules(part, along, HIGHEST, exact_means(1.6))
+        for part, along in ((rows, sums), (rows.rows(mixed), turned))
+    )
+    np.testing.assert_allclose(one.lambda_l, other.lambda_l, rtol=1e-12)
+
+
+def test_the_catalogue_gives_what_its_orbits_give(filled):
+    subset = read_whole(Catalogue(filled), choose(status="orbit"))
+    rows, sums = orbits(1.6)
+    found, alone = sum_rules_of(subset), sum_rules(rows, sums, HIGHEST, exact_means(1.6))
+    np.testing.assert_allclose(found.lambda_d_sum_rule, alone.lambda_d_sum_rule[:-1], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "criteria", [{"p": "3-6"}, {"time_reversal": "self"}, {"p": (2, 6), "status": "boundary"}]
+)
+def test_parts_of_the_orbits_have_none(filled, criteria):
+    chosen = choose(**{"status": "orbit"} | criteria)
+    assert sum_rules_of(read_whole(Catalogue(filled), chosen)) is None
+
+
+@pytest.mark.parametrize("a", [1e-6, 1e6])
+def test_values_stay_within_the_bounds_at_extreme_half_lengths(a):
+    rows, sums = orbits(a)
+    means = exact_means(a)
+    found = sum_rules(rows, sums, HIGHEST, means)
+    low, high = means.bounds
+    assert ((low <= found.lambda_l) & (found.lambda_l <= high)).all()
+    assert (found.lambda_l_error > 0).all()
+    assert (found.lambda_l_error <= high - low).all()

@@ -1,0 +1,98 @@
+"""Sum rules against trajectories: deviations, their estimates, and how often these hold.
+
+Run it as ``python tests/benchmarks/bench_sum_rules.py [PERIOD [A ...]]`` with orbitdb installed; p = 13 and
+eight half lengths unless said otherwise, about a minute. No catalogue is needed.
+"""
+
+import sys
+import time
+
+import numpy as np
+
+from orbitdb.averages.by_period import lyapunov
+from orbitdb.averages.exact_means import exact_means
+from orbitdb.averages.fixed_points import ClassRows
+from orbitdb.averages.leg_sums import LegSums, leg_sums
+from orbitdb.averages.sum_rules import SumRules, sum_rules
+from orbitdb.benchmarks.representatives import representatives
+from orbitdb.billiard.stadium import STRAIGHT, Stadium
+from orbitdb.orbits.newton import solve_in_doubles
+from orbitdb.orbits.orbit import Status
+from orbitdb.trajectories.ensemble import Reference
+from orbitdb.trajectories.legwise import simulate_legs
+
+PERIOD = 13
+HALF_LENGTHS = (0.1, 0.2, 0.5, 1.0, 1.6, 3.0, 6.0, 12.0)
+FIRST = 7
+BOUNCES = 20_000_000
+BLOCK = 1 << 15
+
+Found = tuple[ClassRows, LegSums, float]
+
+
+def orbits(a: float, highest: int) -> Found:
+    """Return all classes of orbits up to a period, their sums, and the seconds that the sums took."""
+    rows, sums, seconds = [], [], 0.0
+    for p in range(2, highest + 1):
+        words, size = representatives(p)
+        for start in range(0, len(words), BLOCK):
+            found = solve_in_doubles(words[start : start + BLOCK], Stadium(a))
+            real = found.status == Status.ORBIT
+            walls = STRAIGHT[found.words[real]].sum(axis=1)
+            period = np.full(len(walls), p)
+            count = size[start : start + BLOCK][real]
+            rows.append((period, count, found.length[real], found.lyapunov[real], walls % 2 == 1))
+            clock = time.process_time()
+            sums.append(leg_sums(found.words[real], a))
+            seconds += time.process_time() - clock
+    joined = ClassRows(*(np.concatenate(column) for column in zip(*rows, strict=True)))
+    return joined, LegSums.joined(sums), seconds
+
+
+def report(a: float, highest: int) -> tuple[SumRules, Reference, float]:
+    """Print a line for one half length."""
+    rows, sums, seconds = orbits(a, highest)
+    means = exact_means(a)
+    clock = time.process_time()
+    found = sum_rules(rows, sums, highest, means)
+    seconds += time.process_time() - clock
+    clock = time.process_time()
+    growth = means.growth
+    known = simulate_legs(Stadium(a), BOUNCES, (growth.value, growth.error))
+    simulated = time.process_time() - clock
+    zeta = lyapunov(rows, highest).lambda_d_zeta[-1] / known.lambda_d - 1
+    low, high = (bound * means.per_bounce for bound in means.bounds)
+    print(
+        f"{a:6g} {len(rows):8} {found.level[-1]:5} {known.lambda_d:11.7f} {known.lambda_d_error:8.1e}"
+        f" {low:9.6f} {high:9.6f} {found.lambda_d_sum_rule[-1]:10.6f}"
+        f" {found.lambda_d_sum_rule[-1] / known.lambda_d - 1:+9.1e}"
+        f" {found.lambda_d_sum_rule_error[-1] / known.lambda_d:8.1e} {zeta:+8.1e}"
+        f" {seconds:6.2f} {simulated:6.2f}",
+        flush=True,
+    )
+    return found, known, low
+
+
+def main() -> None:
+    """Print the table of deviations, and that of how often the estimates hold."""
+    highest = int(sys.argv[1]) if len(sys.argv) > 1 else PERIOD
+    half_lengths = [float(text) for text in sys.argv[2:]] or list(HALF_LENGTHS)
+    print(f"lambda_d from all orbits to p = {highest}; CPU seconds of the sum rules and of the trajectories")
+    print(
+        "     a  classes level  trajectory    error     below     above  sum rules deviation estimate"
+        "     zeta  rules  traj."
+    )
+    found = {a: report(a, highest) for a in half_lengths}
+    print(f"\n|deviation| / estimate at p = {FIRST} .. {highest}: it holds where this is below 1")
+    held = all_of_them = 0
+    for a, (averages, known, _) in found.items():
+        later = averages.p >= FIRST
+        deviation = np.abs(averages.lambda_d_sum_rule - known.lambda_d)[later]
+        shares = deviation / averages.lambda_d_sum_rule_error[later]
+        held, all_of_them = held + int((shares < 1).sum()), all_of_them + len(shares)
+        print(f"{a:6g} ", " ".join(f"{share:5.2f}" for share in shares))
+    print(f"the estimate holds {held} times out of {all_of_them}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,81 @@
+"""`lyapunov` with sum rules and `simulate --legwise`, as a user calls them."""
+
+import json
+import sqlite3
+
+import pytest
+
+from orbitdb.cli.render import with_error
+
+KEYS = [f"lambda_{kind}_sum_rule{end}" for end in ("", "_error") for kind in ("d", "c")]
+LAMBDA_D, LAMBDA_C = 0.8867858, 0.3752123
+
+
+def test_sum_rules_stand_beside_the_other_averages(filled, cli):
+    found = cli("lyapunov", "--json", "--db", str(filled))
+    rows = json.loads(found.out)
+    assert [row["p"] for row in rows] == list(range(2, 9))
+    for row in rows:
+        assert list(row)[-4:] == KEYS
+        assert abs(row["lambda_d_sum_rule"] - LAMBDA_D) < row["lambda_d_sum_rule_error"]
+        assert abs(row["lambda_c_sum_rule"] - LAMBDA_C) < row["lambda_c_sum_rule_error"]
+    assert (
+        "by exact means, without any orbit: 0.840207 < lambda_d < 0.888388, 0.355504 < lambda_c" in found.err
+    )
+
+
+def test_periods_from_the_first_have_sum_rules(filled, cli):
+    rows, all_rows = (
+        json.loads(cli("lyapunov", *chosen, "--json", "--db", str(filled)).out)
+        for chosen in (("--p", "2-6"), ())
+    )
+    assert rows == all_rows[:5]
+
+
+@pytest.mark.parametrize(
+    ("chosen", "said"),
+    [
+        (["--reversal", "self"], "not for a part of them"),
+        (["--contains", "13"], "not for a part of them"),
+        (["--status", "orbit,boundary"], "not for a part of them"),
+        (["--p", "2,4-6"], "p = 3 is missing"),
+    ],
+)
+def test_they_are_blank_for_a_part_of_the_orbits(filled, cli, chosen, said):
+    found = cli("lyapunov", *chosen, "--json", "--db", str(filled))
+    assert all(row[key] is None for row in json.loads(found.out) for key in KEYS)
+    assert said in found.err
+
+
+def test_a_class_number_that_is_no_words_is_told(filled, cli):
+    with sqlite3.connect(filled) as connection:
+        connection.execute("PRAGMA foreign_keys = OFF")
+        (cycle,) = connection.execute("SELECT max(cycle) FROM orbit WHERE status = 'orbit'").fetchone()
+        for table, column in (("cycle", "id"), ("orbit", "cycle")):
+            connection.execute(f"UPDATE {table} SET {column} = {cycle | 7} WHERE {column} = {cycle}")
+    connection.close()
+    found = cli("lyapunov", "--db", str(filled))
+    assert (found.code, found.out) == (3, "")
+    assert "a class number that is no admissible word's" in found.err
+
+
+def test_legwise_trajectories_are_stored_and_shown(filled, cli):
+    made = cli("simulate", "--legwise", "--bounces", "200000", "--json", "--db", str(filled))
+    (row,) = json.loads(made.out)
+    assert abs(row["lambda_d"] - LAMBDA_D) < 4 * row["lambda_d_error"] < 1e-4
+    shown = json.loads(cli("lyapunov", "--json", "--db", str(filled)).out)[0]
+    assert shown["lambda_d_trajectory"] == row["lambda_d"]
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [(3e-4, "0.886786 +- 0.000300"), (5.3e-7, "0.8867858 +- 0.0000005"), (0.0, "0.886786 +- 0.000000")],
+)
+def test_small_errors_are_shown_with_the_digits_they_need(error, text):
+    assert with_error(0.8867858, error) == text
+
+
+def test_legwise_trajectories_need_a_stadium_that_is_not_a_circle(cli):
+    found = cli("simulate", "--legwise", "--a", "0.001", "--no-store")
+    assert (found.code, found.out) == (2, "")
+    assert "no known error" in found.err

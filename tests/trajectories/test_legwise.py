@@ -1,0 +1,89 @@
+"""Trajectories leg by leg: the map against single bounces, the averages against those of tangent vectors."""
+
+import numpy as np
+import pytest
+
+from orbitdb.averages.exact_means import exact_means
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError
+from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
+from orbitdb.trajectories.ensemble import simulate
+from orbitdb.trajectories.leg_map import Runs, next_leg, random_runs
+from orbitdb.trajectories.legwise import simulate_legs
+
+
+def run_of(arcs):
+    """Return the runs that first bounces begin, with the path that led to them."""
+    out = arcs.vx * arcs.x + arcs.vy * arcs.y
+    vx, vy = arcs.vx - 2 * out * arcs.x, arcs.vy - 2 * out * arcs.y
+    impact = arcs.x * vy - arcs.y * vx
+    up = arcs.side * np.sign(impact)
+    return Runs(np.arccos(np.abs(impact)), np.arctan2(up * vy, arcs.side * vx))
+
+
+@pytest.mark.parametrize("a", [0.1, 1.6, 7.0])
+def test_leg_map_is_that_of_the_bounces(a):
+    arcs = random_arcs(500, np.random.default_rng(2))
+    for one in range(500):
+        here = Arcs(*(getattr(arcs, name)[[one]] for name in ("side", "x", "y", "vx", "vy")))
+        hit = advance(here, a)
+        if hit.arcs.side == here.side:
+            continue
+        leg = next_leg(run_of(hit.arcs), a)
+        bounces, here = 1, hit.arcs
+        while (hit := advance(here, a)).arcs.side == here.side:
+            bounces, here = bounces + 1, hit.arcs
+        after = run_of(hit.arcs)
+        assert (bounces, hit.walls[0]) == (leg.bounces[0], leg.walls[0])
+        assert after.t[0] == pytest.approx(leg.runs.t[0], abs=1e-9)
+        assert after.beta[0] == pytest.approx(leg.runs.beta[0], abs=1e-9)
+
+
+def test_measure_of_the_runs_is_invariant():
+    runs = random_runs(200_000, np.random.default_rng(3))
+    after = next_leg(next_leg(runs, 0.8).runs, 0.8).runs
+    fresh = random_runs(200_000, np.random.default_rng(4))
+    for one, other in (
+        (after.t, fresh.t),
+        (np.abs(after.beta), np.abs(fresh.beta)),
+        (after.beta, fresh.beta),
+    ):
+        assert abs(one.mean() - other.mean()) < 4 * other.std() / np.sqrt(100_000)
+    assert (np.abs(after.beta) <= after.t).all()
+
+
+@pytest.mark.parametrize(("a", "lambda_l"), [(0.5, 1.85931011), (1.6, 2.81181711), (6.0, 4.03309448)])
+def test_averages_are_those_of_a_hundred_times_as_many_bounces(a, lambda_l):
+    growth = exact_means(a).growth
+    found = simulate_legs(Stadium(a), 1_000_000, (growth.value, growth.error), seed=8)
+    assert abs(found.lambda_d * (a + np.pi / 2) - lambda_l) < 4 * found.lambda_d_error * (a + np.pi / 2)
+    assert found.lambda_d_error < 3e-5
+    assert found.lambda_c == pytest.approx(found.lambda_d / Stadium(a).mean_free_path)
+    assert abs(found.mean_free_path - Stadium(a).mean_free_path) < 4 * found.mean_free_path_error
+    assert found.bounces == pytest.approx(1_000_000, rel=0.1)
+
+
+def test_tangent_vectors_grow_as_legs_say():
+    growth = exact_means(1.0).growth
+    legwise = simulate_legs(Stadium(1.0), 300_000, (growth.value, growth.error))
+    plain = simulate(Stadium(1.0), 1_000_000)
+    assert abs(legwise.lambda_d - plain.lambda_d) < 4 * plain.lambda_d_error
+
+
+def test_errors_are_what_the_values_scatter_by():
+    growth = exact_means(1.6).growth
+    runs = [simulate_legs(Stadium(1.6), 4000, (growth.value, growth.error), seed) for seed in range(12)]
+    scatter = np.std([run.lambda_d for run in runs], ddof=1)
+    assert 0.5 < scatter / np.mean([run.lambda_d_error for run in runs]) < 1.7
+
+
+def test_seed_decides_and_senseless_numbers_are_refused():
+    seen = []
+    one = simulate_legs(Stadium(1.6), 1000, (2.8, 0.0), 3, progress=lambda done, found: seen.append(done))
+    assert one == simulate_legs(Stadium(1.6), 1000, (2.8, 0.0), 3)
+    assert seen[-1] == 1
+    assert one != simulate_legs(Stadium(1.6), 1000, (2.8, 0.0), 4)
+    with pytest.raises(ValueError, match="at least one bounce"):
+        simulate_legs(Stadium(1.6), 0, (2.8, 0.0))
+    with pytest.raises(InputError, match="no known error"):
+        simulate_legs(Stadium(0.001), 1000, (2.8, 0.0))
