@@ -59,7 +59,8 @@ def entropy(rows: ClassRows, highest: int) -> Entropy:
 
     Source: Biham and Kvale, Table 1.
     """
-    return entropy_of_counts(np.bincount(rows.period, rows.size, minlength=highest + 1).astype(np.int64))
+    cycles = np.bincount(rows.period, rows.size, minlength=highest + 1)[: highest + 1]
+    return entropy_of_counts(cycles.astype(np.int64))
 
 
 def entropy_of_counts(cycles: Integers) -> Entropy:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Chain, cut, derivatives, preceding
+from orbitdb.equality import ByValue
 from orbitdb.orbits.newton import newton
 
 Floats = NDArray[np.float64]
@@ -21,8 +22,8 @@ _BLOCK = 1 << 15
 """Words at a time: it bounds the memory, and their arrays stay in the cache."""
 
 
-@dataclass(frozen=True)
-class LegSums:
+@dataclass(frozen=True, eq=False)
+class LegSums(ByValue):
     """Sums over the legs of N orbits; arrays of shape (N,).
 
     Attributes

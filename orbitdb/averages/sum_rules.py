@@ -23,6 +23,7 @@ from orbitdb.averages.exact_means import ExactMeans
 from orbitdb.averages.fixed_points import ClassRows
 from orbitdb.averages.leg_sums import LegSums
 from orbitdb.averages.tilted import Tilt, tilt
+from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -38,8 +39,8 @@ often the estimates hold."""
 _OF_THE_REST = 0.02
 
 
-@dataclass(frozen=True)
-class SumRules:
+@dataclass(frozen=True, eq=False)
+class SumRules(ByValue):
     """Lyapunov averages by period; all arrays have the shape of p, and NaN where there is no orbit.
 
     Attributes

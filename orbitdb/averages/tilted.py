@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.equality import ByValue
+
 Floats = NDArray[np.float64]
 
 _SMALL = 1e-16
@@ -21,8 +23,8 @@ _LEAST_FRACTION = 1e-6
 _ROUNDING = 1e-14
 
 
-@dataclass(frozen=True)
-class Tilt:
+@dataclass(frozen=True, eq=False)
+class Tilt(ByValue):
     """A tilt that makes means vanish.
 
     Attributes

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.entropy.letters import LETTERS, MAY_FOLLOW, MIRROR, SIGN, Letters, X, reverse
+from orbitdb.equality import ByValue
 
 _LETTERS = len(LETTERS)
 _NOTHING = np.uint8(255)
@@ -28,8 +29,8 @@ def upright(words: Letters) -> Letters:
     return np.where(turned[:, None], MIRROR[words], words)
 
 
-@dataclass(frozen=True)
-class Automaton:
+@dataclass(frozen=True, eq=False)
+class Automaton(ByValue):
     """The states and steps of an automaton that looks for patterns; state 0 has read nothing.
 
     Attributes

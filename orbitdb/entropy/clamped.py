@@ -32,6 +32,7 @@ from orbitdb.billiard.legs import (
 )
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains
+from orbitdb.equality import ByValue
 from orbitdb.orbits.newton import tridiagonal
 
 EPSILON = float(np.finfo(float).eps)
@@ -44,8 +45,8 @@ _ROUNDING = 12 * EPSILON
 """psi/2k is good to 4.3 units, the sum adds 2.5; pi/2 as a double moves directions by less than one."""
 
 
-@dataclass(frozen=True)
-class Corner:
+@dataclass(frozen=True, eq=False)
+class Corner(ByValue):
     """N windows with an extreme push at each end.
 
     Attributes
@@ -106,8 +107,8 @@ def corner(chains: OpenChains, a: float, left: Floats, right: Floats) -> Corner:
     return Corner(Chain(k, d, n, s), low, high, chains.marked, chains.lean)
 
 
-@dataclass(frozen=True)
-class Condition:
+@dataclass(frozen=True, eq=False)
+class Condition(ByValue):
     """The condition f > 0 of the marked junction at some directions, which need not be the maximum's.
 
     Attributes

@@ -11,6 +11,7 @@ from orbitdb.arithmetic import check_functions
 from orbitdb.billiard.legs import Floats
 from orbitdb.entropy.clamped import Condition, corner, solve_corner
 from orbitdb.entropy.windows import OpenChains, Windows, open_chains
+from orbitdb.equality import ByValue
 
 BATCH = 1 << 15
 """Windows that are solved at a time: it bounds the memory."""
@@ -30,8 +31,8 @@ class Verdict(IntEnum):
     FORBIDDEN = 2
 
 
-@dataclass(frozen=True)
-class Decision:
+@dataclass(frozen=True, eq=False)
+class Decision(ByValue):
     """What N windows are.
 
     Attributes

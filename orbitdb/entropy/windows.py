@@ -22,14 +22,15 @@ from orbitdb.entropy.letters import (
     letters_of,
     text_of,
 )
+from orbitdb.equality import ByValue
 
 _FIRST = ("UX", "Ua", "Da", "Xa", "Aa", "Ba")
 UNKNOWN_RUN, PART_OF_RUN, PART_OF_LEG = range(3)
 """What stands at an end of a window: a run of which nothing is known, part of a run, part of a leg."""
 
 
-@dataclass(frozen=True)
-class Windows:
+@dataclass(frozen=True, eq=False)
+class Windows(ByValue):
     """N windows of L edges.
 
     Attributes
@@ -84,8 +85,8 @@ def extended(windows: Windows, at_left: NDArray[np.bool_]) -> Windows:
     return Windows(letters, windows.mark[row] + at_left[row])
 
 
-@dataclass(frozen=True)
-class OpenChains:
+@dataclass(frozen=True, eq=False)
+class OpenChains(ByValue):
     """N windows as open chains: run 1, leg 1, run 2 ... leg m, run m + 1, with a leg outside at each end.
 
     Rows run from 0 to m + 1; run i precedes leg i, and run 0 is none. At an end where a leg is cut, legs 0

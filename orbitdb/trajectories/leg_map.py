@@ -12,13 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.equality import ByValue
+
 Floats = NDArray[np.float64]
 
 _TINY = 1e-150
 
 
-@dataclass(frozen=True)
-class Runs:
+@dataclass(frozen=True, eq=False)
+class Runs(ByValue):
     """N runs of trajectories; arrays of shape (N,).
 
     Attributes
@@ -49,8 +51,8 @@ def random_runs(n: int, rng: np.random.Generator) -> Runs:
     return Runs(*np.concatenate(kept, axis=1)[:, :n])
 
 
-@dataclass(frozen=True)
-class Leg:
+@dataclass(frozen=True, eq=False)
+class Leg(ByValue):
     """The bounces of N runs and the legs behind them, up to the next runs; arrays of shape (N,).
 
     Attributes

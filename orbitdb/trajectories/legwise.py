@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.trajectories.ensemble import Reference
 from orbitdb.trajectories.leg_map import Runs, next_leg, random_runs
@@ -40,8 +41,8 @@ _SETTLED = 1e-9
 _LONGEST_WAY = 2000
 
 
-@dataclass(frozen=True)
-class Beams:
+@dataclass(frozen=True, eq=False)
+class Beams(ByValue):
     """What N trajectories bring to a run, shape (N,) each.
 
     Attributes
