@@ -18,7 +18,7 @@ from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots import curves, paths
-from orbitdb.plots.style import BLUE, ORANGE, figure, plain
+from orbitdb.plots.style import BLUE, ORANGE, explain, figure, plain
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.leg_terms import sum_rules_of, why_no_sum_rules
@@ -78,7 +78,7 @@ def _draw_entropy(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figur
         ax = made.add_subplot()
         curves.draw_entropy(ax, p, shown["K_0"], shown["h_zeta"], shown["h_zeta_change"])
         ax.set_title(plain(chosen.describe()))
-        curves.explain(made, ax)
+        explain(made, ax)
     return made
 
 
@@ -121,7 +121,7 @@ def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
         curves.draw_lyapunov(above, p, discrete, r"\lambda_d", "per bounce")
         curves.draw_lyapunov(below, p, continuous, r"\lambda_c", "per length $R$")
         above.set(xlabel="", title=plain(chosen.describe()))
-        curves.explain(made, above)
+        explain(made, above)
     return made
 
 

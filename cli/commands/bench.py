@@ -116,10 +116,11 @@ def _compare(periods: list[int], stadium: "Stadium", form: Format, picture: Path
     ending = style.check_ending(picture)
     with complete(picture) as draft:
         rows = list(_compared(periods[0], stadium))
-        with style.figure(6, 4.2) as made:
+        with style.figure(6, 5) as made:
             axes = made.subplots()
             draw_work_precision(axes, rows)
             axes.set_title(f"run time against error, {said}")
+            style.explain(made, axes)
         style.save(made, draft, ending, said)
     note(f"{said}, in {picture}")
     _write(WorkPrecision, rows, form)

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
@@ -109,12 +108,6 @@ def draw_lyapunov(ax: Axes, p: Integers, rows: LyapunovRows, symbol: str, unit: 
 def _by_period(ax: Axes, label: str) -> None:
     ax.set(xlabel="period $p$ (bounces)", ylabel=label)
     ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
-
-
-def explain(made: Figure, ax: Axes) -> None:
-    """Put the legend of one of its axes below a figure, where it covers no point."""
-    handles, labels = ax.get_legend_handles_labels()
-    made.legend(handles, labels, loc="outside lower center", ncols=2)
 
 
 def _span(values: Floats, fallback: Floats) -> tuple[float, float]:

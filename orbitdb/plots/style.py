@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from orbitdb.errors import InputError
@@ -41,6 +42,12 @@ def figure(width: float, height: float) -> Iterator[Figure]:
     """Give a figure of this size in inches, to draw in the house's look."""
     with rc_context(_LOOK):
         yield Figure(figsize=(width, height), layout="constrained")
+
+
+def explain(made: Figure, ax: Axes) -> None:
+    """Put the legend of one of its axes below a figure, where it covers no point."""
+    handles, labels = ax.get_legend_handles_labels()
+    made.legend(handles, labels, loc="outside lower center", ncols=2)
 
 
 def plain(text: str) -> str:

@@ -35,4 +35,3 @@ def draw_work_precision(ax: Axes, rows: Sequence[WorkPrecision]) -> None:
                 textcoords="offset points", color=INK, fontsize=8)  # fmt: skip
     ax.set_xlabel("largest error of a coordinate (units of $R$, rad)")
     ax.set_ylabel("run time per symbol sequence (s)")
-    ax.legend(loc="upper left")
