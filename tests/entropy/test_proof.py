@@ -6,6 +6,7 @@ import pytest
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy import proof as module
 from orbitdb.entropy.bounds import search
+from orbitdb.entropy.letters import MIRROR
 from orbitdb.entropy.proof import Proof, proved
 from orbitdb.entropy.verdicts import Decision, Verdict, decide
 from orbitdb.entropy.windows import Windows, extended, first_windows, windows_of
@@ -32,9 +33,12 @@ def test_balls_prove_all_verdicts_and_no_other(a):
         decided += some.sum()
         assert (proved(windows, decision.verdict, a) == some).all()
         assert not proved(windows, OPPOSITE[decision.verdict], a).any()
+        if windows.edges <= 6:
+            mirrored = Windows(MIRROR[windows.letters], windows.mark)
+            assert (proved(mirrored, decision.verdict, a) == some).all()
         for verdict in (Verdict.ALLOWED, Verdict.FORBIDDEN):
             claimed = np.where(some, Verdict.UNDECIDED, verdict)
-            assert not proved(windows, claimed, a).any(), list(windows.rows(~some).texts())
+            assert not proved(windows, claimed, a).any(), windows.rows(~some).texts()
     assert decided > 400
 
 
