@@ -15,6 +15,7 @@ from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
     from orbitdb.entropy.bounds import EntropyBounds
+    from orbitdb.entropy.proof import Proof
 
 EXAMPLES = """
 Examples:
@@ -24,6 +25,8 @@ Examples:
   orbitdb bounds --a 0.5 --width 0.01
 
   orbitdb bounds --a 3 --time 30 --json
+
+  orbitdb bounds --window 12 --prove
 """
 COLUMNS = ("a", "window", "lower", "upper", "windows", "undecided")
 _USUAL_WINDOW = 14
@@ -52,6 +55,12 @@ def bounds(
     seconds: Annotated[
         float | None, options.number_option("--time", help="Until about so many seconds have passed.")
     ] = None,
+    prove: Annotated[
+        bool,
+        typer.Option(
+            "--prove", help="Decide every window in ball arithmetic, too; bounds are of what that proves."
+        ),
+    ] = False,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
 ) -> None:
@@ -63,6 +72,7 @@ def bounds(
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.entropy.bounds import search
+    from orbitdb.entropy.verdicts import decide
 
     stadium = Stadium(a)
     for name, limit in (("--width", width), ("--time", seconds)):
@@ -70,14 +80,27 @@ def bounds(
             raise InputError(f"{name} {limit:g}: give a number above 0")
     most = window or (_USUAL_WINDOW if width is None and seconds is None else None)
     found: list[EntropyBounds] = []
+    proof = _proof() if prove else None
     try:
         with progress("windows") as shown:
-            steps = search(stadium, most, width or 0.0, seconds or math.inf, shown.tell)
+            judge = proof.decide if proof else decide
+            steps = search(stadium, most, width or 0.0, seconds or math.inf, shown.tell, judge)
             found.extend(until_interrupted(steps))
     finally:
         rows = [[asdict(level)[name] for name in COLUMNS] for level in found]
         write(COLUMNS, rows, options.chosen(format_, json))
+        if proof:
+            note(
+                f"balls prove {proof.proved} of {proof.proved + proof.left_open} windows that doubles decide,"
+                f" {proof.left_open} left open; {proof.seconds:.1f} s"
+            )
     apart = found[-1].upper - found[-1].lower
     if width is not None and apart > width:
         note(f"the bounds are {apart:.1e} apart, not {width:g}: {_WHY}")
         raise typer.Exit(1)
+
+
+def _proof() -> "Proof":
+    from orbitdb.entropy.proof import Proof  # it loads flint, which doubles alone do not need
+
+    return Proof()

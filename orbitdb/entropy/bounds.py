@@ -8,14 +8,14 @@ decided again (docs/entropy-bounds.md has the proof).
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.avoidance import automaton
 from orbitdb.entropy.growth import growth
 from orbitdb.entropy.letters import Letters
-from orbitdb.entropy.verdicts import Tell, Verdict, decide
+from orbitdb.entropy.verdicts import Decision, Tell, Verdict, decide
 from orbitdb.entropy.windows import Windows, extended, first_windows
 
 FORBIDDEN, UNDECIDED = 1, 2
@@ -32,6 +32,9 @@ _USUAL_GROWTH, _LEAST_GROWTH = 1.8, 1.3
 
 _BRIEF = 0.05
 """Seconds of a level that say nothing of the next one's time."""
+
+Judge = Callable[[Windows, float, Tell | None], Decision]
+"""Decides windows at one a, telling how far the work is."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +63,7 @@ class EntropyBounds:
     undecided: int
 
 
-def levels(stadium: Stadium, tell: Tell | None = None) -> Iterator[EntropyBounds]:
+def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) -> Iterator[EntropyBounds]:
     """Enclose the topological entropy with longer and longer windows.
 
     Parameters
@@ -68,6 +71,8 @@ def levels(stadium: Stadium, tell: Tell | None = None) -> Iterator[EntropyBounds
     stadium : Stadium
     tell : callable, optional
         Is told how far the work is.
+    judge : callable, optional
+        Who decides: `orbitdb.entropy.verdicts.decide`, or `orbitdb.entropy.proof.Proof.decide`.
 
     Yields
     ------
@@ -77,7 +82,7 @@ def levels(stadium: Stadium, tell: Tell | None = None) -> Iterator[EntropyBounds
     forbidden: list[tuple[Letters, int]] = []
     windows, count = first_windows(), 0
     while len(windows):
-        decision = decide(windows, stadium.a, tell)
+        decision = judge(windows, stadium.a, tell)
         count += len(windows)
         forbidden.append((windows.letters[decision.verdict == Verdict.FORBIDDEN], FORBIDDEN))
         open_ = decision.verdict == Verdict.UNDECIDED
@@ -106,6 +111,7 @@ def search(
     width: float = 0.0,
     seconds: float = math.inf,
     tell: Tell | None = None,
+    judge: Judge = decide,
 ) -> Iterator[EntropyBounds]:
     """Enclose the topological entropy until it is known well enough, or the time is spent.
 
@@ -118,7 +124,7 @@ def search(
         Difference of upper and lower bound that is enough.
     seconds : float, optional
         Time to spend: a level that would not fit into it, as the last two grew, is not begun.
-    tell : callable, optional
+    tell, judge : callable, optional
         As for `levels`.
 
     Yields
@@ -128,7 +134,7 @@ def search(
     """
     began = ended = time.monotonic()
     last = 0.0
-    for found in levels(stadium, tell):
+    for found in levels(stadium, tell, judge):
         yield found
         took, ended = time.monotonic() - ended, time.monotonic()
         growing = max(took / last, _LEAST_GROWTH) if last > _BRIEF else _USUAL_GROWTH

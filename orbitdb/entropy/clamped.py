@@ -166,6 +166,19 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
     return Condition(value, error)
 
 
+def directions(problem: Corner, a: float) -> Floats:
+    """Return the clamped directions as doubles find them, shape (m + 2, N), without any bound."""
+    alpha = np.clip(centre_directions(problem.legs, a), problem.low, problem.high)
+    unknowns = len(alpha) - 2
+    for _ in range(MAX_STEPS if unknowns else 0):
+        slopes = derivatives(problem.legs, a, alpha)
+        moved = _step(problem, alpha.copy(), slopes, _pressed(problem, alpha, slopes))
+        change, alpha = np.abs(moved - alpha).max(initial=0.0), moved
+        if change < _SMALL:
+            break
+    return alpha
+
+
 def _worth(found: Condition, last: Floats, enough: Floats) -> NDArray[np.bool_]:
     """Tell for which windows a further step may tell more."""
     unclear = (found.error > enough) & (np.abs(found.value) < _CLEAR * found.error)

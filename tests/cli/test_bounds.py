@@ -1,6 +1,7 @@
 """``orbitdb bounds`` as users meet it."""
 
 import json
+import re
 from decimal import Decimal
 
 import pexpect
@@ -28,6 +29,16 @@ def test_bounds_end_where_they_are_told(cli):
     assert wide[-1]["upper"] - wide[-1]["lower"] <= 0.01 < wide[-2]["upper"] - wide[-2]["lower"]
     assert {row["a"] for row in wide} == {3.0}
     assert len(json.loads(cli("bounds", "--time", "1e-6", "--json").out)) == 1
+
+
+def test_prove_tells_what_is_proved_and_bounds_are_those_of_it(cli):
+    plain = cli("bounds", "--a", "0.5", "--window", "7", "--json")
+    proved = cli("bounds", "--a", "0.5", "--window", "7", "--json", "--prove")
+    assert proved.out == plain.out
+    assert re.search(
+        r"balls prove (\d+) of \1 windows that doubles decide, 0 left open; \d+\.\d s", proved.err
+    )
+    assert not plain.err
 
 
 def test_a_width_that_is_not_reached_is_told(cli):

@@ -1,0 +1,92 @@
+"""Verdicts on windows in ball arithmetic: what doubles decide is proved, and nothing else is."""
+
+import numpy as np
+import pytest
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.entropy import proof as module
+from orbitdb.entropy.bounds import search
+from orbitdb.entropy.letters import MIRROR
+from orbitdb.entropy.proof import Proof, proved
+from orbitdb.entropy.verdicts import Decision, Verdict, decide
+from orbitdb.entropy.windows import Windows, extended, first_windows, windows_of
+
+OPPOSITE = np.array([Verdict.UNDECIDED, Verdict.FORBIDDEN, Verdict.ALLOWED], dtype=np.uint8)
+
+
+def levels(a: float, edges: int) -> list[tuple[Windows, Decision]]:
+    windows, found = first_windows(), []
+    while windows.edges <= edges:
+        decision = decide(windows, a)
+        found.append((windows, decision))
+        undecided = decision.verdict == Verdict.UNDECIDED
+        windows = extended(windows.rows(undecided), decision.extend_left[undecided])
+    return found
+
+
+@pytest.mark.parametrize("a", [0.5, 1.6])
+def test_balls_prove_all_verdicts_and_no_other(a):
+    """Neither the opposite of a verdict, nor any of a window whose ends leave it open."""
+    decided = 0
+    for windows, decision in levels(a, 8):
+        some = decision.verdict != Verdict.UNDECIDED
+        decided += some.sum()
+        assert (proved(windows, decision.verdict, a) == some).all()
+        assert not proved(windows, OPPOSITE[decision.verdict], a).any()
+        if windows.edges <= 6:
+            mirrored = Windows(MIRROR[windows.letters], windows.mark)
+            assert (proved(mirrored, decision.verdict, a) == some).all()
+        for verdict in (Verdict.ALLOWED, Verdict.FORBIDDEN):
+            claimed = np.where(some, Verdict.UNDECIDED, verdict)
+            assert not proved(windows, claimed, a).any(), windows.rows(~some).texts()
+    assert decided > 400
+
+
+@pytest.mark.parametrize("a", [1e-3, 0.05, pytest.param(10.0, marks=pytest.mark.slow)])
+def test_proved_bounds_are_those_of_doubles(a):
+    kept = Proof()
+    assert list(search(Stadium(a), window=7, judge=kept.decide)) == list(search(Stadium(a), window=7))
+    assert kept.left_open == 0 < kept.proved
+
+
+def test_what_is_not_proved_is_undecided_in_the_bounds(monkeypatch):
+    """A verdict that is flipped on its way is left open, counted, and no bound rests on it."""
+
+    def wrong(windows, a, tell=None):
+        decision = decide(windows, a, tell)
+        verdict = decision.verdict.copy()
+        if len(some := np.flatnonzero(verdict)):
+            verdict[some[0]] = OPPOSITE[verdict[some[0]]]
+        return Decision(verdict, decision.extend_left)
+
+    sound = list(search(Stadium(1.6), window=7))[-1]
+    monkeypatch.setattr(module, "decide", wrong)
+    kept = Proof()
+    found = list(search(Stadium(1.6), window=7, judge=kept.decide))[-1]
+    assert kept.left_open == 5  # one a level, from the third letter on
+    assert found.undecided > sound.undecided
+    assert found.lower <= sound.lower < sound.upper <= found.upper
+
+
+def test_directions_from_elsewhere_only_say_where_to_look(monkeypatch):
+    """With any start at all nothing false is proved, only less."""
+    random = np.random.default_rng(1)
+    monkeypatch.setattr(module, "directions", lambda problem, a: random.normal(size=problem.low.shape))
+    for windows, decision in levels(1.6, 6):
+        assert not proved(windows, OPPOSITE[decision.verdict], 1.6).any()
+        for verdict in (Verdict.ALLOWED, Verdict.FORBIDDEN):
+            sure = proved(windows, np.full(len(windows), verdict), 1.6)
+            assert (decision.verdict[sure] == verdict).all()
+
+
+@pytest.mark.parametrize("window", ["X|X", "XU|U", "|X"])
+def test_a_mark_without_a_condition_proves_nothing(window):
+    for verdict in (Verdict.ALLOWED, Verdict.FORBIDDEN):
+        assert not proved(windows_of(window), np.array([verdict]), 1.6).any()
+
+
+@pytest.mark.slow
+def test_all_windows_of_14_letters_are_proved():
+    kept = Proof()
+    found = list(search(Stadium(1.6), window=14, judge=kept.decide))[-1]
+    assert (kept.left_open, found.windows - found.undecided > kept.proved > 12_000) == (0, True)
