@@ -8,7 +8,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import progress
-from orbitdb.cli.reading import note_gaps, note_nothing, reading
+from orbitdb.cli.reading import averaged, note_gaps, note_nothing, reading
 from orbitdb.cli.render import note, write
 from orbitdb.errors import InputError
 
@@ -67,7 +67,7 @@ def entropy(
     from orbitdb.averages.standing import faults_of, standing
 
     with progress("reading orbits") as shown:
-        with reading(db, a, choice) as (catalogue, chosen):
+        with reading(db, a, averaged(choice)) as (catalogue, chosen):
             subset = _read(catalogue, chosen)
         shown.tell("expanding the zeta function")
         found = by_period.entropy(subset.classes.rows(), subset.highest)
@@ -107,7 +107,7 @@ def lyapunov(
 
     if weight not in set(Weight):
         raise InputError(f"weight {weight!r}: use {' or '.join(Weight)}")
-    with progress("reading orbits"), reading(db, a, choice) as (catalogue, chosen):
+    with progress("reading orbits"), reading(db, a, averaged(choice)) as (catalogue, chosen):
         subset = _read(catalogue, chosen)
         reference = best_reference(catalogue, chosen.a)
     form = options.chosen(format_, json)

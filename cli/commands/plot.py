@@ -9,7 +9,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.progress import progress
-from orbitdb.cli.reading import meant, reading
+from orbitdb.cli.reading import averaged, meant, reading
 from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
 
@@ -41,6 +41,10 @@ class Kind(StrEnum):
     SHEET = "sheet"
     BIRKHOFF = "birkhoff"
     LENGTHS = "lengths"
+
+
+_OF_CLASSES = (Kind.ENTROPY, Kind.LYAPUNOV, Kind.LENGTHS)
+"""Figures of averages, and of the lengths that they are made of."""
 
 
 def register(app: typer.Typer) -> None:
@@ -79,6 +83,7 @@ def plot(
         said = f"orbit {found.code} at a = {found.a:g}"
     else:
         options.refuse_idle(context, f"in plot {kind}", "code", *[] if kind is Kind.SHEET else ["limit"])
+        choice = averaged(choice) if kind in _OF_CLASSES else choice
         wanted = replace(choice, status="orbit" if choice.status is None else choice.status)
         with progress("drawing"), reading(db, a, wanted) as (catalogue, chosen):
             made = figures.OF_SUBSETS[kind.value](catalogue, chosen, limit)

@@ -87,6 +87,8 @@ def test_classes_are_orbits_unless_another_status_is_named(varied):
     orbits, boundary = catalogue.classes(p=6), catalogue.classes(p=6, status="boundary")
     assert orbits.chosen.sum() == catalogue.count(choose(1.0, p=6, status="orbit"))
     assert boundary.chosen.sum() == catalogue.count(choose(1.0, p=6, status="boundary")) > 0
+    with pytest.raises(SelectionError, match="status dynamical has none"):
+        catalogue.classes(status="dynamical")
 
 
 def test_class_rows_tell_negative_eigenvalues_by_the_straight_bounces(catalogue):

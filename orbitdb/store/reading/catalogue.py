@@ -184,6 +184,11 @@ class Catalogue(Reader):
         Only classes with a length and lambda, which are orbits and, if their status is named, orbits
         through a joint. No coordinates are read; unless the subset depends on the single words
         (``contains``, ``where``) they are not read either. The parameters are those of `select`.
+
+        Raises
+        ------
+        SelectionError
+            If a status is named whose sequences have no length and lambda.
         """
         from orbitdb.store.reading.chosen_classes import read_classes
 
