@@ -1,6 +1,7 @@
 """The catalogue as a Python object: subsets as arrays, classes for averages, words as keys."""
 
 import importlib.util
+import math
 import subprocess
 import sys
 from collections import Counter
@@ -177,11 +178,33 @@ def test_criteria_are_those_of_a_selection():
     assert choose(2.0, (2, 4), "orbit", contains="02", **ranges) == Selection(
         a=2.0, periods=((2, 4),), statuses=(Status.ORBIT,), contains="02", ranges=ranges
     )
+    several = choose(p=[2, 3, 5], status=["orbit", Status.BOUNDARY])
+    assert several == choose(p="2,3,5", status="orbit,boundary")
+    assert choose(p=range(2, 5)) == choose(p=(2, 4)) == choose(p="2-4")
 
 
-@pytest.mark.parametrize("wrong", [{"colour": (1, 2)}, {"status": "good"}, {"p": (4, 2)}, {"p": "x"}])
-def test_wrong_criteria_are_refused(catalogue, wrong):
-    with pytest.raises(SelectionError):
+def test_a_range_without_bounds_is_none(catalogue):
+    subset = catalogue.select(p=2, status="orbit", length=(None, None))
+    assert repr(subset) == "<1 orbits of period 2 at a = 1.6>"
+    assert Selection(ranges={"length": (None, None)}).describe() == "symbol sequences at a = 1.6"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"colour": (1, 2)}, "these are a, p, status, time_reversal, .*, length, lyapunov"),
+        ({"reversal": "self"}, "reversal: not a criterion; these are .* time_reversal"),
+        ({"status": "good"}, "good"),
+        ({"status": []}, "status"),
+        ({"p": (4, 2)}, "backwards"),
+        ({"p": "x"}, "2-8"),
+        ({"p": range(3, 3)}, "periods"),
+        ({"length": (math.nan, 3)}, "give two numbers"),
+    ],
+    ids=str,
+)
+def test_wrong_criteria_are_refused(catalogue, wrong, said):
+    with pytest.raises(SelectionError, match=said):
         catalogue.select(**wrong)
 
 

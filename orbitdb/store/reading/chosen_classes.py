@@ -67,8 +67,7 @@ def read_classes(reader: Reader, selection: Selection) -> ChosenClasses:
     """Return the chosen classes that have a length and lambda (`Catalogue.classes`)."""
     if without := [status for status in selection.statuses if status not in _MEASURED]:
         raise SelectionError(
-            "averages and lengths are of orbits (and boundary): "
-            f"status {', '.join(without)} has none"
+            f"averages and lengths are of orbits (and boundary): status {', '.join(without)} has none"
         )
     if same_for_classes(selection):
         classes = class_view()
