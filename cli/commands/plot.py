@@ -80,7 +80,7 @@ def plot(
             raise InputError(f"name the orbit to draw: plot {kind} --code 1232131")
         found = _orbit(code, a, db)
         made = figures.draw_orbit(found) if kind is Kind.ORBIT else figures.draw_reverse(found)
-        said = f"orbit {found.code} at a = {found.a:g}"
+        said = f"orbit {code_text(found.code)} at a = {found.a:g}"
     else:
         options.refuse_idle(context, f"in plot {kind}", "code", *[] if kind is Kind.SHEET else ["limit"])
         choice = averaged(choice) if kind in _OF_CLASSES else choice

@@ -245,6 +245,24 @@ def test_one_bad_code_stores_none(cli, tmp_path):
     assert not (tmp_path / "orbits.db").exists()
 
 
+def test_long_words_are_short_in_tables_and_notes(cli, tmp_path):
+    word = "1" * 31 + "5" * 30
+    cli("fill", "--code", "1^31 5^30")
+    found = cli("query", "-c", "code,representative,p")
+    assert re.split(" {2,}", found.out.splitlines()[1]) == ["1^31 5^30", "1^31 5^30", "61"]
+    assert json.loads(cli("query", "--json", "-c", "code").out)[0]["code"] == word
+    (said,) = cli("plot", "orbit", "--code", word, "-o", str(tmp_path / "x.png")).err.splitlines()
+    assert said.startswith("orbit 1^31 5^30 at a = 1.6")
+
+
+def test_nothing_found_is_no_header_in_a_table_and_one_in_csv(cli, monkeypatch):
+    cli("fill", "--p", "3")
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
+    for command in (["query", "--code", "-"], ["query", "--p", "12"], ["table", "--p", "12"]):
+        assert cli(*command)[:2] == (1, "")
+    assert cli("query", "--p", "12", "--format", "csv", "-c", "code,p")[:2] == (1, "code,p\n")
+
+
 def test_dry_run_writes_nothing(cli, tmp_path):
     outcome = cli("fill", "--p", "11", "--dry-run")
     assert outcome.code == 0
