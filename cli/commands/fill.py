@@ -110,7 +110,7 @@ def _fill_periods(
     dry_run: bool,
 ) -> None:
     from orbitdb.filling.blocks import METHODS
-    from orbitdb.filling.estimate import LARGE, check_room, duration, gigabytes, need
+    from orbitdb.filling.estimate import LARGE, about, check_room, gigabytes, need
     from orbitdb.filling.periods import fill_geometric, fill_periods
     from orbitdb.store.file.database import default_path
     from orbitdb.store.reading.catalogue import Catalogue
@@ -120,7 +120,7 @@ def _fill_periods(
     span = f"p = {periods[0]}..{periods[-1]} at a = {a:g}"
     coming = need(path, a, periods, solvers.number(), method)
     if dry_run or coming.sequences >= LARGE:
-        time_and_room = f"about {duration(coming.seconds)} and {gigabytes(coming.bytes)}"
+        time_and_room = f"{about(coming.seconds)} and {gigabytes(coming.bytes)}"
         note(f"{span}: {coming.sequences} sequences to come, {time_and_room}, in {path}")
     if dry_run:
         return
