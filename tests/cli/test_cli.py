@@ -18,6 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from processes import COMMAND
 
+from orbitdb import Catalogue
 from orbitdb.cli.render import with_bound
 
 ROOT = Path(__file__).parents[2]
@@ -132,9 +133,11 @@ def test_repetitions_are_reduced(cli):
         (["query", "--code", "13", "--a", "1e9"], "half length"),
         (["query", "--code", "13", "--a", "wide"], "--a"),
         (["fill"], "--p 11"),
-        (["fill", "--p", "1"], "from 2"),
+        (["fill", "--p", "1"], "period 1: the least period is 2"),
         (["fill", "--p", "40"], "20 or less"),
         (["fill", "--p", "5", "--from", "7"], "periods 7 to 5"),
+        (["fill", "--p", "2-4", "--from", "2"], "--from does nothing with --p 2-4: leave it out"),
+        (["query", "--p", "2-1"], "backwards: the least period is 2"),
         (["fill", "--p", "4", "--method", "magic"], "magic"),
         (["query", "--p", "8-2"], "backwards"),
         (["query", "--status", "lost"], "lost"),
@@ -263,6 +266,12 @@ def test_nothing_found_is_no_header_in_a_table_and_one_in_csv(cli, monkeypatch):
     assert cli("query", "--p", "12", "--format", "csv", "-c", "code,p")[:2] == (1, "code,p\n")
 
 
+def test_fill_takes_ranges_of_periods(cli, tmp_path):
+    assert "p = 2..4 at a = 1.6: 41 sequences, 41 orbits" in cli("fill", "--p", "2-4").err
+    assert "p = 2, 5 at a = 1.6: " in cli("fill", "--p", "2,5").err
+    assert [fill.p for fill in Catalogue(tmp_path / "orbits.db").fills(1.6)] == [2, 3, 4, 5]
+
+
 def test_dry_run_writes_nothing(cli, tmp_path):
     outcome = cli("fill", "--p", "11", "--dry-run")
     assert outcome.code == 0
@@ -339,6 +348,24 @@ def test_ctrl_c_ends_with_130_and_goes_on(tmp_path):
         "orbitdb: interrupted; nothing that was stored is lost, the same command goes on from there"
     ]
     subprocess.run([*COMMAND, "fill", "--p", "5", "--db", str(path)], check=True, capture_output=True)
+
+
+@pytest.mark.parametrize(
+    ("command", "more"),
+    [
+        ("query --code 13", ""),
+        ("verify", ""),
+        ("export x.csv", ""),
+        ("simulate", "; nothing that was stored is lost"),
+        ("verify --rigorous", "; nothing that was stored is lost, the same command goes on from there"),
+    ],
+)
+def test_ctrl_c_promises_what_the_command_keeps(cli, monkeypatch, command, more):
+    def press(arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("orbitdb.cli.app.call", press)
+    assert cli(*command.split()) == (130, "", f"orbitdb: interrupted{more}\n")
 
 
 def test_environment_names_the_catalogue(tmp_path):

@@ -2,6 +2,9 @@
 
 import importlib.util
 import math
+import os
+import pickle
+import shutil
 import subprocess
 import sys
 from collections import Counter
@@ -11,6 +14,7 @@ import pytest
 
 from orbitdb import Catalogue, Selection, Stadium, Status, solve_word
 from orbitdb.billiard.stability import forces
+from orbitdb.errors import StoreError
 from orbitdb.store.asking.selection import SelectionError, choose
 from orbitdb.symbols.words import from_strings, least_rotation
 
@@ -161,6 +165,16 @@ def test_iteration_length_and_membership_agree(varied):
     words = list(catalogue)
     assert len(words) == len(set(words)) == len(catalogue) == 1 + 8 + 32 + 96 + 252
     assert all(word in catalogue and least_rotation(word) == word for word in words)
+
+
+def test_a_catalogue_is_pickled_as_its_path_and_a(varied, tmp_path):
+    path = shutil.copy(varied, tmp_path / "orbits.db")
+    with Catalogue(path, a=1.0).at_one_moment() as still:
+        again = pickle.loads(pickle.dumps(still))
+    assert (again.path, again.a, len(again)) == (still.path, 1.0, len(Catalogue(path, a=1.0)))
+    os.remove(path)
+    with pytest.raises(StoreError, match="no catalogue"):
+        pickle.loads(pickle.dumps(again))
 
 
 def test_a_catalogue_speaks_of_its_a(varied):

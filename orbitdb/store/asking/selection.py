@@ -21,6 +21,7 @@ CRITERIA = ("a", "p", "status", "time_reversal", "symmetry", "contains", "where"
 """What `choose` takes besides, by their names."""
 
 _PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
+_LEAST = 2
 _SHOWN = 60
 _MOST_RANGES = 100
 _LARGEST_INTEGER = 2**63
@@ -127,7 +128,8 @@ def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
             raise SelectionError(f"periods {text!r}: write them as 11, 2-8 or 2,3,5-7")
         low, high = int(found[1]), int(found[2] or found[1])
         if low > high:
-            raise SelectionError(f"periods {part.strip()!r} run backwards: write {high}-{low}")
+            remedy = f"write {high}-{low}" if high >= _LEAST else f"the least period is {_LEAST}"
+            raise SelectionError(f"periods {part.strip()!r} run backwards: {remedy}")
         ranges.append((low, high))
     if len(ranges) > _MOST_RANGES:
         raise SelectionError(f"periods: {len(ranges)} ranges, more than {_MOST_RANGES}; join some, as in 2-8")

@@ -51,6 +51,10 @@ class Catalogue(Reader):
         self._a = None if a is None else Stadium(a).a
         super().__init__(path)
 
+    def __reduce__(self) -> tuple[type["Catalogue"], tuple[Path, float | None]]:
+        """Pickle, and copy, the path and a: the file is opened anew where it is loaded."""
+        return type(self), (self.path.absolute(), self._a)
+
     @classmethod
     def create(cls, path: Path | str | None = None, a: float | None = None) -> "Catalogue":
         """Open a catalogue, making it or bringing it to the newest schema first."""
