@@ -130,9 +130,9 @@ def cost_of(path: Path, wish: Wish) -> Cost:
     if not coming.sequences:
         return Cost(f"these periods are filled {at}: nothing is left to do", nothing=True)
     check_room(path, coming)
-    count = f"{coming.sequences:,} sequence{'s' * (coming.sequences != 1)}"
+    what = f"{coming.sequences:,} sequence{'s' * (coming.sequences != 1)}"
     takes = f"{about(coming.seconds)}, {gigabytes(coming.bytes)}"
-    return Cost(f"{count} to come {at}: {takes}", large=coming.sequences >= LARGE)
+    return Cost(f"{what} to come {at}: {takes}", large=coming.sequences >= LARGE)
 
 
 def work(path: Path, state: FillState) -> Generator[FillState, None, None]:
