@@ -5,6 +5,7 @@ The commands themselves are imported once Ctrl-C is taken care of, which lasts s
 
 import os
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 
 from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed, interrupted
@@ -14,7 +15,7 @@ from orbitdb.plaintext import line
 
 DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
 _SIGNALLED = 128
-_GOES_ON = "nothing that was stored is lost, the same command goes on from there"
+_KEPT = "nothing that was stored is lost"
 
 
 def run() -> None:
@@ -43,14 +44,26 @@ def _run(arguments: list[str]) -> int:
     except KeyboardInterrupt:
         result = INTERRUPTED
     except Terminated as end:
-        return _say(f"terminated; {_GOES_ON}", _SIGNALLED + end.number)
+        return _say(f"terminated{_consolation(arguments)}", _SIGNALLED + end.number)
     except Exception as error:
         if not interrupted():  # of which a library may have made something else
             return _failed(error)
         result = INTERRUPTED
     if result == INTERRUPTED:
-        return _say(f"interrupted; {_GOES_ON}", INTERRUPTED)
+        return _say(f"interrupted{_consolation(arguments)}", INTERRUPTED)
     return result if isinstance(result, int) else DONE
+
+
+def _consolation(arguments: Sequence[str]) -> str:
+    """Say of a command that stores what becomes of that when it ends before its time."""
+    match arguments[0]:
+        case "verify" if "--rigorous" not in arguments:
+            return ""
+        case "fill" | "verify" if "--again" not in arguments:
+            return f"; {_KEPT}, the same command goes on from there"
+        case "fill" | "verify" | "simulate" | "browse" | "tui":
+            return f"; {_KEPT}"
+    return ""
 
 
 def _failed(error: Exception) -> int:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from orbitdb.cli.options import USUAL_A, Choice
 from orbitdb.cli.render import note, note_partial
+from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
@@ -23,6 +24,19 @@ def reading(db: Path | None, a: float | None, choice: Choice) -> "Iterator[tuple
     chosen = choice.at(USUAL_A if a is None else a)  # so that a wrong option is told first
     with closing(Catalogue(db, a)) as opened, opened.at_one_moment() as catalogue:
         yield catalogue, replace(chosen, a=_told(catalogue, a))
+
+
+def averaged(choice: Choice) -> Choice:
+    """Return the options that choose what is averaged over.
+
+    Raises
+    ------
+    InputError
+        If they ask for every status: averages are over those that have a length.
+    """
+    if choice.status is not None and choice.status.strip() == "all":
+        raise InputError("averages and lengths are of orbits (and boundary): leave out --status all")
+    return choice
 
 
 def meant(path: Path, a: float | None) -> float:

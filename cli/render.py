@@ -140,8 +140,10 @@ def _write_json(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: For
 
 
 def _write_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> int:
-    """Write aligned columns, numbers to the right, as wide as their content."""
-    texts = [[number(name, value) for name, value in zip(columns, row, strict=True)] for row in rows]
+    """Write aligned columns, numbers to the right, as wide as their content; nothing without rows."""
+    texts = [[_cell(name, value) for name, value in zip(columns, row, strict=True)] for row in rows]
+    if not texts:
+        return 0
     lines = [list(columns), *texts]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     for values in lines:
@@ -153,10 +155,12 @@ def _write_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> int:
     return len(texts)
 
 
-_LEFT_ALIGNED = {
-    "code",
-    "word",
-    "representative",
+def _cell(name: str, value: Any) -> str:
+    return printable(code_text(value)) if name in _CODES and value is not None else number(name, value)
+
+
+_CODES = {"code", "word", "representative"}
+_LEFT_ALIGNED = _CODES | {
     "status",
     "rules",
     "time_reversal",

@@ -17,7 +17,7 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import IO, Any, TextIO
 
-from orbitdb.errors import DISK_TROUBLE, InputError, StoreError
+from orbitdb.errors import InputError, StoreError
 from orbitdb.plaintext import cell
 
 Row = Sequence[Any]
@@ -116,9 +116,9 @@ def write_file(
     Raises
     ------
     ExportError
-        If the file cannot be written.
+        If the name is that of a folder or a device, or the format cannot hold the rows.
     StoreError
-        If the disk has no room for it.
+        If the system does not let the file be written.
     """
     if form in TEXT_WRITERS:
         described = dict(metadata) | {"columns": {name: kind_of(name) for name in columns}}
@@ -138,13 +138,15 @@ def check_target(path: Path, replace: bool = True) -> None:
     ------
     ExportError
         With the reason.
+    StoreError
+        If the system does not let anybody look.
     """
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
         return
     except OSError as error:
-        raise ExportError(f"{path} cannot be written ({error.strerror})") from error
+        raise StoreError(f"{path} cannot be written ({error.strerror})") from error
     if not stat.S_ISREG(mode):
         raise ExportError(f"{path} is a folder or a device: name a file")
     if not replace:
@@ -165,9 +167,9 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
     Raises
     ------
     ExportError
-        If the file cannot be written.
+        If the name is that of a folder or a device.
     StoreError
-        If the disk has no room for it.
+        If the system does not let the file be written.
     """
     check_target(path)
     draft = path.with_name(f".{path.name}.{os.getpid()}.part")
@@ -179,8 +181,7 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
                 os.fsync(file.fileno())
             os.replace(draft, path)
         except OSError as error:
-            kind = StoreError if error.errno in DISK_TROUBLE else ExportError
-            raise kind(
+            raise StoreError(
                 f"{wanted or path} cannot be written ({error.strerror or error}); nothing was kept"
             ) from error
     finally:

@@ -10,7 +10,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import progress
-from orbitdb.cli.reading import note_gaps, note_nothing, reading
+from orbitdb.cli.reading import averaged, note_gaps, note_nothing, reading
 from orbitdb.cli.render import note, with_error, write
 from orbitdb.errors import InputError
 
@@ -73,7 +73,7 @@ def entropy(
     from orbitdb.averages.standing import faults_of, standing
 
     with progress("reading orbits") as shown:
-        with reading(db, a, choice) as (catalogue, chosen):
+        with reading(db, a, averaged(choice)) as (catalogue, chosen):
             counted = _counted(catalogue, chosen)
             if counted is not None:
                 note_gaps(catalogue, chosen, left_out=True, counted=counted)
@@ -163,7 +163,7 @@ def lyapunov(
 
     if weight not in set(Weight):
         raise InputError(f"weight {weight!r}: use {' or '.join(Weight)}")
-    with progress("reading orbits"), reading(db, a, choice) as (catalogue, chosen):
+    with progress("reading orbits"), reading(db, a, averaged(choice)) as (catalogue, chosen):
         subset = _read(catalogue, chosen)
         reference = best_reference(catalogue, chosen.a)
     form = options.chosen(format_, json)

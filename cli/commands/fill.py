@@ -1,7 +1,7 @@
 """``orbitdb fill``: enumerate, solve and store."""
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,7 +12,7 @@ from orbitdb.cli.codes import given_codes, primitive
 from orbitdb.cli.commands.info import bring
 from orbitdb.cli.endings import until_interrupted, with_other_processes
 from orbitdb.cli.executors import Executor, Solvers
-from orbitdb.cli.options import Database, HalfLength, count_option, takes_only
+from orbitdb.cli.options import Database, HalfLength, count_option, refuse_idle, takes_only
 from orbitdb.cli.progress import Progress, progress
 from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
@@ -34,6 +34,9 @@ Examples:
   orbitdb fill --code '1^20(02)^5 3'
 """
 
+_LEAST = 2
+"""No orbit has fewer bounces."""
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -42,7 +45,10 @@ def register(app: typer.Typer) -> None:
 
 def fill(
     context: typer.Context,
-    p: Annotated[int | None, count_option("--p", help="The highest period to fill.")] = None,
+    p: Annotated[
+        str | None,
+        typer.Option("--p", metavar="PERIODS", help="The highest period to fill, or periods such as 2-8."),
+    ] = None,
     first: Annotated[int, count_option("--from", help="The lowest period to fill.")] = 2,
     a: HalfLength = 1.6,
     code: Annotated[
@@ -81,7 +87,7 @@ def fill(
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.filling.blocks import METHODS
-    from orbitdb.symbols.enumeration import MAX_PERIOD
+    from orbitdb.store.asking.selection import parse_periods
 
     Stadium(a)
     if method not in METHODS:
@@ -93,15 +99,45 @@ def fill(
     solvers = Solvers.chosen(executor, scheduler, jobs)
     if p is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
-    if not 2 <= first <= p <= MAX_PERIOD:
-        raise InputError(
-            f"periods {first} to {p}: fill from 2 or more to {MAX_PERIOD} or less, in rising order"
-        )
-    _fill_periods(range(first, p + 1), a, geometric, method, solvers, db, dry_run)
+    if "-" in p[1:] or "," in p:
+        refuse_idle(context, f"with --p {p}", "first")
+        spans = parse_periods(p)
+    else:
+        spans = ((first, _highest(p)),)
+    _fill_periods(_all_of(spans), a, geometric, method, solvers, db, dry_run)
+
+
+def _highest(text: str) -> int:
+    from orbitdb.numerals import whole
+
+    try:
+        return whole(text)
+    except ValueError:
+        raise InputError(f"--p {text!r:.40}: write periods as 11, 2-8 or 2,3,5-7") from None
+
+
+def _all_of(spans: Sequence[tuple[int, int]]) -> tuple[int, ...]:
+    """Return periods to fill in rising order.
+
+    Raises
+    ------
+    InputError
+        If one of them cannot be filled, or a range runs backwards.
+    """
+    from orbitdb.symbols.enumeration import MAX_PERIOD
+
+    for first, last in spans:
+        if (least := min(first, last)) < _LEAST:
+            raise InputError(f"period {least}: the least period is {_LEAST}")
+        if (most := max(first, last)) > MAX_PERIOD:
+            raise InputError(f"period {most}: fill periods of {MAX_PERIOD} or less")
+        if first > last:
+            raise InputError(f"periods {first} to {last} run backwards: give --from {last} or less")
+    return tuple(sorted({p for first, last in spans for p in range(first, last + 1)}))
 
 
 def _fill_periods(
-    periods: range,
+    periods: Sequence[int],
     a: float,
     geometric: bool,
     method: str,
@@ -110,17 +146,19 @@ def _fill_periods(
     dry_run: bool,
 ) -> None:
     from orbitdb.filling.blocks import METHODS
-    from orbitdb.filling.estimate import LARGE, check_room, duration, gigabytes, need
+    from orbitdb.filling.estimate import LARGE, about, check_room, gigabytes, need
     from orbitdb.filling.periods import fill_geometric, fill_periods
     from orbitdb.store.file.database import default_path
     from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.symbols.counting import count_admissible, count_primitive
 
     path = db or default_path()
-    span = f"p = {periods[0]}..{periods[-1]} at a = {a:g}"
+    gapless = len(periods) == periods[-1] - periods[0] + 1
+    named = f"{periods[0]}..{periods[-1]}" if gapless else ", ".join(map(str, periods))
+    span = f"p = {named} at a = {a:g}"
     coming = need(path, a, periods, solvers.number(), method)
     if dry_run or coming.sequences >= LARGE:
-        time_and_room = f"about {duration(coming.seconds)} and {gigabytes(coming.bytes)}"
+        time_and_room = f"{about(coming.seconds)} and {gigabytes(coming.bytes)}"
         note(f"{span}: {coming.sequences} sequences to come, {time_and_room}, in {path}")
     if dry_run:
         return

@@ -10,7 +10,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import USUAL_A
 from orbitdb.cli.progress import progress
-from orbitdb.cli.reading import meant, reading
+from orbitdb.cli.reading import averaged, meant, reading
 from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
 
@@ -46,6 +46,10 @@ class Kind(StrEnum):
     BIRTHS = "births"
 
 
+_OF_CLASSES = (Kind.ENTROPY, Kind.LYAPUNOV, Kind.LENGTHS)
+"""Figures of averages, and of the lengths that they are made of."""
+
+
 def register(app: typer.Typer) -> None:
     """Add the command."""
     app.command(epilog=EXAMPLES)(plot)
@@ -79,7 +83,7 @@ def plot(
             raise InputError(f"name the orbit to draw: plot {kind} --code 1232131")
         found = _orbit(code, a, db)
         made = figures.draw_orbit(found) if kind is Kind.ORBIT else figures.draw_reverse(found)
-        said = f"orbit {found.code} at a = {found.a:g}"
+        said = f"orbit {code_text(found.code)} at a = {found.a:g}"
     elif kind is Kind.BIRTHS:
         from orbitdb.cli.birth_figures import draw_births
 
@@ -89,6 +93,7 @@ def plot(
         said = "births and deaths of orbits"
     else:
         options.refuse_idle(context, f"in plot {kind}", "code", *[] if kind is Kind.SHEET else ["limit"])
+        choice = averaged(choice) if kind in _OF_CLASSES else choice
         wanted = replace(choice, status="orbit" if choice.status is None else choice.status)
         with progress("drawing"), reading(db, a, wanted) as (catalogue, chosen):
             made = figures.OF_SUBSETS[kind.value](catalogue, chosen, limit)

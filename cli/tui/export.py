@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.render import code_text
 from orbitdb.cli.rows import KEYS, with_rules
 from orbitdb.cli.tui.source import Ordering
 from orbitdb.errors import InputError
@@ -69,8 +70,10 @@ def export(
     if orbit is None or orbit.points is None:
         raise InputError("there is no orbit to draw")
     with complete(path) as draft:
-        _draw(draft, path.suffix, orbit, orbit.points, f"The orbit {orbit.code} at a = {orbit.a:g}")
-    return f"{orbit.code} drawn in {path}"
+        _draw(
+            draft, path.suffix, orbit, orbit.points, f"The orbit {code_text(orbit.code)} at a = {orbit.a:g}"
+        )
+    return f"{code_text(orbit.code)} drawn in {path}"
 
 
 def _draw(path: Path, suffix: str, orbit: Orbit, points: NDArray[np.float64], title: str) -> None:

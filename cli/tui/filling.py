@@ -56,7 +56,7 @@ class FillState:
         if self.state == "failed":
             return self.message
         if not self.runs:
-            return f"{self.state}: {self.done:,} sequences"
+            return f"{self.state}: {self.done:,} sequence{'s' * (self.done != 1)}"
         seconds = time.monotonic() - self.began
         rate = self.done / seconds if seconds > 0 else 0.0
         left = f", {duration((self.total - self.done) / rate)} left" if rate else ""
@@ -119,7 +119,7 @@ def cost_of(path: Path, wish: Wish) -> Cost:
     StoreError
         If the disk has no room for it, or the catalogue cannot be read.
     """
-    from orbitdb.filling.estimate import LARGE, check_room, duration, gigabytes, need
+    from orbitdb.filling.estimate import LARGE, about, check_room, gigabytes, need
     from orbitdb.store.reading.fills import exact
 
     at = f"at a = {exact(wish.a)}"
@@ -130,8 +130,9 @@ def cost_of(path: Path, wish: Wish) -> Cost:
     if not coming.sequences:
         return Cost(f"these periods are filled {at}: nothing is left to do", nothing=True)
     check_room(path, coming)
-    takes = f"about {duration(coming.seconds)} and {gigabytes(coming.bytes)}"
-    return Cost(f"{coming.sequences:,} sequences to come {at}: {takes}", large=coming.sequences >= LARGE)
+    what = f"{coming.sequences:,} sequence{'s' * (coming.sequences != 1)}"
+    takes = f"{about(coming.seconds)}, {gigabytes(coming.bytes)}"
+    return Cost(f"{what} to come {at}: {takes}", large=coming.sequences >= LARGE)
 
 
 def work(path: Path, state: FillState) -> Generator[FillState, None, None]:

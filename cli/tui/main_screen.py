@@ -8,6 +8,7 @@ from textual import work
 from textual.binding import Binding, BindingType
 from textual.widgets import Static
 
+from orbitdb.cli.render import code_text
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.dialogs import ChoiceDialog, LineDialog
 from orbitdb.cli.tui.drawing import OrbitDrawing, View
@@ -261,7 +262,7 @@ class MainScreen(OrbitScreen):
 
 def _check_code(code: str) -> str:
     word = primitive_root(parse(code))
-    return f"p = {len(word)}, least rotation {least_rotation(word)[:60]}"
+    return f"p = {len(word)}, least rotation {code_text(least_rotation(word))}"
 
 
 def _check_export(name: str) -> str:

@@ -12,7 +12,7 @@ from textual.screen import Screen
 from textual.widgets import Footer, Header, Static
 from textual.worker import get_current_worker
 
-from orbitdb.cli.render import repeats
+from orbitdb.cli.render import code_text, repeats
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.browser import Browser
 from orbitdb.cli.tui.drawing import OrbitDrawing, View
@@ -84,6 +84,7 @@ class OrbitScreen(Screen[None]):
         self._code = code
         self._wanted: str | None = None
         self._caught_up: str | None = None
+        self._solving: str | None = None
         self.periods: list[int] = []
 
     @property
@@ -244,6 +245,7 @@ class OrbitScreen(Screen[None]):
     def on_orbit_screen_failed(self, message: Failed) -> None:
         """Say what went wrong."""
         self._say_reading("")
+        self._say_solving(None)
         self.notify(message.reason, severity="error")
 
     def on_paged_table_moved(self, message: PagedTable.Moved) -> None:
@@ -278,7 +280,7 @@ class OrbitScreen(Screen[None]):
         """Write what is known of the orbit."""
         if not self.is_mounted:
             return
-        self.query_one(FactsPanel).border_title = "facts"
+        self._entitle_facts()
         if orbit is None:
             self.query_one(FactsPanel).show(None)
             return
@@ -314,7 +316,20 @@ class OrbitScreen(Screen[None]):
         root = primitive_root(word)
         if root != word:
             self.notify(repeats(word, root))
+        self._say_solving(root)
         self._find(root, self.selection.a)
+
+    def _say_solving(self, word: str | None) -> None:
+        """Say that a word is looked up or solved, which may take a while; None: no more."""
+        self._solving = word
+        self._entitle_facts()
+        if word is None:
+            self.say_choices()
+        else:
+            self.sub_title = f"solving {code_text(word)} …"
+
+    def _entitle_facts(self) -> None:
+        self.query_one(FactsPanel).border_title = "facts" if self._solving is None else "solving …"
 
     @work(thread=True, exclusive=True, group="find", exit_on_error=False)
     def _find(self, word: str, a: float) -> None:
@@ -327,6 +342,8 @@ class OrbitScreen(Screen[None]):
 
     def on_orbit_screen_orbit_found(self, message: OrbitFound) -> None:
         """Show the orbit, unless another stadium is shown by now, and say where it comes from."""
+        if message.orbit.code == self._solving:
+            self._say_solving(None)
         if message.orbit.a != self.selection.a or self.go_to(message.orbit):
             return
         told = "it is not in the chosen subset" if message.orbit.stored else "not stored: solved on the spot"

@@ -37,7 +37,8 @@ def _half_length(a: Any) -> float:
     number = isinstance(a, Real) and not isinstance(a, bool)
     if number and MIN_A <= a <= MAX_A:
         return float(a)
-    raise StadiumError(f"a = {a!s:.40} is not a half length: give a number from {MIN_A:g} to {MAX_A:g}")
+    given = f"{a!r:.40}" if isinstance(a, str) else f"{a!s:.40}"  # quotes show that it is a text
+    raise StadiumError(f"a = {given} is not a half length: give a number from {MIN_A:g} to {MAX_A:g}")
 
 
 @dataclass(frozen=True)

@@ -116,8 +116,16 @@ def duration(seconds: float) -> str:
     return f"{seconds:.0f} s" if seconds >= 1 else f"{seconds:.2g} s"
 
 
+def about(seconds: float) -> str:
+    """Write an estimate of a time, of which nobody needs the parts of a second."""
+    return "under a second" if seconds < 1 else f"about {duration(seconds)}"
+
+
 def gigabytes(count: float) -> str:
-    """Write a number of bytes."""
+    """Write a number of bytes, with two digits where it is an estimate."""
     if count >= 1e11:
         return f"{count / 1e9:.0f} GB"
-    return f"{count / 1e9:.2g} GB" if count >= 1e9 else f"{count / 1e6:.3g} MB"
+    for unit, size in (("GB", 1e9), ("MB", 1e6)):
+        if count >= size:
+            return f"{count / size:.2g} {unit}" if count < 99.5 * size else f"{count / size:.0f} {unit}"
+    return f"{max(count / 1e3, 1):.0f} kB"

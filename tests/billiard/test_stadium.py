@@ -27,6 +27,11 @@ def test_points_lie_on_the_boundary(a, u):
             assert (x - centre) * centre >= -1e-15 * (a + 1) * a
 
 
+def test_a_text_is_seen_to_be_one():
+    with pytest.raises(StadiumError, match=r"^a = '1\.6' is not a half length"):
+        Stadium("1.6")
+
+
 def test_coordinates_are_counted_as_the_paper_does():
     stadium = Stadium(1.5)
     points = stadium.points(np.array([0, 1, 2, 3, 4, 5], np.uint8), np.array([0.5, 0, -0.5, 0, 1, -1]))

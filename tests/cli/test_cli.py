@@ -18,6 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from processes import COMMAND
 
+from orbitdb import Catalogue
 from orbitdb.cli.render import with_bound
 
 ROOT = Path(__file__).parents[2]
@@ -132,15 +133,20 @@ def test_repetitions_are_reduced(cli):
         (["query", "--code", "13", "--a", "1e9"], "half length"),
         (["query", "--code", "13", "--a", "wide"], "--a"),
         (["fill"], "--p 11"),
-        (["fill", "--p", "1"], "from 2"),
+        (["fill", "--p", "1"], "period 1: the least period is 2"),
         (["fill", "--p", "40"], "20 or less"),
         (["fill", "--p", "5", "--from", "7"], "periods 7 to 5"),
+        (["fill", "--p", "2-4", "--from", "2"], "--from does nothing with --p 2-4: leave it out"),
+        (["query", "--p", "2-1"], "backwards: the least period is 2"),
         (["fill", "--p", "4", "--method", "magic"], "magic"),
         (["query", "--p", "8-2"], "backwards"),
         (["query", "--status", "lost"], "lost"),
         (["query", "--range", "colour=1:2"], "colour"),
         (["query", "--range", "length=long:"], "length=3:10"),
         (["query", "-P", "=3"], "name=value"),
+        (["entropy", "--status", "dynamical"], "of orbits .and boundary.: status dynamical has none"),
+        (["lyapunov", "--status", "all"], "of orbits .and boundary.: leave out --status all"),
+        (["plot", "lyapunov", "-o", "x.svg", "--status", "orbit,unresolved"], "status unresolved has none"),
         (["nonsense"], "nonsense"),
         (["query", "--nonsense"], "nonsense"),
     ],
@@ -242,6 +248,30 @@ def test_one_bad_code_stores_none(cli, tmp_path):
     assert not (tmp_path / "orbits.db").exists()
 
 
+def test_long_words_are_short_in_tables_and_notes(cli, tmp_path):
+    word = "1" * 31 + "5" * 30
+    cli("fill", "--code", "1^31 5^30")
+    found = cli("query", "-c", "code,representative,p")
+    assert re.split(" {2,}", found.out.splitlines()[1]) == ["1^31 5^30", "1^31 5^30", "61"]
+    assert json.loads(cli("query", "--json", "-c", "code").out)[0]["code"] == word
+    (said,) = cli("plot", "orbit", "--code", word, "-o", str(tmp_path / "x.png")).err.splitlines()
+    assert said.startswith("orbit 1^31 5^30 at a = 1.6")
+
+
+def test_nothing_found_is_no_header_in_a_table_and_one_in_csv(cli, monkeypatch):
+    cli("fill", "--p", "3")
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
+    for command in (["query", "--code", "-"], ["query", "--p", "12"], ["table", "--p", "12"]):
+        assert cli(*command)[:2] == (1, "")
+    assert cli("query", "--p", "12", "--format", "csv", "-c", "code,p")[:2] == (1, "code,p\n")
+
+
+def test_fill_takes_ranges_of_periods(cli, tmp_path):
+    assert "p = 2..4 at a = 1.6: 41 sequences, 41 orbits" in cli("fill", "--p", "2-4").err
+    assert "p = 2, 5 at a = 1.6: " in cli("fill", "--p", "2,5").err
+    assert [fill.p for fill in Catalogue(tmp_path / "orbits.db").fills(1.6)] == [2, 3, 4, 5]
+
+
 def test_dry_run_writes_nothing(cli, tmp_path):
     outcome = cli("fill", "--p", "11", "--dry-run")
     assert outcome.code == 0
@@ -319,6 +349,24 @@ def test_ctrl_c_ends_with_130_and_goes_on(tmp_path):
         "orbitdb: interrupted; nothing that was stored is lost, the same command goes on from there"
     ]
     subprocess.run([*COMMAND, "fill", "--p", "5", "--db", str(path)], check=True, capture_output=True)
+
+
+@pytest.mark.parametrize(
+    ("command", "more"),
+    [
+        ("query --code 13", ""),
+        ("verify", ""),
+        ("export x.csv", ""),
+        ("simulate", "; nothing that was stored is lost"),
+        ("verify --rigorous", "; nothing that was stored is lost, the same command goes on from there"),
+    ],
+)
+def test_ctrl_c_promises_what_the_command_keeps(cli, monkeypatch, command, more):
+    def press(arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("orbitdb.cli.app.call", press)
+    assert cli(*command.split()) == (130, "", f"orbitdb: interrupted{more}\n")
 
 
 @pytest.mark.slow

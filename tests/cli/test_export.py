@@ -183,20 +183,22 @@ def test_an_empty_subset_writes_nothing(varied, tmp_path, cli):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "code", "said"),
     [
-        (["orbits.xlsx"], "xlsx"),
-        (["orbits"], "--format"),
-        ([], "--format"),
-        (["--format", "npz"], "name a file"),
-        (["nowhere/orbits.npz"], "No such file or directory"),
-        (["orbits.csv", "-c", "colour"], "colour"),
+        (["export", "orbits.xlsx"], 2, "xlsx"),
+        (["export", "orbits"], 2, "--format"),
+        (["export"], 2, "--format"),
+        (["export", "--format", "npz"], 2, "name a file"),
+        (["export", "orbits.csv", "-c", "colour"], 2, "colour"),
+        (["export", "nowhere/orbits.npz"], 3, "No such file or directory"),
+        (["plot", "entropy", "-o", "nowhere/x.pdf"], 3, "nowhere/x.pdf cannot be written"),
+        (["plot", "entropy", "-o", "/proc/x.svg"], 3, "/proc/x.svg cannot be written"),
     ],
 )
-def test_what_cannot_be_written_is_said(varied, tmp_path, monkeypatch, cli, arguments, said):
+def test_what_cannot_be_written_is_said(varied, tmp_path, monkeypatch, cli, arguments, code, said):
     monkeypatch.chdir(tmp_path)
-    done = cli("export", *arguments, "--db", str(varied))
-    assert done.code == 2
+    done = cli(*arguments, "--db", str(varied))
+    assert done.code == code
     assert said in done.err
     assert len(done.err.splitlines()) == 1
     assert list(tmp_path.iterdir()) == []

@@ -178,7 +178,11 @@ def test_files_that_can_and_cannot_be_written(tried, cli, tmp_path, command, end
     assert kept == {str(folder / name) for name in (f"ok{ending}", f"\udcff{ending}", f"new\nline{ending}",
                                                     f"\x1b[31m{ending}")}  # fmt: skip
     assert all(Path(name).stat().st_size > 100 for name in kept)
-    assert set(codes.values()) == {0, 2}
+    refused = {
+        str(folder / name) for name in (f"{'n' * 300}{ending}", f"missing/x{ending}", f"file/x{ending}")
+    }
+    assert {name for name, code in codes.items() if code == 3} == refused
+    assert set(codes.values()) == {0, 2, 3}
     assert not [name for name in os.listdir(folder) if name.endswith(".part")]
     assert Path("/dev/null").is_char_device()
 

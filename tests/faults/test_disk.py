@@ -223,6 +223,15 @@ def test_every_command_knows_what_it_may(locked, file, folder):
 
 
 @pytest.mark.slow
+def test_files_in_a_read_only_folder_are_refused(filled, locked):
+    locked.parent.chmod(0o555)
+    table, figure = locked.parent / "x.csv", locked.parent / "x.svg"
+    for arguments in (["export", table], ["plot", "entropy", "-o", figure]):
+        done = run(*arguments, "--db", filled, preexec_fn=drop_rights)
+        fails(done, "cannot be written (Permission denied)")
+
+
+@pytest.mark.slow
 def test_a_folder_that_cannot_be_made_is_named(locked):
     locked.parent.chmod(0o555)
     deeper = locked.parent / "deeper" / "new.db"

@@ -1,6 +1,10 @@
 """The catalogue as a Python object: subsets as arrays, classes for averages, words as keys."""
 
 import importlib.util
+import math
+import os
+import pickle
+import shutil
 import subprocess
 import sys
 from collections import Counter
@@ -11,6 +15,7 @@ from quick import slow_but
 
 from orbitdb import Catalogue, Selection, Stadium, Status, solve_word
 from orbitdb.billiard.stability import forces
+from orbitdb.errors import StoreError
 from orbitdb.store.asking.selection import SelectionError, choose
 from orbitdb.symbols.words import from_strings, least_rotation
 
@@ -88,6 +93,8 @@ def test_classes_are_orbits_unless_another_status_is_named(varied):
     orbits, boundary = catalogue.classes(p=6), catalogue.classes(p=6, status="boundary")
     assert orbits.chosen.sum() == catalogue.count(choose(1.0, p=6, status="orbit"))
     assert boundary.chosen.sum() == catalogue.count(choose(1.0, p=6, status="boundary")) > 0
+    with pytest.raises(SelectionError, match="status dynamical has none"):
+        catalogue.classes(status="dynamical")
 
 
 def test_class_rows_tell_negative_eigenvalues_by_the_straight_bounces(catalogue):
@@ -161,6 +168,16 @@ def test_iteration_length_and_membership_agree(varied):
     assert all(word in catalogue and least_rotation(word) == word for word in words)
 
 
+def test_a_catalogue_is_pickled_as_its_path_and_a(varied, tmp_path):
+    path = shutil.copy(varied, tmp_path / "orbits.db")
+    with Catalogue(path, a=1.0).at_one_moment() as still:
+        again = pickle.loads(pickle.dumps(still))
+    assert (again.path, again.a, len(again)) == (still.path, 1.0, len(Catalogue(path, a=1.0)))
+    os.remove(path)
+    with pytest.raises(StoreError, match="no catalogue"):
+        pickle.loads(pickle.dumps(again))
+
+
 def test_a_catalogue_speaks_of_its_a(varied):
     at_one = Catalogue(varied, a=1.0)
     assert at_one["13"].length == pytest.approx(8, rel=1e-15)
@@ -176,11 +193,33 @@ def test_criteria_are_those_of_a_selection():
     assert choose(2.0, (2, 4), "orbit", contains="02", **ranges) == Selection(
         a=2.0, periods=((2, 4),), statuses=(Status.ORBIT,), contains="02", ranges=ranges
     )
+    several = choose(p=[2, 3, 5], status=["orbit", Status.BOUNDARY])
+    assert several == choose(p="2,3,5", status="orbit,boundary")
+    assert choose(p=range(2, 5)) == choose(p=(2, 4)) == choose(p="2-4")
 
 
-@pytest.mark.parametrize("wrong", [{"colour": (1, 2)}, {"status": "good"}, {"p": (4, 2)}, {"p": "x"}])
-def test_wrong_criteria_are_refused(catalogue, wrong):
-    with pytest.raises(SelectionError):
+def test_a_range_without_bounds_is_none(catalogue):
+    subset = catalogue.select(p=2, status="orbit", length=(None, None))
+    assert repr(subset) == "<1 orbits of period 2 at a = 1.6>"
+    assert Selection(ranges={"length": (None, None)}).describe() == "symbol sequences at a = 1.6"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"colour": (1, 2)}, "these are a, p, status, time_reversal, .*, length, lyapunov"),
+        ({"reversal": "self"}, "reversal: not a criterion; these are .* time_reversal"),
+        ({"status": "good"}, "good"),
+        ({"status": []}, "status"),
+        ({"p": (4, 2)}, "backwards"),
+        ({"p": "x"}, "2-8"),
+        ({"p": range(3, 3)}, "periods"),
+        ({"length": (math.nan, 3)}, "give two numbers"),
+    ],
+    ids=str,
+)
+def test_wrong_criteria_are_refused(catalogue, wrong, said):
+    with pytest.raises(SelectionError, match=said):
         catalogue.select(**wrong)
 
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from orbitdb.errors import StoreError
-from orbitdb.filling.estimate import Need, check_room, duration, need
+from orbitdb.filling.estimate import Need, about, check_room, duration, gigabytes, need
 from orbitdb.filling.periods import fill_periods
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.catalogue import Catalogue
@@ -62,6 +62,12 @@ def test_the_relaxation_takes_its_own_time(tmp_path):
 )
 def test_times_are_told_in_their_units(seconds, said):
     assert duration(seconds) == said
+
+
+def test_estimates_are_told_in_few_words():
+    assert [about(0.0046), about(17.3)] == ["under a second", "about 17 s"]
+    sizes = [gigabytes(count) for count in (20, 44_100, 12_340_000, 527e6, 1.66e9, 2e11)]
+    assert sizes == ["1 kB", "44 kB", "12 MB", "527 MB", "1.7 GB", "200 GB"]
 
 
 def test_a_disk_that_is_too_small_is_told_before_anything_is_written(cli, tmp_path, monkeypatch):

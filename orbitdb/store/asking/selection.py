@@ -17,7 +17,11 @@ from orbitdb.symbols.words import parse
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
 """The columns that a selection can bound from below and above."""
 
+CRITERIA = ("a", "p", "status", "time_reversal", "symmetry", "contains", "where", "parameters")
+"""What `choose` takes besides, by their names."""
+
 _PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
+_LEAST = 2
 _SHOWN = 60
 _MOST_RANGES = 100
 _LARGEST_INTEGER = 2**63
@@ -84,7 +88,8 @@ class Selection(ByValue):
         if self.contains:
             shown = self.contains if len(self.contains) <= _SHOWN else f"{self.contains[:_SHOWN]}..."
             parts.append(f"containing {shown}")
-        parts += [f"with {_span(name, *bounds)}" for name, bounds in self.ranges.items()]
+        bounded = {name: bounds for name, bounds in self.ranges.items() if any(b is not None for b in bounds)}
+        parts += [f"with {_span(name, *bounds)}" for name, bounds in bounded.items()]
         if self.where:
             values = ", ".join(f"{name} = {value!r}" for name, value in self.parameters.items())
             parts.append(f"where {self.where}" + (f" ({values})" if values else ""))
@@ -123,7 +128,8 @@ def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
             raise SelectionError(f"periods {text!r}: write them as 11, 2-8 or 2,3,5-7")
         low, high = int(found[1]), int(found[2] or found[1])
         if low > high:
-            raise SelectionError(f"periods {part.strip()!r} run backwards: write {high}-{low}")
+            remedy = f"write {high}-{low}" if high >= _LEAST else f"the least period is {_LEAST}"
+            raise SelectionError(f"periods {part.strip()!r} run backwards: {remedy}")
         ranges.append((low, high))
     if len(ranges) > _MOST_RANGES:
         raise SelectionError(f"periods: {len(ranges)} ranges, more than {_MOST_RANGES}; join some, as in 2-8")
@@ -236,8 +242,8 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
 
 def choose(
     a: float = 1.6,
-    p: int | tuple[int, int] | str | None = None,
-    status: Status | str | None = None,
+    p: int | tuple[int, int] | str | Iterable[int] | None = None,
+    status: Status | str | Iterable[Status | str] | None = None,
     time_reversal: str | None = None,
     symmetry: str | None = None,
     contains: str | None = None,
@@ -251,10 +257,11 @@ def choose(
     ----------
     a : float, optional
         The stadium.
-    p : int, (int, int) or str, optional
-        A period, the first and the last of a range, or text such as ``2,3,5-7``.
-    status : Status or str, optional
-        One, or some in a text with commas, such as ``orbit,boundary``.
+    p : int, (int, int), str or iterable of int, optional
+        A period, the first and the last of a range (a tuple), text such as ``2,3,5-7``, or all periods
+        one by one (a list, a range, an array).
+    status : Status, str or iterable of them, optional
+        One, or some, also in a text with commas, such as ``orbit,boundary``.
     time_reversal, symmetry, contains, where, parameters : optional
         As in `Selection`.
     **ranges : (float or None, float or None)
@@ -267,29 +274,45 @@ def choose(
     """
     if unknown := set(ranges) - set(MEASURES):
         raise SelectionError(
-            f"{', '.join(sorted(unknown))}: not a criterion; ranges are of {', '.join(MEASURES)}"
+            f"{', '.join(sorted(unknown))}: not a criterion; these are {', '.join((*CRITERIA, *MEASURES))}"
         )
-    if isinstance(p, tuple):
-        p = "-".join(map(str, p))
-    for name, bounds in ranges.items():
-        _need_bounds(name, bounds)
+    spans = {name: _pair(name, bounds) for name, bounds in ranges.items()}
     if not isinstance(where, str | None):
         raise SelectionError(f"where {where!r:.40}: give an SQL expression such as 'lambda_c < 0.4'")
     return Selection(
         a=Stadium(a).a,
-        periods=() if p is None else parse_periods(str(p)),
-        statuses=() if status is None else parse_statuses(str(status)),
+        periods=() if p is None else parse_periods(_periods_text(p)),
+        statuses=() if status is None else parse_statuses(_listed(status)),
         time_reversal=None if time_reversal is None else parse_reversal(time_reversal),
         symmetry=None if symmetry is None else parse_symmetry(symmetry),
         contains=None if contains is None else parse(contains),
-        ranges=ranges,
+        ranges={name: pair for name, pair in spans.items() if pair != (None, None)},
         where=where,
         parameters=parameters or {},
     )
 
 
-def _need_bounds(name: str, bounds: object) -> None:
-    """Raise unless bounds on a measure are a pair, each a number or None."""
-    pair = bounds if isinstance(bounds, tuple | list) else ()
-    if len(pair) != 2 or not all(bound is None or isinstance(bound, Real) for bound in pair):
+def _periods_text(p: int | tuple[int, int] | str | Iterable[int]) -> str:
+    """Write periods as `parse_periods` reads them: a pair is a range, any other sequence has them all."""
+    if isinstance(p, tuple) and len(p) == 2:
+        return "-".join(map(str, p))
+    if isinstance(p, range) and p.step == 1 and len(p):
+        return f"{p[0]}-{p[-1]}"
+    return _listed(p)
+
+
+def _listed(value: object) -> str:
+    """Write one value, or several with commas between."""
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        return str(value)
+    return ",".join(map(str, value))
+
+
+def _pair(name: str, bounds: object) -> tuple[float | None, float | None]:
+    """Return bounds on a measure; raise unless they are a pair, each a number or None."""
+    pair = tuple(bounds) if isinstance(bounds, tuple | list) else ()
+    numbers = [bound for bound in pair if bound is not None]
+    if len(pair) != 2 or not all(isinstance(bound, Real) and bound == bound for bound in numbers):
         raise SelectionError(f"{name} = {bounds!r:.40}: give two numbers such as (3, 10), or None for one")
+    low, high = pair
+    return low, high

@@ -54,6 +54,10 @@ class Catalogue(Reader):
         self._a = None if a is None else Stadium(a).a
         super().__init__(path)
 
+    def __reduce__(self) -> tuple[type["Catalogue"], tuple[Path, float | None]]:
+        """Pickle, and copy, the path and a: the file is opened anew where it is loaded."""
+        return type(self), (self.path.absolute(), self._a)
+
     @classmethod
     def create(cls, path: Path | str | None = None, a: float | None = None) -> "Catalogue":
         """Open a catalogue, making it or bringing it to the newest schema first."""
@@ -214,6 +218,11 @@ class Catalogue(Reader):
         Only classes with a length and lambda, which are orbits and, if their status is named, orbits
         through a joint. No coordinates are read; unless the subset depends on the single words
         (``contains``, ``where``) they are not read either. The parameters are those of `select`.
+
+        Raises
+        ------
+        SelectionError
+            If a status is named whose sequences have no length and lambda.
         """
         from orbitdb.store.reading.chosen_classes import read_classes
 

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from orbitdb.averages.fixed_points import ClassRows
 from orbitdb.equality import ByValue
-from orbitdb.store.asking.selection import Selection
+from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.schema import catalogue as view
 from orbitdb.store.file.schema import sequence
 from orbitdb.store.reading.class_view import class_view, same_for_classes
@@ -17,6 +18,9 @@ from orbitdb.store.reading.soundness import unsound
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+
+_MEASURED = (Status.ORBIT, Status.BOUNDARY)
+"""The statuses whose sequences have a length and lambda."""
 
 _IMPOSSIBLE = 1e15
 """A thousand times the length of an orbit of a million bounces at the largest a."""
@@ -64,6 +68,10 @@ class ChosenClasses(ByValue):
 
 def read_classes(reader: Reader, selection: Selection) -> ChosenClasses:
     """Return the chosen classes that have a length and lambda (`Catalogue.classes`)."""
+    if without := [status for status in selection.statuses if status not in _MEASURED]:
+        raise SelectionError(
+            f"averages and lengths are of orbits (and boundary): status {', '.join(without)} has none"
+        )
     if same_for_classes(selection):
         classes = class_view()
         source, chosen, query = classes.c, classes.c.class_size, sa.select().select_from(classes)

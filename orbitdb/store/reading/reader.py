@@ -3,7 +3,6 @@
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from copy import copy
 from pathlib import Path
 from typing import Any, Self
 
@@ -79,7 +78,8 @@ class Reader:
         What a fill stores meanwhile is seen behind the block.
         """
         with self.reading() as connection:
-            still = copy(self)
+            still = object.__new__(type(self))
+            still.__dict__.update(self.__dict__)  # not a copy, which would be opened anew
             still._moment = connection
             yield still
 

@@ -5,6 +5,7 @@ from screens import drive, press, send, settle, shown, until
 
 from orbitdb.cli.tui.dialogs import QuestionDialog
 from orbitdb.cli.tui.fill_dialog import FillDialog
+from orbitdb.cli.tui.filling import FillState, Wish
 from orbitdb.filling.estimate import need
 
 
@@ -17,8 +18,9 @@ def test_it_says_what_the_fields_take(filled_once):
     async def steps(app, pilot):
         await press(pilot, "f")
         coming = need(filled_once, 1.6, range(2, 10), 1)
-        assert cost(app).startswith(f"{coming.sequences:,} sequences to come at a = 1.6: about ")
-        assert cost(app).endswith(" MB")
+        said = f"{coming.sequences:,} sequences to come at a = 1.6: under a second, "
+        assert cost(app) == f"{said}{coming.bytes / 1e3:.0f} kB"
+        assert cost(app) in shown(app)
         app.screen.query_one("#periods").value = "2-8"
         await settle(pilot)
         assert "nothing is left to do" in cost(app)
@@ -33,6 +35,12 @@ def test_it_says_what_the_fields_take(filled_once):
         assert "symbol '9'" in cost(app)
 
     drive(filled_once, steps)
+
+
+def test_one_sequence_is_one():
+    wish = Wish(1.6, words=("13",))
+    assert FillState(wish, "done", 1, 1).sentence() == "done: 1 sequence"
+    assert FillState(wish, "done", 2000, 2000).sentence() == "done: 2,000 sequences"
 
 
 @pytest.mark.slow

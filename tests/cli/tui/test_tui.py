@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import re
+import threading
 from importlib.metadata import version
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from screens import LARGE, SMALL, ask, drive, press, screenshot, send, settle, s
 from textual import events
 
 from orbitdb.averages.by_period import entropy, lyapunov
+from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs import KeysDialog, LineDialog, QuestionDialog
 from orbitdb.cli.tui.drawing import OrbitDrawing, Plot, View
 from orbitdb.cli.tui.export import export
@@ -204,6 +206,31 @@ def test_a_word_that_is_not_stored_is_solved_and_says_why(filled, code, told):
 
     selection = Selection(a=1.0) if code == "1123123" else Selection()
     drive(filled, steps, LARGE, selection)
+
+
+def test_a_word_that_is_being_solved_is_said_to_be(filled, monkeypatch):
+    going, find = threading.Event(), BrowseApp.find
+
+    def slow(app, word, a):
+        assert len(word) < 100 or going.wait(60)
+        return find(app, word, a)
+
+    monkeypatch.setattr(BrowseApp, "find", slow)
+
+    async def steps(app, pilot):
+        await press(pilot, "c")
+        app.screen.query_one("Input").value = "1^50 5^51"
+        await settle(pilot)
+        assert "p = 101, least rotation 1^50 5^51" in shown(app)
+        await send(app, "enter", MainScreen)
+        await until(lambda: "solving …" in shown(app))
+        assert "solving 1^50 5^51 …" in shown(app)
+        going.set()
+        await settle(pilot)
+        assert "solving" not in shown(app)
+        assert app.screen.orbit.p == 101
+
+    drive(filled, steps, LARGE)
 
 
 @pytest.mark.slow
