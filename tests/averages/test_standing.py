@@ -96,7 +96,8 @@ def test_statistics_show_what_the_command_shows(varied, cli):
         *_, found = statistics(Catalogue(varied), selection)
         texts = [[cell != "" for cell in row[4:]] for row in table_of(found)]
         names = ("N", "K_0", "h_zeta", "lambda_d", "lambda_d_pair", "lambda_d_zeta",
-                 "lambda_c", "lambda_c_pair", "lambda_c_zeta")  # fmt: skip
+                 "lambda_c", "lambda_c_pair", "lambda_c_zeta", "lambda_d_sum_rule", "lambda_d_sum_rule_error",
+                 "lambda_c_sum_rule", "lambda_c_sum_rule_error")  # fmt: skip
         rows = [
             first | second
             for first, second in zip(
@@ -105,9 +106,10 @@ def test_statistics_show_what_the_command_shows(varied, cli):
             )
         ]
         assert texts == [[row[name] is not None for name in names] for row in rows]
-        drawn = {name: curves[-1].y for name, curves in curves_of(found, None).items()}
+        drawn = curves_of(found, None)
         for name in ("lambda_d", "lambda_c"):
-            assert np.isfinite(drawn[name]).sum() == sum(row[f"{name}_zeta"] is not None for row in rows)
+            (zeta,) = (curve for curve in drawn[name] if curve.name == "zeta")
+            assert np.isfinite(zeta.y).sum() == sum(row[f"{name}_zeta"] is not None for row in rows)
 
 
 COMMANDS = ("entropy", "lyapunov")

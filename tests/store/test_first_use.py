@@ -100,7 +100,7 @@ def test_words_that_cannot_be_solved_are_refused(words):
         {"length": (3,)},
         {"margin": ("a", 1)},
         {"where": 3},
-        {"status": ["orbit"]},
+        {"status": ["odd"]},
         {"p": 2.5},
     ],
 )

@@ -622,7 +622,7 @@ def test_a_partial_period_is_said_to_be_one_and_a_look_shows_how_it_goes_on(fill
         assert "period 8 at a = 1.6 is partial" in told
         await press(pilot, "S")
         assert list(app.screen.found.words) == list(range(2, 8))
-        assert "partial, left out: 8" in shown(app)
+        assert "8 (partial, left out)" in shown(app)
         await press(pilot, "escape", "right_square_bracket")
         assert "partial" not in shown(app)  # period 2 is shown, which is whole
         for _ in going:
