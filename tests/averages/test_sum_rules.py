@@ -129,6 +129,7 @@ def test_parts_of_the_orbits_have_none(filled, criteria):
 
 
 @pytest.mark.parametrize("a", [1e-6, 1e6])
+@pytest.mark.slow
 def test_values_stay_within_the_bounds_at_extreme_half_lengths(a):
     rows, sums = orbits(a)
     means = exact_means(a)

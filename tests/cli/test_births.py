@@ -58,6 +58,7 @@ def test_periods_that_nobody_knows_are_still_told(cli):
     assert json.loads(cli("table", "--a", "0.77", "--p", "4", "--json").out)[0]["N"] == 130
 
 
+@pytest.mark.slow
 def test_the_entropy_of_an_a_that_is_not_filled(cli):
     cli("births", "--p", "6")
     born = cli("entropy", "--a", "0.8", "--json")
@@ -80,6 +81,7 @@ def test_query_says_over_which_a_a_word_is_an_orbit(cli):
     assert "exists  from a = 0.386252501738 to 0.473270308236, and from a = 0.605684335145 on\n" in text
 
 
+@pytest.mark.slow
 def test_query_names_who_is_born_with_a_word(cli):
     assert "born at" not in cli("query", "--code", "01552").out
     cli("births", "--p", "5")
@@ -97,6 +99,7 @@ def test_a_stored_orbit_knows_its_life(cli):
     assert json.loads(cli("query", "--code", "01552", "--json").out) == bare
 
 
+@pytest.mark.slow
 def test_verify_compares_births_with_fills(cli, tmp_path):
     cli("births", "--p", "5")
     outcome = cli("verify")

@@ -248,6 +248,7 @@ def test_one_bad_code_stores_none(cli, tmp_path):
     assert not (tmp_path / "orbits.db").exists()
 
 
+@pytest.mark.slow
 def test_long_words_are_short_in_tables_and_notes(cli, tmp_path):
     word = "1" * 31 + "5" * 30
     cli("fill", "--code", "1^31 5^30")

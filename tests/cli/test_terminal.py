@@ -169,6 +169,7 @@ PLAIN = [  # where data, bars and notes meet
         pytest.param(PLAIN, "1", marks=pytest.mark.slow, id="no colour"),
     ],
 )
+@pytest.mark.slow
 def test_each_stream_alone_on_the_terminal(varied, tmp_path, commands, colour):
     runs = [runs_of(commands, tmp_path / (to or "s"), 200, to) for to in ("oe", "o", "e", "")]
     everything = [*chain.from_iterable(runs)]
@@ -247,6 +248,7 @@ def test_told_to_end_while_the_bar_is_up(tmp_path, arguments):
     ends_in_order(ended(child, (child.before, 200)), 143, [said])
 
 
+@pytest.mark.slow
 def test_ctrl_z_and_back(tmp_path):
     shell = spawn("--norc", "--noprofile", "-i", command=["bash"], PS1="$ ")
     command = [*COMMAND[:-1], f"'{COMMAND[-1]}'", "simulate", "--db", str(tmp_path / "orbits.db")]
@@ -318,6 +320,7 @@ ODD = [*PLAIN[:4], *QUIET]
         ),
     ],
 )
+@pytest.mark.slow
 def test_odd_terminals(varied, tmp_path, commands, columns, variables):
     runs = runs_of(commands, tmp_path / "odd", columns)
     sessions = run_several_in_terminal(runs, ORBITDB_DB=str(varied), **variables)

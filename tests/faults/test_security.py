@@ -564,6 +564,7 @@ def safe(texts: list[str]) -> None:
 
 
 @pytest.mark.parametrize("form", slow_but(["csv"], ["csv", "tsv"]))
+@pytest.mark.slow
 def test_tables_for_spreadsheets_hold_no_formulas(own, cli, tmp_path, form):
     import pandas as pd
 

@@ -74,6 +74,7 @@ def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
     assert after.known[p].boundary == boundary
 
 
+@pytest.mark.slow
 def test_births_that_were_stopped_go_on(born, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "BLOCK", 150)
     path = tmp_path / "stopped.db"
@@ -119,6 +120,7 @@ def test_nothing_is_stored_by_halves(born, monkeypatch):
     assert Catalogue(fresh).birth_fills()[0].whole
 
 
+@pytest.mark.slow
 def test_a_second_process_goes_on_behind_the_first(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "BLOCK", 600)
     path = tmp_path / "two.db"

@@ -231,6 +231,7 @@ class Silent(socketserver.BaseRequestHandler):
 
 
 @pytest.mark.parametrize("listens", [False, True])
+@pytest.mark.slow
 def test_where_no_scheduler_is(tmp_path, monkeypatch, cli, listens):
     monkeypatch.setattr("orbitdb.filling.cluster._PATIENCE", 0.5)
     with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Silent, bind_and_activate=listens) as server:

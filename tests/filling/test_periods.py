@@ -131,6 +131,7 @@ def test_two_fills_of_the_same_periods_take_turns(filled, tmp_path):
     assert content(path) == content(filled)
 
 
+@pytest.mark.slow
 def test_a_locked_database_is_named(filled, monkeypatch):
     monkeypatch.setattr("orbitdb.store.file.database.BUSY_TIMEOUT", 0.1)
     with sqlite3.connect(filled, isolation_level=None) as other:

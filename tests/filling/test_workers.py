@@ -135,6 +135,7 @@ class Mixed:
 
 
 @pytest.mark.usefixtures("small_blocks")
+@pytest.mark.slow
 def test_every_orbit_knows_what_computed_it(tmp_path):
     path = filled_by(Mixed(), tmp_path / "mixed.db", periods=(8,))
     counts = (

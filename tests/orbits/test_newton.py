@@ -138,6 +138,7 @@ def test_a_batch_is_a_loop_over_its_words(a):
 
 
 @pytest.mark.parametrize("a", slow_but([1.0], [0.5, 1.0, 1.6]))
+@pytest.mark.slow
 def test_every_rotation_is_the_same_orbit(a):
     for p in range(2, 7):
         batch = solved(p, a)

@@ -1,6 +1,7 @@
 """The figure of births: what it draws, and where there is nothing to draw."""
 
 import numpy as np
+import pytest
 
 from orbitdb.plots.births import Steps
 
@@ -11,6 +12,7 @@ def test_steps_rise_at_births_and_fall_at_deaths():
     assert steps.at(np.array([0.1, 1.5, 2.5, 3.5])).tolist() == [4, 12, 4, 12]
 
 
+@pytest.mark.slow
 def test_the_command_draws_what_is_stored(cli, tmp_path):
     figure = tmp_path / "births.svg"
     cli("migrate")

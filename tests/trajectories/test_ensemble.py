@@ -77,6 +77,7 @@ def test_reversed_rays_go_the_same_way_back(a, seed):
 
 
 @pytest.mark.parametrize("a", slow_but([0.3, 1.6], [1e-3, 0.3, 1.6, 20.0]))
+@pytest.mark.slow
 def test_invariant_measure_is_invariant(a):
     """After 30 bounces places are still uniform in arclength, and sines of the angle uniform."""
     from scipy.stats import kstest
@@ -293,6 +294,7 @@ def test_exponent_bounce_by_bounce_with_no_known_means(a):
     )
 
 
+@pytest.mark.slow
 def test_errors_are_what_the_values_scatter_by():
     """Twenty seeds: the scatter about the mean, in units of the errors given, is about 1."""
     found = [simulate(Stadium(1.6), 100_000, seed, trajectories=1024) for seed in range(20)]

@@ -70,6 +70,7 @@ def test_tangent_vectors_grow_as_legs_say():
     assert abs(legwise.lambda_d - plain.lambda_d) < 4 * plain.lambda_d_error
 
 
+@pytest.mark.slow
 def test_errors_are_what_the_values_scatter_by():
     growth = exact_means(1.6).growth
     runs = [simulate_legs(Stadium(1.6), 4000, (growth.value, growth.error), seed) for seed in range(12)]

@@ -126,6 +126,7 @@ def test_keys_are_wholly_readable(filled, size, key):
 
 
 @both_sizes
+@pytest.mark.slow
 def test_notifications_are_wholly_visible(filled, size):
     async def steps(app, pilot):
         message = f"{LONG_PATH} is read-only: copy it, or name another file with --db, " + "and so on, " * 20

@@ -115,6 +115,7 @@ def test_sorting_by_key_and_by_heading(filled, size):
     drive(filled, steps, size)
 
 
+@pytest.mark.slow
 def test_keys_that_come_faster_than_the_screen_are_not_lost(filled):
     async def steps(app, pilot):
         for key in "jjjjmjjm":
@@ -208,6 +209,7 @@ def test_a_word_that_is_not_stored_is_solved_and_says_why(filled, code, told):
     drive(filled, steps, LARGE, selection)
 
 
+@pytest.mark.slow
 def test_a_word_that_is_being_solved_is_said_to_be(filled, monkeypatch):
     going, find = threading.Event(), BrowseApp.find
 
