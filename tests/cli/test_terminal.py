@@ -356,3 +356,14 @@ def test_browse_leaves_the_terminal_as_it_was(varied, leave, code, said, columns
     assert session.restored
     assert "Traceback" not in session.text
     assert same("".join(session.lines)) == same(said)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("columns", [80, 200])
+@pytest.mark.parametrize("arguments", [("births", "--p", "5"), ("bounds", "--window", "8", "--prove")])
+def test_births_and_bounds(tmp_path, columns, arguments):
+    path = ["--db", str(tmp_path / "orbits.db")] if arguments[0] == "births" else []
+    session = run_in_terminal(*arguments, *path, columns=columns)
+    assert session.code == 0, session.text
+    assert "Traceback" not in session.text
+    assert session.restored
