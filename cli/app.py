@@ -1,6 +1,7 @@
 """All commands of ``orbitdb``: one module a group of commands."""
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Annotated, Any
 
 import typer
@@ -52,6 +53,9 @@ def _options(
     pass
 
 
+_command = cache(typer.main.get_command)  # built once, however many commands one process runs
+
+
 def call(arguments: Sequence[str]) -> Any:
     """Run the command that the arguments say; return its exit code, if it has one.
 
@@ -63,6 +67,6 @@ def call(arguments: Sequence[str]) -> Any:
         On Ctrl-C, or the end of an input that is waited for.
     """
     try:
-        return app(arguments, prog_name="orbitdb", standalone_mode=False)
+        return _command(app)(arguments, prog_name="orbitdb", standalone_mode=False)
     except typer.Abort as end:
         raise KeyboardInterrupt from end
