@@ -32,12 +32,6 @@ def killed_and_resumed(path: Path, jobs: list[str], kills: int, longest: float) 
     assert done.returncode == 0, done.stderr
 
 
-def test_a_fill_that_is_killed_goes_on_as_if_never(filled, tmp_path):
-    path = tmp_path / "killed.db"
-    killed_and_resumed(path, ["1"], 1, 0.4)
-    assert content(path) == content(filled)
-
-
 @pytest.mark.slow
 def test_twenty_kills_lose_nothing(filled, tmp_path):
     path = tmp_path / "killed.db"
