@@ -19,7 +19,7 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
 
 
 def pytest_configure() -> None:
-    """Let signals that this process ignores, as after ``&`` or ``nohup``, end what tests start nevertheless."""
+    """Let signals that a shell has told this process to ignore, as ``&`` does, end what tests start."""
     for name in ("SIGINT", "SIGHUP", "SIGTERM"):
         number = getattr(signal, name, None)
         if number and signal.getsignal(number) is signal.SIG_IGN:
