@@ -248,12 +248,14 @@ def test_where_no_scheduler_is(tmp_path, monkeypatch, cli, listens):
     assert not (tmp_path / "orbits.db").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheduler", ["", "rubbish", "foo://there:1", "tls://there:1", "x" * 5000])
 def test_addresses_that_are_none(scheduler):
     with pytest.raises(InputError, match="no dask scheduler answers"), Cluster(scheduler):
         pass
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("content", ["", "{}", "[]", "\0"])
 def test_a_file_that_is_no_schedulers(tmp_path, content):
     file = tmp_path / "scheduler.json"
