@@ -330,16 +330,15 @@ def test_odd_terminals(varied, tmp_path, commands, columns, variables):
 
 
 @pytest.mark.parametrize(
-    ("leave", "code", "said"),
+    ("leave", "code", "said", "columns"),
     [
-        ("q", 0, ""),
-        pytest.param("\x03", 0, "", marks=pytest.mark.slow),
-        pytest.param(signal.SIGTERM, 143, TERMINATED.removesuffix(GOES_ON), marks=pytest.mark.slow),
-        pytest.param(signal.SIGINT, 130, INTERRUPTED.removesuffix(GOES_ON), marks=pytest.mark.slow),
-        pytest.param(signal.SIGHUP, 129, TERMINATED.removesuffix(GOES_ON), marks=pytest.mark.slow),
+        ("q", 0, "", 200),
+        pytest.param("\x03", 0, "", 80, marks=pytest.mark.slow),
+        pytest.param(signal.SIGTERM, 143, TERMINATED.removesuffix(GOES_ON), 80, marks=pytest.mark.slow),
+        pytest.param(signal.SIGINT, 130, INTERRUPTED.removesuffix(GOES_ON), 200, marks=pytest.mark.slow),
+        pytest.param(signal.SIGHUP, 129, TERMINATED.removesuffix(GOES_ON), 80, marks=pytest.mark.slow),
     ],
 )
-@pytest.mark.parametrize("columns", [200, pytest.param(80, marks=pytest.mark.slow)])
 def test_browse_leaves_the_terminal_as_it_was(varied, leave, code, said, columns):
     child = spawn("browse", "--db", varied, columns=columns)
     child.expect("quit")
