@@ -59,17 +59,14 @@ QUIET = [
 EACH_KIND = [
     ("fill", "--p", "6", *NEW),
     ("simulate", "--bounces", "30000", *NEW),
-    ("verify", "--p", "2-4"),
     ("export", "{folder}/rows.csv", "--p", "2-4"),
     ("lyapunov", "--cut", "4", "--p", "2-4", "--json"),
 ]
 EACH_QUIET_KIND = [
     ("query", "--code", "1232131"),
     ("query", "--p", "2,3", "--format", "tsv"),
-    ("info",),
     ("query", "--code", "9"),
     ("nothing",),
-    ("export", "--help"),
 ]
 COMMANDS = ("fill", "query", "browse", "table", "entropy", "lyapunov", "simulate", "plot", "export", "verify",
             "bench", "info", "migrate")  # fmt: skip
