@@ -28,6 +28,8 @@ Example:
 """
 COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
            "seconds", "enumerating", "solving", "storing")  # fmt: skip
+_FEW = 4
+"""Values of a of which the entropy is told one by one."""
 
 
 def register(app: typer.Typer) -> None:
@@ -82,7 +84,19 @@ def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
         ("orbits", taken.orbits, taken.per_orbit),
     ):
         facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
-    return facts
+    return facts + _enclosures(catalogue)
+
+
+def _enclosures(catalogue: "Catalogue") -> list[tuple[str, str]]:
+    """Return the proved bounds on the entropy, a line an a; where there are many, how many there are."""
+    from orbitdb.cli.enclosed import between
+    from orbitdb.store.reading.fills import exact
+
+    curve = catalogue.entropy_curve()
+    told = [f"a = {exact(each.a)}: {between(each)}, {each.basis}" for each in curve[:_FEW]]
+    if len(curve) > _FEW:
+        told = [f"enclosed at {len(curve)} a from {exact(curve[0].a)} to {exact(curve[-1].a)}"]
+    return [("entropy", text) for text in told]
 
 
 def migrate(db: options.Database = None) -> None:
