@@ -88,15 +88,17 @@ def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
 
 
 def _enclosures(catalogue: "Catalogue") -> list[tuple[str, str]]:
-    """Return the proved bounds on the entropy, a line an a; where there are many, how many there are."""
+    """Return the proved bounds on the entropy, a line an a; of many, where periods are filled."""
     from orbitdb.cli.enclosed import between
     from orbitdb.store.reading.fills import exact
 
-    curve = catalogue.entropy_curve()
-    told = [f"a = {exact(each.a)}: {between(each)}, {each.basis}" for each in curve[:_FEW]]
-    if len(curve) > _FEW:
-        told = [f"enclosed at {len(curve)} a from {exact(curve[0].a)} to {exact(curve[-1].a)}"]
-    return [("entropy", text) for text in told]
+    curve, filled = catalogue.entropy_curve(), [a for a in catalogue.a_values() if catalogue.fills(a)]
+    told = [each for each in curve if len(curve) <= _FEW or each.a in filled]
+    lines = [f"a = {exact(each.a)}: {between(each)}, {each.basis}" for each in told]
+    others = [each.a for each in curve if each not in told]
+    if others:
+        lines.append(f"enclosed at {len(others)} other a from {exact(others[0])} to {exact(others[-1])}")
+    return [("entropy", text) for text in lines]
 
 
 def migrate(db: options.Database = None) -> None:
