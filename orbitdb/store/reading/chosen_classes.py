@@ -90,8 +90,8 @@ def read_classes(reader: Reader, selection: Selection) -> ChosenClasses:
     query = query.add_columns(source.p, source.class_size, chosen, *numbers)
     with reader.selecting(selection, source) as (connection, conditions):
         rows = connection.execute(query.where(*conditions, source.length.is_not(None))).cursor
-        found = np.fromiter(rows, _ROW)  # a row at a time: tuples take four times the room
-    columns = [found[name].copy() for name, _ in _ROW.descr]
+        found = np.fromiter(iter(rows.fetchone, None), _ROW)  # all tuples at once take four times the room
+    columns = [found[name].copy() for name in _ROW.names or ()]
     *positive, walls, _ = columns
     if not all((values > 1 / _IMPOSSIBLE).all() for values in positive) or not all(
         (abs(values) < _IMPOSSIBLE).all() for values in (*positive, walls)
