@@ -229,8 +229,12 @@ def _write_cut(subset: "WholePeriods", cut: float, weight: "Weight", form: Forma
     rows = subset.classes.rows()
     if weight is Weight.DETERMINANT and (most := by_period.largest_cut(rows, cut, _MOST_FACTORS)) < cut:
         raise InputError(f"cut {cut:g} has too many terms with --weight det: give {most:g} or less")
-    with progress("summing pseudo-cycles"):
-        found = by_period.lyapunov_by_stability(rows, cut, subset.highest, weight)
+    with progress("summing pseudo-cycles") as shown:
+
+        def show(done: float) -> None:
+            shown.tell("summing pseudo-cycles", done, 1.0, counted=False)
+
+        found = by_period.lyapunov_by_stability(rows, cut, subset.highest, weight, show)
     values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)
     note(subset.selection.describe())
     fault = "" if subset.missing or not found.fault else f"the zeta function gives no average {found.fault}"
