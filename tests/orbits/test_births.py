@@ -15,7 +15,8 @@ from orbitdb.billiard.legs import cut, direction_limits
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, WorkError
 from orbitdb.orbits import births
-from orbitdb.orbits.births import JOINTS, events, find_changes
+from orbitdb.orbits.batches import JOINTS
+from orbitdb.orbits.births import events, find_changes
 from orbitdb.orbits.continuation import follow, motion
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.symbols.symmetry import images_of
