@@ -15,13 +15,15 @@ from orbitdb.orbits.births import Changes, find_changes_together
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span, admissible_words, spans
 from orbitdb.symbols.symmetry import classify
-from orbitdb.symbols.words import pack
+from orbitdb.symbols.words import BITS, pack
 from orbitdb.version import __version__
 
 BLOCK = 1 << 15
 """Words of a block: a second of work or two."""
 
 _BLOCKS_A_JOB = 3
+_FIRST_LIGHT, _LIGHTER = 2, 8
+"""From 02 on hardly a word is the least of its class, as a mirror image or the reverse begins with 01."""
 _SMALLEST = 4
 """Where several processes work, a period is cut into blocks down to this part of a full one."""
 
@@ -119,6 +121,16 @@ def birth_blocks(periods: Sequence[tuple[int, int]], block: int, jobs: int) -> I
         size = block
         if jobs > 1:
             size = min(block, max(total // (_BLOCKS_A_JOB * jobs), block // _SMALLEST))
-        yield from (BirthBlock((span,)) for span in spans(p, size, after))
+        yield from (BirthBlock((span,)) for span in _spans(p, size, after))
     if small:
         yield BirthBlock(tuple(small))
+
+
+def _spans(p: int, size: int, after: int) -> Iterator[Span]:
+    """Cut the words of a period behind one into spans that have about equally many least words of classes."""
+    light = _FIRST_LIGHT << BITS * (p - 2)
+    for span in spans(p, size, after):
+        if span.after >= light:
+            yield from spans(p, _LIGHTER * size, span.after)
+            return
+        yield span
