@@ -78,7 +78,8 @@ def births(
 
 
 def _fill(periods: range, path: Path, solvers: Solvers) -> None:
-    from orbitdb.filling.births import BLOCK, fill_births
+    from orbitdb.filling.birth_blocks import BLOCK
+    from orbitdb.filling.births import fill_births
     from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.symbols.counting import count_admissible
 

@@ -1,6 +1,7 @@
 """Words of several orders, cut once and followed together: what a chain does depends on no order."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,8 +97,7 @@ def _joined(parts: Sequence[tuple[Rows, Legs]]) -> tuple[Rows, Chain]:
 
 
 def _legs_of(legs: Legs, columns: Rows) -> Legs:
-    parts = (legs.k, legs.d, legs.n, legs.s, legs.run, legs.place, legs.straight)
-    return Legs(*(part.take(columns, axis=1) for part in parts))
+    return Legs(**{each.name: getattr(legs, each.name).take(columns, axis=1) for each in fields(Legs)})
 
 
 def _places(legs: Legs, slack: Rows) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

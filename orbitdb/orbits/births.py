@@ -218,7 +218,11 @@ def _changes(batch: Batch, rows: Integers, grid: Floats) -> Iterator[_Found]:
     """Yield the bracketed changes of some words, group by group, several for one where slacks coincide."""
     for numbers, legs in batch.groups(rows):
         zeros = refine(legs, candidates(legs, follow(legs, grid)))
-        proved = bracket(legs, zeros, lambda words, a, own=numbers: batch.signs_at(own[words], a))
+
+        def surely(words: Integers, a: Floats, own: Integers = numbers) -> Signs:
+            return batch.signs_at(own[words], a)
+
+        proved = bracket(legs, zeros, surely)
         error = np.maximum(proved.high - proved.a, proved.a - proved.low)
         found = _Found(numbers[zeros.word], proved.a, error, proved.after > 0, zeros.slack, proved.slope)
         yield found.rows(np.flatnonzero(proved.before * proved.after == -1))
