@@ -90,7 +90,7 @@ def test_rows_are_chosen_by_life(cli):
     ordered = cli("query", "--p", "5", "--order", "born desc", "-c", "born", "--format", "csv")
     values = ordered.out.splitlines()[1:]
     assert float(values[0]) == pytest.approx(1.674424, abs=1e-6)
-    assert values[-1] == ""  # an orbit from a = 0 on
+    assert values[-1] == '""'  # an orbit from a = 0 on
     lacking = cli("query", "--exists", "0.8", "--p", "6")
     assert (lacking.code, lacking.out) == (1, "")
     assert "births of period 6 are not found" in lacking.err.splitlines()[0]
