@@ -1,6 +1,6 @@
 """What commands that read a catalogue begin with: which a is meant, and what of the subset is filled."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -63,11 +63,17 @@ def _told(catalogue: "Catalogue", a: float | None) -> float:
 
 
 def note_gaps(
-    catalogue: "Catalogue", chosen: "Selection", left_out: bool = False, counted: "Counted | None" = None
+    catalogue: "Catalogue",
+    chosen: "Selection",
+    left_out: bool = False,
+    counted: "Counted | None" = None,
+    names: Sequence[str] = (),
+    order: str = "p",
 ) -> bool:
     """Say which chosen periods are stored in part, and which are not filled; tell whether any are.
 
-    Those that were counted from births lack nothing: that is said instead.
+    Those that were counted from births lack nothing: that is said instead. So is of which no births are
+    stored, where the subset, the names of columns that are shown or the order depend on them.
     """
     partial = catalogue.partial(chosen)
     if counted is not None and counted.from_births:
@@ -78,8 +84,9 @@ def note_gaps(
     else:
         unfilled = catalogue.unfilled(chosen)
     note_partial(partial, chosen.a, left_out)
-    if unfilled is not None:
-        note(unfilled)
+    for said in (unfilled, catalogue.lacking_births(chosen, names, order)):
+        if said is not None:
+            note(said)
     return bool(partial) or unfilled is not None
 
 
@@ -97,5 +104,6 @@ def note_nothing(catalogue: "Catalogue", chosen: "Selection", more: str = "") ->
     """Say that a subset is empty, if any of its periods is filled: of the others that is not known."""
     unfilled = catalogue.unfilled(chosen)
     if unfilled is None or any(chosen.includes(fill.p) for fill in catalogue.fills(chosen.a)):
-        where = " in what is stored" if unfilled or catalogue.partial(chosen) else ""
+        lacking = unfilled or catalogue.lacking_births(chosen) or catalogue.partial(chosen)
+        where = " in what is stored" if lacking else ""
         note(f"no {chosen.describe()}{where}{more}")

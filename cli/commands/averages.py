@@ -83,6 +83,7 @@ def entropy(
                 note_gaps(catalogue, chosen, left_out=True, counted=counted)
                 _write_counted(counted, options.chosen(format_, json), proved)
                 return
+            _note_uncounted(catalogue, chosen)
             subset = _read(catalogue, chosen)
         shown.tell("expanding the zeta function")
         found = by_period.entropy(subset.classes.rows(), subset.highest)
@@ -127,6 +128,16 @@ def _counted(catalogue: "Catalogue", chosen: "Selection") -> "Counted | None":
         return None
     counted = catalogue.counts(chosen)
     return counted if counted.from_births else None
+
+
+def _note_uncounted(catalogue: "Catalogue", chosen: "Selection") -> None:
+    """Say why births do not answer for a subset of the orbits of periods that only they know."""
+    all_of_them = type(chosen)(chosen.a, chosen.periods)
+    if chosen != all_of_them and (counted := catalogue.counts(all_of_them)).from_births:
+        note(
+            f"births tell how many orbits of {counted.from_births_written()} there are at a = {chosen.a:g}, "
+            "and not which of them are chosen: leave out all but --p, or fill them"
+        )
 
 
 def _write_counted(counted: "Counted", form: Format, proved: "tuple[Enclosure, str] | None") -> None:

@@ -86,7 +86,7 @@ def export(
     names = KEYS if columns is None else parse_columns(columns)
     with reading(db, a, choice) as (catalogue, chosen):
         partial = catalogue.partial(chosen)
-        note_gaps(catalogue, chosen)
+        note_gaps(catalogue, chosen, names=names, order=order)
         rows = _rows(catalogue, chosen, names, order, limit, coordinates)
         with progress("sorting"):
             first = next(rows, None)

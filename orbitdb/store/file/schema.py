@@ -233,11 +233,26 @@ _VIEW_COLUMNS: dict[type[sa.types.TypeEngine[Any]], tuple[str, ...]] = {
 
 CATALOGUE_COLUMNS = [name for names in _VIEW_COLUMNS.values() for name in names]
 
+ENDS = ("born", "dies")
+"""The first birth and the first death of a word, which readers see in the view beside what is stored."""
+
 catalogue = sa.table(
     "catalogue",
     *(sa.column(name, kind) for kind, names in _VIEW_COLUMNS.items() for name in names),
+    *(sa.column(name, sa.REAL) for name in ENDS),
 )
-"""The view: one row a symbol sequence and a."""
+"""The view, as readers see it: one row a symbol sequence and a."""
+
+WITH_ENDS = """\
+CREATE TEMP VIEW catalogue AS
+SELECT kept.*,
+       (SELECT nullif(a, 0.0) FROM main.change WHERE cycle = kept.cycle AND number = 1) AS born,
+       (SELECT a FROM main.change WHERE cycle = kept.cycle AND number = 2) AS dies
+FROM main.catalogue AS kept
+"""
+"""What stands before the stored view for those who read: the same with the ends of the first life.
+
+No `born` for a word that is an orbit from a = 0 on, as for one of which no births are stored."""
 
 life = sa.table(
     "life",

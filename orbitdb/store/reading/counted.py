@@ -35,8 +35,11 @@ class Counted:
         """Say in one line which periods are counted from births; None if there are none."""
         if not self.from_births:
             return None
-        periods = written_periods(self.from_births)
-        return f"{periods} at a = {exact(self.a)}: from births, with no fill"
+        return f"{self.from_births_written()} at a = {exact(self.a)}: from births, with no fill"
+
+    def from_births_written(self) -> str:
+        """Write the periods that are counted from births, such as "periods 2-8"."""
+        return written_periods(self.from_births)
 
 
 def count(connection: sa.Connection, fills: Sequence[Fill], selection: Selection) -> Counted:
