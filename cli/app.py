@@ -12,6 +12,7 @@ from orbitdb.cli.commands import (
     births,
     bounds,
     browse,
+    columns,
     export,
     fill,
     info,
@@ -32,7 +33,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 for module in (
-    fill, births, query, browse, table, averages, bounds, simulate, plot, export, verify, bench, info,
+    fill, births, query, browse, table, averages, bounds, simulate, plot, export, columns, verify, bench,
+    info,
 ):  # fmt: skip
     module.register(app)
 
