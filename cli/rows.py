@@ -22,6 +22,21 @@ COLUMNS_HELP = "\n".join([
 """The columns for the end of a command's help, a line each, which is not to be wrapped."""
 
 
+_WORDS = ("code", "word", "representative")
+
+
+def with_marks(names: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:
+    """Give words in a form that no program takes for numbers: w01023."""
+    from orbitdb.symbols.words import MARK
+
+    places = [place for place, name in enumerate(names) if name in _WORDS]
+    for row in rows:
+        marked = list(row)
+        for place in places:
+            marked[place] = None if row[place] is None else f"{MARK}{row[place]}"
+        yield tuple(marked)
+
+
 def with_rules(names: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:
     """Give the rules broken as a list of numbers."""
     from orbitdb.store.asking.conditions import rules_of

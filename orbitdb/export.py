@@ -74,13 +74,16 @@ def form_of(path: Path, form: str | None) -> str:
     Raises
     ------
     ExportError
-        If there is no such format.
+        If there is no such format, or the ending is that of another one.
     """
-    found = form or path.suffix.lstrip(".").lower()
+    ending = path.suffix.lstrip(".").lower()
+    found = form or ending
     if found not in FORMATS:
         raise ExportError(
             f"format {found!r} of {path}: end the name in .{', .'.join(FORMATS)}, or use --format"
         )
+    if ending in FORMATS and ending != found:
+        raise ExportError(f"{path} ends in .{ending}, and --format says {found}: leave one of them out")
     return found
 
 

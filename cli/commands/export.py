@@ -14,7 +14,7 @@ from orbitdb.cli import options
 from orbitdb.cli.progress import Progress, progress
 from orbitdb.cli.reading import note_gaps, note_nothing, reading
 from orbitdb.cli.render import note
-from orbitdb.cli.rows import COLUMNS_HELP, KEYS, with_rules
+from orbitdb.cli.rows import COLUMNS_HELP, KEYS, with_marks, with_rules
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -82,6 +82,7 @@ def export(
     form: Annotated[
         str | None, typer.Option("--format", help="csv, jsonl, parquet or npz, whatever the name ends in.")
     ] = None,
+    mark_words: options.MarkWords = False,
     force: Annotated[bool, typer.Option("--force", help="Replace the file if there is one.")] = False,
     db: options.Database = None,
 ) -> None:
@@ -99,6 +100,7 @@ def export(
     else:
         kind = files.form_of(file, form)
         files.check_target(file, force)
+    options.check_marks(mark_words, kind)
     if bounces:
         options.refuse_idle(context, "with --bounces", "coordinates")
     otherwise: tuple[str, ...] = ("code",) if bounces else KEYS
@@ -117,7 +119,8 @@ def export(
         if first is None:
             note_nothing(catalogue, chosen, ": nothing is written")
             raise typer.Exit(1)
-        everything = chain([first], rows)
+        everything: Iterator[Row] = chain([first], rows)
+        everything = with_marks(names, everything) if mark_words else everything
         with progress("writing", to_stdout=file is None) as shown:
             written = _watched(everything, shown)
             if file is None:

@@ -10,7 +10,7 @@ from orbitdb.cli.codes import given_codes, primitive
 from orbitdb.cli.options import Format
 from orbitdb.cli.reading import meant, note_gaps, note_nothing, reading
 from orbitdb.cli.render import code_text, note, write, write_facts
-from orbitdb.cli.rows import COLUMNS_HELP, KEYS, with_rules
+from orbitdb.cli.rows import COLUMNS_HELP, KEYS, with_marks, with_rules
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -82,6 +82,7 @@ def query(
     ] = False,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
+    mark_words: options.MarkWords = False,
     db: options.Database = None,
 ) -> None:
     """Ask for an orbit by its code, or for rows of the catalogue.
@@ -90,10 +91,11 @@ def query(
     as least rotations; --status orbit leaves the orbits.
     """
     form = options.chosen(format_, json)
+    options.check_marks(mark_words, form)
     if code:
-        options.takes_only(context, "with --code", "code", "a", "columns", "bounces")
+        options.takes_only(context, "with --code", "code", "a", "columns", "bounces", "mark_words")
         show = _show_bounces if bounces else _show_words
-        show(list(given_codes(code)), a, db, columns, form)
+        show(list(given_codes(code)), a, db, columns, form, mark_words)
         return
     if bounces:
         raise InputError("--bounces goes with --code; 'orbitdb export --bounces' writes those of many orbits")
@@ -102,8 +104,8 @@ def query(
     shown = _ON_SCREEN if on_screen else limit
     with reading(db, a, choice) as (catalogue, chosen):
         note_gaps(catalogue, chosen)
-        rows = catalogue.rows(chosen, names, order, shown, offset)
-        count = write(names, with_rules(names, rows), form)
+        rows = with_rules(names, catalogue.rows(chosen, names, order, shown, offset))
+        count = write(names, with_marks(names, rows) if mark_words else rows, form)
         cut = offset or count == shown
         total = catalogue.count(chosen) if cut and (form is Format.TABLE or not count) else count
         if not total:
@@ -125,7 +127,7 @@ def _columns(text: str | None, form: Format) -> tuple[str, ...]:
 
 
 def _show_words(
-    codes: list[str], a: float | None, db: Path | None, columns: str | None, form: Format
+    codes: list[str], a: float | None, db: Path | None, columns: str | None, form: Format, mark: bool
 ) -> None:
     from orbitdb.cli.word import facts, write_bounces
     from orbitdb.filling.single_word import born_with, with_existence
@@ -139,13 +141,14 @@ def _show_words(
             write_facts(facts(orbit, born_with(catalogue, orbit)))
             write_bounces(orbit)
         return
-    write(keys, ([_value(orbit, key) for key in keys] for orbit in found), form)
+    rows = (tuple(_value(orbit, key) for key in keys) for orbit in found)
+    write(keys, with_marks(keys, rows) if mark else rows, form)
     if not found:
         raise typer.Exit(1)
 
 
 def _show_bounces(
-    codes: list[str], a: float | None, db: Path | None, columns: str | None, form: Format
+    codes: list[str], a: float | None, db: Path | None, columns: str | None, form: Format, mark: bool
 ) -> None:
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS, bounce_rows
@@ -157,7 +160,8 @@ def _show_bounces(
         for orbit in found
         for bounce in bounce_rows(Stadium(orbit.a), [orbit.code], [orbit.coordinates])[0]
     )
-    count = write((*keys, *BOUNCE_COLUMNS), rows, form)
+    names = (*keys, *BOUNCE_COLUMNS)
+    count = write(names, with_marks(names, rows) if mark else rows, form)
     for orbit in found:
         if orbit.coordinates is None:
             note(f"{code_text(orbit.code)} has no bounces: {orbit.status.sentence}")

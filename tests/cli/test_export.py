@@ -174,6 +174,19 @@ def test_bounces_of_one_word_are_those_of_the_export(varied, cli):
         assert cli(*wrong, "--db", str(varied)).code == 2
 
 
+def test_marked_words_are_no_numbers_to_anybody(varied, cli):
+    import pandas as pd
+
+    chosen = ("--p", "3", "--mark-words", "-c", "code,representative,length", "--db", str(varied))
+    exported = cli("export", "--format", "csv", *chosen)
+    table = pd.read_csv(io.StringIO(exported.out))
+    assert table["code"][1] == "w002"
+    assert table["representative"].isna()[1]  # it is pruned geometrically
+    assert exported.out == cli("query", "--format", "csv", *chosen).out
+    (row,) = json.loads(cli("query", "--code", table["code"].iloc[-1], "--json", "--db", str(varied)).out)
+    assert f"w{row['code']}" == table["code"].iloc[-1]
+
+
 @pytest.mark.parametrize("form", ["csv", "jsonl"])
 def test_stdout_is_what_the_file_holds(exported, varied, cli, form):
     done = cli("export", "--format", form, *CHOICE, "--coordinates", "--db", str(varied))
@@ -250,6 +263,8 @@ def test_an_empty_subset_writes_nothing(varied, tmp_path, cli):
         (["export", "orbits"], 2, "--format"),
         (["export"], 2, "--format"),
         (["export", "--format", "npz"], 2, "name a file"),
+        (["export", "z.npz", "--format", "csv"], 2, "z.npz ends in .npz, and --format says csv: leave one"),
+        (["export", "z.parquet", "--mark-words"], 2, "--mark-words is for csv and tsv: parquet keeps words"),
         (["export", "orbits.csv", "-c", "colour"], 2, "colour"),
         (["export", "nowhere/orbits.npz"], 3, "No such file or directory"),
         (["plot", "entropy", "-o", "nowhere/x.pdf"], 3, "nowhere/x.pdf cannot be written"),
