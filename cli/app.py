@@ -13,6 +13,7 @@ from orbitdb.cli.commands import (
     births,
     bounds,
     browse,
+    columns,
     export,
     fill,
     info,
@@ -33,7 +34,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 for module in (
-    fill, births, query, browse, table, averages, bounds, simulate, plot, export, verify, bench, info,
+    fill, births, query, browse, table, averages, bounds, simulate, plot, export, columns, verify, bench,
+    info,
 ):  # fmt: skip
     module.register(app)
 

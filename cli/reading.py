@@ -23,7 +23,20 @@ def reading(db: Path | None, a: float | None, choice: Choice) -> "Iterator[tuple
 
     chosen = choice.at(USUAL_A if a is None else a)  # so that a wrong option is told first
     with closing(Catalogue(db, a)) as opened, opened.at_one_moment() as catalogue:
+        _note_rotations(chosen)
         yield catalogue, replace(chosen, a=_told(catalogue, a))
+
+
+def _note_rotations(chosen: "Selection") -> None:
+    """Say where a filter compares codes with a rotation that names no row, once it is seen to be sound."""
+    if chosen.where is None:
+        return
+    from orbitdb.store.asking.codes import hint
+    from orbitdb.store.asking.expressions import check
+
+    check(chosen.where, dict(chosen.parameters))
+    if (told := hint(chosen.where)) is not None:
+        note(told)
 
 
 def averaged(choice: Choice) -> Choice:

@@ -9,6 +9,8 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from orbitdb.columns import IN_CATALOGUE
+
 APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
 
@@ -224,24 +226,18 @@ entropy_bound = sa.Table(
 """What windows of up to so many edges prove of the topological entropy at one a, which need not be a stadium
 with orbits. ``proof`` says what has decided all windows: `DOUBLES`, or `BALLS`, too."""
 
-_VIEW_COLUMNS: dict[type[sa.types.TypeEngine[Any]], tuple[str, ...]] = {
-    sa.Text: ("code", "word", "representative", "status", "rules", "time_reversal", "symmetry", "solver"),
-    sa.Integer: ("p", "class_size", "walls", "iterations", "element", "cycle"),
-    sa.REAL: ("a", "length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual",
-              "error", "length_error", "lyapunov_error"),
-}  # fmt: skip
+_TYPES: dict[str, type[sa.types.TypeEngine[Any]]] = {
+    "text": sa.Text,
+    "integers": sa.Text,
+    "integer": sa.Integer,
+    "number": sa.REAL,
+}
 
-CATALOGUE_COLUMNS = [name for names in _VIEW_COLUMNS.values() for name in names]
+catalogue = sa.table("catalogue", *(sa.column(each.name, _TYPES[each.kind]) for each in IN_CATALOGUE))
+"""The view, as readers see it: one row a symbol sequence and a."""
 
 ENDS = ("born", "dies")
 """The first birth and the first death of a word, which readers see in the view beside what is stored."""
-
-catalogue = sa.table(
-    "catalogue",
-    *(sa.column(name, kind) for kind, names in _VIEW_COLUMNS.items() for name in names),
-    *(sa.column(name, sa.REAL) for name in ENDS),
-)
-"""The view, as readers see it: one row a symbol sequence and a."""
 
 WITH_ENDS = """\
 CREATE TEMP VIEW catalogue AS
