@@ -194,8 +194,10 @@ def _controlled(copy: Tree, verdicts: Sequence[Verdict]) -> Iterator[Verdict]:
 
 def _told(verdict: Verdict) -> str:
     place = f"{verdict.outcome}: {verdict.file}:{verdict.line} ({verdict.kind})"
-    noticed = f"by {verdict.by}" if verdict.by else f"{verdict.ran} of {verdict.tests} tests"
-    return f"{place} {noticed}, {verdict.seconds:.0f} s"
+    if verdict.outcome == _KILLED:
+        return f"{place} by {verdict.by or 'import'}, {verdict.seconds:.0f} s"
+    change = f"  - {verdict.before}\n  + {verdict.after}"
+    return f"{place} {verdict.ran} of {verdict.tests} tests, {verdict.seconds:.0f} s\n{change}"
 
 
 def report(verdicts: Sequence[Verdict]) -> str:

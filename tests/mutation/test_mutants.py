@@ -77,13 +77,13 @@ FILES = {
     "far/__init__.py": "",
     "far/seen.py": "def twice(x):\n    return 2 * x\n",
     "far/unseen.py": "def half(x):\n    return x / 2\n\ndef never(x):\n    return x - 1\n",
-    "far/endless.py": "def count(x):\n    while x:\n        x -= 1\n",
+    "far/endless.py": "def count(x):\n    while x:\n        x -= 1\n    return x\n",
     "tests/far/test_seen.py": "import subprocess, sys\n"
     "def test_in_a_process():\n"
     "    code = 'from tiny.far.seen import twice; print(twice(4))'\n"
     "    assert subprocess.check_output([sys.executable, '-P', '-c', code]) == b'8\\n'\n",
     "tests/far/test_unseen.py": "from tiny.far.unseen import half\ndef test_blind():\n    half(4)\n",
-    "tests/far/test_endless.py": "from tiny.far.endless import count\ndef test_ends():\n    count(3)\n",
+    "tests/far/test_endless.py": "from tiny.far.endless import count\ndef test_ends():\n    assert count(3) == 0\n",
 }
 
 
@@ -95,7 +95,7 @@ def test_who_notices_is_told(tmp_path, capsys, monkeypatch):
         (tmp_path / name).write_text(text)
     monkeypatch.setattr("mutate._START", 3.0)
     main(["far", "--jobs", "1"], tmp_path)
-    told, shown = capsys.readouterr().out, []
+    told = capsys.readouterr().out
     assert (tmp_path / "far/seen.py").read_text() == FILES["far/seen.py"]
     shown = [line for line in told.splitlines() if line.startswith("far/")]
     assert all(line.startswith("far/unseen.py:") for line in shown)

@@ -1,7 +1,9 @@
 """Copies of the tree in which tests run, so that what they import, in every process, is the copy."""
 
+import compileall
 import contextlib
 import os
+import py_compile
 import shutil
 import signal
 import subprocess
@@ -77,12 +79,16 @@ class Tree:
         shutil.copytree(self.root, to, ignore=_LEFT_OUT)
         for name, folder in self.moved.items():
             (to / name).symlink_to(to / folder, target_is_directory=True)
+        checked = (
+            py_compile.PycInvalidationMode.CHECKED_HASH
+        )  # an altered file is seen, whatever its date says
+        compileall.compile_dir(to / self.package, quiet=2, invalidation_mode=checked)
         return Tree(to)
 
     def start_tests(
         self, arguments: Sequence[str], output: Path, variables: Mapping[str, str] | None = None
     ) -> subprocess.Popen:
-        """Start pytest; no other tree is imported, and no bytecode is kept."""
+        """Start pytest; no other tree is imported, and no bytecode is written."""
         kept = {name: text for name, text in os.environ.items() if not name.startswith(_OF_THE_OUTER_RUN)}
         mine = {"PYTHONPATH": os.pathsep.join([str(self.root), str(HERE)]), _MARK: str(self.root)}
         with output.open("w") as file:
