@@ -83,7 +83,9 @@ FILES = {
     "    code = 'from tiny.far.seen import twice; print(twice(4))'\n"
     "    assert subprocess.check_output([sys.executable, '-P', '-c', code]) == b'8\\n'\n",
     "tests/far/test_unseen.py": "from tiny.far.unseen import half\ndef test_blind():\n    half(4)\n",
-    "tests/far/test_endless.py": "from tiny.far.endless import count\ndef test_it():\n    assert count(3) == 0\n",
+    "tests/far/test_endless.py": "from tiny.far.endless import count\n"
+    "def test_ends():\n"
+    "    assert count(3) == 0\n",
 }
 
 
