@@ -234,19 +234,10 @@ _TYPES: dict[str, type[sa.types.TypeEngine[Any]]] = {
 }
 
 catalogue = sa.table("catalogue", *(sa.column(each.name, _TYPES[each.kind]) for each in IN_CATALOGUE))
-"""The view, as readers see it: one row a symbol sequence and a."""
+"""The view: one row a symbol sequence and a."""
 
 ENDS = ("born", "dies")
-"""The first birth and the first death of a word, which readers see in the view beside what is stored."""
-
-WITH_ENDS = """\
-CREATE TEMP VIEW catalogue AS
-SELECT kept.*,
-       (SELECT nullif(a, 0.0) FROM main.change WHERE cycle = kept.cycle AND number = 1) AS born,
-       (SELECT a FROM main.change WHERE cycle = kept.cycle AND number = 2) AS dies
-FROM main.catalogue AS kept
-"""
-"""What stands before the stored view for those who read: the same with the ends of the first life.
+"""The first birth and the first death of a word, as the view has them.
 
 No `born` for a word that is an orbit from a = 0 on, as for one of which no births are stored."""
 
