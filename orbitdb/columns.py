@@ -61,11 +61,11 @@ OF_WORDS = (
            "'self' if it retraces its path, else 'pair'; its reverse is then another word, counted, too",
            empty=_PRUNED),
     Column("born", "number",
-           "the a at which the word begins to be an orbit for the first time; every birth and its error is "
-           "in the table 'change'", "radius", "error of the change",
+           "first a at which the word becomes an orbit; every birth and its error is in the table "
+           "'change'", "radius", "error of the change",
            "an orbit from a = 0 on; no births stored; geometrically pruned"),
     Column("dies", "number",
-           "the a at which it ceases to be one for the first time", "radius", "error of the change",
+           "first a at which it ceases to be one", "radius", "error of the change",
            "never does; no births stored; geometrically pruned"),
     Column("walls", "integer",
            "bounces on the straight walls; the eigenvalues of the monodromy matrix are negative where it is "
