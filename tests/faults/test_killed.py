@@ -43,7 +43,7 @@ def test_twenty_kills_lose_nothing(filled, tmp_path):
 @pytest.mark.slow
 def test_the_plain_command_is_killed_and_goes_on(tmp_path):
     killed, whole = tmp_path / "killed.db", tmp_path / "whole.db"
-    arguments = ("fill", "--p", "12", "--jobs", "2", "--db")
+    arguments = ("fill", "--p", "11", "--jobs", "2", "--db")
     moments = seeded(7)
     for _ in range(3):
         process = start(*arguments, killed)
