@@ -75,12 +75,6 @@ def test_small_errors_are_shown_with_the_digits_they_need(error, text):
     assert with_error(0.8867858, error) == text
 
 
-def test_legwise_trajectories_need_a_stadium_that_is_not_a_circle(cli):
-    found = cli("simulate", "--legwise", "--a", "0.001", "--no-store")
-    assert (found.code, found.out) == (2, "")
-    assert "no known error" in found.err
-
-
 def test_a_table_shows_all_methods_within_80_columns(filled, cli):
     rows = json.loads(cli("lyapunov", "--json", "--db", str(filled)).out)
     for name, block in zip(
