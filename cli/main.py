@@ -61,7 +61,7 @@ def _consolation(arguments: Sequence[str]) -> str:
             return ""
         case "fill" | "verify" if "--again" not in arguments:
             return f"; {_KEPT}, the same command goes on from there"
-        case "fill" | "verify" | "simulate" | "browse" | "tui":
+        case "fill" | "verify" | "simulate" | "bounds" | "browse" | "tui":
             return f"; {_KEPT}"
     return ""
 

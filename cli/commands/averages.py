@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from orbitdb.cli import options
+from orbitdb.cli import enclosed, options
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import averaged, note_gaps, note_nothing, reading
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.counted import Counted
+    from orbitdb.store.reading.enclosures import Enclosure
     from orbitdb.store.reading.whole_periods import WholePeriods
 
 ENTROPY_EXAMPLES = """
@@ -67,7 +68,8 @@ def entropy(
     """Compute the topological entropy of the chosen orbits, by period.
 
     N: points on orbits of period p and its divisors; K_0 = ln N / p; h_zeta: from the leading zero of
-    the zeta function cut off at p, which converges much faster, with its change from p - 1.
+    the zeta function cut off at p, which converges much faster, with its change from p - 1. The proved
+    bounds are those that 'orbitdb bounds' has stored.
     """
     from orbitdb.averages import by_period
     from orbitdb.averages.standing import faults_of, standing
@@ -75,9 +77,10 @@ def entropy(
     with progress("reading orbits") as shown:
         with reading(db, a, averaged(choice)) as (catalogue, chosen):
             counted = _counted(catalogue, chosen)
+            proved = enclosed.enclosure(catalogue, chosen.a)
             if counted is not None:
                 note_gaps(catalogue, chosen, left_out=True, counted=counted)
-                _write_counted(counted, options.chosen(format_, json))
+                _write_counted(counted, options.chosen(format_, json), proved)
                 return
             subset = _read(catalogue, chosen)
         shown.tell("expanding the zeta function")
@@ -85,18 +88,35 @@ def entropy(
     form = options.chosen(format_, json)
     note(subset.selection.describe())
     if form is Format.TABLE:
-        _note_proved(subset.selection.a)
+        _note_proved(subset.selection.a, proved)
     _note_faults(subset, faults_of(found, subset.periods))
-    _write(subset, ENTROPY_COLUMNS, standing(found, subset.periods), form)
+    columns = standing(found, subset.periods)
+    columns |= _proved_columns(proved, len(columns["p"]), form)
+    _write(subset, _entropy_names(columns), columns, form)
 
 
-def _note_proved(a: float) -> None:
-    """Say what is known of the entropy of all orbits without a catalogue."""
+def _note_proved(a: float, proved: "tuple[Enclosure, str] | None") -> None:
+    """Say what is known of the entropy of all orbits by proof."""
     from orbitdb.entropy.letters import geometric_entropy
     from orbitdb.store.reading.fills import exact
 
-    most = math.ceil(geometric_entropy() * 1e6) / 1e6
-    note(f"of all orbits it is at most {most:.6f} at any a: 'orbitdb bounds --a {exact(a)}' encloses it")
+    most = f"at most {math.ceil(geometric_entropy() * 1e6) / 1e6:.6f} at any a"
+    if proved is None:
+        note(f"of all orbits it is {most}: 'orbitdb bounds --a {exact(a)}' encloses it")
+    else:
+        note(f"{proved[1]}; {most}")
+
+
+def _proved_columns(
+    proved: "tuple[Enclosure, str] | None", count: int, form: Format
+) -> dict[str, list[float | str]]:
+    """Return proved bounds as columns, where no note tells of them."""
+    return enclosed.columns_of(None if proved is None or form is Format.TABLE else proved[0], count)
+
+
+def _entropy_names(columns: dict[str, list[Any]]) -> list[str]:
+    """Return the names of the columns of entropies that there are."""
+    return [*ENTROPY_COLUMNS, *(name for name in enclosed.COLUMNS if name in columns)]
 
 
 def _counted(catalogue: "Catalogue", chosen: "Selection") -> "Counted | None":
@@ -107,8 +127,8 @@ def _counted(catalogue: "Catalogue", chosen: "Selection") -> "Counted | None":
     return counted if counted.from_births else None
 
 
-def _write_counted(counted: "Counted", form: Format) -> None:
-    """Write the entropies of counts."""
+def _write_counted(counted: "Counted", form: Format, proved: "tuple[Enclosure, str] | None") -> None:
+    """Write the entropies of counts, and what is proved beside them."""
     import numpy as np
 
     from orbitdb.averages import by_period
@@ -121,14 +141,18 @@ def _write_counted(counted: "Counted", form: Format) -> None:
     found = by_period.entropy_of_counts(cycles)
     if missing := missing_periods(max(counted.chosen), counted.chosen):
         note(f"the zeta function lacks the periods {', '.join(map(str, missing))}")
+    if form is Format.TABLE:
+        _note_proved(counted.a, proved)
     if fault := faults_of(found, counted.chosen):
         note(fault)
     for p in counted.chosen:
         if gaps := missing_divisors(p, counted.chosen):
             note(f"p = {p}: the sums over fixed points lack the periods {', '.join(map(str, gaps))}")
     columns = standing(found, counted.chosen)
-    rows = [list(row) for row in zip(*(columns[name] for name in ENTROPY_COLUMNS), strict=True)]
-    write(ENTROPY_COLUMNS, [row for row in rows if row[0] in counted.chosen], form)
+    columns |= _proved_columns(proved, len(columns["p"]), form)
+    names = _entropy_names(columns)
+    rows = [list(row) for row in zip(*(columns[name] for name in names), strict=True)]
+    write(names, [row for row in rows if row[0] in counted.chosen], form)
 
 
 @options.with_choice

@@ -12,7 +12,7 @@ import sqlalchemy as sa
 APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 """The number of the newest migration; kept as SQLite's user_version."""
 
 DONE, FILLING = "done", "filling"
@@ -20,6 +20,9 @@ DONE, FILLING = "done", "filling"
 
 BORN, DIED = "born", "died"
 """The kinds of a change."""
+
+DOUBLES, BALLS = "doubles", "balls"
+"""What proves a bound on the entropy: doubles with bounds on their errors, or ball arithmetic, too."""
 
 metadata = sa.MetaData(
     naming_convention={
@@ -204,6 +207,22 @@ birth_fill = sa.Table(
     **STRICT_ORDERED,
 )
 """How far the changes of a period are stored; the counts are there once the state is ``done``."""
+
+entropy_bound = sa.Table(
+    "entropy_bound",
+    metadata,
+    sa.Column("a", sa.REAL, primary_key=True),
+    sa.Column("proof", sa.Text, primary_key=True),
+    sa.Column("edges", sa.Integer, primary_key=True),
+    _required("lower", sa.REAL),
+    _required("upper", sa.REAL),
+    _required("windows", sa.Integer),
+    _required("undecided", sa.Integer),
+    _required("run", sa.Integer, sa.ForeignKey("run.id")),
+    **STRICT_ORDERED,
+)
+"""What windows of up to so many edges prove of the topological entropy at one a, which need not be a stadium
+with orbits. ``proof`` says what has decided all windows: `DOUBLES`, or `BALLS`, too."""
 
 _VIEW_COLUMNS: dict[type[sa.types.TypeEngine[Any]], tuple[str, ...]] = {
     sa.Text: ("code", "word", "representative", "status", "rules", "time_reversal", "symmetry", "solver"),
