@@ -114,6 +114,8 @@ def cut_where(
     for part in prefixes(whole, depth):
         for code, weight in zip(part.codes.tolist(), weights[part.states].tolist(), strict=True):
             before = (code << shift) - 1
+            if before + (1 << shift) <= whole.after:
+                continue  # so that a span cut off before is cut on as if it had not been
             if weight > room and before > start:
                 yield Span(p, start, before)
                 start, room = before, continuations
