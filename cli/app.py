@@ -18,6 +18,7 @@ from orbitdb.cli.commands import (
     plot,
     query,
     simulate,
+    sweep,
     table,
     verify,
 )
@@ -32,7 +33,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 for module in (
-    fill, births, query, browse, table, averages, bounds, simulate, plot, export, verify, bench, info,
+    fill, sweep, births, query, browse, table, averages, bounds, simulate, plot, export, verify, bench, info,
 ):  # fmt: skip
     module.register(app)
 
