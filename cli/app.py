@@ -20,6 +20,7 @@ from orbitdb.cli.commands import (
     plot,
     query,
     simulate,
+    sweep,
     table,
     verify,
 )
@@ -34,8 +35,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 for module in (
-    fill, births, query, browse, table, averages, bounds, simulate, plot, export, columns, verify, bench,
-    info,
+    fill, sweep, births, query, browse, table, averages, bounds, simulate, plot, export, columns, verify,
+    bench, info,
 ):  # fmt: skip
     module.register(app)
 

@@ -85,13 +85,13 @@ def note_gaps(
 ) -> bool:
     """Say which chosen periods are stored in part, and which are not filled; tell whether any are.
 
-    Those that were counted from births lack nothing: that is said instead. So is of which no births are
-    stored, where the subset, the names of columns that are shown or the order depend on them.
+    Those that were counted from births or a sweep lack nothing: that is said instead. So is of which no
+    births are stored, where the subset, the names of columns that are shown or the order depend on them.
     """
     partial = catalogue.partial(chosen)
-    if counted is not None and counted.from_births:
+    if counted is not None and counted.without_rows:
         note(str(counted.describe()))
-        partial = [fill for fill in partial if fill.p not in counted.from_births]
+        partial = [fill for fill in partial if fill.p not in counted.without_rows]
         rest = _without(chosen, counted.chosen)
         unfilled = None if rest is None else catalogue.unfilled(rest)
     else:

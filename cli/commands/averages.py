@@ -123,11 +123,11 @@ def _entropy_names(columns: dict[str, list[Any]]) -> list[str]:
 
 
 def _counted(catalogue: "Catalogue", chosen: "Selection") -> "Counted | None":
-    """Return counts in which births stand for fills, where all orbits of some periods are chosen."""
+    """Return counts in which sweeps and births stand for fills, where all orbits of periods are chosen."""
     if replace(chosen, periods=()) != type(chosen)(chosen.a):
         return None
     counted = catalogue.counts(chosen)
-    return counted if counted.from_births else None
+    return counted if counted.without_rows else None
 
 
 def _note_uncounted(catalogue: "Catalogue", chosen: "Selection") -> None:
@@ -194,20 +194,24 @@ def lyapunov(
     """
     from orbitdb.averages import by_period
     from orbitdb.averages.fixed_points import Weight
+    from orbitdb.averages.period_sums import lyapunov_of_periods
     from orbitdb.averages.standing import faults_of, standing
     from orbitdb.store.reading.references import best_reference
 
     if weight not in set(Weight):
         raise InputError(f"weight {weight!r}: use {' or '.join(Weight)}")
     with progress("reading orbits"), reading(db, a, averaged(choice)) as (catalogue, chosen):
-        subset = _read(catalogue, chosen)
+        subset = _read(catalogue, chosen, swept=cut is None)
         reference = best_reference(catalogue, chosen.a)
     form = options.chosen(format_, json)
     if cut is not None:
         _write_cut(subset, cut, Weight(weight), form)
         return
     with progress("expanding the zeta function"):
-        found = by_period.lyapunov(subset.classes.rows(), subset.highest, Weight(weight))
+        if subset.swept:
+            found = lyapunov_of_periods(subset.sums(), subset.highest, Weight(weight))
+        else:
+            found = by_period.lyapunov(subset.classes.rows(), subset.highest, Weight(weight))
     columns = standing(found, subset.periods) | _sum_rule_columns(subset)
     names = [*LYAPUNOV_COLUMNS, *SUM_RULE_COLUMNS]
     if reference is None:
@@ -235,11 +239,16 @@ def _sum_rule_columns(subset: "WholePeriods") -> dict[str, list[Any]]:
     """Return the columns of sum rules; blank, with a note why, where they mean nothing."""
     from orbitdb.store.reading.leg_terms import sum_rules_of, why_no_sum_rules
 
-    found = sum_rules_of(subset)
+    stored = subset.stored
+    if subset.swept:
+        note("sum rules need every single orbit: they are shown as far as rows are stored")
+    found = sum_rules_of(stored) if stored.highest else None
     if found is None:
-        note(why_no_sum_rules(subset.selection, subset.missing))
+        if stored.highest:
+            note(why_no_sum_rules(stored.selection, stored.missing))
         return {name: [None] * (subset.highest - 1) for name in SUM_RULE_COLUMNS}
-    return {name: getattr(found, name).tolist() for name in SUM_RULE_COLUMNS}
+    beyond = [None] * (subset.highest - stored.highest)
+    return {name: getattr(found, name).tolist() + beyond for name in SUM_RULE_COLUMNS}
 
 
 def _note_bounds(a: float) -> None:
@@ -277,13 +286,13 @@ def _write_cut(subset: "WholePeriods", cut: float, weight: "Weight", form: Forma
     write(CUT_COLUMNS, [[cut, *(None if subset.missing else _known(value) for value in values)]], form)
 
 
-def _read(catalogue: "Catalogue", chosen: "Selection") -> "WholePeriods":
+def _read(catalogue: "Catalogue", chosen: "Selection", swept: bool = False) -> "WholePeriods":
     """Return the chosen classes of whole periods; say what is left out, and leave if there is none."""
     from orbitdb.store.reading.whole_periods import read_whole
 
-    subset = read_whole(catalogue, chosen)
-    note_gaps(catalogue, chosen, left_out=True)
-    if not len(subset.classes):
+    subset = read_whole(catalogue, chosen, swept)
+    note_gaps(catalogue, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
+    if not len(subset.classes) and not any(sums.ranges.least for sums in subset.swept.values()):
         note_nothing(catalogue, subset.selection)
         raise typer.Exit(1)
     return subset
