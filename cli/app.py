@@ -13,12 +13,14 @@ from orbitdb.cli.commands import (
     births,
     bounds,
     browse,
+    columns,
     export,
     fill,
     info,
     plot,
     query,
     simulate,
+    sweep,
     table,
     verify,
 )
@@ -33,7 +35,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 for module in (
-    fill, births, query, browse, table, averages, bounds, simulate, plot, export, verify, bench, info,
+    fill, sweep, births, query, browse, table, averages, bounds, simulate, plot, export, columns, verify,
+    bench, info,
 ):  # fmt: skip
     module.register(app)
 

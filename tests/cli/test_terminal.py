@@ -1,6 +1,7 @@
 """Commands in a real terminal, as people use them."""
 
 import re
+import shutil
 import signal
 import sys
 from itertools import chain
@@ -245,6 +246,22 @@ def test_told_to_end_while_the_bar_is_up(tmp_path, arguments):
     child.expect(pexpect.EOF)
     said = TERMINATED if arguments[0] == "fill" else TERMINATED.removesuffix(GOES_ON)
     ends_in_order(ended(child, (child.before, 200)), 143, [said])
+
+
+@pytest.mark.slow
+def test_trajectories_leg_by_leg_are_ended_begun_again_and_shown(varied, tmp_path):
+    path = shutil.copy(varied, tmp_path)
+    child = spawn("simulate", "--legwise", "--bounces", "1000000000", "--db", path)
+    child.expect(r"lambda_d = 0\.8868?\d* \+- 0\.0000*[1-9][^\r]*[━╾─]{26}[^\r]*\r")
+    shown = child.before + child.after
+    child.sendintr()
+    child.expect(pexpect.EOF)
+    ends_in_order(ended(child, (shown + child.before, 80)), 130, [INTERRUPTED.removesuffix(GOES_ON)])
+    assert "no trajectory value" in run_in_terminal("lyapunov", "--db", path).text
+    assert run_in_terminal("simulate", "--legwise", "--bounces", "300000", "--db", path).code == 0
+    session = run_in_terminal("lyapunov", "--db", path)
+    well_behaved(session)
+    assert re.search(r"trajectories: lambda_d = 0\.8867\d\d \+- 0\.00000\d", session.text)
 
 
 @pytest.mark.slow

@@ -112,6 +112,7 @@ def test_keys_are_wholly_readable(filled, key):
         await press(pilot, *dict.fromkeys((key, "question_mark")))
         assert isinstance(app.screen, KeysDialog)
         await pilot.resize_terminal(TINY[0], 60)  # where there are fewer rows, they are scrolled
+        await settle(pilot)
         text = seen(app, app.screen.region)
         for _, keys in app.screen._groups:
             for name, meaning in keys:

@@ -35,6 +35,8 @@ def test_rows_and_count_follow_what_is_typed(filled_once, size):
         await typed(pilot, "length < 1")
         assert len(table_of(app).source) == 0
         assert told(app) == f"0 of {everything:,} sequences"
+        await typed(pilot, "code = '31'")
+        assert told(app).startswith(f"0 of {everything:,} sequences; no row has code = '31'")
         await typed(pilot, "length < 11")
         assert len(table_of(app).source) == 5
         assert told(app) == f"5 of {everything:,} sequences"
