@@ -422,8 +422,7 @@ def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
         await send(app, "f", FillDialog)
         await until(lambda: app.screen.query("#stop"))
         app.screen.query_one("#stop").press()
-        await settle(pilot)
-        assert app.fill_state.state == "stopped"
+        await until(lambda: app.fill_state.state == "stopped")
 
     drive(path, steps)
     done = [fill.p for fill in Catalogue(path).fills(1.6) if fill.state == "done"]
