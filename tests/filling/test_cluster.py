@@ -130,7 +130,7 @@ def dask_scheduler(folder: Path) -> Iterator[tuple[subprocess.Popen, Callable]]:
         yield scheduler, worker
 
 
-def wait_until(happened: Callable[[], bool], seconds: float = 60) -> None:
+def wait_until(happened: Callable[[], bool], seconds: float = 120) -> None:
     deadline = time.monotonic() + seconds
     while not happened():
         assert time.monotonic() < deadline
