@@ -80,7 +80,7 @@ class Subset(ByValue):
     >>> subset[0].code, subset[:3], "31" in subset
     ('13', <3 of 41 orbits of period 2 to 4 at a = 1.6>, True)
     >>> subset[subset.length > 12].words.tolist()[:2]
-    ['0132', '0213']
+    ['1155', '3344']
     >>> [orbit.code for orbit in subset[-2:]]
     ['1133', '4455']
     """
