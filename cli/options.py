@@ -122,12 +122,20 @@ class Choice:
             "--contains", metavar="SYMBOLS", help="Words with these symbols in a row, in any rotation."
         ),
     ] = None
+    exists: Annotated[
+        list[float] | None,
+        number_option("--exists", help="Words that are orbits at this a, by their births; repeatable."),
+    ] = None
+    not_at: Annotated[
+        list[float] | None,
+        number_option("--not-at", help="Words that are no orbits at this a, by their births; repeatable."),
+    ] = None
     bounds: Annotated[
         list[str] | None,
         typer.Option(
             "--range",
             metavar="NAME=LOW:HIGH",
-            help="Bounds on length, lyapunov, lambda_d, lambda_c or margin; repeatable.",
+            help="Bounds on length, lyapunov, lambda_d, lambda_c, margin, born or dies; repeatable.",
         ),
     ] = None
     where: Annotated[
@@ -167,6 +175,8 @@ class Choice:
             time_reversal=None if self.reversal is None else sel.parse_reversal(self.reversal),
             symmetry=None if self.symmetry is None else sel.parse_symmetry(self.symmetry),
             contains=None if self.contains is None else parse(self.contains),
+            exists=sel.parse_exists(self.exists or ()),
+            not_at=sel.parse_exists(self.not_at or ()),
             ranges=sel.parse_bounds(self.bounds or ()),
             where=self.where,
             parameters=parameters,

@@ -107,7 +107,7 @@ def export(
     names = otherwise if columns is None else parse_columns(columns)
     with reading(db, a, choice) as (catalogue, chosen):
         partial = catalogue.partial(chosen)
-        note_gaps(catalogue, chosen)
+        note_gaps(catalogue, chosen, names=names, order=order)
         if bounces:
             names, rows = _with_bounces(catalogue, chosen, names, order, limit)
         elif coordinates:

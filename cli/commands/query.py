@@ -103,7 +103,7 @@ def query(
     on_screen = form is Format.TABLE and limit is None
     shown = _ON_SCREEN if on_screen else limit
     with reading(db, a, choice) as (catalogue, chosen):
-        note_gaps(catalogue, chosen)
+        note_gaps(catalogue, chosen, names=names, order=order)
         rows = with_rules(names, catalogue.rows(chosen, names, order, shown, offset))
         count = write(names, with_marks(names, rows) if mark_words else rows, form)
         cut = offset or count == shown
