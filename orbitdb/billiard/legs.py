@@ -172,7 +172,7 @@ class _Pieces:
         fresh[:, 1:] |= crossing
         return cls(symbols, origin, straight, fresh, fresh & ~straight)
 
-    def by_runs(self) -> Iterator[tuple[NDArray[np.intp], list[Floats]]]:
+    def by_runs(self) -> Iterator[tuple[NDArray[np.intp], list[NDArray[Any]]]]:
         """Yield for each number of runs the rows of the words that have it, and their k, d, n and s."""
         starts = np.flatnonzero(self.run_starts)  # words begin with a run: none reaches into the next
         symbols = self.symbols.ravel()
