@@ -26,6 +26,8 @@ _DECIMALS = {
     "coordinate": 12,
     "x": 12,
     "y": 12,
+    "arclength": 12,
+    "sine": 12,
 }
 """Digits behind the point in tables; the other formats give every number in full."""
 

@@ -291,6 +291,11 @@ class Derivatives(ByValue):
     beyond: Floats
     stiffness: Floats
 
+    def of_words(self, words: NDArray[np.intp]) -> "Derivatives":
+        """Return those of some of the words."""
+        rows = (self.gradient, self.lean, self.beyond, self.stiffness)
+        return Derivatives(*(row.take(words, axis=1) for row in rows))
+
 
 def derivatives(legs: Chain, a: float | Floats, alpha: Floats) -> Derivatives:
     """Return the derivatives of L at directions alpha, shape (m, N)."""

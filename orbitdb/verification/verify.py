@@ -25,6 +25,7 @@ from orbitdb.symbols.words import to_strings
 from orbitdb.verification.births import check_births
 from orbitdb.verification.check import Check, Step, judged, measured, shown
 from orbitdb.verification.completeness import check_counts, check_file, check_pruned, check_words
+from orbitdb.verification.enclosures import check_enclosures
 from orbitdb.verification.invariants import check_consistency, with_bounds
 from orbitdb.verification.recomputation import check_against, check_bits, restart
 
@@ -41,6 +42,7 @@ PROMISES = {
     "rules": "pruned words break the rules that are stored",
     "fills": "the counts of every filled period are those of its rows",
     "births": "births and deaths take turns, and agree with every fill",
+    "entropy": "proved bounds on the entropy have a number in common, with new ones, too",
     "values": "every row has what its status demands",
     "statuses": "a new solution gives the same status",
     "unresolved": "every status is decided",
@@ -109,6 +111,7 @@ def verify(
         yield Step("file", 0, 1, tuple(check_file(connection)))
         yield Step("counts", 0, 1, tuple(check_counts(connection, selections)))
         yield Step("births", 0, 1, tuple(check_births(connection)))
+        yield Step("entropy", 0, 1, tuple(check_enclosures(connection)))
         yield from check_words(connection, chosen.values())
         if sample is None and selections:
             yield from check_pruned(still, selections[0])
