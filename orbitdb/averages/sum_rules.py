@@ -58,8 +58,8 @@ class SumRules(ByValue):
         lambda of a leg with weights held to one mean less.
     lambda_l_error : ndarray
         An estimate of its error: twice the range of lambda_l in the last five periods, three hundredths
-        of what is left to the orbits (the averages settle at values that are off by up to a hundredth of
-        it), and the error of the exact means. Where a mean had to be let go, three times that range and
+        of what is left to the orbits (the averages settle at values that are off by up to 1.5 % of it),
+        and the error of the exact means. Where a mean had to be let go, three times that range and
         three times the most that the last mean has changed lambda_l by in the last four periods. While
         there are not so many periods, and at most, the width of `ExactMeans.bounds`.
     lambda_d_sum_rule, lambda_c_sum_rule, lambda_d_sum_rule_error, lambda_c_sum_rule_error : ndarray
