@@ -128,7 +128,7 @@ def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
     place = steps - np.maximum.accumulate(np.where(fresh, steps, 0), axis=1)
     back = (steps - origin) % len(steps)
     run, place = np.take_along_axis(run, back, axis=1), np.take_along_axis(place, back, axis=1)
-    bounces = [np.ascontiguousarray(part.T) for part in (run, place, STRAIGHT[words])]
+    bounces: list[NDArray[Any]] = [np.ascontiguousarray(part.T) for part in (run, place, STRAIGHT[words])]
     return [
         (rows, Legs(*chain, *(part.take(rows, axis=1) for part in bounces)))
         for rows, chain in pieces.by_runs()
