@@ -66,7 +66,7 @@ def test_automaton_finds_patterns_their_mirror_images_and_reversals(data):
         expected.append(kinds)
     assert (found.follow(EDGE_WORDS) == expected).all()
     avoiding = sum(1 for kinds in expected if not kinds)
-    assert paths(*found.edges(3), len(found), found.step[0] >> 1, (found.found & 3) == 0) == avoiding
+    assert paths(*found.edges(3), len(found), found.first >> 1, (found.found & 3) == 0) == avoiding
 
 
 def paths(origin, target, states, first, free) -> int:
@@ -145,12 +145,12 @@ def cycles(seeking: Automaton, count: int, seed: int) -> Iterator[str]:
     """Walk at random past all patterns; yield the cyclic edge words between returns to a state."""
     random = np.random.default_rng(seed)
     while count:
-        letters, states = [U], [(int(seeking.step[0, U]) >> 1, 0)]
+        letters, states = [U], [(int(seeking.first[U]) >> 1, 0)]
         for _ in range(80):
             state, turned = states[-1]
             ways = []
             for letter in np.flatnonzero(MAY_FOLLOW[letters[-1]]):
-                move = int(seeking.step[state, MIRROR[letter] if turned else letter])
+                move = int(seeking.move(state, MIRROR[letter] if turned else letter))
                 if not seeking.found[move >> 1]:
                     ways.append((int(letter), (move >> 1, turned ^ (move & 1))))
             if not ways:
