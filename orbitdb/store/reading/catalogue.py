@@ -10,7 +10,7 @@ from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.selection import Selection, SelectionError, choose
 from orbitdb.store.file.database import default_path
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.reading import enclosures, lives
+from orbitdb.store.reading import enclosures, lives, sweeps
 from orbitdb.store.reading.class_first import count_rows
 from orbitdb.store.reading.counted import Counted, count
 from orbitdb.store.reading.enclosures import Enclosure
@@ -19,6 +19,7 @@ from orbitdb.store.reading.lives import BirthFill, Life
 from orbitdb.store.reading.lookup import find_word
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.stadiums import a_stored, meant
+from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
 
 if TYPE_CHECKING:
@@ -158,8 +159,13 @@ class Catalogue(Reader):
         with self.reading() as connection:
             return enclosures.closest(connection, proof)
 
+    def sweeps(self, a: float) -> list[Sweep]:
+        """Return what sweeps have counted and added up at one a, by period."""
+        with self.reading() as connection:
+            return sweeps.sweeps(connection, a)
+
     def counts(self, selection: Selection | None = None, **criteria: Any) -> Counted:
-        """Return the counts of the paper's Table 1 at any a: from a fill, else from births.
+        """Return the counts of the paper's Table 1 at any a: from a fill, a sweep, or births.
 
         Parameters
         ----------
