@@ -59,6 +59,7 @@ QUIET = [
 ]
 EACH_KIND = [
     ("fill", "--p", "6", *NEW),
+    ("bounds", "--window", "6", "--prove", *NEW),
     ("simulate", "--bounces", "30000", *NEW),
     ("verify", "--p", "2-4"),
     ("export", "{folder}/rows.csv", "--p", "2-4"),
