@@ -59,6 +59,7 @@ QUIET = [
 ]
 EACH_KIND = [
     ("fill", "--p", "6", *NEW),
+    ("bounds", "--window", "6", "--prove", *NEW),
     ("simulate", "--bounces", "30000", *NEW),
     ("export", "{folder}/rows.csv", "--p", "2-4"),
     ("lyapunov", "--cut", "4", "--p", "2-4", "--json"),
