@@ -21,7 +21,7 @@ def facts(orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = ()) -> li
     ]
     facts += [(f"  rule {rule.number}", rule.sentence) for rule in RULES if rule.number in orbit.rules]
     if orbit.exists:
-        facts.append(("exists", _lives(orbit.exists)))
+        facts.append(("exists", lives_text(orbit.exists)))
     facts += [(f"  born at {a:.9g}", f"with {', '.join(words)}") for a, words in born_with]
     if orbit.rules or orbit.length is None:
         return facts + ([("margin", number("margin", orbit.margin))] if orbit.margin is not None else [])
@@ -42,7 +42,7 @@ def facts(orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = ()) -> li
     return facts
 
 
-def _lives(lives: Sequence[tuple[float, float | None]]) -> str:
+def lives_text(lives: Sequence[tuple[float, float | None]]) -> str:
     """Say from where to where in a a word is an orbit."""
     return ", and ".join(
         ("for every a" if not low else f"from a = {low:.12g} on") if high is None else

@@ -310,7 +310,8 @@ def stretches(legs: Chain, low: float, high: float) -> Stretches:
         if not len(open_):
             break
         cells = _halves(cells, open_, alpha, drift)
-    word, x, radius, kind = (np.concatenate(parts) for parts in zip(*known, strict=True))
+    x, radius = (np.concatenate([part[i] for part in known]) for i in (1, 2))
+    word, kind = np.concatenate([part[0] for part in known]), np.concatenate([part[3] for part in known])
     return _joined(Stretches(word, x - radius, x + radius, kind, looked))
 
 
@@ -327,7 +328,7 @@ def _halves(cells: Cells, chosen: NDArray[np.intp], alpha: Floats, drift: Floats
 def _joined(cells: Stretches) -> Stretches:
     """Join neighbouring cells of one kind, in order."""
     order = np.lexsort((cells.low, cells.word))
-    word, low, high, kind = (part[order] for part in (cells.word, cells.low, cells.high, cells.kind))
+    word, low, high, kind = cells.word[order], cells.low[order], cells.high[order], cells.kind[order]
     fresh = np.ones(len(word), bool)
     fresh[1:] = (word[1:] != word[:-1]) | (kind[1:] != kind[:-1])
     first = np.flatnonzero(fresh)
