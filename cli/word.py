@@ -22,6 +22,7 @@ def facts(orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = ()) -> li
     facts += [(f"  rule {rule.number}", rule.sentence) for rule in RULES if rule.number in orbit.rules]
     if orbit.exists:
         facts.append(("exists", lives_text(orbit.exists)))
+    facts += [(f"  {end:.9g}", f"{form}, recognised numerically") for end, form in _closed_forms(orbit)]
     facts += [(f"  born at {a:.9g}", f"with {', '.join(words)}") for a, words in born_with]
     if orbit.rules or orbit.length is None:
         return facts + ([("margin", number("margin", orbit.margin))] if orbit.margin is not None else [])
@@ -40,6 +41,14 @@ def facts(orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = ()) -> li
         ("stored", "yes" if orbit.stored else "no: solved on the spot"),
     ]
     return facts
+
+
+def _closed_forms(orbit: Orbit) -> list[tuple[float, str]]:
+    """Return the births and deaths of a word that look like simple numbers, and these."""
+    from orbitdb.orbits.closed_forms import closed_form
+
+    ends = sorted({end for life in orbit.exists or () for end in life if end})
+    return [(end, form) for end in ends if (form := closed_form(end)) is not None]
 
 
 def lives_text(lives: Sequence[tuple[float, float | None]]) -> str:
