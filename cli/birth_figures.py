@@ -90,3 +90,19 @@ def _entropies(places: dict[int, births.Steps], highest: int, a: NDArray[np.floa
     for p in range(2, highest + 1):
         counts[:, p] = places[p].at(a)
     return np.array([entropy_of_counts(row).h_zeta[-1] for row in counts])
+
+
+def entropies_from_births(
+    catalogue: Catalogue, chosen: Selection, a: NDArray[np.float64]
+) -> dict[int, NDArray[np.float64]]:
+    """Return by period, for the highest chosen one without a gap below it, the entropy at each a.
+
+    Empty if no births are stored.
+    """
+    whole = [each.p for each in catalogue.birth_fills() if each.whole]
+    periods = [p for p in whole if chosen.includes(p) and [*range(2, p + 1)] == [q for q in whole if q <= p]]
+    if not periods:
+        return {}
+    highest = max(periods)
+    places = {p: _births(catalogue, p) for p in range(2, highest + 1)}
+    return {highest: _entropies(places, highest, a)}

@@ -83,6 +83,12 @@ StoredHalfLength = Annotated[
 ]
 OutputFormat = Annotated[Format, typer.Option("--format", help="How to write the result.")]
 Json = Annotated[bool, typer.Option("--json", help="The same as --format json.")]
+MarkWords = Annotated[
+    bool,
+    typer.Option(
+        "--mark-words", help="In csv and tsv, write words as w01023, which no program takes for a number."
+    ),
+]
 Periods = Annotated[str | None, typer.Option("--p", metavar="PERIODS", help="Periods: 11, 2-8 or 2,3,5-7.")]
 
 
@@ -134,7 +140,11 @@ class Choice:
     ] = None
     where: Annotated[
         str | None,
-        typer.Option("--where", metavar="SQL", help="An SQL expression over the columns of the catalogue."),
+        typer.Option(
+            "--where",
+            metavar="SQL",
+            help="An SQL expression over the columns; code('310') finds a word in any rotation.",
+        ),
     ] = None
     parameters: Annotated[
         list[str] | None,
@@ -202,6 +212,18 @@ def chosen(format_: Format, json: bool) -> Format:
     if json and format_ not in (Format.TABLE, Format.JSON):
         raise InputError(f"--json and --format {format_} contradict one another: leave one of them out")
     return Format.JSON if json else format_
+
+
+def check_marks(mark_words: bool, form: str) -> None:
+    """Refuse marks before words in a format that keeps texts as they are.
+
+    Raises
+    ------
+    InputError
+        If they are asked for there.
+    """
+    if mark_words and form not in (Format.CSV, Format.TSV):
+        raise InputError(f"--mark-words is for csv and tsv: {form} keeps words as they are, leave it out")
 
 
 def takes_only(context: typer.Context, asked: str, *names: str) -> None:

@@ -23,7 +23,20 @@ def reading(db: Path | None, a: float | None, choice: Choice) -> "Iterator[tuple
 
     chosen = choice.at(USUAL_A if a is None else a)  # so that a wrong option is told first
     with closing(Catalogue(db, a)) as opened, opened.at_one_moment() as catalogue:
+        _note_rotations(chosen)
         yield catalogue, replace(chosen, a=_told(catalogue, a))
+
+
+def _note_rotations(chosen: "Selection") -> None:
+    """Say where a filter compares codes with a rotation that names no row, once it is seen to be sound."""
+    if chosen.where is None:
+        return
+    from orbitdb.store.asking.codes import hint
+    from orbitdb.store.asking.expressions import check
+
+    check(chosen.where, dict(chosen.parameters))
+    if (told := hint(chosen.where)) is not None:
+        note(told)
 
 
 def averaged(choice: Choice) -> Choice:
@@ -72,13 +85,13 @@ def note_gaps(
 ) -> bool:
     """Say which chosen periods are stored in part, and which are not filled; tell whether any are.
 
-    Those that were counted from births lack nothing: that is said instead. So is of which no births are
-    stored, where the subset, the names of columns that are shown or the order depend on them.
+    Those that were counted from births or a sweep lack nothing: that is said instead. So is of which no
+    births are stored, where the subset, the names of columns that are shown or the order depend on them.
     """
     partial = catalogue.partial(chosen)
-    if counted is not None and counted.from_births:
+    if counted is not None and counted.without_rows:
         note(str(counted.describe()))
-        partial = [fill for fill in partial if fill.p not in counted.from_births]
+        partial = [fill for fill in partial if fill.p not in counted.without_rows]
         rest = _without(chosen, counted.chosen)
         unfilled = None if rest is None else catalogue.unfilled(rest)
     else:

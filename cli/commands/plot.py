@@ -24,10 +24,13 @@ Examples:
 
   orbitdb plot entropy --p 2-11 -o entropy.svg
 
+  orbitdb plot entropy --over-a -o entropy-over-a.svg
+
   orbitdb plot birkhoff --p 2-8 --reversal self -o phase-space.png
 
 The figures: orbit, its path in the stadium (Fig. 1 of the paper); reverse, an orbit and its time
-reverse (Fig. 4); entropy (Fig. 5) and lyapunov (Fig. 6) against the period; sheet, all classes of a
+reverse (Fig. 4); entropy (Fig. 5) and lyapunov (Fig. 6) against the period, and with --over-a the proved
+bounds on the entropy that 'orbitdb bounds' has found against a; sheet, all classes of a
 period; birkhoff, the bounces in phase space; lengths, the length spectrum; births, how many words are
 orbits at every a, from what 'orbitdb births' has found; life, an orbit at its birth, and its length and
 lambda over a.
@@ -70,6 +73,7 @@ def plot(
     ] = None,
     a: options.StoredHalfLength = None,
     choice: options.Choice,
+    over_a: Annotated[bool, typer.Option("--over-a", help="The entropy against a, not the period.")] = False,
     limit: Annotated[int, options.count_option("--limit", least=1, help="Orbits on a sheet at most.")] = 120,
     db: options.Database = None,
 ) -> None:
@@ -102,6 +106,15 @@ def plot(
         with progress("drawing"), reading(db, USUAL_A, options.Choice(p=choice.p)) as (catalogue, chosen):
             made = draw_births(catalogue, chosen)
         said = "births and deaths of orbits"
+    elif over_a:
+        from orbitdb.cli.entropy_figures import draw_over_a
+
+        if kind is not Kind.ENTROPY:
+            raise InputError(f"--over-a does nothing in plot {kind}: leave it out")
+        options.takes_only(context, "with --over-a", "kind", "output", "p", "over_a")
+        with progress("drawing"), reading(db, USUAL_A, options.Choice(p=choice.p)) as (catalogue, chosen):
+            made = draw_over_a(catalogue, chosen)
+        said = "topological entropy over a"
     else:
         options.refuse_idle(context, f"in plot {kind}", "code", *[] if kind is Kind.SHEET else ["limit"])
         choice = averaged(choice) if kind in _OF_CLASSES else choice

@@ -139,17 +139,18 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, form:
         for name in broken:
             note(f"{name}: not every row keeps that {PROMISES[name]}")
         raise typer.Exit(1)
-    changes = rows.get("births", 0)
+    changes, proved = rows.get("births", 0), rows.get("entropy", 0)
     if lives := rows.get("lives", 0) + rows.get("undecided", 0):
         note(
             f"no birth or death of {rows.get('lives', 0)} of {lives} classes is missing from a = 0.02 to 1000"
         )
-    if not classes and not changes:
+    if not classes and not changes and not proved:
         note(f"nothing to look at in {path}: the file is sound, but no class is stored that was asked for")
         raise typer.Exit(1)
     if (foreign := rows.get("statuses", 0) - rows.get("bits", 0)) > 0:
         note(f"{foreign} rows are of another method, version or machine: their last bits were not compared")
     seen = f"{classes} classes" + (f", {changes} births and deaths" if changes else "")
+    seen += f", {proved} bounds on the entropy" if proved else ""
     note(f"{path}: all is well with {seen}, {time.monotonic() - start:.1f} s")
 
 

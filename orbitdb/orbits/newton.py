@@ -139,6 +139,7 @@ def solve_word(word: str, stadium: Stadium | float) -> Orbit:
         symmetry=symmetry.label(family.stabiliser),
         class_size=symmetry.class_size(family.stabiliser),
         coordinates=found.coordinates[0] if exists else None,
+        solver="newton",
         **(numbers if exists else {"margin": numbers["margin"]}),
     )
 
@@ -211,7 +212,7 @@ def newton(
     limits = around = direction_limits(part, a)
     last = np.full(len(legs), np.nan)
     for count in range(MAX_STEPS):
-        step = _newton_step(part, a, here, limits)
+        step = newton_step(part, a, here, limits)
         if count >= _PLAIN_STEPS:
             step = _uphill(part, a, here, step)
         here = here + step
@@ -256,7 +257,7 @@ def _stalled(size: Floats, last: Floats) -> NDArray[np.bool_]:
     return stalled
 
 
-def _newton_step(legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:
+def newton_step(legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:
     """Return the Newton step within the limits; directions that press against a limit stay."""
     slopes = derivatives(legs, a, alpha)
     low, high = limits

@@ -25,6 +25,7 @@ from orbitdb.symbols.words import to_strings
 from orbitdb.verification.births import check_births
 from orbitdb.verification.check import Check, Step, judged, measured, shown
 from orbitdb.verification.completeness import check_counts, check_file, check_pruned, check_words
+from orbitdb.verification.enclosures import check_enclosures
 from orbitdb.verification.invariants import check_consistency, with_bounds
 from orbitdb.verification.lives import prove_lives
 from orbitdb.verification.recomputation import check_against, check_bits, restart
@@ -44,6 +45,7 @@ PROMISES = {
     "births": "births and deaths take turns, and agree with every fill",
     "lives": "between a = 0.02 and 1000 no birth or death is missing, and none too many",
     "undecided": "cells in ln a are small enough to tell that",
+    "entropy": "proved bounds on the entropy have a number in common, with new ones, too",
     "values": "every row has what its status demands",
     "statuses": "a new solution gives the same status",
     "unresolved": "every status is decided",
@@ -117,6 +119,7 @@ def verify(
         yield Step("births", 0, 1, tuple(check_births(connection)))
         if missing_births:
             yield from prove_lives(connection)
+        yield Step("entropy", 0, 1, tuple(check_enclosures(connection)))
         yield from check_words(connection, chosen.values())
         if sample is None and selections:
             yield from check_pruned(still, selections[0])

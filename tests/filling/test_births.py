@@ -182,8 +182,7 @@ def test_counts_agree_at_many_a_to_period_9(tmp_path):
     path = tmp_path / "nine.db"
     Catalogue.create(path)
     fill(path, range(2, 10))
-    for a in (0.02, 0.06, 0.11, 0.2, 0.3, 0.387, 0.4, 0.47, 0.4733, 0.5, 0.55, 0.6, 0.61, 0.8, 1.0, 1.3, 1.6,
-              2.0, 2.5, 4.0, 9.2, 10.0):  # fmt: skip
+    for a in (0.02, 0.11, 0.3, 0.387, 0.4, 0.4733, 0.5, 0.61, 1.0, 2.0, 10.0):
         before = Catalogue(path).counts(a=a).known
         for _ in fill_periods(path, a, range(2, 10)):
             pass

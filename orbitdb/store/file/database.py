@@ -15,7 +15,7 @@ from sqlalchemy import event
 
 from orbitdb.errors import StoreError
 from orbitdb.store.file.guard import refuse_tampered
-from orbitdb.store.file.schema import APPLICATION_ID, SCHEMA_VERSION, WITH_ENDS
+from orbitdb.store.file.schema import APPLICATION_ID, SCHEMA_VERSION
 
 BUSY_TIMEOUT = 5.0
 """How long SQLite waits for a lock (seconds)."""
@@ -113,7 +113,6 @@ def reading_engine(path: Path) -> sa.Engine:
 
     def connect() -> sqlite3.Connection:
         connection = _connect(uri + ("&immutable=1" if frozen else ""), path, newest=True)
-        connection.execute(WITH_ENDS)
         connection.execute("PRAGMA query_only = ON")
         connection.execute(f"PRAGMA cache_size = -{_CACHE}")
         tame(connection)

@@ -10,14 +10,16 @@ from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.selection import Selection, SelectionError, choose
 from orbitdb.store.file.database import default_path
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.reading import lives
+from orbitdb.store.reading import enclosures, lives, sweeps
 from orbitdb.store.reading.class_first import count_rows
 from orbitdb.store.reading.counted import Counted, count
+from orbitdb.store.reading.enclosures import Enclosure
 from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lives import BirthFill, Life
 from orbitdb.store.reading.lookup import find_word
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.stadiums import a_stored, meant
+from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
 
 if TYPE_CHECKING:
@@ -128,8 +130,42 @@ class Catalogue(Reader):
         with self.reading() as connection:
             return lives.lives(connection, p)
 
+    def entropy_bounds(self, a: float | None = None, proof: str | None = None) -> Enclosure | None:
+        """Return the closest proved bounds that are stored on the topological entropy at one a.
+
+        None if there are none: `orbitdb bounds` finds and stores them.
+
+        Parameters
+        ----------
+        a : float, optional
+            The stadium; by default the catalogue's.
+        proof : str, optional
+            ``doubles`` or ``balls``: only bounds that rest on that; by default the closer ones.
+
+        Raises
+        ------
+        InputError
+            If `proof` is another word.
+        """
+        with self.reading() as connection:
+            found = enclosures.closest(connection, proof, self.a if a is None else Stadium(a).a)
+        return found[0] if found else None
+
+    def entropy_curve(self, proof: str | None = None) -> list[Enclosure]:
+        """Return the closest stored bounds on the topological entropy at every a, in order.
+
+        The parameter is that of `entropy_bounds`.
+        """
+        with self.reading() as connection:
+            return enclosures.closest(connection, proof)
+
+    def sweeps(self, a: float) -> list[Sweep]:
+        """Return what sweeps have counted and added up at one a, by period."""
+        with self.reading() as connection:
+            return sweeps.sweeps(connection, a)
+
     def counts(self, selection: Selection | None = None, **criteria: Any) -> Counted:
-        """Return the counts of the paper's Table 1 at any a: from a fill, else from births.
+        """Return the counts of the paper's Table 1 at any a: from a fill, a sweep, or births.
 
         Parameters
         ----------
