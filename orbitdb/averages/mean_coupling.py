@@ -12,7 +12,9 @@ g jumps where the line goes through a joint of the other circle's copies q and q
     t (2 phi - 1) = arccos(cos(t) / R) - arctan2(2a, -2q - 1),     R = sqrt(4 a^2 + (2q + 1)^2),
 
 so the integral over phi is taken piece by piece between the jumps of g(phi), g(phi') and k. What is left
-is a function of t with kinks where two jumps meet; panels of t are halved until it is known.
+is a function of t with kinks where two jumps meet; panels of t are halved until it is known. At small a
+all kinks are within about a of the places where the number of bounces changes, t = pi/2k, and no node of a
+wide panel would see them: the first panels already are as narrow as a there.
 """
 
 import math
@@ -34,6 +36,9 @@ _COPIES = 60
 _ROUNDS = 16
 """Shares of the tolerance: in each round the least changes that make up a share are let be."""
 
+_NARROW = 0.25
+"""Of a: the first panels where the number of bounces changes."""
+
 _MOST_PANELS = 4000
 _T_NODES, _PHI_NODES = 6, 8
 _BATCH = 4096
@@ -52,8 +57,8 @@ def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
         What the last halving of all panels may change at most. The error that is returned is four times
         what it did change, added up without signs: near a kink a change may be small by chance.
     """
-    ends = np.pi / (2 * np.arange(_LONGEST + 1, 0, -1.0))
-    low, high = np.concatenate([[0.0], ends[:-1]]), ends
+    ends = _first_ends(a)
+    low, high = ends[:-1], ends[1:]
     whole = _integrals(a, low, high)
     settled = unsettled = 0.0
     while True:
@@ -70,6 +75,17 @@ def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
         unsettled += float(change[~going].sum())
         low, high = np.concatenate([low[going], middle[going]]), np.concatenate([middle[going], high[going]])
         whole = np.concatenate([left[going], right[going]])
+
+
+def _first_ends(a: float) -> Floats:
+    """Return the ends of the first panels of t, which halve towards every t = pi/2k down to a share of a."""
+    places = np.concatenate([[0.0], np.pi / (2 * np.arange(_LONGEST + 1, 0, -1.0))])
+    found = [places]
+    for low, high in zip(places[:-1].tolist(), places[1:].tolist(), strict=True):
+        halvings = math.ceil(math.log2(max((high - low) / (_NARROW * a), 1.0)))
+        steps = (high - low) / 2.0 ** np.arange(1, halvings + 1)
+        found += [low + steps, high - steps]
+    return np.unique(np.concatenate(found))
 
 
 def _largest(change: Floats, rest: float) -> NDArray[np.bool_]:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from orbitdb.averages import drift_and_kick
 from orbitdb.averages.drift_and_kick import (
     bounces_per_leg,
     leg_probabilities,
@@ -64,6 +65,47 @@ def test_mean_of_c2_is_as_exact_as_it_says(a):
     assert exact.error < 1e-6
     if a == 1.6:
         assert exact.value == pytest.approx(0.15276982, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("a", "exact"),
+    [(1e-4, 8.3336398346), (0.00636, 4.1920955581), (0.0362, 2.4954359518), (1.6, 0.1527698204)],
+)
+def test_no_kink_of_c2_is_overlooked(a, exact):
+    """Against first panels of a fiftieth of a; wide ones miss what happens next to t = pi/2k at small a."""
+    for tolerance in (1e-4, 1e-7):
+        found = mean_coupling(a, tolerance)
+        assert abs(found.value - exact) <= found.error + 5e-9
+
+
+@pytest.mark.parametrize("last", [5, 20, 200])
+def test_a_shorter_sum_over_runs_is_within_its_bound(last, monkeypatch):
+    exact = log_kick().value
+    monkeypatch.setattr(drift_and_kick, "_RUNS", last)
+    found = log_kick()
+    assert 0.01 * found.error < abs(found.value - exact) <= found.error
+
+
+@pytest.mark.parametrize(
+    ("a", "nodes", "legs"), [(0.1, (3, 5), (300, 20)), (0.5, (10, 14), (3, 1)), (1.6, (10, 14), (30, 0))]
+)
+def test_coarser_quadratures_and_shorter_sums_over_legs_are_within_their_bounds(a, nodes, legs, monkeypatch):
+    exact = log_drift(a).value
+    for name, value in zip(("_COARSE", "_FINE", "_LEGS", "_LEGS_PER_A"), (*nodes, *legs), strict=True):
+        monkeypatch.setattr(drift_and_kick, name, value)
+    found = log_drift(a)
+    assert 1e-3 * found.error < abs(found.value - exact) <= found.error
+
+
+def test_bounds_on_lambda_have_the_errors_of_their_means_on_the_safe_side():
+    means = exact_means(0.5)
+    low, high = means.bounds
+    known = means.log_drift.value + means.log_kick.value
+    error = means.log_drift.error + means.log_kick.error
+    assert low == pytest.approx(known - error, abs=1e-15, rel=0)
+    assert high == pytest.approx(
+        known + means.coupling.value + error + means.coupling.error, abs=1e-15, rel=0
+    )
 
 
 @pytest.mark.parametrize("a", HALF_LENGTHS)
