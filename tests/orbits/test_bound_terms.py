@@ -20,6 +20,7 @@ from orbitdb.billiard import bounces, legs, stability
 from orbitdb.billiard.legs import Legs, add_up, cut, derivatives, direction_limits, gradient_rounding
 from orbitdb.orbits import bounds
 from orbitdb.orbits.ballpath import BallPath, Balls
+from orbitdb.orbits.enclosure import distance
 from orbitdb.orbits.newton import newton
 from orbitdb.symbols.words import from_strings, parse
 
@@ -303,11 +304,11 @@ THREE = "1^100 3^100"
         Rounded(
             "rounding on walls",
             "place",
-            "1 0202 3 2020",
-            1000,
-            (0.009930705720113099, -0.009999666686665238),
-            (0, -1),
-            0.03,
+            "1 3^10 (02)^500",
+            83_900,
+            (1.1406607189250922e-05, -0.02151949584452008),
+            (0, 0),
+            0.05,
         ),
         Rounded(
             "a leg's terms",
@@ -345,6 +346,23 @@ def test_rounding(row, monkeypatch):
     monkeypatch.undo()
     found = share(errors[row.number], bounds_of(row.word, row.a, alpha, np.zeros_like(alpha))[row.number])
     assert row.at_least <= found <= 1
+
+
+def test_balls_hold_a_maximum_far_away():
+    """D falls to a tenth on the way: the bound with the D where they begin would not reach it."""
+    row = Row("", "", LIMIT, 0.001, (-0.485, 0), 0)
+    alpha, found = row.paths()
+    with ctx.workprec(BITS):
+        path = path_at(row.word, row.a, alpha)
+        path.widen()
+        assert all(ball.contains(x.mid()) for ball, x in zip(path.alpha, found.alpha, strict=True))
+        assert float(path.alpha[0].rad()) < 10 * 0.485
+
+
+def test_a_distance_from_a_ball_is_rounded_up():
+    with ctx.workprec(BITS):
+        ball = arb(1) + arb(2) ** -60
+        assert arb(distance(ball, 0.0)) >= ball
 
 
 def test_rounding_at_a_limit_may_turn_a_gradient_that_presses(monkeypatch):
