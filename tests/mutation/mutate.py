@@ -4,7 +4,7 @@
 wings; without names, of every wing. The tests that execute the altered line run, those of its wing first,
 quick ones before long ones, in a copy of the tree, which all processes of a test import. The first run finds
 out which tests execute what, and keeps it in ``.mutation``; afterwards tests that were altered run again for
-it, and all of them if the code was.
+it, and all of them if the code was. ``--at FILE:LINE`` tries a line again.
 """
 
 import argparse
@@ -107,9 +107,13 @@ def choose(tree: Tree, known: Executed, options: argparse.Namespace) -> list[Cho
     """Return what is to be tried, wings mixed."""
     wings = tree.wings()
     sources = {path: (tree.root / path).read_text() for paths in wings.values() for path in paths}
+    files = {place.rpartition(":")[0] for place in options.at or ()}
     found = []
     for wing in options.wings or wings:
-        for mutant in sample(wings[wing], sources, options.sample, options.seed):
+        paths = [path for path in wings[wing] if not files or path in files]
+        for mutant in sample(paths, sources, options.sample, options.seed):
+            if options.at and f"{mutant.path}:{mutant.line(sources[mutant.path])}" not in options.at:
+                continue
             tests = known.tests_of(mutant, sources)
             run = within(known, tests, options.most)
             limit = _START + _PATIENCE * sum(known.tests[test]["seconds"] for test in run)
@@ -224,6 +228,9 @@ def parse(arguments: Sequence[str] | None, wings: Sequence[str]) -> argparse.Nam
     )
     parser.add_argument("--sample", type=int, metavar="N", help="mutants of each wing; else every mutant")
     parser.add_argument("--seed", type=int, default=1, help="which ones: the same for the same code")
+    parser.add_argument(
+        "--at", action="append", metavar="FILE:LINE", help="only those of this line; repeatable"
+    )
     parser.add_argument("--jobs", type=int, default=2, help="mutants at a time")
     parser.add_argument("--most", type=float, default=60.0, metavar="S", help="seconds of tests for a mutant")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every verdict to this file, too")
@@ -231,6 +238,8 @@ def parse(arguments: Sequence[str] | None, wings: Sequence[str]) -> argparse.Nam
     for wing in options.wings:
         if wing not in wings:
             parser.error(f"no wing is named {wing!r}: {', '.join(wings)}")
+    if options.sample and options.at:
+        parser.error("--at tries all mutants of a line: leave out --sample")
     return options
 
 
