@@ -19,6 +19,9 @@ def test_what_is_stored_is_not_needed_again(filled, tmp_path):
     rest = count_admissible(9) + count_admissible(10)
     assert need(filled, 1.6, range(2, 11), 1).sequences == rest
     assert need(filled, 1.0, range(2, 11), 1).sequences == everything
+    elsewhere, nowhere = need(filled, 1.0, [8], 1), need(tmp_path / "none.db", 1.0, [8], 1)
+    assert elsewhere.sequences == nowhere.sequences
+    assert elsewhere.seconds < nowhere.seconds  # its words need not be found again
 
 
 @pytest.mark.usefixtures("small_blocks")
