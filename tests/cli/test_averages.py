@@ -3,6 +3,7 @@
 import json
 import re
 import sqlite3
+from contextlib import closing
 
 import pytest
 
@@ -60,6 +61,18 @@ def test_a_class_number_that_is_no_words_is_told(filled, cli):
     assert "a class number that is no admissible word's" in found.err
 
 
+@pytest.mark.parametrize("number", [1e-200, 1e200])
+def test_an_impossible_number_is_told(filled, cli, number):
+    with closing(sqlite3.connect(filled)) as connection, connection:
+        connection.execute(
+            "UPDATE orbit SET length = ? WHERE cycle = (SELECT max(cycle) FROM orbit WHERE status = 'orbit')",
+            (number,),
+        )
+    found = cli("lyapunov", "--db", str(filled))
+    assert (found.code, found.out) == (3, "")
+    assert "impossible numbers among" in found.err
+
+
 def test_legwise_trajectories_are_stored_and_shown(filled, cli):
     made = cli("simulate", "--legwise", "--bounces", "200000", "--json", "--db", str(filled))
     (row,) = json.loads(made.out)
@@ -93,8 +106,11 @@ def test_the_largest_cuts(filled, cli, monkeypatch):
     """Up to 1000 as they are; with determinants, up to so many factors, and what is advised is taken."""
     monkeypatch.setattr("orbitdb.cli.commands.averages._MOST_FACTORS", 600)
     chosen = ("lyapunov", "--p", "2-4", "--json", "--db", str(filled), "--cut")
-    (row,) = json.loads(cli(*chosen, "1000").out)
-    assert row["cut"] == 1000
+    found, none = cli(*chosen, "1000"), cli(*chosen, "1e-7")
+    assert json.loads(found.out)[0]["cut"] == 1000
+    assert "no average" not in found.err
+    assert json.loads(none.out)[0]["lambda_d_zeta"] is None
+    assert "the zeta function gives no average (no orbit has a lambda up to 1e-07)" in none.err
     refused = cli(*chosen, "1000", "--weight", "det")
     assert (refused.code, refused.out) == (2, "")
     said = r"orbitdb: cut 1000 has too many terms with --weight det: give (\d+) or less\n"

@@ -41,6 +41,15 @@ def test_the_room_is_estimated_to_a_factor_of_two(tmp_path):
     assert path.stat().st_size / 2 < expected < 2 * path.stat().st_size
 
 
+def test_the_time_is_that_of_the_large_fills_alone(filled, monkeypatch):
+    monkeypatch.setattr("orbitdb.filling.estimate._ENOUGH", 500)
+    large = [fill for fill in Catalogue(filled).fills(1.6) if fill.words >= 500]
+    assert len(large) >= 2
+    spent = sum(fill.enumerating + fill.solving + fill.storing for fill in large)
+    each = spent / sum(fill.words for fill in large)
+    assert need(filled, 1.6, [12], 1).seconds == pytest.approx(each * count_admissible(12))
+
+
 @pytest.mark.slow
 def test_the_time_is_that_of_the_catalogues_own_fills(tmp_path):
     path = tmp_path / "orbits.db"
