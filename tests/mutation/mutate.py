@@ -116,12 +116,9 @@ def _wanted(options: argparse.Namespace) -> Callable[[Mutant, str], bool]:
     """Return what tells whether a mutant is to be tried at all."""
     if options.again:
         told = json.loads(options.again.read_text())
-        alive = {
-            (each["file"], each["kind"], each["after"])
-            for each in told
-            if each["outcome"] in (_SURVIVED, _NOBODY)
-        }
-        return lambda mutant, source: (mutant.path, mutant.kind, mutant.shown(source)[1]) in alive
+        alive = [each for each in told if each["outcome"] in (_SURVIVED, _NOBODY)]
+        known = {(each["file"], each["kind"], each["before"], each["after"]) for each in alive}
+        return lambda mutant, source: (mutant.path, mutant.kind, *mutant.shown(source)) in known
     if options.at:
         return lambda mutant, source: f"{mutant.path}:{mutant.line(source)}" in options.at
     return lambda mutant, source: True
