@@ -20,6 +20,7 @@ from processes import COMMAND
 
 from orbitdb import Catalogue
 from orbitdb.cli.render import with_bound
+from orbitdb.symbols.counting import count_admissible, count_primitive
 
 ROOT = Path(__file__).parents[2]
 KEYS = [
@@ -402,3 +403,34 @@ def test_a_bound_that_is_shown_holds_for_the_digits_that_are_shown(value, bound)
     number, _, shown = with_bound(value, bound).partition(" +- ")
     assert abs(Fraction(number) - Fraction(value)) + Fraction(bound) <= Fraction(shown)
     assert Fraction(shown) <= Fraction(11, 10) * (Fraction(bound) + Fraction(math.ulp(value)))
+
+
+def test_a_geometric_fill_keeps_the_pruned_words(cli):
+    """With the rules that each of them breaks; a plain fill keeps none."""
+    chosen = ("query", "--status", "geometric", "--p", "2-4", "--limit", "1000", "--json")
+    cli("fill", "--p", "4")
+    assert json.loads(cli(*chosen).out) == []
+    done = cli("fill", "--p", "4", "--geometric")
+    assert done.code == 0
+    rows = json.loads(cli(*chosen).out)
+    for p in (2, 3, 4):
+        family = p == 2  # 02 breaks no rule and has no orbit of its own
+        assert sum(row["p"] == p for row in rows) == count_primitive(p) - count_admissible(p) - family
+    assert {row["code"]: row["rules"] for row in rows}["0011"] == [1, 3, 6]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        ("fill --p 3 --jobs 0", 2, "0 jobs: give a number from 1 to "),
+        ("fill --code 13 --code 0132 --dry-run", 0, "2 words to solve at a = 1.6, in {db}\n"),
+        ("query --code 1232131 --db {db}", 0, "no catalogue at {db}: solved on the spot\n"),
+        ("browse", 2, "browse needs a terminal: use 'orbitdb query' where there is none\n"),
+    ],
+)
+def test_what_makes_no_catalogue_says_so(cli, tmp_path, arguments, code, said):
+    db = tmp_path / "orbits.db"
+    done = cli(*arguments.format(db=db).split())
+    assert done.code == code
+    assert said.format(db=db) in done.err
+    assert not list(tmp_path.iterdir())
