@@ -107,7 +107,12 @@ def add_swept(
 
 
 def close_sweep(writer: Writer, connection: sa.Connection, cursor: SweepCursor) -> None:
-    """Add up the blocks of a period that is swept, and keep the sum instead of them."""
+    """Add up the blocks of a period that is swept, and keep the sum instead of them.
+
+    Another process that has swept the same may have done it already.
+    """
+    if connection.scalar(sa.select(sweep.c.state).where(_of(cursor))) == DONE:
+        return
     here = (sweep_block.c.stadium == cursor.stadium) & (sweep_block.c.p == cursor.p)
     blocks = connection.scalars(sa.select(sweep_block.c.sums).where(here).order_by(sweep_block.c.number))
     sums = PeriodSums.joined([PeriodSums.from_numbers(cursor.p, each) for each in blocks], cursor.p)
