@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import enclosed, options
+from orbitdb.cli.lyapunov_blocks import write_blocks
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import averaged, note_gaps, note_nothing, reading
@@ -82,6 +83,7 @@ def entropy(
                 note_gaps(catalogue, chosen, left_out=True, counted=counted)
                 _write_counted(counted, options.chosen(format_, json), proved)
                 return
+            _note_uncounted(catalogue, chosen)
             subset = _read(catalogue, chosen)
         shown.tell("expanding the zeta function")
         found = by_period.entropy(subset.classes.rows(), subset.highest)
@@ -90,6 +92,7 @@ def entropy(
     if form is Format.TABLE:
         _note_proved(subset.selection.a, proved)
     _note_faults(subset, faults_of(found, subset.periods))
+    _note_divisors(subset.periods)
     columns = standing(found, subset.periods)
     columns |= _proved_columns(proved, len(columns["p"]), form)
     _write(subset, _entropy_names(columns), columns, form)
@@ -127,12 +130,22 @@ def _counted(catalogue: "Catalogue", chosen: "Selection") -> "Counted | None":
     return counted if counted.without_rows else None
 
 
+def _note_uncounted(catalogue: "Catalogue", chosen: "Selection") -> None:
+    """Say why births do not answer for a subset of the orbits of periods that only they know."""
+    all_of_them = type(chosen)(chosen.a, chosen.periods)
+    if chosen != all_of_them and (counted := catalogue.counts(all_of_them)).from_births:
+        note(
+            f"births tell how many orbits of {counted.from_births_written()} there are at a = {chosen.a:g}, "
+            "and not which of them are chosen: leave out all but --p, or fill them"
+        )
+
+
 def _write_counted(counted: "Counted", form: Format, proved: "tuple[Enclosure, str] | None") -> None:
     """Write the entropies of counts, and what is proved beside them."""
     import numpy as np
 
     from orbitdb.averages import by_period
-    from orbitdb.averages.fixed_points import missing_divisors, missing_periods
+    from orbitdb.averages.fixed_points import missing_periods
     from orbitdb.averages.standing import faults_of, standing
 
     cycles = np.zeros(max(counted.chosen) + 1, dtype=np.int64)
@@ -145,9 +158,7 @@ def _write_counted(counted: "Counted", form: Format, proved: "tuple[Enclosure, s
         _note_proved(counted.a, proved)
     if fault := faults_of(found, counted.chosen):
         note(fault)
-    for p in counted.chosen:
-        if gaps := missing_divisors(p, counted.chosen):
-            note(f"p = {p}: the sums over fixed points lack the periods {', '.join(map(str, gaps))}")
+    _note_divisors(counted.chosen)
     columns = standing(found, counted.chosen)
     columns |= _proved_columns(proved, len(columns["p"]), form)
     names = _entropy_names(columns)
@@ -178,7 +189,8 @@ def lyapunov(
     lambda_d and lambda_c: the paper's eqs. (5) and (6), per bounce and per length; pair: means of
     neighbouring periods; zeta: from the zeta function cut off at p, with its zero z0 (1 if nothing is
     missing); sum_rule: all orbits up to p with weights e^-lambda, held to exact means, with an estimate
-    of the error. The trajectory values are those that 'orbitdb simulate' has stored.
+    of the error, in brackets behind the last digits in a table. The trajectory values are those that
+    'orbitdb simulate' has stored.
     """
     from orbitdb.averages import by_period
     from orbitdb.averages.fixed_points import Weight
@@ -215,7 +227,11 @@ def lyapunov(
             columns[names[-1]] = [getattr(reference, name)] * len(columns["p"])
     note(subset.selection.describe())
     _note_faults(subset, faults_of(found, subset.periods))
-    _write(subset, names, columns, form)
+    _note_divisors(subset.periods)
+    if form is Format.TABLE:
+        write_blocks(columns, subset.periods)
+    else:
+        _write(subset, names, columns, form)
     _note_bounds(subset.selection.a)
 
 
@@ -257,8 +273,12 @@ def _write_cut(subset: "WholePeriods", cut: float, weight: "Weight", form: Forma
     rows = subset.classes.rows()
     if weight is Weight.DETERMINANT and (most := by_period.largest_cut(rows, cut, _MOST_FACTORS)) < cut:
         raise InputError(f"cut {cut:g} has too many terms with --weight det: give {most:g} or less")
-    with progress("summing pseudo-cycles"):
-        found = by_period.lyapunov_by_stability(rows, cut, subset.highest, weight)
+    with progress("summing pseudo-cycles") as shown:
+
+        def show(done: float) -> None:
+            shown.tell("summing pseudo-cycles", done, 1.0, counted=False)
+
+        found = by_period.lyapunov_by_stability(rows, cut, subset.highest, weight, show)
     values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)
     note(subset.selection.describe())
     fault = "" if subset.missing or not found.fault else f"the zeta function gives no average {found.fault}"
@@ -278,13 +298,17 @@ def _read(catalogue: "Catalogue", chosen: "Selection", swept: bool = False) -> "
     return subset
 
 
-def _write(subset: "WholePeriods", names: Sequence[str], columns: dict[str, list[Any]], form: Format) -> None:
-    """Write one row a whole period, and say which sums over fixed points lack periods."""
+def _note_divisors(periods: Sequence[int]) -> None:
+    """Say which sums over fixed points lack periods."""
     from orbitdb.averages.fixed_points import missing_divisors
 
-    for p in subset.periods:
-        if gaps := missing_divisors(p, subset.periods):
+    for p in periods:
+        if gaps := missing_divisors(p, periods):
             note(f"p = {p}: the sums over fixed points lack the periods {', '.join(map(str, gaps))}")
+
+
+def _write(subset: "WholePeriods", names: Sequence[str], columns: dict[str, list[Any]], form: Format) -> None:
+    """Write one row a whole period."""
     rows = [list(row) for row in zip(*(columns[name] for name in names), strict=True)]
     write(names, [row for row in rows if row[names.index("p")] in subset.periods], form)
 

@@ -249,10 +249,10 @@ class BrowseApp(App[None]):
 
     def action_keys(self) -> None:
         """Show the keys that matter here."""
-        from orbitdb.cli.tui.keys import groups_for
+        from orbitdb.cli.tui.keys import columns_for, groups_for
 
         if not isinstance(self.screen, KeysDialog):
-            self.push_screen(KeysDialog(groups_for(self.screen)))
+            self.push_screen(KeysDialog(groups_for(self.screen), columns_for(self.screen)))
 
     async def action_quit(self) -> None:
         """Leave; ask first if a fill runs."""

@@ -21,6 +21,7 @@ from orbitdb.cli.tui.source import Ordering
 from orbitdb.cli.tui.table import COLUMNS, PagedTable
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.store.asking.codes import hint
 from orbitdb.store.asking.expressions import names_in
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
@@ -114,7 +115,7 @@ class MainScreen(OrbitScreen):
 
     def _check_filter(self, where: str) -> str:
         self.browser.check_filter(where, dict(self._filtered(where).parameters))
-        return ""
+        return hint(where) or ""
 
     def _filtered(self, where: str | None) -> Selection:
         """Return what is chosen with another filter; of the values given with -P, those it names."""

@@ -5,7 +5,7 @@ same sums are the traces of.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -271,7 +271,11 @@ def _range_fault(z0: float, values: tuple[float, float, float], ranges: Ranges) 
 
 
 def lyapunov_by_stability(
-    rows: ClassRows, cut: float, highest: int | None = None, weight: Weight = Weight.EXPONENTIAL
+    rows: ClassRows,
+    cut: float,
+    highest: int | None = None,
+    weight: Weight = Weight.EXPONENTIAL,
+    progress: Callable[[float], None] | None = None,
 ) -> ZetaAverages:
     """Return the Lyapunov averages with every pseudo-cycle of multiplier up to e^cut.
 
@@ -287,11 +291,13 @@ def lyapunov_by_stability(
     weight : Weight, optional
         With `Weight.DETERMINANT`, an orbit has the factors (1 - t e^(-k lambda) z^p)^(k+1),
         k = 0, 1, .. with multipliers e^((k+1) lambda), all subject to the cut.
+    progress : callable, optional
+        Called now and then with the share that is done, as far as it can be guessed.
     """
     levels = 1
     if weight is Weight.DETERMINANT and len(rows):
         levels = max(1, int(cut / rows.lyapunov.min()))
-    series = expand_by_stability(_factors(rows, levels, cut), cut, highest)
+    series = expand_by_stability(_factors(rows, levels, cut), cut, highest, progress)
     kept = rows.rows((rows.lyapunov <= cut) & (rows.period <= (highest or rows.period)))
     if not len(kept):
         return ZetaAverages.none(f"(no orbit has a lambda up to {cut:g})")

@@ -12,7 +12,8 @@ g jumps where the line goes through a joint of the other circle's copies q and q
     t (2 phi - 1) = arccos(cos(t) / R) - arctan2(2a, -2q - 1),     R = sqrt(4 a^2 + (2q + 1)^2),
 
 so the integral over phi is taken piece by piece between the jumps of g(phi), g(phi') and k. What is left
-is a function of t with kinks where two jumps meet; panels of t are halved until it is known.
+is a function of t with kinks where two jumps meet; panels of t are halved until it is known. At small a,
+D may be as small as a, and shorter pieces lead to where it is.
 """
 
 import math
@@ -52,7 +53,8 @@ def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
         What the last halving of all panels may change at most. The error that is returned is four times
         what it did change, added up without signs: near a kink a change may be small by chance.
     """
-    ends = np.pi / (2 * np.arange(_LONGEST + 1, 0, -1.0))
+    runs = np.pi / (2 * np.arange(_LONGEST + 1, 1, -1.0))
+    ends = np.concatenate([runs, math.pi / 2 - math.pi / 4 * _halves(a), [math.pi / 2]])
     low, high = np.concatenate([[0.0], ends[:-1]]), ends
     whole = _integrals(a, low, high)
     settled = unsettled = 0.0
@@ -93,16 +95,23 @@ def _integrals(a: float, low: Floats, high: Floats) -> Floats:
 
 
 def _over_phi(a: float, t: Floats) -> Floats:
-    """Return the integral of c2 over phi at some angles t, between all jumps, shape (N,)."""
+    """Return the integral of c2 over phi at some angles t, between all jumps, shape (N,).
+
+    c2 is the same at phi and phi', which are on both sides of turns / 2, but for whole numbers: one half
+    of the runs of the one number of bounces, and one half of the others, is enough.
+    """
     turns = np.pi / (2 * t)[:, None]
-    jumps = _jumps(a, t)
-    ends = np.sort(np.concatenate([jumps, (turns - jumps) % 1, turns % 1], axis=1), axis=1)
-    ends = np.concatenate([np.zeros((len(t), 1)), ends, np.ones((len(t), 1))], axis=1)
-    width = np.diff(ends, axis=1)
-    row, place = np.nonzero(width > 0)
+    rest, jumps = turns % 1, np.concatenate([_jumps(a, t), _near_zeros(a, t)], axis=1)
+    middles = [rest / 2, (1 + rest) / 2]
+    ends = np.concatenate([0 * rest, jumps, (turns - jumps) % 1, rest, *middles, 0 * rest + 1], axis=1)
+    ends.sort(axis=1)
+    centre = (ends[:, 1:] + ends[:, :-1]) / 2
+    chosen = (centre < middles[0]) | ((centre > rest) & (centre < middles[1]))
+    width = 2 * np.diff(ends, axis=1)
+    row, place = np.nonzero(chosen & (width > 0))
     x, weight = np.polynomial.legendre.leggauss(_PHI_NODES)
     half = width[row, place][:, None] / 2
-    phi = ends[row, place][:, None] + half * (1 + x)
+    phi = ends[row, place][:, None] + half / 2 * (1 + x)
     turns, angle = turns[row], t[row][:, None]
     bounces = np.floor(turns - phi) + 1
     before, after = _inverse_drift(a, angle, phi), _inverse_drift(a, angle, turns - phi + 1 - bounces)
@@ -118,6 +127,23 @@ def _jumps(a: float, t: Floats) -> Floats:
     r = np.sqrt(4 * a * a + odd * odd)
     direction = np.arccos(np.cos(t)[:, None] / r) - np.arctan2(2 * a, -odd)
     return np.clip((direction / t[:, None] + 1) / 2, 0, 1)
+
+
+def _near_zeros(a: float, t: Floats) -> Floats:
+    """Return places phi between which ln D is smooth at small a, shape (N, M), clipped to what there is.
+
+    D would vanish in a direction of pi/2 (no walls) or about -a (one wall), and its legs come as near as a
+    to these: pieces shrink by halves towards 0 and pi/2 until they are that short.
+    """
+    near = _halves(a)
+    direction = np.concatenate([near, math.pi / 2 - near])
+    return np.clip((np.concatenate([direction, -direction]) / t[:, None] + 1) / 2, 0, 1)
+
+
+def _halves(a: float) -> Floats:
+    """Return 1/2, 1/4, .. to about a/4; none from a = 1 on."""
+    halves: Floats = 0.5 ** np.arange(1, math.ceil(math.log2(1 / a)) + 3 if a < 1 else 0)
+    return halves
 
 
 def _inverse_drift(a: float, t: Floats, phi: Floats) -> Floats:

@@ -139,6 +139,7 @@ def solve_word(word: str, stadium: Stadium | float) -> Orbit:
         symmetry=symmetry.label(family.stabiliser),
         class_size=symmetry.class_size(family.stabiliser),
         coordinates=found.coordinates[0] if exists else None,
+        solver="newton",
         **(numbers if exists else {"margin": numbers["margin"]}),
     )
 

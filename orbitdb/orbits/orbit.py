@@ -133,6 +133,8 @@ class Orbit(ByValue):
         As in `Orbits`.
     coordinates : ndarray, shape (p,), or None
         In the order of ``code``.
+    solver : str or None
+        ``newton``, or ``relaxation`` for the paper's method; None for a word that is not solved.
     stored : bool
         Whether it comes from a catalogue or was solved on the spot.
     exists : tuple of (float, float or None), or None
@@ -156,6 +158,7 @@ class Orbit(ByValue):
     length_error: float | None = None
     lyapunov_error: float | None = None
     coordinates: Floats | None = None
+    solver: str | None = None
     stored: bool = False
     exists: tuple[tuple[float, float | None], ...] | None = None
 

@@ -21,6 +21,9 @@ MAX_KEYED = 20
 
 BITS = 3
 
+MARK = "w"
+"""What may stand before a word, so that no program takes it for a number."""
+
 _TOKEN = re.compile(r"\s*(?:([0-5]+(?!\s*\^)|[0-5])|(\()|(\))|\^\s*([0-9]+))")
 
 
@@ -34,7 +37,8 @@ def parse(text: str) -> str:
     Parameters
     ----------
     text : str
-        Symbols 0..5; ``^k`` repeats the symbol or the bracket before it k times; blanks are free.
+        Symbols 0..5; ``^k`` repeats the symbol or the bracket before it k times; blanks are free, and
+        so is a `MARK` before them.
 
     Returns
     -------
@@ -53,7 +57,8 @@ def parse(text: str) -> str:
         raise TypeError(f"a code is a text such as '1232131', not {text!r:.40}")
     stack: list[list[str]] = [[]]
     size = 0
-    place = 0
+    place = len(text) - len(text.lstrip())
+    place += text.startswith(MARK, place)
     end = len(text.rstrip())
     while place < end:
         token = _TOKEN.match(text, place)

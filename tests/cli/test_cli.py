@@ -25,6 +25,7 @@ ROOT = Path(__file__).parents[2]
 KEYS = [
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
     "time_reversal", "class_size", "margin", "residual", "error",
+    "length_error", "lyapunov_error", "symmetry", "solver",
 ]  # fmt: skip
 
 
@@ -205,6 +206,25 @@ def test_formats_agree(cli):
     assert len(table.out.splitlines()) == 41
     assert "112 orbits of period 4 to 5 at a = 1.6; 40 shown" in table.err
     assert len(cli(*options, "--limit", "3", "--offset", "2").out.splitlines()) == 4
+
+
+def test_columns_are_told_once_and_everywhere(cli):
+    from orbitdb.cli.commands.query import WORD_KEYS
+    from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS
+    from orbitdb.store.asking.conditions import COLUMNS
+
+    told = {row["column"]: row for row in json.loads(cli("columns", "--json").out)}
+    assert set(told) == {*COLUMNS, *WORD_KEYS, *BOUNCE_COLUMNS}
+    assert (told["length"]["unit"], told["length"]["bound"]) == ("radius", "length_error")
+    assert {row["bound"] for row in told.values() if row["bound"].endswith("error")} - {"both errors"} <= set(
+        told
+    )
+    for command in ("query", "export"):
+        shown = cli(command, "--help").out
+        assert all(
+            f"  {name}  " in shown and told[name]["means"].partition(";")[0] in shown for name in COLUMNS
+        )
+        assert max(map(len, shown.splitlines())) <= 80
 
 
 def test_default_json_keys(cli):

@@ -16,6 +16,7 @@ from quick import slow_but
 from orbitdb import Catalogue, Selection, Stadium, Status, solve_word
 from orbitdb.billiard.stability import forces
 from orbitdb.errors import StoreError
+from orbitdb.store.asking.codes import hint
 from orbitdb.store.asking.selection import SelectionError, choose
 from orbitdb.symbols.words import from_strings, least_rotation
 
@@ -165,7 +166,8 @@ def test_iteration_length_and_membership_agree(varied):
     catalogue = Catalogue(varied, a=1.0)
     words = list(catalogue)
     assert len(words) == len(set(words)) == len(catalogue) == 1 + 8 + 32 + 96 + 252
-    assert all(word in catalogue and least_rotation(word) == word for word in words)
+    assert all(least_rotation(word) == word for word in words)
+    assert all(word in catalogue for word in words[::9])  # each look is a query
 
 
 def test_a_catalogue_is_pickled_as_its_path_and_a(varied, tmp_path):
@@ -234,6 +236,62 @@ def test_points_of_an_orbit_lie_on_the_boundary(catalogue):
     straight = np.isin(from_strings([orbit.code])[0], (0, 2))
     np.testing.assert_allclose(np.abs(y[straight]), 1)
     np.testing.assert_allclose(np.hypot(np.abs(x[~straight]) - 1.6, y[~straight]), 1)
+
+
+@pytest.mark.parametrize(
+    ("where", "found"),
+    [
+        ("code('3123')", {"1233"}),
+        ("CODE ( '3 1 2 3' )", {"1233"}),
+        ("not code('31') and p < 4 and not code(:w, '(1)^2 3') and status = 'orbit'",
+         {"031", "123", "132", "133", "155", "344"}),
+        ("iif(p = 2, code('31'), code('w013', '3123'))", {"13", "013", "1233"}),
+        ("p = 3 and length in (SELECT length FROM catalogue WHERE code('310'))",
+         {"013", "031", "123", "132"}),
+        ("code('001')", {"001"}),
+        ("code = 'code(''31'')'", set()),
+    ],
+)  # fmt: skip
+def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, found):
+    chosen = choose(where=where, parameters={"w": "130"} if ":w" in where else {})
+    assert {word for (word,) in catalogue.rows(chosen, ("code",))} == found
+    assert catalogue.count(chosen) == len(found)
+    assert sum(catalogue.classes(chosen).chosen) == len(found - {"001"})
+
+
+@pytest.mark.parametrize(
+    ("where", "said"),
+    [
+        ("code = code('13')", "a condition by itself"),
+        ("code('13') is null", "a condition by itself"),
+        ("code('1313')", "give '13'"),
+        ("code('19')", "symbol '9'"),
+        ("code()", "takes words in quotes"),
+        ("code('13' '31')", "takes words in quotes"),
+        ("code(word)", "in quotes"),
+        ("code('1^20001 3')", "20000 are allowed"),
+        ("code('13'", "incomplete input"),
+        ("code(:w)", "-P name=value"),
+    ],
+)
+def test_what_is_no_code_in_a_filter_is_refused(catalogue, where, said):
+    with pytest.raises(SelectionError, match=said):
+        catalogue.count(where=where)
+
+
+@pytest.mark.parametrize(
+    ("where", "told"),
+    [
+        ("p = 2 and code = '31'", "no row has code = '31', only least rotations: write code('31')"),
+        (
+            "\"code\" == 3 or word IN ('13', '1313')",
+            "no row has word = '1313', only least rotations: write code('13')",
+        ),
+        ("code = '13' and word < '31' and '31' <> code and code = 'x' or code('31')", None),
+    ],
+)
+def test_a_comparison_with_a_rotation_that_names_no_row_is_told(where, told):
+    assert hint(where) == told
 
 
 @pytest.mark.parametrize("where", ["1 = 1", "p > 2", "lambda_c < 9", "code <> ''", "time_reversal = 'self'"])

@@ -14,10 +14,12 @@ from orbitdb.plaintext import printable
 from orbitdb.symbols.symmetry import NAMES
 from orbitdb.symbols.words import parse
 
-MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
+MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies")
 """The columns that a selection can bound from below and above."""
 
-CRITERIA = ("a", "p", "status", "time_reversal", "symmetry", "contains", "where", "parameters")
+CRITERIA = (
+    "a", "p", "status", "time_reversal", "symmetry", "contains", "exists", "not_at", "where", "parameters",
+)  # fmt: skip
 """What `choose` takes besides, by their names."""
 
 _PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
@@ -51,6 +53,8 @@ class Selection(ByValue):
         The exact symmetry label, such as ``x,T,xT``.
     contains : str or None
         A factor that the word has in some rotation.
+    exists, not_at : tuple of float
+        Values of a at which the word is an orbit, and at which it is known to be none, by its births.
     ranges : mapping of str to (float or None, float or None)
         Least and greatest value of some of `MEASURES`, both in the subset.
     where : str or None
@@ -65,6 +69,8 @@ class Selection(ByValue):
     time_reversal: str | None = None
     symmetry: str | None = None
     contains: str | None = None
+    exists: tuple[float, ...] = ()
+    not_at: tuple[float, ...] = ()
     ranges: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
     where: str | None = None
     parameters: Mapping[str, str | int | float] = field(default_factory=dict)
@@ -88,6 +94,10 @@ class Selection(ByValue):
         if self.contains:
             shown = self.contains if len(self.contains) <= _SHOWN else f"{self.contains[:_SHOWN]}..."
             parts.append(f"containing {shown}")
+        if self.exists or self.not_at:
+            known = (("", self.exists), ("not ", self.not_at))
+            spans = [f"{no}at a = {', '.join(f'{a:g}' for a in values)}" for no, values in known if values]
+            parts.append(f"that exist {' and '.join(spans)}")
         bounded = {name: bounds for name, bounds in self.ranges.items() if any(b is not None for b in bounds)}
         parts += [f"with {_span(name, *bounds)}" for name, bounds in bounded.items()]
         if self.where:
@@ -240,6 +250,18 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
         raise SelectionError(f"status {text!r}: use {known}, some of them with commas, or all") from None
 
 
+def parse_exists(values: float | Iterable[float]) -> tuple[float, ...]:
+    """Read one value of a, or several, at which words exist or do not.
+
+    Raises
+    ------
+    StadiumError
+        If there is no such stadium.
+    """
+    several = values if isinstance(values, Iterable) else (values,)
+    return tuple(dict.fromkeys(Stadium(a).a for a in several))
+
+
 def choose(
     a: float = 1.6,
     p: int | tuple[int, int] | str | Iterable[int] | None = None,
@@ -249,6 +271,8 @@ def choose(
     contains: str | None = None,
     where: str | None = None,
     parameters: Mapping[str, str | int | float] | None = None,
+    exists: float | Iterable[float] = (),
+    not_at: float | Iterable[float] = (),
     **ranges: tuple[float | None, float | None],
 ) -> Selection:
     """Return a selection from plain values.
@@ -264,6 +288,8 @@ def choose(
         One, or some, also in a text with commas, such as ``orbit,boundary``.
     time_reversal, symmetry, contains, where, parameters : optional
         As in `Selection`.
+    exists, not_at : float or iterable of float, optional
+        Where the words are orbits, and where they are none, whatever a is.
     **ranges : (float or None, float or None)
         Least and greatest value of one of `MEASURES`, such as ``length=(3, None)``.
 
@@ -286,6 +312,8 @@ def choose(
         time_reversal=None if time_reversal is None else parse_reversal(time_reversal),
         symmetry=None if symmetry is None else parse_symmetry(symmetry),
         contains=None if contains is None else parse(contains),
+        exists=parse_exists(exists),
+        not_at=parse_exists(not_at),
         ranges={name: pair for name, pair in spans.items() if pair != (None, None)},
         where=where,
         parameters=parameters or {},

@@ -9,6 +9,8 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from orbitdb.columns import IN_CATALOGUE
+
 APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
 
@@ -259,20 +261,20 @@ sweep_block = sa.Table(
 )
 """The sums of a block of a sweep that is not done, counted from 0."""
 
-_VIEW_COLUMNS: dict[type[sa.types.TypeEngine[Any]], tuple[str, ...]] = {
-    sa.Text: ("code", "word", "representative", "status", "rules", "time_reversal", "symmetry", "solver"),
-    sa.Integer: ("p", "class_size", "walls", "iterations", "element", "cycle"),
-    sa.REAL: ("a", "length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual",
-              "error", "length_error", "lyapunov_error"),
-}  # fmt: skip
+_TYPES: dict[str, type[sa.types.TypeEngine[Any]]] = {
+    "text": sa.Text,
+    "integers": sa.Text,
+    "integer": sa.Integer,
+    "number": sa.REAL,
+}
 
-CATALOGUE_COLUMNS = [name for names in _VIEW_COLUMNS.values() for name in names]
-
-catalogue = sa.table(
-    "catalogue",
-    *(sa.column(name, kind) for kind, names in _VIEW_COLUMNS.items() for name in names),
-)
+catalogue = sa.table("catalogue", *(sa.column(each.name, _TYPES[each.kind]) for each in IN_CATALOGUE))
 """The view: one row a symbol sequence and a."""
+
+ENDS = ("born", "dies")
+"""The first birth and the first death of a word, as the view has them.
+
+No `born` for a word that is an orbit from a = 0 on, as for one of which no births are stored."""
 
 life = sa.table(
     "life",

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from orbitdb.equality import ByValue
 from orbitdb.orbits.orbit import NUMBERS, Status
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.schema import ENDS
 from orbitdb.store.reading.class_view import class_view
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import coordinates_of, need_elements, need_words, unsound
@@ -31,6 +32,7 @@ Texts = NDArray[Any]
 _TEXT = np.dtypes.StringDType()
 _SHARED_TEXTS = ("representative", "time_reversal", "symmetry")
 _SHARED_INTEGERS = ("class_size", "walls")
+_SHARED_NUMBERS = (*NUMBERS, *ENDS)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -54,12 +56,15 @@ class Subset(ByValue):
         Words in the symmetry class, and straight bounces; 0 for words that have no class.
     length, lyapunov, margin, residual, error, length_error, lyapunov_error : ndarray, shape (N,)
         As in `orbitdb.orbits.orbit.Orbits`; length and margin in units of the radius.
+    born, dies : ndarray, shape (N,)
+        The a of the first birth and of the first death; NaN for a word that is an orbit from a = 0 on
+        or does not die, and where no births of its period are stored.
     coordinates : ndarray, shape (sum of p,), or None
         Those of all words one behind the other (`coordinates_of`, `of_period`), NaN where a word has
         none; None if they were not asked for.
     unfilled : str or None
-        Which of the chosen periods are not filled, in one line (`Catalogue.unfilled`): what is not
-        filled is not known to be empty.
+        Which of the chosen periods are not filled, in one line (`Catalogue.unfilled`), or lack the births
+        that are asked for: what is not filled is not known to be empty.
     """
 
     selection: Selection
@@ -78,6 +83,8 @@ class Subset(ByValue):
     error: Floats
     length_error: Floats
     lyapunov_error: Floats
+    born: Floats
+    dies: Floats
     coordinates: Floats | None = None
     unfilled: str | None = None
 
@@ -131,7 +138,7 @@ def read_subset(reader: Reader, selection: Selection, order: str, coordinates: b
         known, place = np.unique(keys, return_inverse=True)
         shared = _shared(still, selection.a, known)
         places = read_coordinates(still, selection.a, words, cycles, elements) if coordinates else None
-        unfilled = still.gaps(selection)
+        unfilled = still.gaps(selection) or still.lacking_births(selection)
     return Subset(
         selection=selection,
         words=np.array(words, dtype=_TEXT),
@@ -147,9 +154,9 @@ def _shared(reader: Reader, a: float, known: Integers) -> dict[str, Any]:
 
     Class 0 stands for the words that have none, which are those pruned geometrically.
     """
-    names = ("cycle", "status", *_SHARED_TEXTS, *_SHARED_INTEGERS, *NUMBERS)
+    names = ("cycle", "status", *_SHARED_TEXTS, *_SHARED_INTEGERS, *_SHARED_NUMBERS)
     nothing = (0, Status.GEOMETRIC.value, *[""] * len(_SHARED_TEXTS), *[0] * len(_SHARED_INTEGERS))
-    rows = [(*nothing, *[None] * len(NUMBERS))] if 0 in known else []
+    rows = [(*nothing, *[None] * len(_SHARED_NUMBERS))] if 0 in known else []
     rows = sorted([*rows, *_rows_of_classes(reader, a, known[known != 0].tolist(), names)])
     if len(rows) != len(known):
         raise unsound("no row for some of the classes", f"{known[0]} to {known[-1]}")
@@ -158,7 +165,7 @@ def _shared(reader: Reader, a: float, known: Integers) -> dict[str, Any]:
     need_words(least, [len(word) for word in least])
     arrays: dict[str, Any] = {name: np.array(columns[name], _TEXT) for name in ("status", *_SHARED_TEXTS)}
     arrays |= {name: np.array(columns[name], np.int64) for name in _SHARED_INTEGERS}
-    numbers = {name: np.array(columns[name], np.float64) for name in NUMBERS}
+    numbers = {name: np.array(columns[name], np.float64) for name in _SHARED_NUMBERS}
     for name, values in numbers.items():
         if np.isinf(values).any():
             raise unsound("infinite numbers in the column", name)

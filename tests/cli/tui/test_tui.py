@@ -545,6 +545,8 @@ def test_help_palette_and_themes(filled):
     async def steps(app, pilot):
         await press(pilot, "question_mark")
         assert isinstance(app.screen, KeysDialog)
+        await press(pilot, "end")
+        assert "length_error            bound on the error of length (radius)" in shown(app)
         await press(pilot, "escape")
         titles = {command.title for command in app.get_system_commands(app.screen)}
         actions = {b.description for b in MainScreen.BINDINGS if b.description}
