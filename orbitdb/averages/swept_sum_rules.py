@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 Moments = Mapping[int, TiltMoments]
 """By level (`orbitdb.averages.sum_rules`)."""
 
-EXACT = 12
+EXACT = 13
 """The highest period whose orbits are found anew."""
 
 _MOST_MISSING = 1e-4

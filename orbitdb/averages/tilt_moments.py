@@ -130,13 +130,14 @@ class TiltMoments(ByValue):
         powers = _powers(len(self.centre))
         shares = np.prod((mu - self.centre) ** powers.exponents, axis=1) / powers.factorials
         moments, rest, legs = self.sums
+        spread = len(mu), len(mu)
         lower, lowest = (powers.exponents.sum(axis=1) <= DEGREE - less for less in (1, 2))
         once = [powers.times[lower, i] for i in range(len(mu))]
         twice = [[powers.times[place[lowest[lower]], j] for j in range(len(mu))] for place in once]
         return TiltedSums(
             float(shares @ moments),
             np.array([shares[lower] @ moments[place] for place in once]),
-            np.array([[shares[lowest] @ moments[place] for place in row] for row in twice]),
+            np.array([[shares[lowest] @ moments[place] for place in row] for row in twice]).reshape(spread),
             float(shares @ rest),
             float(shares @ legs),
             float(shares[~lower] @ moments[~lower]),

@@ -8,14 +8,18 @@ import numpy as np
 import pytest
 
 from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.swept_sum_rules import beginning
 from orbitdb.errors import StoreError
 from orbitdb.filling import swept_blocks
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.filling.workers import HERE, Processes, Workers
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.leg_terms import sum_rules_of
 from orbitdb.store.reading.sweeps import Sweep
+from orbitdb.store.reading.whole_periods import read_whole
 
 PERIODS = range(2, 8)
 
@@ -73,6 +77,33 @@ def test_a_sweep_that_was_stopped_goes_on_to_the_same_bits(tmp_path):
         assert catalogue.counts(a=1.6).chosen == ()
     assert found(path, periods=[8]) == whole
     assert found(path, periods=[8]) == whole  # again changes nothing
+
+
+@pytest.mark.usefixtures("small")
+def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
+    """They are those of the orbits, and each period's moments are around the tilts of those before it."""
+    for module in (
+        "averages.swept_sum_rules",
+        "store.reading.sweeps",
+        "store.reading.leg_terms",
+        "filling.sweeps",
+    ):
+        monkeypatch.setattr(f"orbitdb.{module}.EXACT", 5)
+    beginning.cache_clear()
+    path = tmp_path / "orbits.db"
+    sweeps = swept(path, 0.5)
+    assert [p for p, each in sweeps.items() if each.moments] == [6, 7]
+    swept(tmp_path / "late.db", 0.5, periods=[7])
+    with closing(Catalogue(tmp_path / "late.db")) as late:
+        assert not late.sweeps(0.5)[0].moments
+    with closing(Catalogue(path)) as catalogue:
+        found = sum_rules_of(read_whole(catalogue, Selection(0.5), swept=True))
+    for _ in fill_periods(path, 0.5, PERIODS):
+        pass
+    with closing(Catalogue(path)) as catalogue:
+        expected = sum_rules_of(read_whole(catalogue, Selection(0.5), swept=True))
+    beginning.cache_clear()
+    np.testing.assert_allclose(found.lambda_l, expected.lambda_l, rtol=0, atol=1e-6)
 
 
 @pytest.mark.usefixtures("small")
