@@ -41,16 +41,16 @@ _ROUNDING = 1e-14
 
 @dataclass(frozen=True)
 class Beginning:
-    """The orbits up to `EXACT`, and their tilts.
+    """The orbits up to some period, and their tilts.
 
     Attributes
     ----------
     orbits : TiltedOrbits
         With all three quantities.
-    found : ndarray, shape (3, EXACT - 1)
+    found : ndarray, shape (3, last - 1)
         What the tilts of each period come to (`orbitdb.averages.sum_rules.tilts_by_period`).
     tilts : dict of int to ndarray
-        Those of period `EXACT`, by level.
+        Those of the last period, by level.
     """
 
     orbits: TiltedOrbits
@@ -75,10 +75,10 @@ def tilted_orbits(parts: Iterable[tuple[NDArray[np.int64], Exponents]], means: E
 
 
 @lru_cache(maxsize=4)
-def beginning(a: float) -> Beginning:
-    """Find the orbits up to `EXACT` and their tilts."""
+def beginning(a: float, last: int) -> Beginning:
+    """Find the orbits up to a period and their tilts."""
     means, parts, periods = exact_means(a), [], []
-    for p in range(2, EXACT + 1):
+    for p in range(2, last + 1):
         for words in least_words(Span.whole(p)):
             for part in exponents(words.codes, p, Stadium(a)):
                 parts.append((SIZES[words.stabiliser[part.orbits]], part))
@@ -89,7 +89,7 @@ def beginning(a: float) -> Beginning:
     )
     sums = np.concatenate([terms_of_legs(part.slopes) for _, part in parts], axis=1)
     rows = ClassRows(period, size, length, lyapunov, np.zeros(len(size), dtype=np.bool_))
-    found, tilts = tilts_by_period(rows, LegSums(*sums), EXACT, means)
+    found, tilts = tilts_by_period(rows, LegSums(*sums), last, means)
     return Beginning(tilted_orbits(parts, means), found, tilts)
 
 
@@ -102,7 +102,7 @@ def next_tilts(a: float, moments: Sequence[Moments]) -> dict[int, Floats]:
     moments : sequence of Moments
         Of the periods `EXACT` + 1, ... without a gap.
     """
-    return _tilts(beginning(a), moments)[1]
+    return _tilts(beginning(a, EXACT), moments)[1]
 
 
 def sum_rules_beyond(a: float, moments: Sequence[Moments], highest: int) -> SumRules:
@@ -111,12 +111,13 @@ def sum_rules_beyond(a: float, moments: Sequence[Moments], highest: int) -> SumR
     NaN beyond the highest period of which there are moments; the parameters are those of `next_tilts`. The
     levels are those that the orbits up to `EXACT` have.
     """
-    start = beginning(a)
-    found = np.full((3, max(highest, EXACT) - 1), np.nan)
-    found[:, : EXACT - 1] = start.found
-    beyond = _tilts(start, moments[: max(highest - EXACT, 0)])[0]
-    found[:, EXACT - 1 : EXACT - 1 + beyond.shape[1]] = beyond
-    return averages_by_period(found[:, : highest - 1], exact_means(a))
+    last = min(highest, EXACT)
+    start = beginning(a, last)
+    found = np.full((3, highest - 1), np.nan)
+    found[:, : last - 1] = start.found
+    beyond = _tilts(start, moments[: highest - last])[0]
+    found[:, last - 1 : last - 1 + beyond.shape[1]] = beyond
+    return averages_by_period(found, exact_means(a))
 
 
 def _tilts(start: Beginning, moments: Sequence[Moments]) -> tuple[Floats, dict[int, Floats]]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from quick import slow_but
 
 from orbitdb.averages.period_sums import PeriodSums
 from orbitdb.averages.swept_sum_rules import beginning
@@ -21,7 +22,7 @@ from orbitdb.store.reading.leg_terms import sum_rules_of
 from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.store.reading.whole_periods import read_whole
 
-PERIODS = range(2, 8)
+PERIODS = range(2, 7)
 
 
 @pytest.fixture
@@ -43,7 +44,7 @@ def found(path: Path, **options) -> list[tuple]:
     return [(each.p, each.tally, each.sums) for each in swept(path, **options).values()]
 
 
-@pytest.mark.parametrize("a", [1.0, 1.6, pytest.param(0.3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("a", slow_but([1.0], [0.3, 1.0, 1.6]))
 def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
     path = tmp_path / "orbits.db"
     found = swept(path, a)
@@ -64,21 +65,22 @@ def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
 
 @pytest.mark.usefixtures("small")
 def test_a_sweep_that_was_stopped_goes_on_to_the_same_bits(tmp_path):
-    whole, path = found(tmp_path / "whole.db", periods=[8]), tmp_path / "stopped.db"
+    whole, path = found(tmp_path / "whole.db", periods=[7]), tmp_path / "stopped.db"
     migrate(path)
-    for stop in (2, 3):
-        going = sweep_periods(path, 1.6, [8])
+    for stop in (1, 2):
+        going = sweep_periods(path, 1.6, [7])
         steps = [next(going) for _ in range(stop)]
         assert steps[-1].words < steps[-1].total
         going.close()
     with closing(Catalogue(path)) as catalogue:
         (begun,) = catalogue.sweeps(1.6)
-        assert (begun.whole, begun.blocks, begun.sums) == (False, 5, None)
+        assert (begun.whole, begun.blocks, begun.sums) == (False, 3, None)
         assert catalogue.counts(a=1.6).chosen == ()
-    assert found(path, periods=[8]) == whole
-    assert found(path, periods=[8]) == whole  # again changes nothing
+    assert found(path, periods=[7]) == whole
+    assert found(path, periods=[7]) == whole  # again changes nothing
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small")
 def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     """They are those of the orbits, and each period's moments are around the tilts of those before it."""
@@ -91,14 +93,14 @@ def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
         monkeypatch.setattr(f"orbitdb.{module}.EXACT", 5)
     beginning.cache_clear()
     path = tmp_path / "orbits.db"
-    sweeps = swept(path, 0.5)
+    sweeps = swept(path, 0.5, range(2, 8))
     assert [p for p, each in sweeps.items() if each.moments] == [6, 7]
     swept(tmp_path / "late.db", 0.5, periods=[7])
     with closing(Catalogue(tmp_path / "late.db")) as late:
         assert not late.sweeps(0.5)[0].moments
     with closing(Catalogue(path)) as catalogue:
         found = sum_rules_of(read_whole(catalogue, Selection(0.5), swept=True))
-    for _ in fill_periods(path, 0.5, PERIODS):
+    for _ in fill_periods(path, 0.5, range(2, 8)):
         pass
     with closing(Catalogue(path)) as catalogue:
         expected = sum_rules_of(read_whole(catalogue, Selection(0.5), swept=True))
@@ -114,6 +116,7 @@ def test_sums_do_not_depend_on_the_number_of_processes(tmp_path):
         assert found(tmp_path / "shared.db", workers=workers) == alone
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small")
 def test_two_sweeps_at_once_do_each_block_once(tmp_path):
     path = tmp_path / "orbits.db"
