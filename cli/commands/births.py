@@ -91,7 +91,7 @@ def births(
 
 def _ended(catalogue: "Catalogue", periods: Sequence[int]) -> list[tuple[object, ...]]:
     """Return the lives of classes that end, by period and death, and where the next one begins."""
-    rows = []
+    rows: list[tuple[object, ...]] = []
     for p in periods:
         lives = catalogue.births(p)
         ended = {life.word for life in lives if life.dies is not None}

@@ -142,7 +142,7 @@ def _near_zeros(a: float, t: Floats) -> Floats:
 
 def _halves(a: float) -> Floats:
     """Return 1/2, 1/4, .. to about a/4; none from a = 1 on."""
-    halves: Floats = 0.5 ** np.arange(1, math.ceil(math.log2(1 / a)) + 3 if a < 1 else 0)
+    halves: Floats = np.exp2(-np.arange(1.0, math.ceil(math.log2(1 / a)) + 3 if a < 1 else 0.0))
     return halves
 
 

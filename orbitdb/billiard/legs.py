@@ -128,7 +128,7 @@ def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
     place = steps - np.maximum.accumulate(np.where(fresh, steps, 0), axis=1)
     back = (steps - origin) % len(steps)
     run, place = np.take_along_axis(run, back, axis=1), np.take_along_axis(place, back, axis=1)
-    bounces = [np.ascontiguousarray(part.T) for part in (run, place, STRAIGHT[words])]
+    bounces: list[NDArray[Any]] = [np.ascontiguousarray(part.T) for part in (run, place, STRAIGHT[words])]
     return [
         (rows, Legs(*chain, *(part.take(rows, axis=1) for part in bounces)))
         for rows, chain in pieces.by_runs()
@@ -172,7 +172,7 @@ class _Pieces:
         fresh[:, 1:] |= crossing
         return cls(symbols, origin, straight, fresh, fresh & ~straight)
 
-    def by_runs(self) -> Iterator[tuple[NDArray[np.intp], list[Floats]]]:
+    def by_runs(self) -> Iterator[tuple[NDArray[np.intp], list[NDArray[Any]]]]:
         """Yield for each number of runs the rows of the words that have it, and their k, d, n and s."""
         starts = np.flatnonzero(self.run_starts)  # words begin with a run: none reaches into the next
         symbols = self.symbols.ravel()
