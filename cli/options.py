@@ -28,6 +28,12 @@ class Format(StrEnum):
     TSV = "tsv"
     JSON = "json"
     JSONL = "jsonl"
+    MARKDOWN = "markdown"
+    LATEX = "latex"
+
+
+FOR_PEOPLE = (Format.TABLE, Format.MARKDOWN, Format.LATEX)
+"""The formats with few columns and rounded numbers."""
 
 
 def number_option(*flags: str, help: str) -> Any:
@@ -83,6 +89,10 @@ StoredHalfLength = Annotated[
 ]
 OutputFormat = Annotated[Format, typer.Option("--format", help="How to write the result.")]
 Json = Annotated[bool, typer.Option("--json", help="The same as --format json.")]
+Parameters = Annotated[
+    list[str] | None,
+    typer.Option("-P", metavar="NAME=VALUE", help="What :name in SQL stands for; repeatable."),
+]
 MarkWords = Annotated[
     bool,
     typer.Option(
@@ -146,10 +156,7 @@ class Choice:
             help="An SQL expression over the columns; code('310') finds a word in any rotation.",
         ),
     ] = None
-    parameters: Annotated[
-        list[str] | None,
-        typer.Option("-P", metavar="NAME=VALUE", help="What :name in --where stands for; repeatable."),
-    ] = None
+    parameters: Parameters = None
 
     def at(self, a: float) -> "Selection":
         """Return the subset at one a.
@@ -226,6 +233,9 @@ def check_marks(mark_words: bool, form: str) -> None:
         raise InputError(f"--mark-words is for csv and tsv: {form} keeps words as they are, leave it out")
 
 
+Force = Annotated[bool, typer.Option("--force", help="Replace the file if there is one.")]
+
+
 def takes_only(context: typer.Context, asked: str, *names: str) -> None:
     """Refuse all options that do nothing in what is asked for.
 
@@ -243,7 +253,7 @@ def takes_only(context: typer.Context, asked: str, *names: str) -> None:
     InputError
         If one of the others was given.
     """
-    useful = {*names, "format_", "json", "db"}
+    useful = {*names, "format_", "form", "force", "json", "db"}
     refuse_idle(context, asked, *(each.name for each in context.command.params if each.name not in useful))
 
 
