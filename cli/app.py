@@ -31,7 +31,6 @@ ParsingError = typer.TyperException
 app = typer.Typer(
     name="orbitdb",
     help="A certified catalogue of the unstable periodic orbits of the stadium billiard.",
-    add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,
     pretty_exceptions_enable=False,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
+from orbitdb.cli import completion
 from orbitdb.errors import InputError
 from orbitdb.numerals import real, whole
 
@@ -36,13 +37,13 @@ FOR_PEOPLE = (Format.TABLE, Format.MARKDOWN, Format.LATEX)
 """The formats with few columns and rounded numbers."""
 
 
-def number_option(*flags: str, help: str) -> Any:
-    """Return an option that takes a number."""
+def number_option(*flags: str, help: str, offers: Callable[[str], list[str]] | None = None) -> Any:
+    """Return an option that takes a number; a shell may offer some."""
 
     def read(given: str | float) -> float:
         return _read(real, str(given))
 
-    return typer.Option(*flags, metavar="NUMBER", parser=read, help=help)
+    return typer.Option(*flags, metavar="NUMBER", parser=read, help=help, autocompletion=offers)
 
 
 def count_option(*flags: str, help: str, least: int | None = None, most: int | None = None) -> Any:
@@ -84,7 +85,9 @@ HalfLength = Annotated[
 StoredHalfLength = Annotated[
     float | None,
     number_option(
-        "--a", help="Half length of a straight wall [default: the catalogue's only one, else 1.6]."
+        "--a",
+        help="Half length of a straight wall [default: the catalogue's only one, else 1.6].",
+        offers=completion.half_lengths,
     ),
 ]
 OutputFormat = Annotated[Format, typer.Option("--format", help="How to write the result.")]
@@ -93,6 +96,13 @@ Parameters = Annotated[
     list[str] | None,
     typer.Option("-P", metavar="NAME=VALUE", help="What :name in SQL stands for; repeatable."),
 ]
+
+
+def column_option(*flags: str, help: str) -> Any:
+    """Return an option that takes names of columns, of which a shell offers those that are known."""
+    return typer.Option(*flags, help=help, autocompletion=completion.columns)
+
+
 MarkWords = Annotated[
     bool,
     typer.Option(
@@ -113,7 +123,9 @@ class Choice:
     status: Annotated[
         str | None,
         typer.Option(
-            "--status", help="orbit, geometric, dynamical, boundary or unresolved; several with commas; all."
+            "--status",
+            help="orbit, geometric, dynamical, boundary or unresolved; several with commas; all.",
+            autocompletion=completion.statuses,
         ),
     ] = None
     reversal: Annotated[

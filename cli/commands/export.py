@@ -67,13 +67,13 @@ def export(
     a: options.StoredHalfLength = None,
     choice: options.Choice,
     order: Annotated[
-        str, typer.Option("--order", help="Columns to sort by; a falling one ends in desc.")
+        str, options.column_option("--order", help="Columns to sort by; a falling one ends in desc.")
     ] = "p,code",
     limit: Annotated[
         int | None, options.count_option("--limit", least=0, help="Symbol sequences at most.")
     ] = None,
     columns: Annotated[
-        str | None, typer.Option("-c", "--columns", help="Columns to write, with commas between.")
+        str | None, options.column_option("-c", "--columns", help="Columns to write, with commas between.")
     ] = None,
     coordinates: Annotated[
         bool, typer.Option("--coordinates", help="Write the coordinates of every bounce, too.")

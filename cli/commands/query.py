@@ -68,7 +68,7 @@ def query(
     a: options.StoredHalfLength = None,
     choice: options.Choice,
     order: Annotated[
-        str, typer.Option("--order", help="Columns to sort by; a falling one ends in desc.")
+        str, options.column_option("--order", help="Columns to sort by; a falling one ends in desc.")
     ] = "p,code",
     limit: Annotated[
         int | None,
@@ -78,7 +78,7 @@ def query(
     ] = None,
     offset: Annotated[int, options.count_option("--offset", least=0, help="Rows to pass over first.")] = 0,
     columns: Annotated[
-        str | None, typer.Option("-c", "--columns", help="Columns to show, with commas between.")
+        str | None, options.column_option("-c", "--columns", help="Columns to show, with commas between.")
     ] = None,
     bounces: Annotated[
         bool, typer.Option("--bounces", help="With --code, one row a bounce: x, y, arc length, sine.")

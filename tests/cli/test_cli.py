@@ -427,3 +427,26 @@ def test_a_bound_that_is_shown_holds_for_the_digits_that_are_shown(value, bound)
     number, _, shown = with_bound(value, bound).partition(" +- ")
     assert abs(Fraction(number) - Fraction(value)) + Fraction(bound) <= Fraction(shown)
     assert Fraction(shown) <= Fraction(11, 10) * (Fraction(bound) + Fraction(math.ulp(value)))
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        (["query", "-c", "length_"], ["length_error"]),
+        (["query", "--order", "code,length"], ["code,length", "code,length_error"]),
+        (["export", "--status", "orbit,bo"], ["orbit,boundary"]),
+        (["table", "--a", "1"], ["1", "1.6"]),
+    ],
+)
+def test_shells_are_offered_values(varied, monkeypatch, typed, offered):
+    import typer
+
+    from orbitdb.cli.app import app
+
+    monkeypatch.setenv("ORBITDB_DB", str(varied))
+    command = typer.main.get_command(app)
+    with command.make_context("orbitdb", typed[:1], resilient_parsing=True) as top:
+        called = command.commands[typed[0]]
+        context = called.make_context(typed[0], [], parent=top, resilient_parsing=True)
+    option = next(each for each in called.params if typed[1] in each.opts)
+    assert [item.value for item in option.shell_complete(context, typed[2])] == offered
