@@ -251,20 +251,24 @@ def test_a_file_that_is_there_is_kept_without_force(varied, tmp_path, cli):
     assert target.read_text().startswith("code,")
 
 
-def test_figures_go_where_files_go(varied, tmp_path, cli):
-    """To stdout, and over another file only if told so."""
+def test_a_figure_that_is_there_is_kept_without_force(varied, tmp_path, cli):
+    drawn = ("plot", "orbit", "--code", "13", "--db", str(varied), "-o", str(tmp_path / "x.svg"))
+    (tmp_path / "x.svg").write_text("mine")
+    done = cli(*drawn)
+    assert (done.code, (tmp_path / "x.svg").read_text()) == (2, "mine")
+    assert "--force" in done.err
+    assert cli("export", "-o", str(tmp_path / "x.csv"), "--p", "3", "--db", str(varied)).code == 0
+    assert (tmp_path / "x.csv").exists()
+
+
+@pytest.mark.slow
+def test_a_figure_on_stdout_is_what_the_file_holds(varied, tmp_path, cli):
     drawn = ("plot", "orbit", "--code", "13", "--db", str(varied))
     target = tmp_path / "x.svg"
-    target.write_text("mine")
-    done = cli(*drawn, "-o", str(target))
-    assert (done.code, target.read_text()) == (2, "mine")
-    assert "--force" in done.err
+    target.write_text("old")
     assert cli(*drawn, "-o", str(target), "--force").code == 0
-    shown = subprocess.run(
-        [*COMMAND, *drawn, "-o", "-", "--format", "svg"], capture_output=True, check=True, cwd=tmp_path
-    )
+    shown = subprocess.run([*COMMAND, *drawn, "-o", "-", "--format", "svg"], capture_output=True, check=True)
     assert shown.stdout == target.read_bytes()
-    assert cli("export", "-o", str(tmp_path / "x.csv"), "--p", "3", "--db", str(varied)).code == 0
 
 
 @pytest.mark.slow
