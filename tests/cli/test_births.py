@@ -123,6 +123,9 @@ def test_verify_compares_births_with_fills(cli, tmp_path):
     outcome = cli("verify")
     assert outcome.code == 0
     assert "births and deaths" in outcome.err
+    proved = cli("verify", "--births", "--json")
+    rows = {row["check"]: (row["rows"], row["failures"]) for row in json.loads(proved.out)}
+    assert rows["lives"] == (28, 0)
     cli("fill", "--p", "4")
     assert cli("verify").code == 0
     for damage in (
