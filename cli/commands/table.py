@@ -37,7 +37,7 @@ def table(
 
     N_t: sequences left by the geometric rules; N_c: orbits; N: points of period p and its divisors;
     K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
-    Where 'orbitdb bounds' has enclosed the limit of K_0, the topological entropy, a note says so.
+    Where 'orbitdb bounds' has enclosed the topological entropy, a note says so.
     Periods that are not filled at this a are counted from births, if 'orbitdb births' has found them.
     """
     from orbitdb.averages.fixed_points import divisors, missing_divisors

@@ -59,6 +59,18 @@ def test_a_class_number_that_is_no_words_is_told(filled, cli):
     assert "a class number that is no admissible word's" in found.err
 
 
+@pytest.mark.parametrize("value", ["NULL", "1e308"])
+def test_a_lambda_that_no_orbit_has_is_told(filled, cli, value):
+    with sqlite3.connect(filled) as connection:
+        connection.execute(
+            f"UPDATE orbit SET lyapunov = {value} WHERE length = (SELECT max(length) FROM orbit)"
+        )
+    connection.close()
+    found = cli("lyapunov", "--db", str(filled))
+    assert (found.code, found.out) == (3, "")
+    assert "impossible numbers" in found.err
+
+
 def test_legwise_trajectories_are_stored_and_shown(filled, cli):
     made = cli("simulate", "--legwise", "--bounces", "200000", "--json", "--db", str(filled))
     (row,) = json.loads(made.out)
