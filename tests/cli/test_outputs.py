@@ -63,14 +63,13 @@ def plain(values: Any) -> list[Any]:
     return [None if value != value or value == "" else value for value in listed]
 
 
-def rows_of(catalogue: Catalogue, a: float, chosen: np.ndarray | None = None, **criteria: Any) -> Columns:
+def rows_of(catalogue: Catalogue, a: float, **criteria: Any) -> Columns:
     """The columns of ``query`` and ``export`` from the arrays of a subset."""
     subset = catalogue.select(a=a, **criteria)
-    rows = np.arange(len(subset)) if chosen is None else chosen
     names = ("representative", "p", "status", "length", "lyapunov", "lambda_d", "lambda_c", "time_reversal",
              "class_size", "margin", "residual", "error")  # fmt: skip
-    columns = {name: plain(getattr(subset, name)[rows]) for name in names}
-    words = subset.words[rows].tolist()
+    columns = {name: plain(getattr(subset, name)) for name in names}
+    words = subset.words.tolist()
     masks = [int(rules_broken(from_strings([word]))[0]) for word in words]
     columns["rules"] = [[n for n in range(1, 7) if mask >> (n - 1) & 1] for mask in masks]
     columns["class_size"] = [size or None for size in columns["class_size"]]
@@ -81,9 +80,9 @@ KEYS = ("code", "representative", "a", "p", "status", "rules", "length", "lyapun
         "time_reversal", "class_size", "margin", "residual", "error")  # fmt: skip
 
 
-def queried(**criteria: Any) -> Callable[[Catalogue], Columns]:
+def queried(a: float = 1.6, **criteria: Any) -> Callable[[Catalogue], Columns]:
     def call(catalogue: Catalogue) -> Columns:
-        found = rows_of(catalogue, criteria.pop("a", 1.6), **criteria)
+        found = rows_of(catalogue, a, **criteria)
         return {name: found[name] for name in KEYS}
 
     return call
