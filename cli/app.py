@@ -1,6 +1,7 @@
 """All commands of ``orbitdb``: one module a group of commands."""
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Annotated, Any
 
 import typer
@@ -12,12 +13,14 @@ from orbitdb.cli.commands import (
     births,
     bounds,
     browse,
+    columns,
     export,
     fill,
     info,
     plot,
     query,
     simulate,
+    sweep,
     table,
     verify,
 )
@@ -32,7 +35,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 for module in (
-    fill, births, query, browse, table, averages, bounds, simulate, plot, export, verify, bench, info,
+    fill, sweep, births, query, browse, table, averages, bounds, simulate, plot, export, columns, verify,
+    bench, info,
 ):  # fmt: skip
     module.register(app)
 
@@ -52,6 +56,9 @@ def _options(
     pass
 
 
+_command = cache(typer.main.get_command)  # built once, however many commands one process runs
+
+
 def call(arguments: Sequence[str]) -> Any:
     """Run the command that the arguments say; return its exit code, if it has one.
 
@@ -63,6 +70,6 @@ def call(arguments: Sequence[str]) -> Any:
         On Ctrl-C, or the end of an input that is waited for.
     """
     try:
-        return app(arguments, prog_name="orbitdb", standalone_mode=False)
+        return _command(app)(arguments, prog_name="orbitdb", standalone_mode=False)
     except typer.Abort as end:
         raise KeyboardInterrupt from end

@@ -73,10 +73,12 @@ def _short(code: str) -> str:
 def _draw_entropy(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
     subset = _read(catalogue, chosen)
     found = by_period.entropy(subset.classes.rows(), subset.highest)
+    proved = catalogue.entropy_bounds(chosen.a)
+    band = None if proved is None else (proved.lower, proved.upper)
     p, shown = _standing(found, subset)
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
-        curves.draw_entropy(ax, p, shown["K_0"], shown["h_zeta"], shown["h_zeta_change"])
+        curves.draw_entropy(ax, p, shown["K_0"], shown["h_zeta"], shown["h_zeta_change"], band)
         ax.set_title(plain(chosen.describe()))
         explain(made, ax)
     return made

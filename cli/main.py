@@ -59,9 +59,9 @@ def _consolation(arguments: Sequence[str]) -> str:
     match arguments[0]:
         case "verify" if "--rigorous" not in arguments:
             return ""
-        case "fill" | "verify" if "--again" not in arguments:
+        case "fill" | "sweep" | "verify" if "--again" not in arguments:
             return f"; {_KEPT}, the same command goes on from there"
-        case "fill" | "verify" | "simulate" | "browse" | "tui":
+        case "fill" | "verify" | "simulate" | "bounds" | "browse" | "tui":
             return f"; {_KEPT}"
     return ""
 

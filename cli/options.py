@@ -83,6 +83,12 @@ StoredHalfLength = Annotated[
 ]
 OutputFormat = Annotated[Format, typer.Option("--format", help="How to write the result.")]
 Json = Annotated[bool, typer.Option("--json", help="The same as --format json.")]
+MarkWords = Annotated[
+    bool,
+    typer.Option(
+        "--mark-words", help="In csv and tsv, write words as w01023, which no program takes for a number."
+    ),
+]
 Periods = Annotated[str | None, typer.Option("--p", metavar="PERIODS", help="Periods: 11, 2-8 or 2,3,5-7.")]
 
 
@@ -116,17 +122,29 @@ class Choice:
             "--contains", metavar="SYMBOLS", help="Words with these symbols in a row, in any rotation."
         ),
     ] = None
+    exists: Annotated[
+        list[float] | None,
+        number_option("--exists", help="Words that are orbits at this a, by their births; repeatable."),
+    ] = None
+    not_at: Annotated[
+        list[float] | None,
+        number_option("--not-at", help="Words that are no orbits at this a, by their births; repeatable."),
+    ] = None
     bounds: Annotated[
         list[str] | None,
         typer.Option(
             "--range",
             metavar="NAME=LOW:HIGH",
-            help="Bounds on length, lyapunov, lambda_d, lambda_c or margin; repeatable.",
+            help="Bounds on length, lyapunov, lambda_d, lambda_c, margin, born or dies; repeatable.",
         ),
     ] = None
     where: Annotated[
         str | None,
-        typer.Option("--where", metavar="SQL", help="An SQL expression over the columns of the catalogue."),
+        typer.Option(
+            "--where",
+            metavar="SQL",
+            help="An SQL expression over the columns; code('310') finds a word in any rotation.",
+        ),
     ] = None
     parameters: Annotated[
         list[str] | None,
@@ -157,6 +175,8 @@ class Choice:
             time_reversal=None if self.reversal is None else sel.parse_reversal(self.reversal),
             symmetry=None if self.symmetry is None else sel.parse_symmetry(self.symmetry),
             contains=None if self.contains is None else parse(self.contains),
+            exists=sel.parse_exists(self.exists or ()),
+            not_at=sel.parse_exists(self.not_at or ()),
             ranges=sel.parse_bounds(self.bounds or ()),
             where=self.where,
             parameters=parameters,
@@ -192,6 +212,18 @@ def chosen(format_: Format, json: bool) -> Format:
     if json and format_ not in (Format.TABLE, Format.JSON):
         raise InputError(f"--json and --format {format_} contradict one another: leave one of them out")
     return Format.JSON if json else format_
+
+
+def check_marks(mark_words: bool, form: str) -> None:
+    """Refuse marks before words in a format that keeps texts as they are.
+
+    Raises
+    ------
+    InputError
+        If they are asked for there.
+    """
+    if mark_words and form not in (Format.CSV, Format.TSV):
+        raise InputError(f"--mark-words is for csv and tsv: {form} keeps words as they are, leave it out")
 
 
 def takes_only(context: typer.Context, asked: str, *names: str) -> None:

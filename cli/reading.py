@@ -1,6 +1,6 @@
 """What commands that read a catalogue begin with: which a is meant, and what of the subset is filled."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -23,7 +23,20 @@ def reading(db: Path | None, a: float | None, choice: Choice) -> "Iterator[tuple
 
     chosen = choice.at(USUAL_A if a is None else a)  # so that a wrong option is told first
     with closing(Catalogue(db, a)) as opened, opened.at_one_moment() as catalogue:
+        _note_rotations(chosen)
         yield catalogue, replace(chosen, a=_told(catalogue, a))
+
+
+def _note_rotations(chosen: "Selection") -> None:
+    """Say where a filter compares codes with a rotation that names no row, once it is seen to be sound."""
+    if chosen.where is None:
+        return
+    from orbitdb.store.asking.codes import hint
+    from orbitdb.store.asking.expressions import check
+
+    check(chosen.where, dict(chosen.parameters))
+    if (told := hint(chosen.where)) is not None:
+        note(told)
 
 
 def averaged(choice: Choice) -> Choice:
@@ -63,23 +76,30 @@ def _told(catalogue: "Catalogue", a: float | None) -> float:
 
 
 def note_gaps(
-    catalogue: "Catalogue", chosen: "Selection", left_out: bool = False, counted: "Counted | None" = None
+    catalogue: "Catalogue",
+    chosen: "Selection",
+    left_out: bool = False,
+    counted: "Counted | None" = None,
+    names: Sequence[str] = (),
+    order: str = "p",
 ) -> bool:
     """Say which chosen periods are stored in part, and which are not filled; tell whether any are.
 
-    Those that were counted from births lack nothing: that is said instead.
+    Those that were counted from births or a sweep lack nothing: that is said instead. So is of which no
+    births are stored, where the subset, the names of columns that are shown or the order depend on them.
     """
     partial = catalogue.partial(chosen)
-    if counted is not None and counted.from_births:
+    if counted is not None and counted.without_rows:
         note(str(counted.describe()))
-        partial = [fill for fill in partial if fill.p not in counted.from_births]
+        partial = [fill for fill in partial if fill.p not in counted.without_rows]
         rest = _without(chosen, counted.chosen)
         unfilled = None if rest is None else catalogue.unfilled(rest)
     else:
         unfilled = catalogue.unfilled(chosen)
     note_partial(partial, chosen.a, left_out)
-    if unfilled is not None:
-        note(unfilled)
+    for said in (unfilled, catalogue.lacking_births(chosen, names, order)):
+        if said is not None:
+            note(said)
     return bool(partial) or unfilled is not None
 
 
@@ -97,5 +117,6 @@ def note_nothing(catalogue: "Catalogue", chosen: "Selection", more: str = "") ->
     """Say that a subset is empty, if any of its periods is filled: of the others that is not known."""
     unfilled = catalogue.unfilled(chosen)
     if unfilled is None or any(chosen.includes(fill.p) for fill in catalogue.fills(chosen.a)):
-        where = " in what is stored" if unfilled or catalogue.partial(chosen) else ""
+        lacking = unfilled or catalogue.lacking_births(chosen) or catalogue.partial(chosen)
+        where = " in what is stored" if lacking else ""
         note(f"no {chosen.describe()}{where}{more}")

@@ -26,6 +26,8 @@ _DECIMALS = {
     "coordinate": 12,
     "x": 12,
     "y": 12,
+    "arclength": 12,
+    "sine": 12,
 }
 """Digits behind the point in tables; the other formats give every number in full."""
 
@@ -100,6 +102,15 @@ def with_error(value: float, error: float, sign: str = "+-", decimals: int = 6) 
     return f"{value:.{decimals}f} {sign} {error:.{decimals}f}"
 
 
+def concise(value: float | None, error: float | None) -> str | None:
+    """Return a value with two digits of its error, rounded up, in brackets: 0.88677(22) is +- 0.00022."""
+    if value is None or error is None or not 0 < error < math.inf:
+        return None if value is None else f"{value:.6f}"
+    digits = Context(prec=2, rounding=ROUND_UP).plus(Decimal(error))
+    decimals = max(0, -int(digits.as_tuple().exponent))
+    return f"{value:.{decimals}f}({round(digits.scaleb(decimals))})"
+
+
 def code_text(code: str) -> str:
     """Return a code for people: as it is, or in run notation, cut if it is still long."""
     if len(code) <= LONG_CODE:
@@ -172,6 +183,7 @@ _LEFT_ALIGNED = _CODES | {
     "asked",
     "method",
     "wall",
+    "sum_rule",
 }
 
 

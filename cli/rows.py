@@ -1,13 +1,40 @@
-"""Rows of the catalogue for other programs."""
+"""Rows of the catalogue for other programs, and what their columns are, in short."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from orbitdb.columns import IN_CATALOGUE
+
 KEYS = (
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
     "time_reversal", "class_size", "margin", "residual", "error",
+    "length_error", "lyapunov_error", "symmetry", "solver",
 )  # fmt: skip
-"""The keys of JSON output that other programs may rely on."""
+"""The columns that are written where none are named; other programs may rely on them as keys of JSON."""
+
+_WIDTH = max(len(each.name) for each in IN_CATALOGUE)
+
+COLUMNS_HELP = "\n".join([
+    "\b",
+    "Columns (see 'orbitdb columns'):",
+    *(f"  {each.name:{_WIDTH}}  {each.brief}" for each in IN_CATALOGUE),
+])  # fmt: skip
+"""The columns for the end of a command's help, a line each, which is not to be wrapped."""
+
+
+_WORDS = ("code", "word", "representative")
+
+
+def with_marks(names: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:
+    """Give words in a form that no program takes for numbers: w01023."""
+    from orbitdb.symbols.words import MARK
+
+    places = [place for place, name in enumerate(names) if name in _WORDS]
+    for row in rows:
+        marked = list(row)
+        for place in places:
+            marked[place] = None if row[place] is None else f"{MARK}{row[place]}"
+        yield tuple(marked)
 
 
 def with_rules(names: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:

@@ -5,9 +5,11 @@ A page has a line such as ``<!-- here: commands -->``; `fill_in` puts the text t
 
 import inspect
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
 from typing import Any
+
+from orbitdb.columns import OF_ANSWERS, OF_BOUNCES, OF_ORBITS, OF_WORDS, Column
 
 _HERE = re.compile(r"^<!-- here: (\w+) -->$", re.MULTILINE)
 
@@ -109,8 +111,23 @@ def _epilog(text: str) -> Iterator[str]:
     if lines:
         yield "```console\n" + "\n".join(f"$ {line}" for line in lines) + "\n```"
     for part in parts:
-        if not part.startswith("  "):
+        if part.startswith("\b"):
+            yield "\nThe columns are those of the page [Columns](columns.md).\n"
+        elif not part.startswith("  "):
             yield "\n" + _plain(part) + "\n"
+
+
+def columns(shown: Sequence[Column]) -> str:
+    """Return a table of columns."""
+    lines = ["| column | type | unit | bounded by | means | empty |", "|---|---|---|---|---|---|"]
+    for each in shown:
+        bound = f"`{each.bound}`" if each.bound in _BOUNDS else each.bound
+        means = re.sub(r"'([^']+)'", r"`\1`", each.means)
+        lines.append(f"| `{each.name}` | {each.kind} | {each.unit} | {bound} | {means} | {each.empty} |")
+    return "\n".join(lines)
+
+
+_BOUNDS = {each.name for each in OF_ORBITS}
 
 
 def names() -> str:
@@ -138,4 +155,11 @@ def _name(name: str, thing: Any) -> str:
 
 _SPECIAL = ("__contains__", "__getitem__", "__iter__", "__len__")
 
-_TEXTS: dict[str, Callable[[], str]] = {"commands": commands, "names": names}
+_TEXTS: dict[str, Callable[[], str]] = {
+    "commands": commands,
+    "names": names,
+    "columns_of_words": lambda: columns(OF_WORDS),
+    "columns_of_orbits": lambda: columns(OF_ORBITS),
+    "columns_of_bounces": lambda: columns(OF_BOUNCES),
+    "columns_of_answers": lambda: columns(OF_ANSWERS),
+}

@@ -17,6 +17,7 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import IO, Any, TextIO
 
+from orbitdb.columns import kind_of
 from orbitdb.errors import InputError, StoreError
 from orbitdb.plaintext import cell
 
@@ -29,19 +30,6 @@ _LARGEST_TEXT = 2**31
 
 class ExportError(InputError):
     """The file cannot be written; the message says why and what to do."""
-
-
-TYPES = {"rules": "integers", "coordinates": "numbers"}
-TYPES |= dict.fromkeys(("p", "class_size", "walls", "iterations", "element", "cycle"), "integer")
-TYPES |= dict.fromkeys(
-    ("code", "word", "representative", "status", "time_reversal", "symmetry", "solver"), "text"
-)
-"""What kind of values a column holds; those not named hold one number a row."""
-
-
-def kind_of(column: str) -> str:
-    """Return ``number``, ``integer``, ``text``, or ``numbers`` or ``integers`` for lists of them."""
-    return TYPES.get(column, "number")
 
 
 def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Row], delimiter: str = ",") -> int:
@@ -86,13 +74,16 @@ def form_of(path: Path, form: str | None) -> str:
     Raises
     ------
     ExportError
-        If there is no such format.
+        If there is no such format, or the ending is that of another one.
     """
-    found = form or path.suffix.lstrip(".").lower()
+    ending = path.suffix.lstrip(".").lower()
+    found = form or ending
     if found not in FORMATS:
         raise ExportError(
             f"format {found!r} of {path}: end the name in .{', .'.join(FORMATS)}, or use --format"
         )
+    if ending in FORMATS and ending != found:
+        raise ExportError(f"{path} ends in .{ending}, and --format says {found}: leave one of them out")
     return found
 
 
@@ -107,7 +98,7 @@ def write_file(
     form : str
         One of `FORMATS`.
     columns : sequence of str
-        Their kinds are those of `kind_of`.
+        Their kinds are those of `orbitdb.columns`.
     rows : iterable of sequences
         Plain Python values; None where there is none.
     metadata : mapping

@@ -2,27 +2,36 @@
 
 import os
 import shutil
+import signal
 from collections.abc import Callable, Generator
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
 from hypothesis import settings
 
-from orbitdb.filling.blocks import METHODS, Method
-from orbitdb.filling.periods import Progress, fill_geometric, fill_periods
-from orbitdb.filling.single_word import fill_word
-from orbitdb.orbits.newton import solve
-from orbitdb.store.reading.catalogue import Catalogue
+if TYPE_CHECKING:  # the process that only starts those that test need not import it
+    from orbitdb.filling.periods import Progress
 
 settings.register_profile("quick", deadline=None, max_examples=20)
 settings.register_profile("thorough", deadline=None, max_examples=100)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
 
 
+def pytest_configure() -> None:
+    """Let signals that a shell has told this process to ignore, as ``&`` does, end what tests start."""
+    for name in ("SIGINT", "SIGHUP", "SIGTERM"):
+        number = getattr(signal, name, None)
+        if number and signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, lambda number, frame: None)  # a handler is not inherited
+
+
 @pytest.fixture
 def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut periods into many blocks, so that a fill can be stopped between them."""
+    from orbitdb.filling.blocks import METHODS, Method
+    from orbitdb.orbits.newton import solve
+
     monkeypatch.setitem(METHODS, "newton", Method(solve, 64))
 
 
@@ -34,6 +43,9 @@ class Outcome(NamedTuple):
 
 @pytest.fixture(scope="session")
 def filled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    from orbitdb.filling.periods import fill_periods
+    from orbitdb.store.reading.catalogue import Catalogue
+
     path = tmp_path_factory.mktemp("filled") / "orbits.db"
     Catalogue.create(path)
     for _ in fill_periods(path, 1.6, range(2, 9)):
@@ -48,10 +60,11 @@ def filled(filled_once: Path, tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def begin_fill(small_blocks: None) -> Callable[..., Generator[Progress]]:
+def begin_fill(small_blocks: None) -> Callable[..., Generator["Progress"]]:
     """Begin to fill a period in small blocks, and give the rest of the fill, which close() stops."""
+    from orbitdb.filling.periods import fill_periods
 
-    def begin(path: Path, p: int, batches: int = 3, a: float = 1.6) -> Generator[Progress]:
+    def begin(path: Path, p: int, batches: int = 3, a: float = 1.6) -> Generator["Progress"]:
         going = fill_periods(path, a, [p])
         full = (step for step in going if step.words)  # a block of high first symbols may be empty
         for _ in range(batches):
@@ -83,6 +96,10 @@ def cli(
 @pytest.fixture(scope="session")
 def varied(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A catalogue of p = 2..6 at a = 1.6 and 1, one word of p = 12, and the words pruned at p = 3."""
+    from orbitdb.filling.periods import fill_geometric, fill_periods
+    from orbitdb.filling.single_word import fill_word
+    from orbitdb.store.reading.catalogue import Catalogue
+
     path = tmp_path_factory.mktemp("varied") / "orbits.db"
     Catalogue.create(path)
     for a in (1.6, 1.0):

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from orbitdb.cli import options
+from orbitdb.cli import enclosed, options
+from orbitdb.cli.lyapunov_blocks import write_blocks
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import averaged, note_gaps, note_nothing, reading
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.counted import Counted
+    from orbitdb.store.reading.enclosures import Enclosure
     from orbitdb.store.reading.whole_periods import WholePeriods
 
 ENTROPY_EXAMPLES = """
@@ -67,7 +69,8 @@ def entropy(
     """Compute the topological entropy of the chosen orbits, by period.
 
     N: points on orbits of period p and its divisors; K_0 = ln N / p; h_zeta: from the leading zero of
-    the zeta function cut off at p, which converges much faster, with its change from p - 1.
+    the zeta function cut off at p, which converges much faster, with its change from p - 1. The proved
+    bounds are those that 'orbitdb bounds' has stored.
     """
     from orbitdb.averages import by_period
     from orbitdb.averages.standing import faults_of, standing
@@ -75,44 +78,74 @@ def entropy(
     with progress("reading orbits") as shown:
         with reading(db, a, averaged(choice)) as (catalogue, chosen):
             counted = _counted(catalogue, chosen)
+            proved = enclosed.enclosure(catalogue, chosen.a)
             if counted is not None:
                 note_gaps(catalogue, chosen, left_out=True, counted=counted)
-                _write_counted(counted, options.chosen(format_, json))
+                _write_counted(counted, options.chosen(format_, json), proved)
                 return
+            _note_uncounted(catalogue, chosen)
             subset = _read(catalogue, chosen)
         shown.tell("expanding the zeta function")
         found = by_period.entropy(subset.classes.rows(), subset.highest)
     form = options.chosen(format_, json)
     note(subset.selection.describe())
     if form is Format.TABLE:
-        _note_proved(subset.selection.a)
+        _note_proved(subset.selection.a, proved)
     _note_faults(subset, faults_of(found, subset.periods))
-    _write(subset, ENTROPY_COLUMNS, standing(found, subset.periods), form)
+    _note_divisors(subset.periods)
+    columns = standing(found, subset.periods)
+    columns |= _proved_columns(proved, len(columns["p"]), form)
+    _write(subset, _entropy_names(columns), columns, form)
 
 
-def _note_proved(a: float) -> None:
-    """Say what is known of the entropy of all orbits without a catalogue."""
+def _note_proved(a: float, proved: "tuple[Enclosure, str] | None") -> None:
+    """Say what is known of the entropy of all orbits by proof."""
     from orbitdb.entropy.letters import geometric_entropy
     from orbitdb.store.reading.fills import exact
 
-    most = math.ceil(geometric_entropy() * 1e6) / 1e6
-    note(f"of all orbits it is at most {most:.6f} at any a: 'orbitdb bounds --a {exact(a)}' encloses it")
+    most = f"at most {math.ceil(geometric_entropy() * 1e6) / 1e6:.6f} at any a"
+    if proved is None:
+        note(f"of all orbits it is {most}: 'orbitdb bounds --a {exact(a)}' encloses it")
+    else:
+        note(f"{proved[1]}; {most}")
+
+
+def _proved_columns(
+    proved: "tuple[Enclosure, str] | None", count: int, form: Format
+) -> dict[str, list[float | str]]:
+    """Return proved bounds as columns, where no note tells of them."""
+    return enclosed.columns_of(None if proved is None or form is Format.TABLE else proved[0], count)
+
+
+def _entropy_names(columns: dict[str, list[Any]]) -> list[str]:
+    """Return the names of the columns of entropies that there are."""
+    return [*ENTROPY_COLUMNS, *(name for name in enclosed.COLUMNS if name in columns)]
 
 
 def _counted(catalogue: "Catalogue", chosen: "Selection") -> "Counted | None":
-    """Return counts in which births stand for fills, where all orbits of some periods are chosen."""
+    """Return counts in which sweeps and births stand for fills, where all orbits of periods are chosen."""
     if replace(chosen, periods=()) != type(chosen)(chosen.a):
         return None
     counted = catalogue.counts(chosen)
-    return counted if counted.from_births else None
+    return counted if counted.without_rows else None
 
 
-def _write_counted(counted: "Counted", form: Format) -> None:
-    """Write the entropies of counts."""
+def _note_uncounted(catalogue: "Catalogue", chosen: "Selection") -> None:
+    """Say why births do not answer for a subset of the orbits of periods that only they know."""
+    all_of_them = type(chosen)(chosen.a, chosen.periods)
+    if chosen != all_of_them and (counted := catalogue.counts(all_of_them)).from_births:
+        note(
+            f"births tell how many orbits of {counted.from_births_written()} there are at a = {chosen.a:g}, "
+            "and not which of them are chosen: leave out all but --p, or fill them"
+        )
+
+
+def _write_counted(counted: "Counted", form: Format, proved: "tuple[Enclosure, str] | None") -> None:
+    """Write the entropies of counts, and what is proved beside them."""
     import numpy as np
 
     from orbitdb.averages import by_period
-    from orbitdb.averages.fixed_points import missing_divisors, missing_periods
+    from orbitdb.averages.fixed_points import missing_periods
     from orbitdb.averages.standing import faults_of, standing
 
     cycles = np.zeros(max(counted.chosen) + 1, dtype=np.int64)
@@ -121,14 +154,16 @@ def _write_counted(counted: "Counted", form: Format) -> None:
     found = by_period.entropy_of_counts(cycles)
     if missing := missing_periods(max(counted.chosen), counted.chosen):
         note(f"the zeta function lacks the periods {', '.join(map(str, missing))}")
+    if form is Format.TABLE:
+        _note_proved(counted.a, proved)
     if fault := faults_of(found, counted.chosen):
         note(fault)
-    for p in counted.chosen:
-        if gaps := missing_divisors(p, counted.chosen):
-            note(f"p = {p}: the sums over fixed points lack the periods {', '.join(map(str, gaps))}")
+    _note_divisors(counted.chosen)
     columns = standing(found, counted.chosen)
-    rows = [list(row) for row in zip(*(columns[name] for name in ENTROPY_COLUMNS), strict=True)]
-    write(ENTROPY_COLUMNS, [row for row in rows if row[0] in counted.chosen], form)
+    columns |= _proved_columns(proved, len(columns["p"]), form)
+    names = _entropy_names(columns)
+    rows = [list(row) for row in zip(*(columns[name] for name in names), strict=True)]
+    write(names, [row for row in rows if row[0] in counted.chosen], form)
 
 
 @options.with_choice
@@ -154,24 +189,29 @@ def lyapunov(
     lambda_d and lambda_c: the paper's eqs. (5) and (6), per bounce and per length; pair: means of
     neighbouring periods; zeta: from the zeta function cut off at p, with its zero z0 (1 if nothing is
     missing); sum_rule: all orbits up to p with weights e^-lambda, held to exact means, with an estimate
-    of the error. The trajectory values are those that 'orbitdb simulate' has stored.
+    of the error, in brackets behind the last digits in a table. The trajectory values are those that
+    'orbitdb simulate' has stored.
     """
     from orbitdb.averages import by_period
     from orbitdb.averages.fixed_points import Weight
+    from orbitdb.averages.period_sums import lyapunov_of_periods
     from orbitdb.averages.standing import faults_of, standing
     from orbitdb.store.reading.references import best_reference
 
     if weight not in set(Weight):
         raise InputError(f"weight {weight!r}: use {' or '.join(Weight)}")
     with progress("reading orbits"), reading(db, a, averaged(choice)) as (catalogue, chosen):
-        subset = _read(catalogue, chosen)
+        subset = _read(catalogue, chosen, swept=cut is None)
         reference = best_reference(catalogue, chosen.a)
     form = options.chosen(format_, json)
     if cut is not None:
         _write_cut(subset, cut, Weight(weight), form)
         return
     with progress("expanding the zeta function"):
-        found = by_period.lyapunov(subset.classes.rows(), subset.highest, Weight(weight))
+        if subset.swept:
+            found = lyapunov_of_periods(subset.sums(), subset.highest, Weight(weight))
+        else:
+            found = by_period.lyapunov(subset.classes.rows(), subset.highest, Weight(weight))
     columns = standing(found, subset.periods) | _sum_rule_columns(subset)
     names = [*LYAPUNOV_COLUMNS, *SUM_RULE_COLUMNS]
     if reference is None:
@@ -187,7 +227,11 @@ def lyapunov(
             columns[names[-1]] = [getattr(reference, name)] * len(columns["p"])
     note(subset.selection.describe())
     _note_faults(subset, faults_of(found, subset.periods))
-    _write(subset, names, columns, form)
+    _note_divisors(subset.periods)
+    if form is Format.TABLE:
+        write_blocks(columns, subset.periods)
+    else:
+        _write(subset, names, columns, form)
     _note_bounds(subset.selection.a)
 
 
@@ -195,11 +239,16 @@ def _sum_rule_columns(subset: "WholePeriods") -> dict[str, list[Any]]:
     """Return the columns of sum rules; blank, with a note why, where they mean nothing."""
     from orbitdb.store.reading.leg_terms import sum_rules_of, why_no_sum_rules
 
-    found = sum_rules_of(subset)
+    stored = subset.stored
+    if subset.swept:
+        note("sum rules need every single orbit: they are shown as far as rows are stored")
+    found = sum_rules_of(stored) if stored.highest else None
     if found is None:
-        note(why_no_sum_rules(subset.selection, subset.missing))
+        if stored.highest:
+            note(why_no_sum_rules(stored.selection, stored.missing))
         return {name: [None] * (subset.highest - 1) for name in SUM_RULE_COLUMNS}
-    return {name: getattr(found, name).tolist() for name in SUM_RULE_COLUMNS}
+    beyond = [None] * (subset.highest - stored.highest)
+    return {name: getattr(found, name).tolist() + beyond for name in SUM_RULE_COLUMNS}
 
 
 def _note_bounds(a: float) -> None:
@@ -224,8 +273,12 @@ def _write_cut(subset: "WholePeriods", cut: float, weight: "Weight", form: Forma
     rows = subset.classes.rows()
     if weight is Weight.DETERMINANT and (most := by_period.largest_cut(rows, cut, _MOST_FACTORS)) < cut:
         raise InputError(f"cut {cut:g} has too many terms with --weight det: give {most:g} or less")
-    with progress("summing pseudo-cycles"):
-        found = by_period.lyapunov_by_stability(rows, cut, subset.highest, weight)
+    with progress("summing pseudo-cycles") as shown:
+
+        def show(done: float) -> None:
+            shown.tell("summing pseudo-cycles", done, 1.0, counted=False)
+
+        found = by_period.lyapunov_by_stability(rows, cut, subset.highest, weight, show)
     values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)
     note(subset.selection.describe())
     fault = "" if subset.missing or not found.fault else f"the zeta function gives no average {found.fault}"
@@ -233,25 +286,29 @@ def _write_cut(subset: "WholePeriods", cut: float, weight: "Weight", form: Forma
     write(CUT_COLUMNS, [[cut, *(None if subset.missing else _known(value) for value in values)]], form)
 
 
-def _read(catalogue: "Catalogue", chosen: "Selection") -> "WholePeriods":
+def _read(catalogue: "Catalogue", chosen: "Selection", swept: bool = False) -> "WholePeriods":
     """Return the chosen classes of whole periods; say what is left out, and leave if there is none."""
     from orbitdb.store.reading.whole_periods import read_whole
 
-    subset = read_whole(catalogue, chosen)
-    note_gaps(catalogue, chosen, left_out=True)
-    if not len(subset.classes):
+    subset = read_whole(catalogue, chosen, swept)
+    note_gaps(catalogue, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
+    if not len(subset.classes) and not any(sums.ranges.least for sums in subset.swept.values()):
         note_nothing(catalogue, subset.selection)
         raise typer.Exit(1)
     return subset
 
 
-def _write(subset: "WholePeriods", names: Sequence[str], columns: dict[str, list[Any]], form: Format) -> None:
-    """Write one row a whole period, and say which sums over fixed points lack periods."""
+def _note_divisors(periods: Sequence[int]) -> None:
+    """Say which sums over fixed points lack periods."""
     from orbitdb.averages.fixed_points import missing_divisors
 
-    for p in subset.periods:
-        if gaps := missing_divisors(p, subset.periods):
+    for p in periods:
+        if gaps := missing_divisors(p, periods):
             note(f"p = {p}: the sums over fixed points lack the periods {', '.join(map(str, gaps))}")
+
+
+def _write(subset: "WholePeriods", names: Sequence[str], columns: dict[str, list[Any]], form: Format) -> None:
+    """Write one row a whole period."""
     rows = [list(row) for row in zip(*(columns[name] for name in names), strict=True)]
     write(names, [row for row in rows if row[names.index("p")] in subset.periods], form)
 

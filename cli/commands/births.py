@@ -1,7 +1,7 @@
 """``orbitdb births``: where in a the words begin and cease to be orbits."""
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -19,6 +19,7 @@ from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
     from orbitdb.filling.periods import Progress
+    from orbitdb.store.reading.catalogue import Catalogue
 
 EXAMPLES = """
 Examples:
@@ -26,7 +27,10 @@ Examples:
   orbitdb births --p 11
 
   orbitdb births --json
+
+  orbitdb births --deaths
 """
+LIFE_COLUMNS = ("p", "word", "class_size", "born", "dies", "dies_error", "reborn")
 COLUMNS = ("p", "classes", "births", "deaths", "always", "least", "largest")
 
 _WEIGHT = 10
@@ -41,6 +45,9 @@ def register(app: typer.Typer) -> None:
 def births(
     p: Annotated[int | None, count_option("--p", help="The highest period to find births of.")] = None,
     first: Annotated[int, count_option("--from", help="The lowest period to find births of.")] = 2,
+    deaths: Annotated[
+        bool, typer.Option("--deaths", help="Show the lives that end, one a line, in place of the periods.")
+    ] = False,
     jobs: Annotated[
         int | None,
         count_option("--jobs", help="Processes that find them [default: all cores where it pays]."),
@@ -66,19 +73,43 @@ def births(
                 f"periods {first} to {p}: find births from 2 or more to {MAX_PERIOD} or less, in rising order"
             )
         _fill(range(first, p + 1), path, Solvers.chosen(None, None, jobs))
-    with closing(Catalogue(path)) as catalogue:
+    form = options.chosen(format_, json)
+    with closing(Catalogue(path)) as opened, opened.at_one_moment() as catalogue:
         found = [each for each in catalogue.birth_fills() if first <= each.p <= (p or MAX_PERIOD)]
+        ended = _ended(catalogue, [each.p for each in found]) if deaths else []
     for each in found:
         if not each.whole:
             note(f"births of period {each.p} are partial: 'orbitdb births --p {each.p}' completes them")
     rows = [[getattr(each, name) for name in COLUMNS] for each in found if each.whole]
-    if not write(COLUMNS, rows, options.chosen(format_, json)):
+    if deaths and rows:
+        write(LIFE_COLUMNS, ended, form)
+        note(f"{len(ended)} lives end, of {sum(each.classes or 0 for each in found)} classes")
+    elif not write(COLUMNS, rows, form):
         note(f"no births in {path}: 'orbitdb births --p 11' finds them")
         raise typer.Exit(1)
 
 
+def _ended(catalogue: "Catalogue", periods: Sequence[int]) -> list[tuple[object, ...]]:
+    """Return the lives of classes that end, by period and death, and where the next one begins."""
+    rows: list[tuple[object, ...]] = []
+    for p in periods:
+        lives = catalogue.births(p)
+        ended = {life.word for life in lives if life.dies is not None}
+        again: dict[str, list[float]] = {word: [] for word in ended}
+        for life in lives:  # by their births
+            if life.word in ended:
+                again[life.word].append(life.born)
+        rows += sorted(
+            (p, life.word, life.class_size, life.born, life.dies, life.dies_error,
+             min((born for born in again[life.word] if born > life.dies), default=None))
+            for life in lives if life.dies is not None
+        )  # fmt: skip
+    return rows
+
+
 def _fill(periods: range, path: Path, solvers: Solvers) -> None:
-    from orbitdb.filling.births import BLOCK, fill_births
+    from orbitdb.filling.birth_blocks import BLOCK
+    from orbitdb.filling.births import fill_births
     from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.symbols.counting import count_admissible
 

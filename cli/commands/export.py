@@ -14,26 +14,37 @@ from orbitdb.cli import options
 from orbitdb.cli.progress import Progress, progress
 from orbitdb.cli.reading import note_gaps, note_nothing, reading
 from orbitdb.cli.render import note
-from orbitdb.cli.rows import KEYS
+from orbitdb.cli.rows import COLUMNS_HELP, KEYS, with_marks, with_rules
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.catalogue import Catalogue
 
-EXAMPLES = """
+EXAMPLES = (
+    """
 Examples:
 
   orbitdb export orbits.parquet --status orbit
 
   orbitdb export short.csv --p 2-8 --range length=:20 --coordinates
 
+  orbitdb export bounces.parquet --p 5 --status orbit --bounces
+
   orbitdb export --format jsonl --p 11 --status orbit | jq .length
+
 """
-_BLOCK = 20_000
+    + COLUMNS_HELP
+)
+_BLOCK = 4_000
 _BETWEEN_TELLING = 1000
 _STDOUT = Path("-")
 _HOW = ("code", "cycle", "element")
+
+Row = tuple[Any, ...]
 
 
 def register(app: typer.Typer) -> None:
@@ -56,16 +67,22 @@ def export(
     order: Annotated[
         str, typer.Option("--order", help="Columns to sort by; a falling one ends in desc.")
     ] = "p,code",
-    limit: Annotated[int | None, options.count_option("--limit", least=0, help="Rows at most.")] = None,
+    limit: Annotated[
+        int | None, options.count_option("--limit", least=0, help="Symbol sequences at most.")
+    ] = None,
     columns: Annotated[
         str | None, typer.Option("-c", "--columns", help="Columns to write, with commas between.")
     ] = None,
     coordinates: Annotated[
         bool, typer.Option("--coordinates", help="Write the coordinates of every bounce, too.")
     ] = False,
+    bounces: Annotated[
+        bool, typer.Option("--bounces", help="Write one row a bounce: x, y, arc length, sine of the angle.")
+    ] = False,
     form: Annotated[
         str | None, typer.Option("--format", help="csv, jsonl, parquet or npz, whatever the name ends in.")
     ] = None,
+    mark_words: options.MarkWords = False,
     force: Annotated[bool, typer.Option("--force", help="Replace the file if there is one.")] = False,
     db: options.Database = None,
 ) -> None:
@@ -83,18 +100,27 @@ def export(
     else:
         kind = files.form_of(file, form)
         files.check_target(file, force)
-    names = KEYS if columns is None else parse_columns(columns)
+    options.check_marks(mark_words, kind)
+    if bounces:
+        options.refuse_idle(context, "with --bounces", "coordinates")
+    otherwise: tuple[str, ...] = ("code",) if bounces else KEYS
+    names = otherwise if columns is None else parse_columns(columns)
     with reading(db, a, choice) as (catalogue, chosen):
         partial = catalogue.partial(chosen)
-        note_gaps(catalogue, chosen)
-        rows = _rows(catalogue, chosen, names, order, limit, coordinates)
+        note_gaps(catalogue, chosen, names=names, order=order)
+        if bounces:
+            names, rows = _with_bounces(catalogue, chosen, names, order, limit)
+        elif coordinates:
+            names, rows = _with_coordinates(catalogue, chosen, names, order, limit)
+        else:
+            rows = with_rules(names, catalogue.rows(chosen, names, order, limit))
         with progress("sorting"):
             first = next(rows, None)
         if first is None:
             note_nothing(catalogue, chosen, ": nothing is written")
             raise typer.Exit(1)
-        everything = chain([first], rows)
-        names = (*names, "coordinates") if coordinates else names
+        everything: Iterator[Row] = chain([first], rows)
+        everything = with_marks(names, everything) if mark_words else everything
         with progress("writing", to_stdout=file is None) as shown:
             written = _watched(everything, shown)
             if file is None:
@@ -105,7 +131,7 @@ def export(
     note(f"{chosen.describe()}, in {file}")
 
 
-def _watched(rows: Iterator[list[Any]], shown: Progress) -> Iterator[list[Any]]:
+def _watched(rows: Iterator[Row], shown: Progress) -> Iterator[Row]:
     """Pass rows on, and show how many they are."""
     for count, row in enumerate(rows):
         if count % _BETWEEN_TELLING == 0:
@@ -141,32 +167,45 @@ def _provenance(catalogue: "Catalogue", chosen: "Selection") -> dict[str, Any]:
     }
 
 
-def _rows(
-    catalogue: "Catalogue",
-    chosen: "Selection",
-    names: Sequence[str],
-    order: str,
-    limit: int | None,
-    coordinates: bool,
-) -> Iterator[list[Any]]:
-    """Yield rows with the rules broken as lists, and the coordinates behind them if they are wanted."""
-    from orbitdb.store.asking.conditions import rules_of
+def _with_coordinates(
+    catalogue: "Catalogue", chosen: "Selection", names: Sequence[str], order: str, limit: int | None
+) -> tuple[tuple[str, ...], Iterator[Row]]:
+    """Return columns and rows with the coordinates of all bounces behind them, None where there are none."""
+    found = _placed(catalogue, chosen, names, order, limit)
+    rows = ((*row, None if place is None else place.tolist()) for _, row, place in chain.from_iterable(found))
+    return (*names, "coordinates"), rows
 
-    wanted = (*names, *_HOW) if coordinates else names
-    rows = catalogue.rows(chosen, wanted, order, limit)
-    rules = [place for place, name in enumerate(names) if name == "rules"]
+
+def _with_bounces(
+    catalogue: "Catalogue", chosen: "Selection", names: Sequence[str], order: str, limit: int | None
+) -> tuple[tuple[str, ...], Iterator[Row]]:
+    """Return columns and rows of bounces, behind what is known of their orbit; others have no row."""
+    from orbitdb.billiard.stadium import Stadium
+    from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS, bounce_rows
+
+    def rows() -> Iterator[Row]:
+        for block in _placed(catalogue, chosen, names, order, limit):
+            words, known, places = zip(*block, strict=True)
+            for row, bounces in zip(known, bounce_rows(Stadium(chosen.a), words, places), strict=True):
+                yield from ((*row, *bounce) for bounce in bounces)
+
+    return (*names, *BOUNCE_COLUMNS), rows()
+
+
+def _placed(
+    catalogue: "Catalogue", chosen: "Selection", names: Sequence[str], order: str, limit: int | None
+) -> Iterator[list[tuple[str, Row, "NDArray[np.float64] | None"]]]:
+    """Yield blocks of words, their rows, and the coordinates of their bounces if they have any."""
+    columns = (*names, *_HOW)
+    rows = with_rules(columns, catalogue.rows(chosen, columns, order, limit))
     while block := list(islice(rows, _BLOCK)):
-        places = _coordinates(catalogue, chosen.a, block) if coordinates else [None] * len(block)
-        for row, place in zip(block, places, strict=True):
-            values = [*row[: len(names)], place] if coordinates else list(row)
-            for k in rules:
-                values[k] = rules_of(values[k])
-            yield values
+        places = _coordinates(catalogue, chosen.a, block)
+        yield [(row[len(names)], row[: len(names)], place) for row, place in zip(block, places, strict=True)]
 
 
 def _coordinates(
-    catalogue: "Catalogue", a: float, block: Sequence[Sequence[Any]]
-) -> list[list[float] | None]:
+    catalogue: "Catalogue", a: float, block: Sequence[Row]
+) -> list["NDArray[np.float64] | None"]:
     """Return the coordinates of rows that end in `_HOW`."""
     import numpy as np
 
@@ -175,5 +214,4 @@ def _coordinates(
     words, cycles, elements = zip(*(row[-len(_HOW) :] for row in block), strict=True)
     flat = read_coordinates(catalogue, a, words, cycles, elements)
     ends = np.cumsum([len(word) for word in words])
-    parts = np.split(flat, ends[:-1])
-    return [None if np.isnan(part[0]) else part.tolist() for part in parts]
+    return [None if np.isnan(part[0]) else part for part in np.split(flat, ends[:-1])]

@@ -87,7 +87,6 @@ def fill(
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.filling.blocks import METHODS
-    from orbitdb.store.asking.selection import parse_periods
 
     Stadium(a)
     if method not in METHODS:
@@ -99,12 +98,29 @@ def fill(
     solvers = Solvers.chosen(executor, scheduler, jobs)
     if p is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
+    _fill_periods(asked_periods(context, p, first), a, geometric, method, solvers, db, dry_run)
+
+
+def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]:
+    """Return the periods that --p and --from ask for, in rising order.
+
+    Raises
+    ------
+    InputError
+        If they cannot be read, or one of them cannot be filled.
+    """
+    from orbitdb.store.asking.selection import parse_periods
+
     if "-" in p[1:] or "," in p:
         refuse_idle(context, f"with --p {p}", "first")
-        spans = parse_periods(p)
-    else:
-        spans = ((first, _highest(p)),)
-    _fill_periods(_all_of(spans), a, geometric, method, solvers, db, dry_run)
+        return _all_of(parse_periods(p))
+    return _all_of(((first, _highest(p)),))
+
+
+def written(periods: Sequence[int]) -> str:
+    """Write periods in rising order, as a range if none is left out."""
+    gapless = len(periods) == periods[-1] - periods[0] + 1
+    return f"{periods[0]}..{periods[-1]}" if gapless else ", ".join(map(str, periods))
 
 
 def _highest(text: str) -> int:
@@ -153,9 +169,7 @@ def _fill_periods(
     from orbitdb.symbols.counting import count_admissible, count_primitive
 
     path = db or default_path()
-    gapless = len(periods) == periods[-1] - periods[0] + 1
-    named = f"{periods[0]}..{periods[-1]}" if gapless else ", ".join(map(str, periods))
-    span = f"p = {named} at a = {a:g}"
+    span = f"p = {written(periods)} at a = {a:g}"
     coming = need(path, a, periods, solvers.number(), method)
     if dry_run or coming.sequences >= LARGE:
         time_and_room = f"{about(coming.seconds)} and {gigabytes(coming.bytes)}"
@@ -169,17 +183,19 @@ def _fill_periods(
         with progress(span) as shown:
             words = {p: count_admissible(p) for p in periods}
             steps = fill_periods(path, a, periods, method, workers)
-            _show(shown, until_interrupted(steps), "words", words, sum(words.values()) - coming.sequences)
+            show_steps(
+                shown, until_interrupted(steps), "words", words, sum(words.values()) - coming.sequences
+            )
             if geometric:
                 words = {p: count_primitive(p) for p in periods}
-                _show(shown, until_interrupted(fill_geometric(path, periods)), "pruned words", words)
+                show_steps(shown, until_interrupted(fill_geometric(path, periods)), "pruned words", words)
     with closing(Catalogue(path)) as catalogue:
         fills = [fill for fill in catalogue.fills(a) if fill.p in periods]
     sequences, orbits = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))
     note(f"{span}: {sequences} sequences, {orbits} orbits, {time.monotonic() - start:.1f} s, in {path}")
 
 
-def _show(
+def show_steps(
     shown: Progress, steps: "Iterable[Step]", what: str, totals: Mapping[int, int], known: int = 0
 ) -> None:
     """Take the steps of a fill, and show how far all its periods are, of which some words were known."""

@@ -28,6 +28,8 @@ Example:
 """
 COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
            "seconds", "enumerating", "solving", "storing")  # fmt: skip
+_FEW = 4
+"""Values of a of which the entropy is told one by one."""
 
 
 def register(app: typer.Typer) -> None:
@@ -82,7 +84,21 @@ def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
         ("orbits", taken.orbits, taken.per_orbit),
     ):
         facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
-    return facts
+    return facts + _enclosures(catalogue)
+
+
+def _enclosures(catalogue: "Catalogue") -> list[tuple[str, str]]:
+    """Return the proved bounds on the entropy, a line an a; of many, where periods are filled."""
+    from orbitdb.cli.enclosed import between
+    from orbitdb.store.reading.fills import exact
+
+    curve, filled = catalogue.entropy_curve(), [a for a in catalogue.a_values() if catalogue.fills(a)]
+    told = [each for each in curve if len(curve) <= _FEW or each.a in filled]
+    lines = [f"a = {exact(each.a)}: {between(each)}, {each.basis}" for each in told]
+    others = [each.a for each in curve if each not in told]
+    if others:
+        lines.append(f"enclosed at {len(others)} other a from {exact(others[0])} to {exact(others[-1])}")
+    return [("entropy", text) for text in lines]
 
 
 def migrate(db: options.Database = None) -> None:

@@ -24,12 +24,16 @@ Examples:
 
   orbitdb plot entropy --p 2-11 -o entropy.svg
 
+  orbitdb plot entropy --over-a -o entropy-over-a.svg
+
   orbitdb plot birkhoff --p 2-8 --reversal self -o phase-space.png
 
 The figures: orbit, its path in the stadium (Fig. 1 of the paper); reverse, an orbit and its time
-reverse (Fig. 4); entropy (Fig. 5) and lyapunov (Fig. 6) against the period; sheet, all classes of a
+reverse (Fig. 4); entropy (Fig. 5) and lyapunov (Fig. 6) against the period, and with --over-a the proved
+bounds on the entropy that 'orbitdb bounds' has found against a; sheet, all classes of a
 period; birkhoff, the bounces in phase space; lengths, the length spectrum; births, how many words are
-orbits at every a, from what 'orbitdb births' has found.
+orbits at every a, from what 'orbitdb births' has found; life, an orbit at its birth, and its length and
+lambda over a.
 """
 
 
@@ -44,6 +48,7 @@ class Kind(StrEnum):
     BIRKHOFF = "birkhoff"
     LENGTHS = "lengths"
     BIRTHS = "births"
+    LIFE = "life"
 
 
 _OF_CLASSES = (Kind.ENTROPY, Kind.LYAPUNOV, Kind.LENGTHS)
@@ -64,10 +69,11 @@ def plot(
         Path, typer.Option("-o", "--output", metavar="FILE", help="Ends in .png, .svg or .pdf.")
     ],
     code: Annotated[
-        str | None, typer.Option("--code", help="The word, for orbit and reverse; stored or not.")
+        str | None, typer.Option("--code", help="The word, for orbit, reverse and life; stored or not.")
     ] = None,
     a: options.StoredHalfLength = None,
     choice: options.Choice,
+    over_a: Annotated[bool, typer.Option("--over-a", help="The entropy against a, not the period.")] = False,
     limit: Annotated[int, options.count_option("--limit", least=1, help="Orbits on a sheet at most.")] = 120,
     db: options.Database = None,
 ) -> None:
@@ -84,6 +90,15 @@ def plot(
         found = _orbit(code, a, db)
         made = figures.draw_orbit(found) if kind is Kind.ORBIT else figures.draw_reverse(found)
         said = f"orbit {code_text(found.code)} at a = {found.a:g}"
+    elif kind is Kind.LIFE:
+        from orbitdb.cli.birth_figures import draw_life
+
+        options.takes_only(context, f"in plot {kind}", "kind", "output", "code")
+        if code is None:
+            raise InputError(f"name the orbit to draw: plot {kind} --code 1232131")
+        with progress("following"):
+            made = draw_life(found := _followed(code))
+        said = f"life of {code_text(found.code)}"
     elif kind is Kind.BIRTHS:
         from orbitdb.cli.birth_figures import draw_births
 
@@ -91,6 +106,15 @@ def plot(
         with progress("drawing"), reading(db, USUAL_A, options.Choice(p=choice.p)) as (catalogue, chosen):
             made = draw_births(catalogue, chosen)
         said = "births and deaths of orbits"
+    elif over_a:
+        from orbitdb.cli.entropy_figures import draw_over_a
+
+        if kind is not Kind.ENTROPY:
+            raise InputError(f"--over-a does nothing in plot {kind}: leave it out")
+        options.takes_only(context, "with --over-a", "kind", "output", "p", "over_a")
+        with progress("drawing"), reading(db, USUAL_A, options.Choice(p=choice.p)) as (catalogue, chosen):
+            made = draw_over_a(catalogue, chosen)
+        said = "topological entropy over a"
     else:
         options.refuse_idle(context, f"in plot {kind}", "code", *[] if kind is Kind.SHEET else ["limit"])
         choice = averaged(choice) if kind in _OF_CLASSES else choice
@@ -101,6 +125,26 @@ def plot(
     with progress("drawing"), complete(output) as draft:
         style.save(made, draft, ending, said)
     note(f"{said}, in {output}")
+
+
+def _followed(code: str) -> "Orbit":
+    """Return a word with from where to where in a it is an orbit.
+
+    Raises
+    ------
+    InputError
+        If it never is one, or is too long to be followed.
+    """
+    from orbitdb.cli.codes import primitive
+    from orbitdb.filling.single_word import with_existence
+    from orbitdb.orbits.newton import solve_word
+
+    found = with_existence(solve_word(primitive(code), USUAL_A))
+    if found.exists is None:
+        raise InputError(f"{code_text(found.code)} is too long to be followed in a")
+    if not found.exists:
+        raise InputError(f"{code_text(found.code)} has no life: {found.status.sentence}")
+    return found
 
 
 def _orbit(code: str, a: float | None, db: Path | None) -> "Orbit":

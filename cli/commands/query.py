@@ -9,13 +9,15 @@ from orbitdb.cli import options
 from orbitdb.cli.codes import given_codes, primitive
 from orbitdb.cli.options import Format
 from orbitdb.cli.reading import meant, note_gaps, note_nothing, reading
-from orbitdb.cli.render import note, write, write_facts
-from orbitdb.cli.rows import KEYS, with_rules
+from orbitdb.cli.render import code_text, note, write, write_facts
+from orbitdb.cli.rows import COLUMNS_HELP, KEYS, with_marks, with_rules
+from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
 
-EXAMPLES = """
+EXAMPLES = (
+    """
 Examples:
 
   orbitdb query --code 1232131
@@ -23,7 +25,10 @@ Examples:
   orbitdb query --p 2-8 --where "lambda_c < 0.5 and time_reversal = 'self'" --order length -c word,length
 
   orbitdb query --p 11 --status orbit --format csv > orbits.csv
+
 """
+    + COLUMNS_HELP
+)
 
 WORD_KEYS = (*KEYS, "coordinates", "stored", "exists")
 """Those of a word that is asked for by its code."""
@@ -72,8 +77,12 @@ def query(
     columns: Annotated[
         str | None, typer.Option("-c", "--columns", help="Columns to show, with commas between.")
     ] = None,
+    bounces: Annotated[
+        bool, typer.Option("--bounces", help="With --code, one row a bounce: x, y, arc length, sine.")
+    ] = False,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
+    mark_words: options.MarkWords = False,
     db: options.Database = None,
 ) -> None:
     """Ask for an orbit by its code, or for rows of the catalogue.
@@ -82,17 +91,21 @@ def query(
     as least rotations; --status orbit leaves the orbits.
     """
     form = options.chosen(format_, json)
+    options.check_marks(mark_words, form)
     if code:
-        options.takes_only(context, "with --code", "code", "a", "columns")
-        _show_words(list(given_codes(code)), a, db, columns, form)
+        options.takes_only(context, "with --code", "code", "a", "columns", "bounces", "mark_words")
+        show = _show_bounces if bounces else _show_words
+        show(list(given_codes(code)), a, db, columns, form, mark_words)
         return
+    if bounces:
+        raise InputError("--bounces goes with --code; 'orbitdb export --bounces' writes those of many orbits")
     names = _columns(columns, form)
     on_screen = form is Format.TABLE and limit is None
     shown = _ON_SCREEN if on_screen else limit
     with reading(db, a, choice) as (catalogue, chosen):
-        note_gaps(catalogue, chosen)
-        rows = catalogue.rows(chosen, names, order, shown, offset)
-        count = write(names, with_rules(names, rows), form)
+        note_gaps(catalogue, chosen, names=names, order=order)
+        rows = with_rules(names, catalogue.rows(chosen, names, order, shown, offset))
+        count = write(names, with_marks(names, rows) if mark_words else rows, form)
         cut = offset or count == shown
         total = catalogue.count(chosen) if cut and (form is Format.TABLE or not count) else count
         if not total:
@@ -114,43 +127,72 @@ def _columns(text: str | None, form: Format) -> tuple[str, ...]:
 
 
 def _show_words(
-    codes: list[str], a: float | None, db: Path | None, columns: str | None, form: Format
+    codes: list[str], a: float | None, db: Path | None, columns: str | None, form: Format, mark: bool
 ) -> None:
     from orbitdb.cli.word import facts, write_bounces
-    from orbitdb.filling.single_word import born_with, find_or_solve, with_existence
-    from orbitdb.store.file.database import check_file, default_path
-    from orbitdb.symbols.words import parse
+    from orbitdb.filling.single_word import born_with, with_existence
 
-    keys = WORD_KEYS if columns is None else _keys(columns)
-    path = db or default_path()
-    at = meant(path, a)
-    if check_file(path) is None:
-        if db is not None:
-            note(f"no catalogue at {path}: solved on the spot")
-        known = None
-    else:
-        known = path
-    for code in codes:
-        parse(code)  # so that a wrong one is all that is told
-    found = [find_or_solve(known, primitive(code), at) for code in codes]
+    keys = _keys(columns, WORD_KEYS)
+    found, catalogue = _find(codes, a, db)
     if "exists" in keys:
         found = [with_existence(orbit) for orbit in found]
     if found and form is Format.TABLE and columns is None:
         for orbit in found:
-            write_facts(facts(orbit, born_with(known, orbit)))
+            write_facts(facts(orbit, born_with(catalogue, orbit)))
             write_bounces(orbit)
         return
-    write(keys, ([_value(orbit, key) for key in keys] for orbit in found), form)
+    rows = (tuple(_value(orbit, key) for key in keys) for orbit in found)
+    write(keys, with_marks(keys, rows) if mark else rows, form)
     if not found:
-        note("no code on stdin")
         raise typer.Exit(1)
 
 
-def _keys(text: str) -> tuple[str, ...]:
+def _show_bounces(
+    codes: list[str], a: float | None, db: Path | None, columns: str | None, form: Format, mark: bool
+) -> None:
+    from orbitdb.billiard.stadium import Stadium
+    from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS, bounce_rows
+
+    keys = _keys(columns, ("code",))
+    found, _ = _find(codes, a, db)
+    rows = (
+        (*(_value(orbit, key) for key in keys), *bounce)
+        for orbit in found
+        for bounce in bounce_rows(Stadium(orbit.a), [orbit.code], [orbit.coordinates])[0]
+    )
+    names = (*keys, *BOUNCE_COLUMNS)
+    count = write(names, with_marks(names, rows) if mark else rows, form)
+    for orbit in found:
+        if orbit.coordinates is None:
+            note(f"{code_text(orbit.code)} has no bounces: {orbit.status.sentence}")
+    if not count:
+        raise typer.Exit(1)
+
+
+def _find(codes: list[str], a: float | None, db: Path | None) -> tuple[list["Orbit"], Path | None]:
+    """Return what becomes of words, and the catalogue that was asked, if there is one."""
+    from orbitdb.filling.single_word import find_or_solve
+    from orbitdb.store.file.database import check_file, default_path
+    from orbitdb.symbols.words import parse
+
+    path = db or default_path()
+    at = meant(path, a)
+    known = None if check_file(path) is None else path
+    if known is None and db is not None:
+        note(f"no catalogue at {path}: solved on the spot")
+    for code in codes:
+        parse(code)  # so that a wrong one is all that is told
+    found = [find_or_solve(known, primitive(code), at) for code in codes]
+    if not found:
+        note("no code on stdin")
+    return found, known
+
+
+def _keys(text: str | None, otherwise: tuple[str, ...]) -> tuple[str, ...]:
     """Read the names of what is known of a word, stored or not."""
     from orbitdb.store.asking.conditions import parse_names
 
-    return parse_names(text, (*WORD_KEYS, "symmetry", "length_error", "lyapunov_error"))
+    return otherwise if text is None else parse_names(text, WORD_KEYS)
 
 
 def _value(orbit: "Orbit", key: str) -> Any:

@@ -11,7 +11,7 @@ from orbitdb.cli import options
 from orbitdb.cli.commands.info import bring
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import progress
-from orbitdb.cli.render import note, write
+from orbitdb.cli.render import note, with_error, write
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -76,8 +76,8 @@ def simulate(
     with progress("trajectories") as shown:
 
         def show(done: float, found: "Reference") -> None:
-            so_far = f"lambda_d = {found.lambda_d:.5f} +- {found.lambda_d_error:.5f}"
-            shown.tell(so_far, done, 1.0, counted=False)
+            so_far = with_error(found.lambda_d, found.lambda_d_error, decimals=5)
+            shown.tell(f"lambda_d = {so_far}", done, 1.0, counted=False)
 
         if legwise:
             found = _simulate_legs(stadium, bounces, seed, show)

@@ -5,7 +5,7 @@ from typing import Any
 
 import typer
 
-from orbitdb.cli import options
+from orbitdb.cli import enclosed, options
 from orbitdb.cli.options import Format
 from orbitdb.cli.reading import note_gaps, reading
 from orbitdb.cli.render import note, write
@@ -37,6 +37,7 @@ def table(
 
     N_t: sequences left by the geometric rules; N_c: orbits; N: points of period p and its divisors;
     K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
+    Where 'orbitdb bounds' has enclosed the topological entropy, a note says so.
     Periods that are not filled at this a are counted from births, if 'orbitdb births' has found them.
     """
     from orbitdb.averages.fixed_points import divisors, missing_divisors
@@ -44,6 +45,7 @@ def table(
     with reading(db, a, options.Choice(p=p)) as (catalogue, chosen):
         counted = catalogue.counts(chosen)
         lacking = note_gaps(catalogue, chosen, left_out=True, counted=counted)
+        proved = enclosed.enclosure(catalogue, chosen.a)
     rows: list[tuple[Any, ...]] = []
     for period in counted.chosen:
         here, missing = counted.known[period], missing_divisors(period, counted.known)
@@ -54,7 +56,10 @@ def table(
         rows.append(
             (period, here.n_t, here.n_c, points, entropy, here.classes, here.boundary, here.unresolved)
         )
-    if not write(COLUMNS, rows, options.chosen(format_, json)):
+    form = options.chosen(format_, json)
+    if proved is not None and rows and form is Format.TABLE:
+        note(proved[1])
+    if not write(COLUMNS, rows, form):
         if not lacking:
             note(f"no {chosen.describe()}")
         raise typer.Exit(1)

@@ -13,6 +13,9 @@ from textual.widgets.option_list import Option
 
 from orbitdb.errors import InputError, StoreError
 
+Group = tuple[str, Sequence[tuple[str, str]]]
+"""A heading, and what stands below it: names and what they mean."""
+
 _ESCAPE = Binding("escape", "dismiss(None)", "Close", show=False)
 
 
@@ -118,13 +121,13 @@ class LineDialog(ModalScreen[str | None]):
 
 
 class KeysDialog(ModalScreen[None]):
-    """The keys that matter."""
+    """The keys that matter, and below them what the columns are."""
 
     BINDINGS: ClassVar[list[BindingType]] = [_ESCAPE, Binding("question_mark,q", "dismiss(None)", show=False)]
 
-    def __init__(self, groups: Sequence[tuple[str, Sequence[tuple[str, str]]]]) -> None:
+    def __init__(self, groups: Sequence[Group], below: Group | None = None) -> None:
         super().__init__()
-        self._groups = groups
+        self._groups, self._below = groups, below
 
     def compose(self) -> ComposeResult:
         """Show the keys, group by group, in two columns where there is room."""
@@ -132,6 +135,10 @@ class KeysDialog(ModalScreen[None]):
             box.border_title = "keys"
             box.border_subtitle = "escape closes"
             yield Static(self._table())
+            if self._below is not None:
+                title, names = self._below
+                yield Static(f"[bold]{title}[/bold]")
+                yield Static(self._rows(names))
 
     def _table(self) -> Table:
         table = Table.grid(padding=(0, 2, 0, 0), expand=True)
@@ -142,13 +149,20 @@ class KeysDialog(ModalScreen[None]):
         return table
 
     @staticmethod
-    def _column(groups: Sequence[tuple[str, Sequence[tuple[str, str]]]]) -> Table:
+    def _column(groups: Sequence[Group]) -> Table:
         table = Table.grid(padding=(0, 2, 0, 0))
         for title, keys in groups:
             table.add_row(f"[bold]{title}[/bold]", "")
             for key, meaning in keys:
                 table.add_row(key, meaning)
             table.add_row("", "")
+        return table
+
+    @staticmethod
+    def _rows(names: Sequence[tuple[str, str]]) -> Table:
+        table = Table.grid(padding=(0, 2, 0, 0))
+        for name, meaning in names:
+            table.add_row(name, meaning)
         return table
 
 

@@ -63,7 +63,7 @@ class FilterDialog(LineDialog):
         if wrong and not unfinished(text, told):
             self.tell(told, wrong)
             return
-        self._note = "the line is not complete yet" if wrong else ""
+        self._note = "the line is not complete yet" if wrong else told
         self._say()
         if not wrong:
             self._timer = self.set_timer(_PAUSE, lambda: self._try(text.strip()))

@@ -1,10 +1,12 @@
-"""What the help shows: the keys of a screen in groups."""
+"""What the help shows: the keys of a screen in groups, and what the columns of its table are."""
 
 from collections.abc import Sequence
 
 from textual.screen import Screen
 
-Group = tuple[str, Sequence[tuple[str, str]]]
+from orbitdb.cli.tui.dialogs import Group
+from orbitdb.cli.tui.table import COLUMNS
+from orbitdb.columns import IN_CATALOGUE, Column
 
 MAIN: tuple[Group, ...] = (
     ("moving", (
@@ -23,6 +25,7 @@ MAIN: tuple[Group, ...] = (
     ("looking", (
         ("space", "run a particle"),
         ("v", "phase space"),
+        ("< >", "follow it in a"),
         ("m M", "compare, none"),
         ("S", "statistics"),
     )),
@@ -61,3 +64,21 @@ STATISTICS: tuple[Group, ...] = (
 def groups_for(screen: Screen[object]) -> Sequence[Group]:
     """Return the keys that matter on a screen."""
     return STATISTICS if type(screen).__name__ == "StatisticsScreen" else MAIN
+
+
+def columns_for(screen: Screen[object]) -> Group | None:
+    """Return what the columns are that a filter may name, with the heading of those that have another."""
+    if type(screen).__name__ == "StatisticsScreen":
+        return None
+    headings = {column.name: column.heading for column in COLUMNS}
+    return "columns, as a filter names them", [
+        (" ".join(dict.fromkeys((each.name, headings.get(each.name, each.name)))), _told(each))
+        for each in IN_CATALOGUE
+    ]
+
+
+def _told(column: Column) -> str:
+    """Say in one line what a column holds."""
+    unit = f" ({column.unit})" if column.unit not in ("", "1") else ""
+    bound = f", ± {column.bound}" if column.bound.endswith("_error") else ""
+    return f"{column.brief}{unit}{bound}"

@@ -12,6 +12,7 @@ from orbitdb.averages.fixed_points import ClassRows, Weight, missing_periods
 from orbitdb.averages.leg_sums import LegSums
 from orbitdb.averages.standing import faults_of, standing
 from orbitdb.averages.sum_rules import SumRules, sum_rules
+from orbitdb.cli.enclosed import enclosure
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.pictures import Curve
 from orbitdb.orbits.orbit import Status
@@ -22,6 +23,7 @@ from orbitdb.trajectories.ensemble import Reference
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.enclosures import Enclosure
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,8 @@ class Statistics:
         Chosen periods that are stored in part, and left out.
     sum_rules : SumRules or None
         None for a part of the orbits, where they have no meaning.
+    proved : (Enclosure, str) or None
+        Stored bounds on the entropy of all orbits, and a line that tells of them.
     """
 
     selection: Selection
@@ -53,6 +57,7 @@ class Statistics:
     missing: tuple[int, ...]
     partial: tuple[int, ...]
     sum_rules: SumRules | None
+    proved: "tuple[Enclosure, str] | None" = None
 
 
 def statistics(
@@ -70,6 +75,7 @@ def statistics(
     with catalogue.at_one_moment() as still:
         partial = tuple(fill.p for fill in still.partial(selection))
         fills = [fill for fill in still.fills(selection.a) if fill.whole and selection.includes(fill.p)]
+        proved = enclosure(still, selection.a)
         parts: list[ClassRows] = []
         sums: list[LegSums] = []
         for count, fill in enumerate(fills, 1):
@@ -94,6 +100,7 @@ def statistics(
                     missing=tuple(missing),
                     partial=partial,
                     sum_rules=_sum_rules(rows, sums, fill.p, selection.a) if held else None,
+                    proved=proved,
                 )
 
 
@@ -114,10 +121,11 @@ COLUMNS = (
 
 
 def notes_of(found: Statistics) -> list[str]:
-    """Return what is to be said of the numbers: periods that are not there, and zeros that are not."""
+    """Return what is to be said of the numbers: what is not there, and what is proved."""
     lost = why_missing(found.missing, found.selection, found.partial)
     notes = [f"without the periods {lost}" if lost else ""]
     notes += [faults_of(each, found.words) for each in (found.entropy, found.lyapunov)]
+    notes.append(found.proved[1] if found.proved else "")
     return list(dict.fromkeys(filter(None, notes)))
 
 
@@ -150,6 +158,12 @@ def curves_of(found: Statistics, reference: Reference | None) -> dict[str, list[
             Curve("two", "zeta", p, shown["h_zeta"], "×"),
         ]
     }
+    if found.proved is not None:
+        ends = (found.proved[0].lower, found.proved[0].upper)
+        curves["entropy"] += [
+            Curve("six", name, p, np.full_like(p, end))
+            for name, end in zip(("proved", ""), ends, strict=True)
+        ]
     for name in ("lambda_d", "lambda_c"):
         curves[name] = [
             Curve("one", "orbits", p, shown[name]),

@@ -5,6 +5,7 @@ same sums are the traces of.
 """
 
 import math
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -133,11 +134,27 @@ def lyapunov(rows: ClassRows, highest: int, weight: Weight = Weight.EXPONENTIAL)
     Source: Biham and Kvale, eqs. (5) and (6); the weights may be others than theirs.
     """
     sums = fixed_point_sums(rows, highest, weight)
-    p = np.arange(1, highest + 1)
+    return lyapunov_of_sums(sums, [Ranges.of(rows.rows(rows.period <= n)) for n in range(2, highest + 1)])
+
+
+def lyapunov_of_sums(sums: FixedPointSums, ranges: "Sequence[Ranges]") -> Lyapunov:
+    """Return the Lyapunov averages, as `lyapunov` does, from sums over fixed points alone.
+
+    Parameters
+    ----------
+    sums : FixedPointSums
+        Of the orders 1 to the highest.
+    ranges : sequence of Ranges
+        Of all orbits up to p = 2, 3, .. to the highest order.
+    """
+    p = np.arange(1, len(sums.total) + 1)
     total = np.where(sums.total > 0, sums.total, np.nan)
     discrete, continuous = sums.lyapunov / total / p, sums.ratio / total
     series = _expansion(sums)
-    found = [ZetaAverages.of(cycle_averages(series.cut(n)), rows.rows(rows.period <= n)) for n in p[1:]]
+    found = [
+        ZetaAverages.within(cycle_averages(series.cut(n)), each)
+        for n, each in zip(p[1:].tolist(), ranges, strict=True)
+    ]
     return Lyapunov(
         p=p[1:],
         lambda_d=discrete[1:],
@@ -160,6 +177,36 @@ def _pairs(values: Floats) -> Floats:
 def _expansion(sums: FixedPointSums) -> Expansion:
     scale = np.exp(-sums.least)
     return expand(sums.total * scale, np.stack([sums.lyapunov, sums.length]) * scale)
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """Between what the averages of some orbits are: lambda / p, lambda / L and L / p, in this order.
+
+    Attributes
+    ----------
+    least, greatest : tuple of float
+        Empty if there is no orbit.
+    """
+
+    least: tuple[float, ...]
+    greatest: tuple[float, ...]
+
+    @classmethod
+    def of(cls, rows: ClassRows) -> "Ranges":
+        """Return those of some orbits."""
+        if not len(rows):
+            return cls((), ())
+        values = rows.lyapunov / rows.period, rows.lyapunov / rows.length, rows.length / rows.period
+        return cls(tuple(float(v.min()) for v in values), tuple(float(v.max()) for v in values))
+
+    @classmethod
+    def joined(cls, parts: "Iterable[Ranges]") -> "Ranges":
+        """Return those of the orbits of all parts."""
+        some = [part for part in parts if part.least]
+        least = zip(*(part.least for part in some), strict=True)
+        greatest = zip(*(part.greatest for part in some), strict=True)
+        return cls(tuple(map(min, least)), tuple(map(max, greatest)))
 
 
 @dataclass(frozen=True)
@@ -198,33 +245,37 @@ class ZetaAverages:
         averages may be anything: one outside that range shows it, and condemns the others. So does a
         series that does not converge at the zero (`orbitdb.averages.zeta.last_term`).
         """
+        return cls.within(found, Ranges.of(rows))
+
+    @classmethod
+    def within(cls, found: CycleAverages, ranges: Ranges) -> "ZetaAverages":
+        """Take ratios as `of` does, where the ranges of the orbits are known."""
         exponent, length = (float(value) for value in found.observables)
         period = found.period or math.nan  # 0 at a double zero
         values = (exponent / period, exponent / (length or math.nan), length / period)
-        if not len(rows):
+        if not ranges.least:
             return cls.none()
-        fault = _zero_fault(found.z0, found.last_term) or _range_fault(found.z0, values, rows)
+        fault = _zero_fault(found.z0, found.last_term) or _range_fault(found.z0, values, ranges)
         if fault:
             return cls.none(fault)
         return cls(found.z0, *values)
 
 
-def _range_fault(z0: float, values: tuple[float, float, float], rows: ClassRows) -> str:
+def _range_fault(z0: float, values: tuple[float, float, float], ranges: Ranges) -> str:
     """Tell which average at a zero of the zeta function no orbits can have; empty if they can."""
-    ranges = {
-        "lambda_d": rows.lyapunov / rows.period,
-        "lambda_c": rows.lyapunov / rows.length,
-        "mean path": rows.length / rows.period,
-    }
-    for value, (name, orbits) in zip(values, ranges.items(), strict=True):
-        low, high = float(orbits.min()), float(orbits.max())
+    names = ("lambda_d", "lambda_c", "mean path")
+    for name, value, low, high in zip(names, values, ranges.least, ranges.greatest, strict=True):
         if not low * (1 - _ROUNDING) <= value <= high * (1 + _ROUNDING):
             return f"(its zero {z0:.4g} is spurious: {name} = {value:.4g}, of orbits {low:.4g} to {high:.4g})"
     return ""
 
 
 def lyapunov_by_stability(
-    rows: ClassRows, cut: float, highest: int | None = None, weight: Weight = Weight.EXPONENTIAL
+    rows: ClassRows,
+    cut: float,
+    highest: int | None = None,
+    weight: Weight = Weight.EXPONENTIAL,
+    progress: Callable[[float], None] | None = None,
 ) -> ZetaAverages:
     """Return the Lyapunov averages with every pseudo-cycle of multiplier up to e^cut.
 
@@ -240,11 +291,13 @@ def lyapunov_by_stability(
     weight : Weight, optional
         With `Weight.DETERMINANT`, an orbit has the factors (1 - t e^(-k lambda) z^p)^(k+1),
         k = 0, 1, .. with multipliers e^((k+1) lambda), all subject to the cut.
+    progress : callable, optional
+        Called now and then with the share that is done, as far as it can be guessed.
     """
     levels = 1
     if weight is Weight.DETERMINANT and len(rows):
         levels = max(1, int(cut / rows.lyapunov.min()))
-    series = expand_by_stability(_factors(rows, levels, cut), cut, highest)
+    series = expand_by_stability(_factors(rows, levels, cut), cut, highest, progress)
     kept = rows.rows((rows.lyapunov <= cut) & (rows.period <= (highest or rows.period)))
     if not len(kept):
         return ZetaAverages.none(f"(no orbit has a lambda up to {cut:g})")

@@ -145,12 +145,12 @@ def _sums_of_order(p: int, parts: dict[int, ClassRows], weight: Weight) -> list[
         lyapunov, length = r * part.lyapunov, r * part.length
         w = d * part.size * np.exp(least - lyapunov)
         if weight is Weight.DETERMINANT:
-            w /= _determinant_factor(lyapunov, part.inverse & (r % 2 == 1))
+            w /= determinant_factor(lyapunov, part.inverse & (r % 2 == 1))
         sums += [w.sum(), (w * lyapunov).sum(), (w * length).sum(), (w * (lyapunov / length)).sum()]
     return [least, *sums]
 
 
-def _determinant_factor(lyapunov: Floats, inverse: NDArray[np.bool_]) -> Floats:
+def determinant_factor(lyapunov: Floats, inverse: NDArray[np.bool_]) -> Floats:
     """Return |det(1 - M)| e^-lambda = (1 -+ e^-lambda)^2, + where the eigenvalues are negative."""
     factor: Floats = np.where(inverse, 1 + np.exp(-lyapunov), -np.expm1(-lyapunov)) ** 2
     return factor

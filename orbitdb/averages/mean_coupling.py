@@ -12,9 +12,8 @@ g jumps where the line goes through a joint of the other circle's copies q and q
     t (2 phi - 1) = arccos(cos(t) / R) - arctan2(2a, -2q - 1),     R = sqrt(4 a^2 + (2q + 1)^2),
 
 so the integral over phi is taken piece by piece between the jumps of g(phi), g(phi') and k. What is left
-is a function of t with kinks where two jumps meet; panels of t are halved until it is known. At small a
-all kinks are within about a of the places where the number of bounces changes, t = pi/2k, and no node of a
-wide panel would see them: the first panels already are as narrow as a there.
+is a function of t with kinks where two jumps meet; panels of t are halved until it is known. At small a,
+D may be as small as a, and shorter pieces lead to where it is.
 """
 
 import math
@@ -36,8 +35,8 @@ _COPIES = 60
 _ROUNDS = 16
 """Shares of the tolerance: in each round the least changes that make up a share are let be."""
 
-_NARROW = 0.25
-"""Of a: the first panels where the number of bounces changes."""
+_NARROW, _NARROWEST = 0.25, 1e-4
+"""The least of the first panels next to t = pi/2k, in units of a, and at all: those of k = 1 shrink on."""
 
 _MOST_PANELS = 4000
 _T_NODES, _PHI_NODES = 6, 8
@@ -78,11 +77,14 @@ def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
 
 
 def _first_ends(a: float) -> Floats:
-    """Return the ends of the first panels of t, which halve towards every t = pi/2k down to a share of a."""
+    """Return the ends of the first panels of t, which halve to a share of a towards every t = pi/2k.
+
+    There, where the number of bounces changes, are kinks at small a that no node of a wide panel sees.
+    """
     places = np.concatenate([[0.0], np.pi / (2 * np.arange(_LONGEST + 1, 0, -1.0))])
-    found = [places]
+    found, least = [places, math.pi / 2 - math.pi / 4 * _halves(a)], max(_NARROW * a, _NARROWEST)
     for low, high in zip(places[:-1].tolist(), places[1:].tolist(), strict=True):
-        halvings = math.ceil(math.log2(max((high - low) / (_NARROW * a), 1.0)))
+        halvings = math.ceil(math.log2(max((high - low) / least, 1.0)))
         steps = (high - low) / 2.0 ** np.arange(1, halvings + 1)
         found += [low + steps, high - steps]
     return np.unique(np.concatenate(found))
@@ -109,16 +111,23 @@ def _integrals(a: float, low: Floats, high: Floats) -> Floats:
 
 
 def _over_phi(a: float, t: Floats) -> Floats:
-    """Return the integral of c2 over phi at some angles t, between all jumps, shape (N,)."""
+    """Return the integral of c2 over phi at some angles t, between all jumps, shape (N,).
+
+    c2 is the same at phi and phi', which are on both sides of turns / 2, but for whole numbers: one half
+    of the runs of the one number of bounces, and one half of the others, is enough.
+    """
     turns = np.pi / (2 * t)[:, None]
-    jumps = _jumps(a, t)
-    ends = np.sort(np.concatenate([jumps, (turns - jumps) % 1, turns % 1], axis=1), axis=1)
-    ends = np.concatenate([np.zeros((len(t), 1)), ends, np.ones((len(t), 1))], axis=1)
-    width = np.diff(ends, axis=1)
-    row, place = np.nonzero(width > 0)
+    rest, jumps = turns % 1, np.concatenate([_jumps(a, t), _near_zeros(a, t)], axis=1)
+    middles = [rest / 2, (1 + rest) / 2]
+    ends = np.concatenate([0 * rest, jumps, (turns - jumps) % 1, rest, *middles, 0 * rest + 1], axis=1)
+    ends.sort(axis=1)
+    centre = (ends[:, 1:] + ends[:, :-1]) / 2
+    chosen = (centre < middles[0]) | ((centre > rest) & (centre < middles[1]))
+    width = 2 * np.diff(ends, axis=1)
+    row, place = np.nonzero(chosen & (width > 0))
     x, weight = np.polynomial.legendre.leggauss(_PHI_NODES)
     half = width[row, place][:, None] / 2
-    phi = ends[row, place][:, None] + half * (1 + x)
+    phi = ends[row, place][:, None] + half / 2 * (1 + x)
     turns, angle = turns[row], t[row][:, None]
     bounces = np.floor(turns - phi) + 1
     before, after = _inverse_drift(a, angle, phi), _inverse_drift(a, angle, turns - phi + 1 - bounces)
@@ -134,6 +143,23 @@ def _jumps(a: float, t: Floats) -> Floats:
     r = np.sqrt(4 * a * a + odd * odd)
     direction = np.arccos(np.cos(t)[:, None] / r) - np.arctan2(2 * a, -odd)
     return np.clip((direction / t[:, None] + 1) / 2, 0, 1)
+
+
+def _near_zeros(a: float, t: Floats) -> Floats:
+    """Return places phi between which ln D is smooth at small a, shape (N, M), clipped to what there is.
+
+    D would vanish in a direction of pi/2 (no walls) or about -a (one wall), and its legs come as near as a
+    to these: pieces shrink by halves towards 0 and pi/2 until they are that short.
+    """
+    near = _halves(a)
+    direction = np.concatenate([near, math.pi / 2 - near])
+    return np.clip((np.concatenate([direction, -direction]) / t[:, None] + 1) / 2, 0, 1)
+
+
+def _halves(a: float) -> Floats:
+    """Return 1/2, 1/4, .. to about a/4; none from a = 1 on."""
+    halves: Floats = np.exp2(-np.arange(1.0, math.ceil(math.log2(1 / a)) + 3 if a < 1 else 0.0))
+    return halves
 
 
 def _inverse_drift(a: float, t: Floats, phi: Floats) -> Floats:

@@ -8,7 +8,7 @@ Source: Dahlqvist and Russberg, J. Phys. A 24 (1991) 4763; Dettmann and Morriss,
 (1997) 4201.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,7 +58,12 @@ class Factors(ByValue):
         )
 
 
-def expand_by_stability(factors: Factors, cut: float, highest: int | None = None) -> Expansion:
+def expand_by_stability(
+    factors: Factors,
+    cut: float,
+    highest: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Expansion:
     """Return every term of 1/zeta whose product of multipliers is at most e^cut.
 
     Parameters
@@ -68,6 +73,9 @@ def expand_by_stability(factors: Factors, cut: float, highest: int | None = None
         Largest sum of costs of a term (pseudo-cycle) that is kept.
     highest : int, optional
         Largest order of a term that is kept; by default any.
+    progress : callable, optional
+        Called now and then with the share of the terms that is done: a guess, which never falls. What
+        is to come of some terms is taken to be as much as can follow them at once.
 
     Notes
     -----
@@ -83,19 +91,32 @@ def expand_by_stability(factors: Factors, cut: float, highest: int | None = None
     sums = np.zeros((len(factors.observables) + 1, degree + 1))
     sums[0, 0] = 1.0
     ladders = list(_ladders(factors))
-    stack = [_Terms.root(len(factors.observables))]
+    done, stack = 0.0, [(1.0, _Terms.root(len(factors.observables)))]
     while stack:
-        terms = stack.pop()
+        share, terms = stack.pop()
         room = terms.room(factors, cut)
         if len(terms) > 1 and room.sum() > CHUNK:
-            stack += terms.halves()
+            stack += _shared(share, terms.halves(), factors, cut)
             continue
         for ladder in ladders:
             _add(sums, *ladder.behind(terms, cut, degree))
         again = terms.repeated(factors, cut, degree)
         _add(sums, again.period, again.totals())
-        stack += [part for part in (again, terms.followed(factors, room, degree)) if len(part)]
+        parts = [part for part in (again, terms.followed(factors, room, degree)) if len(part)]
+        stack += _shared(share, parts, factors, cut)
+        if not parts:
+            done += share
+            if progress is not None:
+                progress(done)
     return Expansion(sums[0], sums[1:])
+
+
+def _shared(
+    share: float, parts: "list[_Terms]", factors: Factors, cut: float
+) -> "list[tuple[float, _Terms]]":
+    """Share out how much of the work parts stand for, by how many terms can follow them."""
+    sizes = [len(part) + int(part.room(factors, cut).sum()) for part in parts]
+    return [(share * size / sum(sizes), part) for size, part in zip(sizes, parts, strict=True)]
 
 
 def _degree(factors: Factors, cut: float, highest: int | None) -> int:

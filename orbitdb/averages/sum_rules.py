@@ -32,11 +32,14 @@ _HELD = ((), (1,), (0, 1), (0, 1, 2))
 """The terms that are held at each level: of ln D, ln K, c2."""
 
 _LOOK_BACK = 4
-_CAUTION = np.array([3.0, 3.0, 3.0, 2.0])
-"""By level; where a mean had to be let go the averages creep. Found by trial: bench_sum_rules.py counts how
+_CHANGES = np.array([3.0, 3.0, 3.0, 0.0])
+_RANGES = np.array([3.0, 3.0, 3.0, 2.0])
+"""By level, how much what the last mean has changed, and the range of the averages, count in the estimate.
+Where a mean had to be let go the averages creep. Where none had to, the change tells of the level below and
+not of what is left: at a = 0.1 it is thirty times as much. Found by trial: bench_sum_rules.py counts how
 often the estimates hold."""
 
-_OF_THE_REST = 0.02
+_OF_THE_REST = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +57,11 @@ class SumRules(ByValue):
     lambda_l_below : ndarray
         lambda of a leg with weights held to one mean less.
     lambda_l_error : ndarray
-        An estimate of its error: twice the sum (three times where a mean had to be let go) of the most
-        that the last mean has changed in the last four periods and of the range of lambda_l in them and
-        the one before, a fiftieth of what is left to the orbits (at a = 1 and 1.6 the averages settle
-        at a value that is off by a hundredth of it), and the error of the exact means. While there are
-        not so many periods, and at most, the width of `ExactMeans.bounds`.
+        An estimate of its error: twice the range of lambda_l in the last five periods, three hundredths
+        of what is left to the orbits (the averages settle at values that are off by up to 1.5 % of it),
+        and the error of the exact means. Where a mean had to be let go, three times that range and
+        three times the most that the last mean has changed lambda_l by in the last four periods. While
+        there are not so many periods, and at most, the width of `ExactMeans.bounds`.
     lambda_d_sum_rule, lambda_c_sum_rule, lambda_d_sum_rule_error, lambda_c_sum_rule_error : ndarray
         The same per bounce and per length.
     """
@@ -129,8 +132,9 @@ def _by_period(found: Floats, means: ExactMeans) -> SumRules:
     rest, below = found[1:]
     level = np.where(np.isfinite(rest), found[0], 0).astype(np.int64)
     growth = means.growth
-    error = _recent(np.abs(rest - below), _LOOK_BACK, np.max) + _recent(rest, _LOOK_BACK + 1, np.ptp)
-    error = _CAUTION[level] * error + _OF_THE_REST * np.abs(rest) + growth.error
+    error = _CHANGES[level] * _recent(np.abs(rest - below), _LOOK_BACK, np.max)
+    error += _RANGES[level] * _recent(rest, _LOOK_BACK + 1, np.ptp)
+    error += _OF_THE_REST * np.abs(rest) + growth.error
     low, high = means.bounds
     error = np.fmin(error, high - low)
     return SumRules(

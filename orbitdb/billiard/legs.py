@@ -25,6 +25,7 @@ Run i precedes leg i; run 0 is on the left.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -120,41 +121,72 @@ def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
     list of (ndarray of intp, Legs)
         One entry for each number of runs: the rows of ``words`` it holds, and their structure.
     """
-    n_words, p = words.shape
-    left = _LEFT[words]
-    steps = np.arange(p)
-    origin = (left & ~np.roll(left, 1, axis=1)).argmax(axis=1)[:, None]
-    symbols = np.take_along_axis(words, (steps + origin) % p, axis=1)
-    straight, left = STRAIGHT[symbols], _LEFT[symbols]
-    fresh = np.ones((n_words, p), dtype=bool)
-    fresh[:, 1:] = straight[:, 1:] != straight[:, :-1]
-    crossing = ~straight[:, 1:] & (left[:, 1:] != left[:, :-1])
-    fresh[:, 1:] |= crossing
-    run_starts = fresh & ~straight
-    run = run_starts.cumsum(axis=1) - 1
+    pieces = _Pieces.of(words)
+    fresh, origin = pieces.fresh, pieces.origin
+    steps = np.arange(words.shape[1])
+    run = pieces.run_starts.cumsum(axis=1) - 1
     place = steps - np.maximum.accumulate(np.where(fresh, steps, 0), axis=1)
-    back = (steps - origin) % p
+    back = (steps - origin) % len(steps)
     run, place = np.take_along_axis(run, back, axis=1), np.take_along_axis(place, back, axis=1)
+    bounces: list[NDArray[Any]] = [np.ascontiguousarray(part.T) for part in (run, place, STRAIGHT[words])]
+    return [
+        (rows, Legs(*chain, *(part.take(rows, axis=1) for part in bounces)))
+        for rows, chain in pieces.by_runs()
+    ]
 
-    starts = np.flatnonzero(run_starts)  # words begin with a run, so that none reaches into the next
-    symbols = symbols.ravel()
-    n = np.add.reduceat(straight.ravel(), starts, dtype=float)
-    k = np.diff(starts, append=symbols.size) - n
-    d = np.where(_DOWNWARD[symbols[starts]], -1.0, 1.0)
-    first_wall = np.minimum(starts + k.astype(np.intp), symbols.size - 1)
-    s = np.where(n > 0, symbols[first_wall] - 1.0, 0.0)
 
-    parts = [np.ascontiguousarray(part.T) for part in (run, place, STRAIGHT[words])]
-    runs = run_starts.sum(axis=1)
-    first_run = runs.cumsum() - runs
-    groups = []
-    for m in np.unique(runs):
-        rows = np.flatnonzero(runs == m)
-        chain = first_run[rows] + np.arange(m)[:, None]
-        bounces = [part.take(rows, axis=1) for part in parts]
-        legs = Legs(*(part[chain] for part in (k, d, n, s)), *bounces)
-        groups.append((rows, legs))
-    return groups
+def chains(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Chain]]:
+    """Cut admissible words as `cut` does, where it does not matter which bounce stands where."""
+    return [(rows, Chain(*chain)) for rows, chain in _Pieces.of(words).by_runs()]
+
+
+@dataclass(frozen=True, eq=False)
+class _Pieces:
+    """N words of order p, each turned so that a run on the left comes first, and where their parts begin.
+
+    Attributes
+    ----------
+    symbols : ndarray of uint8, shape (N, p)
+    origin : ndarray of intp, shape (N, 1)
+        The bounce that has become the first.
+    straight, fresh, run_starts : ndarray of bool, shape (N, p)
+        Bounces on straight walls, and those that a run or a leg begins with; those that a run begins with.
+    """
+
+    symbols: NDArray[np.uint8]
+    origin: NDArray[np.intp]
+    straight: NDArray[np.bool_]
+    fresh: NDArray[np.bool_]
+    run_starts: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, words: NDArray[np.uint8]) -> "_Pieces":
+        n_words, p = words.shape
+        left = _LEFT[words]
+        origin = (left & ~np.roll(left, 1, axis=1)).argmax(axis=1)[:, None]
+        symbols = np.take_along_axis(words, (np.arange(p) + origin) % p, axis=1)
+        straight, left = STRAIGHT[symbols], _LEFT[symbols]
+        fresh = np.ones((n_words, p), dtype=bool)
+        fresh[:, 1:] = straight[:, 1:] != straight[:, :-1]
+        crossing = ~straight[:, 1:] & (left[:, 1:] != left[:, :-1])
+        fresh[:, 1:] |= crossing
+        return cls(symbols, origin, straight, fresh, fresh & ~straight)
+
+    def by_runs(self) -> Iterator[tuple[NDArray[np.intp], list[NDArray[Any]]]]:
+        """Yield for each number of runs the rows of the words that have it, and their k, d, n and s."""
+        starts = np.flatnonzero(self.run_starts)  # words begin with a run: none reaches into the next
+        symbols = self.symbols.ravel()
+        n = np.add.reduceat(self.straight.ravel(), starts, dtype=float)
+        k = np.diff(starts, append=symbols.size) - n
+        d = np.where(_DOWNWARD[symbols[starts]], -1.0, 1.0)
+        first_wall = np.minimum(starts + k.astype(np.intp), symbols.size - 1)
+        s = np.where(n > 0, symbols[first_wall] - 1.0, 0.0)
+        runs = self.run_starts.sum(axis=1)
+        first_run = runs.cumsum() - runs
+        for m in np.unique(runs):
+            rows = np.flatnonzero(runs == m)
+            chain = first_run[rows] + np.arange(m)[:, None]
+            yield rows, [part[chain] for part in (k, d, n, s)]
 
 
 def direction_limits(legs: Chain, a: float | Floats) -> tuple[Floats, Floats]:
@@ -258,6 +290,11 @@ class Derivatives(ByValue):
     lean: Floats
     beyond: Floats
     stiffness: Floats
+
+    def of_words(self, words: NDArray[np.intp]) -> "Derivatives":
+        """Return those of some of the words."""
+        rows = (self.gradient, self.lean, self.beyond, self.stiffness)
+        return Derivatives(*(row.take(words, axis=1) for row in rows))
 
 
 def derivatives(legs: Chain, a: float | Floats, alpha: Floats) -> Derivatives:

@@ -8,17 +8,36 @@ many paths leave a state as words go on from it, so the growth rate is that of t
 Source: Aho and Corasick, "Efficient string matching", Commun. ACM 18 (1975) 333.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.entropy.letters import LETTERS, MAY_FOLLOW, MIRROR, SIGN, Letters, X, reverse
+from orbitdb.entropy.letters import LETTERS, MIRROR, SIGN, Letters, X, reverse
 from orbitdb.equality import ByValue
 
-_LETTERS = len(LETTERS)
 _NOTHING = np.uint8(255)
 _UPRIGHT = np.flatnonzero(SIGN >= 0).astype(np.uint8)
+
+_WAYS = {
+    "U": "UXab", "D": "DXba", "X": "UDXab", "A": "UDXab", "B": "DUXba",
+    "a": "wA", "v": "wA", "b": "vB", "w": "vB",
+}  # fmt: skip
+"""What may follow, so ordered that a letter and its mirror image, X aside, have images in one place."""
+
+_MOST_WAYS = max(map(len, _WAYS.values()))
+_WAYS_OF = np.array([len(_WAYS[letter]) for letter in LETTERS], dtype=np.uint8)
+_PLACE = np.array([[max(_WAYS[one].find(two), 0) for two in LETTERS] for one in LETTERS], dtype=np.uint8)
+_FOLLOWER = np.array([[LETTERS.index((_WAYS[one] * 3)[k]) for k in range(_MOST_WAYS)] for one in LETTERS])
+_X_MIRRORED = _PLACE[X, MIRROR[_FOLLOWER[X]]]
+"""Where the images of the letters behind X stand."""
+
+_LETTERS_A_COLUMN = 16
+_SHIFTS = np.arange(60, -1, -4, dtype=np.uint64)
+
+_CHUNK = 1 << 18
+"""States that are looked at together, for the memory."""
 
 
 def upright(words: Letters) -> Letters:
@@ -35,14 +54,17 @@ class Automaton(ByValue):
 
     Attributes
     ----------
-    step : ndarray of int32, shape (n, 9)
-        The state behind each state and letter, times 2, plus 1 where the word is turned over.
+    first : ndarray of int32, shape (9,)
+        The state behind each first letter, times 2, plus 1 where the word is turned over.
+    step : ndarray of int32, shape (n, 5)
+        The same behind each state and each letter that may follow there, in an order of its own (`move`).
     last : ndarray of uint8, shape (n,)
         The last letter of each upright word; of state 0 none, it says 255.
     found : ndarray of uint8, shape (n,)
         The kinds (bits) of the patterns that a state's word ends with.
     """
 
+    first: NDArray[np.int32]
     step: NDArray[np.int32]
     last: NDArray[np.uint8]
     found: NDArray[np.uint8]
@@ -50,26 +72,34 @@ class Automaton(ByValue):
     def __len__(self) -> int:
         return len(self.last)
 
+    def move(self, state: NDArray[np.intp], letter: Letters) -> NDArray[np.int32]:
+        """Return the states behind states other than 0, as `step` has them, with letters that may follow."""
+        found: NDArray[np.int32] = self.step[state, _PLACE[self.last[state], letter]]
+        return found
+
     def follow(self, words: Letters) -> NDArray[np.uint8]:
         """Return the kinds of patterns, in either sense of the mirror, that are in each word, shape (N,)."""
-        state = np.zeros(len(words), dtype=np.int64)
-        turned = np.zeros(len(words), dtype=np.bool_)
-        seen = np.zeros(len(words), dtype=np.uint8)
-        for letter in words.T:
-            move = self.step[state, np.where(turned, MIRROR[letter], letter)]
-            state = move >> 1
+        move = self.first[words[:, 0]]
+        seen = self.found[move >> 1]
+        turned = (move & 1).astype(np.bool_)
+        for letter in words.T[1:]:
+            move = self.move(move >> 1, np.where(turned, MIRROR[letter], letter))
             turned ^= (move & 1).astype(np.bool_)
-            seen |= self.found[state]
+            seen |= self.found[move >> 1]
         return seen
 
     def edges(self, avoided: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """Return the steps, from and to, between states whose words have none of some kinds of patterns."""
         free = (self.found & avoided) == 0
         free[0] = False
-        states = np.flatnonzero(free)
-        target = self.step[states] >> 1
-        row, letter = np.nonzero(MAY_FOLLOW[self.last[states]] & free[target])
-        return states[row].astype(np.int32), target[row, letter]
+        origins, targets = [], []
+        for start in range(0, len(self), _CHUNK):
+            states = start + np.flatnonzero(free[start : start + _CHUNK]).astype(np.int32)
+            target = self.step[states] >> 1
+            ways = (np.arange(_MOST_WAYS) < _WAYS_OF[self.last[states]][:, None]) & free[target]
+            origins.append(np.repeat(states, ways.sum(axis=1)))
+            targets.append(target[ways])
+        return np.concatenate(origins), np.concatenate(targets)
 
 
 def automaton(patterns: list[tuple[Letters, int]]) -> Automaton:
@@ -82,22 +112,26 @@ def automaton(patterns: list[tuple[Letters, int]]) -> Automaton:
     """
     tree = _Tree.of(patterns)
     size = len(tree.letter)
-    step = np.zeros((size, _LETTERS), dtype=np.int32)
-    fail = np.zeros(size, dtype=np.int32)
-    found = tree.found
-    for children in tree.levels:
+    step = np.zeros((size, _MOST_WAYS), dtype=np.int32)
+    singles, *deeper = tree.levels
+    first = np.zeros(len(LETTERS), dtype=np.int32)
+    first[MIRROR[tree.letter[singles]]] = 2 * singles + 1
+    first[tree.letter[singles]] = 2 * singles
+    step[singles] = first[_FOLLOWER[tree.letter[singles]]]
+    for children in deeper:
         parent, letter = tree.parent[children], tree.letter[children]
-        # what has been read, less its first letter, goes the same way
-        fail[children] = step[parent, letter] if parent[0] else 0
+        place = _PLACE[tree.letter[parent], letter]
+        fail = step[parent, place]  # what has been read, less its first letter, goes the same way
         mirrored = tree.unsigned[parent] & (letter != X)
-        step[parent, letter] = 2 * children
-        step[parent[mirrored], MIRROR[letter[mirrored]]] = 2 * children[mirrored] + 1
-        found[children] |= found[fail[children] >> 1]
+        step[parent, place] = 2 * children
+        step[parent[mirrored], _X_MIRRORED[place[mirrored]]] = 2 * children[mirrored] + 1
+        tree.found[children] |= tree.found[fail >> 1]
         # until they have children of their own, they go where their ends go
-        over = (fail[children] & 1)[:, None]
-        letters = np.where(over == 1, MIRROR, np.arange(_LETTERS))
-        step[children] = step[(fail[children] >> 1)[:, None], letters] ^ over
-    return Automaton(step, tree.letter, found)
+        ways, over = step[fail >> 1], fail & 1
+        swapped = np.flatnonzero((letter == X) & (over == 1))
+        ways[swapped] = ways[swapped][:, _X_MIRRORED]
+        step[children] = ways ^ over[:, None]
+    return Automaton(first, step, tree.letter, tree.found)
 
 
 @dataclass(frozen=True)
@@ -115,19 +149,21 @@ class _Tree:
         """Grow the tree one letter at a time, all patterns together, which stand sorted."""
         words, kinds = _sorted(patterns)
         parents, letters, unsigned, levels = [], [], [], []
-        node, plain = np.zeros(len(words), dtype=np.int32), np.ones(len(words), dtype=np.bool_)
-        fresh = np.zeros(len(words), dtype=np.bool_)
+        node, plain = np.zeros(len(kinds), dtype=np.int32), np.ones(len(kinds), dtype=np.bool_)
+        fresh = np.zeros(len(kinds), dtype=np.bool_)
         size = 1
-        for letter in words.T:
+        for letter in _unpacked(words):
             fresh |= np.append(True, letter[1:] != letter[:-1])
             there = letter != _NOTHING
             new = np.flatnonzero(fresh & there)
+            if not len(new):
+                break
             plain &= letter == X
             parents.append(node[new])
             letters.append(letter[new])
             unsigned.append(plain[new])
             levels.append(np.arange(size, size + len(new), dtype=np.int32))
-            node = np.where(there, size - 1 + (fresh & there).cumsum(), node).astype(np.int32)
+            node = np.where(there, size - 1 + (fresh & there).cumsum(dtype=np.int32), node)
             size += len(new)
         found = np.zeros(size, dtype=np.uint8)
         np.bitwise_or.at(found, node, kinds)
@@ -140,26 +176,33 @@ class _Tree:
         )
 
 
-def _sorted(patterns: list[tuple[Letters, int]]) -> tuple[Letters, NDArray[np.uint8]]:
-    """Return all patterns upright and run both ways, filled up behind, in order; and their kinds."""
-    both = [(upright(way), kind) for words, kind in patterns if len(words) for way in (words, reverse(words))]
-    both.append((_UPRIGHT[:, None], 0))  # a state knows its last letter at least
-    longest = max(words.shape[1] for words, _ in both)
-    filled = (
-        np.pad(words, ((0, 0), (0, longest - words.shape[1])), constant_values=_NOTHING) for words, _ in both
+def _sorted(patterns: list[tuple[Letters, int]]) -> tuple[list[NDArray[np.uint64]], NDArray[np.uint8]]:
+    """Return all patterns upright and run both ways, packed, in order; and their kinds."""
+    # a state knows its last letter at least
+    given = [(_UPRIGHT[:, None], 0), *(pattern for pattern in patterns if len(pattern[0]))]
+    longest = max(words.shape[1] for words, _ in given)
+    both = [_packed(upright(way), longest) for words, _ in given for way in (words, reverse(words))]
+    columns = [np.concatenate(column) for column in zip(*both, strict=True)]
+    kinds = np.repeat(
+        np.array([kind for _, kind in given], dtype=np.uint8), [2 * len(words) for words, _ in given]
     )
-    words = np.concatenate(list(filled))
-    kinds = np.concatenate([np.full(len(words), kind, dtype=np.uint8) for words, kind in both])
-    order = np.lexsort(_packed(words))
-    return words[order], kinds[order]
+    order = np.lexsort(columns[::-1])
+    return [column[order] for column in columns], kinds[order]
 
 
-def _packed(words: Letters) -> list[NDArray[np.uint64]]:
-    """Return words as integers that sort as they do, 16 letters each, the last letters first."""
-    codes = []
-    for start in range(0, words.shape[1], 16):
-        code = np.zeros(len(words), dtype=np.uint64)
-        for letter in words.T[start : start + 16]:
-            code = code << np.uint64(4) | ((letter + 1) & 15)
-        codes.append(code)
-    return codes[::-1]
+def _packed(words: Letters, longest: int) -> list[NDArray[np.uint64]]:
+    """Return words as integers that sort as they do: 16 letters each, of 4 bits; 0 behind the last one."""
+    columns = []
+    for start in range(0, longest, _LETTERS_A_COLUMN):
+        column = np.zeros(len(words), dtype=np.uint64)
+        for place, letter in enumerate(words.T[start : start + _LETTERS_A_COLUMN]):
+            column |= (letter + np.uint64(1)) << _SHIFTS[place]
+        columns.append(column)
+    return columns
+
+
+def _unpacked(columns: list[NDArray[np.uint64]]) -> Iterator[Letters]:
+    """Yield the letters of packed words, one place at a time; 255 behind the last one."""
+    for column in columns:
+        for shift in _SHIFTS:
+            yield ((column >> shift & np.uint64(15)).astype(np.uint8) - np.uint8(1)).astype(np.uint8)

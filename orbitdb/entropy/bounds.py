@@ -11,8 +11,11 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.avoidance import automaton
+from orbitdb.entropy.avoidance import Automaton, automaton
 from orbitdb.entropy.growth import growth
 from orbitdb.entropy.letters import Letters
 from orbitdb.entropy.verdicts import Decision, Tell, Verdict, decide
@@ -24,7 +27,7 @@ FORBIDDEN, UNDECIDED = 1, 2
 MAX_WINDOW = 40
 """Longest window, in edges."""
 
-MOST_UNDECIDED = 400_000
+MOST_UNDECIDED = 1_000_000
 """Where more windows are undecided they are not extended: it bounds the memory."""
 
 _USUAL_GROWTH, _LEAST_GROWTH = 1.8, 1.3
@@ -91,12 +94,20 @@ def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) ->
             tell(f"{windows.edges} letters: what they leave", 0, 0)
         avoiding = automaton(forbidden)
         upper = growth(*avoiding.edges(FORBIDDEN), len(avoiding)).upper
+        at_end = windows.edges == MAX_WINDOW or len(windows) > MOST_UNDECIDED
+        following = None if at_end else _following(windows, at_left, avoiding)
+        del avoiding  # the next one takes as much memory again
         lower = _lower(forbidden, windows)
         yield EntropyBounds(stadium.a, windows.edges, lower, upper, count, len(windows))
-        if windows.edges == MAX_WINDOW or len(windows) > MOST_UNDECIDED:
+        if following is None:
             break
-        windows = extended(windows, at_left)
-        windows = windows.rows(avoiding.follow(windows.letters) == 0)
+        windows = following
+
+
+def _following(windows: Windows, at_left: NDArray[np.bool_], avoiding: Automaton) -> Windows:
+    """Return the windows of one letter more that hold no forbidden one."""
+    longer = extended(windows, at_left)
+    return longer.rows(avoiding.follow(longer.letters) == 0)
 
 
 def _lower(forbidden: list[tuple[Letters, int]], undecided: Windows) -> float:

@@ -5,19 +5,13 @@ come, as a fill does it (`orbitdb.filling.periods`): it can be stopped at any mo
 """
 
 import time
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
-from orbitdb.arithmetic import arithmetic
-from orbitdb.equality import ByValue
 from orbitdb.errors import StoreError
+from orbitdb.filling.birth_blocks import BLOCK, birth_blocks
 from orbitdb.filling.periods import Progress
 from orbitdb.filling.workers import HERE, Workers
-from orbitdb.orbits.births import Changes, find_changes
 from orbitdb.store.file.schema import DONE
 from orbitdb.store.writing import insertion
 from orbitdb.store.writing.changes import (
@@ -31,65 +25,8 @@ from orbitdb.store.writing.changes import (
 from orbitdb.store.writing.cursors import OvertakenError
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.enumeration import Span, admissible_words, spans
-from orbitdb.symbols.symmetry import classify
+from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.words import keys, pack
-from orbitdb.version import __version__
-
-BLOCK = 1 << 15
-"""Words of a block: a second of work or two."""
-
-
-@dataclass(frozen=True)
-class BirthBlock:
-    """Words of one period of which the changes are to be found.
-
-    Attributes
-    ----------
-    span : Span
-        The words.
-    """
-
-    span: Span
-
-    def solved(self) -> "SolvedBirths":
-        """Find its words, their symmetry classes, and the changes of the classes whose least words it has."""
-        none = np.zeros((0, self.span.p), dtype=np.uint8)
-        words = np.concatenate([none, *admissible_words(*self.span)])
-        classes = classify(words)
-        least = classes.representative == pack(words)
-        found = find_changes(words[least])
-        by = (__version__, arithmetic())
-        return SolvedBirths(self.span, len(words), words[least], classes.stabiliser[least], found, *by)
-
-
-@dataclass(frozen=True, eq=False)
-class SolvedBirths(ByValue):
-    """What became of a block.
-
-    Attributes
-    ----------
-    span : Span
-        The block's.
-    count : int
-        How many words it has.
-    words : ndarray of uint8, shape (N, p)
-        Those of them that are the least of their classes, in order.
-    stabiliser : ndarray of uint8, shape (N,)
-        Their stabilisers.
-    changes : Changes
-        Their births and deaths.
-    version, arithmetic : str
-        Of the orbitdb that solved it, and what computed there (`orbitdb.arithmetic.arithmetic`).
-    """
-
-    span: Span
-    count: int
-    words: NDArray[np.uint8]
-    stabiliser: NDArray[np.uint8]
-    changes: Changes
-    version: str
-    arithmetic: str
 
 
 def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Iterator[Progress]:
@@ -116,46 +53,50 @@ def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> 
     WorkError
         If the workers fail, or the changes of a word make no sense.
     """
-    periods = list(periods)
+    periods = sorted(set(periods))
     writer = Writer(path, {"command": "births", "periods": periods}, references=False)
     try:
-        for p in periods:
-            yield from _period(writer, p, workers)
+        while cursors := _open(writer, periods):
+            try:
+                yield from _blocks(writer, cursors, workers)
+            except OvertakenError:
+                continue  # behind another process that does the same
     finally:
         writer.close()
 
 
-def _period(writer: Writer, p: int, workers: Workers) -> Iterator[Progress]:
-    """Store what is missing, block by block; go on behind another process that does the same."""
-    total = count_admissible(p)
-    while True:
-        with writer.writing() as connection:
-            cursor = open_births(connection, p)
-        if cursor.state == DONE:
-            return
-        try:
-            for words in _blocks(writer, cursor, workers if total > BLOCK else HERE):
-                yield Progress(p, words, total)
-        except OvertakenError:
-            continue
-        with writer.writing() as connection:
-            found = words_with_changes(connection, p)
-            if found != total:
-                raise StoreError(
-                    f"births of period {p} are of {found} words instead of {total}: {writer.path} is damaged"
-                )
-            close_births(connection, p)
-        return
+def _open(writer: Writer, periods: Sequence[int]) -> dict[int, BirthCursor]:
+    """Return how far the periods are that are not done, by period."""
+    with writer.writing() as connection:
+        cursors = {p: open_births(connection, p) for p in periods}
+    return {p: cursor for p, cursor in cursors.items() if cursor.state != DONE}
 
 
-def _blocks(writer: Writer, cursor: BirthCursor, workers: Workers) -> Iterator[int]:
-    """Store the blocks behind the cursor; yield how many words are done."""
+def _blocks(writer: Writer, cursors: dict[int, BirthCursor], workers: Workers) -> Iterator[Progress]:
+    """Store the blocks behind the cursors, and close every period behind its last one."""
     clock = time.monotonic()
-    for found in workers.solved(BirthBlock(span) for span in spans(cursor.p, BLOCK, cursor.after)):
-        numbers = keys(pack(found.words), cursor.p).tolist()
-        with writer.writing() as connection:
-            insertion.add_cycles(connection, numbers, found.words, found.stabiliser)
-            add_changes(writer, connection, numbers, found.changes, found.arithmetic)
-            before, clock = clock, time.monotonic()
-            cursor = move_births(connection, cursor, found.span, found.count, clock - before)
-        yield cursor.words
+    todo = [(p, cursor.after) for p, cursor in cursors.items()]
+    for found in workers.solved(birth_blocks(todo, BLOCK, workers.jobs)):
+        before, clock = clock, time.monotonic()
+        seconds = (clock - before) / len(found.parts)
+        for part in found.parts:
+            p = part.span.p
+            with writer.writing() as connection:
+                numbers = keys(pack(part.words), p).tolist()
+                insertion.add_cycles(connection, numbers, part.words, part.stabiliser)
+                add_changes(writer, connection, numbers, part.changes, found.arithmetic)
+                cursors[p] = move_births(connection, cursors[p], part.span, part.count, seconds)
+            if part.span.upto == Span.whole(p).upto:
+                _close(writer, p)
+            yield Progress(p, cursors[p].words, count_admissible(p))
+
+
+def _close(writer: Writer, p: int) -> None:
+    """Close a period of which all blocks are stored."""
+    with writer.writing() as connection:
+        found, total = words_with_changes(connection, p), count_admissible(p)
+        if found != total:
+            raise StoreError(
+                f"births of period {p} are of {found} words instead of {total}: {writer.path} is damaged"
+            )
+        close_births(connection, p)

@@ -7,19 +7,21 @@ births and deaths do, or it is searched again on finer grids. That there is no f
 between two points of the grid, none below the smallest a, and none above the highest is numerical.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.billiard.legs import Legs, cut
+from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.equality import ByValue
 from orbitdb.errors import WorkError
-from orbitdb.orbits.brackets import Bracketed, bracket, signs_at
+from orbitdb.orbits.batches import Batch
+from orbitdb.orbits.brackets import Signs, bracket, statuses
 from orbitdb.orbits.continuation import follow
-from orbitdb.orbits.crossings import Zeros, candidates, refine
+from orbitdb.orbits.crossings import candidates, refine
+from orbitdb.orbits.newton import newton
 from orbitdb.symbols.words import to_strings
 
 Floats = NDArray[np.float64]
@@ -37,9 +39,6 @@ _CELL = 0.275
 _FINER = (1, 4, 16)
 _BATCH = 8192
 """Words that are followed at once: their arrays stay in the processor's cache."""
-
-JOINTS = ("bottom left", "bottom right", "top left", "top right")
-"""Where a straight wall and a semicircle meet."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +59,7 @@ class Changes(ByValue):
         The bounce of the word, counted from 1, that comes through a joint; where several do at once,
         one of them.
     joint : ndarray of int, shape (K,)
-        The joint, as a place in `JOINTS`.
+        The joint, as a place in `orbitdb.orbits.batches.JOINTS`.
     slope : ndarray, shape (K,)
         How fast that bounce leaves the joint: d slack / d ln a (radians).
     """
@@ -96,27 +95,93 @@ def find_changes(words: NDArray[np.uint8]) -> Changes:
     WorkError
         If births and deaths of a word do not follow one another on the finest grid either.
     """
-    always = signs_at(words, MIN_A) > 0
-    parts = [_search(words, always, np.arange(i, min(i + _BATCH, len(words))), 0)
-             for i in range(0, len(words), _BATCH)]  # fmt: skip
+    (found,) = find_changes_together([words])
+    return found
+
+
+def find_changes_together(orders: Sequence[NDArray[np.uint8]]) -> list[Changes]:
+    """Find where words of several orders change, as `find_changes` does for those of one.
+
+    Few words take almost as long as thousands: those of small orders are best followed together.
+
+    Parameters
+    ----------
+    orders : sequence of ndarray of uint8, shape (N_i, p_i) each
+    """
+    batch = Batch(orders)
+    ends = _ends(batch)
+    rows = np.arange(len(batch))
+    parts = [_search(batch, ends, part, 0) for part in np.split(rows, range(_BATCH, len(rows), _BATCH))]
     joined = _join(parts)
-    order = np.lexsort((joined.a, joined.word))
-    return Changes(always, **{name: getattr(joined, name)[order] for name in _COLUMNS})
+    joined = joined.rows(np.lexsort((joined.a, joined.word)))
+    bounce, joint = batch.places(joined.word, joined.slack)
+    of_order = np.searchsorted(joined.word, batch.starts)
+    found = []
+    for low, high, start, end in zip(of_order, of_order[1:], batch.starts, batch.starts[1:], strict=False):
+        here = slice(low, high)
+        own = joined.rows(here)
+        found.append(Changes(ends.always[start:end], own.word - start, own.a, own.error, own.born,
+                             bounce[here], joint[here], own.slope))  # fmt: skip
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Ends(ByValue):
+    """What N words are where the search ends.
+
+    Attributes
+    ----------
+    always : ndarray of bool, shape (N,)
+        Whether the word is an orbit at the smallest a there is.
+    early : ndarray of bool, shape (N,)
+        Whether it changes between there and `LOW`.
+    high : float
+        An a at which all words are orbits.
+    """
+
+    always: Flags
+    early: Flags
+    high: float
+
+
+def _ends(batch: Batch) -> _Ends:
+    """Tell what the words of a batch are at the smallest a, at `LOW`, and where all of them are orbits."""
+    signs = np.zeros((2, len(batch)), np.int8)
+    high = max(_HIGH, _HIGH_A_SQUARE * batch.longest**2)
+    for rows, legs in batch.groups(np.arange(len(batch))):
+        alpha = None
+        for sign, a in zip(signs, (LOW, MIN_A), strict=True):
+            sign[rows], alpha = _signs(batch, rows, legs, a, alpha)
+        while high < MAX_A and (_signs(batch, rows, legs, high, None)[0] < 1).any():
+            high *= 2
+    low, least = signs > 0
+    return _Ends(least, low != least, high)
+
+
+def _signs(batch: Batch, rows: Integers, legs: Chain, a: float, start: Floats | None) -> tuple[Signs, Floats]:
+    """Tell which words are orbits at one a; return their directions there, too, found from others."""
+    if start is not None:
+        start = np.clip(start, *direction_limits(legs, a))
+    at, alpha = np.full(len(rows), a), newton(legs, a, start=start).alpha
+    sign = statuses(legs, at, alpha)
+    unknown = np.flatnonzero(sign == 0)
+    if len(unknown):
+        sign[unknown] = batch.signs_at(rows[unknown], at[unknown])
+    return sign, alpha
 
 
 @dataclass(frozen=True, eq=False)
 class _Found(ByValue):
-    """The columns of `Changes` that have one entry a change."""
+    """Bracketed changes of the words of a batch, one entry each, and which of their slacks changes sign."""
 
     word: Integers
     a: Floats
     error: Floats
     born: Flags
-    bounce: Integers
-    joint: Integers
+    slack: Integers
     slope: Floats
 
-    def rows(self, chosen: Flags | Integers) -> "_Found":
+    def rows(self, chosen: Flags | Integers | slice) -> "_Found":
         return _Found(**{name: getattr(self, name)[chosen] for name in _COLUMNS})
 
 
@@ -124,71 +189,43 @@ _COLUMNS = tuple(each.name for each in fields(_Found))
 
 
 def _join(parts: list[_Found]) -> _Found:
-    none = _Found(*(np.zeros(0, kind) for kind in (int, float, float, bool, int, int, float)))
+    none = _Found(*(np.zeros(0, kind) for kind in (int, float, float, bool, int, float)))
     return _Found(*(np.concatenate([getattr(part, name) for part in [none, *parts]]) for name in _COLUMNS))
 
 
-def _search(words: NDArray[np.uint8], always: Flags, rows: Integers, level: int) -> _Found:
+def _search(batch: Batch, ends: _Ends, rows: Integers, level: int) -> _Found:
     """Return the changes of some words; those whose changes make no sense are searched on a finer grid."""
     if level == len(_FINER):
-        word = to_strings(words[rows[:1]])[0]
+        ((_, words),) = batch.of_order(rows[:1])
+        word = to_strings(words)[0]
         raise WorkError(f"the births and deaths of {word} cannot be told apart: please report this word")
-    chosen = words[rows]
-    high = _highest(chosen)
-    early = (signs_at(chosen, LOW) > 0) != always[rows]
-    bottom = np.where(early, MIN_A, LOW)
     found = []
-    for low in np.unique(bottom):
-        here = rows[bottom == low]
-        cells = int(np.ceil(_FINER[level] * np.log(high / low) / _CELL))
-        found += list(_changes(words, here, np.linspace(np.log(high), np.log(low), cells + 1)))
+    for low, here in ((LOW, rows[~ends.early[rows]]), (MIN_A, rows[ends.early[rows]])):
+        cells = int(np.ceil(_FINER[level] * np.log(ends.high / low) / _CELL))
+        grid = np.linspace(np.log(ends.high), np.log(low), cells + 1)
+        found += list(_changes(batch, here, grid))
     changes = _merged(_join(found))
-    odd = _inconsistent(changes, always)
-    odd = odd[np.isin(odd, rows)] if len(odd) else odd
-    missing = rows[~always[rows] & ~np.isin(rows, changes.word)]
+    odd = _inconsistent(changes, ends.always)
+    missing = rows[~ends.always[rows] & ~np.isin(rows, changes.word)]
     again = np.union1d(odd, missing)
     if not len(again):
         return changes
     sound = changes.rows(~np.isin(changes.word, again))
-    return _join([sound, _search(words, always, again, level + 1)])
+    return _join([sound, _search(batch, ends, again, level + 1)])
 
 
-def _highest(words: NDArray[np.uint8]) -> float:
-    """Return an a at which all words are orbits."""
-    high = max(_HIGH, _HIGH_A_SQUARE * words.shape[1] ** 2)
-    while high < MAX_A and (signs_at(words, high) < 1).any():
-        high *= 2
-    return high
-
-
-def _changes(words: NDArray[np.uint8], rows: Integers, grid: Floats) -> Iterator[_Found]:
+def _changes(batch: Batch, rows: Integers, grid: Floats) -> Iterator[_Found]:
     """Yield the bracketed changes of some words, group by group, several for one where slacks coincide."""
-    chosen = words[rows]
-    for places, legs in cut(chosen):
+    for numbers, legs in batch.groups(rows):
         zeros = refine(legs, candidates(legs, follow(legs, grid)))
-        proved = bracket(chosen[places], legs, zeros)
-        real = np.flatnonzero(proved.before * proved.after == -1)
-        yield _described(rows[places], legs, zeros, proved).rows(real)
 
+        def surely(words: Integers, a: Floats, own: Integers = numbers) -> Signs:
+            return batch.signs_at(own[words], a)
 
-def _described(rows: Integers, legs: Legs, zeros: Zeros, proved: Bracketed) -> _Found:
-    bounce, joint = _places(legs, zeros)
-    error = np.maximum(proved.high - proved.a, proved.a - proved.low)
-    return _Found(rows[zeros.word], proved.a, error, proved.after > 0, bounce, joint, proved.slope)
-
-
-def _places(legs: Legs, zeros: Zeros) -> tuple[Integers, Integers]:
-    """Return the bounce, counted from 1, and the joint that each zero is about."""
-    m = len(legs.k)
-    kind, i = np.divmod(zeros.slack, m)
-    k, n, s, parity = (part[i, zeros.word] for part in (legs.k, legs.n, legs.s, legs.parity))
-    on_wall, at_end = kind >= 4, np.isin(kind, (2, 3, 5))
-    place = np.where(at_end, np.where(on_wall, n, k) - 1, 0)
-    run, places, straight = (part[:, zeros.word] for part in (legs.run, legs.place, legs.straight))
-    bounce = ((run == i) & (places == place) & (straight == on_wall)).argmax(axis=0) + 1
-    right = (i + (kind == 5)) % 2 == 1
-    top = np.where(on_wall, np.where(at_end, -s * parity, s) > 0, kind % 2 == 0)
-    return bounce, 2 * top + right
+        proved = bracket(legs, zeros, surely)
+        error = np.maximum(proved.high - proved.a, proved.a - proved.low)
+        found = _Found(numbers[zeros.word], proved.a, error, proved.after > 0, zeros.slack, proved.slope)
+        yield found.rows(np.flatnonzero(proved.before * proved.after == -1))
 
 
 def _merged(found: _Found) -> _Found:

@@ -4,9 +4,10 @@ At a (1 - delta) and a (1 + delta) the word's maximum is bounded as in `orbitdb.
 side every slack is above its error and no direction at a limit, so that the word is an orbit there; on
 the other some slack is below minus its error, so that it is none. Slacks being continuous in a, the
 change lies between, whatever found it. Where rounding hides the sides the bracket is made wider, and
-then decided in ball arithmetic (`orbitdb.orbits.enclosure`).
+then decided in ball arithmetic.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,15 +16,14 @@ from numpy.typing import NDArray
 from orbitdb.arithmetic import check_functions
 from orbitdb.billiard.bounces import slack_errors, slacks
 from orbitdb.billiard.legs import Chain, derivatives, direction_limits
-from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.orbits.bounds import between_limits, direction_errors, pressed_directions
 from orbitdb.orbits.continuation import motion, slacks_and_slopes
 from orbitdb.orbits.crossings import Zeros
-from orbitdb.orbits.newton import solve_in_doubles
 from orbitdb.orbits.orbit import Status
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.intp]
 Signs = NDArray[np.int8]
 
 _WIDER = 4.0
@@ -57,16 +57,16 @@ class Bracketed(ByValue):
     after: Signs
 
 
-def bracket(words: NDArray[np.uint8], legs: Chain, zeros: Zeros) -> Bracketed:
+def bracket(legs: Chain, zeros: Zeros, surely: Callable[[Integers, Floats], Signs]) -> Bracketed:
     """Put brackets around zeros and prove what their words are at the ends.
 
     Parameters
     ----------
-    words : ndarray of uint8, shape (N, p)
     legs : Chain
-        The same words, cut.
     zeros : Zeros
-        K zeros of some of their slacks.
+        K zeros of some of the words' slacks.
+    surely : callable
+        Tells in ball arithmetic which of some words, given by their places, are orbits, each at its a.
     """
     part, own = legs.chain(zeros.word), (zeros.slack, np.arange(len(zeros)))
     x, alpha = np.exp(zeros.x), zeros.alpha
@@ -96,8 +96,9 @@ def bracket(words: NDArray[np.uint8], legs: Chain, zeros: Zeros) -> Bracketed:
         open_ = open_[(before[open_] * after[open_] == 0) & (delta[open_] < _WIDEST)]
         delta[open_] = np.minimum(_WIDER * delta[open_], _WIDEST)
     for side, ends in ((before, low), (after, high)):
-        for k in np.flatnonzero(side == 0):
-            side[k] = surely(words[zeros.word[k]], float(ends[k]))
+        unknown = np.flatnonzero(side == 0)
+        if len(unknown):
+            side[unknown] = surely(zeros.word[unknown], ends[unknown])
     return Bracketed(x, low, high, slope, before, after)
 
 
@@ -130,20 +131,5 @@ def _slack_errors(legs: Chain, a: Floats, alpha: Floats) -> Floats:
     )
 
 
-def surely(word: NDArray[np.uint8], a: float) -> int:
-    """Tell in ball arithmetic whether a word is an orbit: 1, -1, or 0 for one exactly through a joint."""
-    from orbitdb.orbits.enclosure import enclose
-
-    return _SIGNS.get(enclose(word, Stadium(a)).status, 0)
-
-
-def signs_at(words: NDArray[np.uint8], a: float) -> Signs:
-    """Tell which words are orbits at one a, shape (N,): in doubles, and in balls where these do not tell."""
-    found = solve_in_doubles(words, Stadium(a)).status
-    signs = np.select([found == Status.ORBIT, found == Status.DYNAMICAL], [1, -1], 0).astype(np.int8)
-    for row in np.flatnonzero(signs == 0):
-        signs[row] = surely(words[row], a)
-    return signs
-
-
-_SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}
+PROVED_SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}
+"""What statuses say of a word as an orbit."""

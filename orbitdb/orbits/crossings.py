@@ -199,27 +199,38 @@ def _zero_step(legs: Chain, slack: Indices, x: Floats, alpha: Floats) -> tuple[F
 
 
 def _surely(legs: Chain, stuck: Zeros) -> tuple[Floats, Floats]:
-    """Find zeros by Newton's method in x, halving the cell wherever that leaves it, each word solved anew."""
-    low, high, x = stuck.low.copy(), stuck.high.copy(), np.clip(stuck.x, stuck.low, stuck.high)
-    alpha = newton(legs, np.exp(low)).alpha
-    falling = slacks_and_slopes(legs, alpha, alpha)[0][stuck.slack, np.arange(len(stuck))] > 0
+    """Find zeros inside their cells by the Illinois method, each word solved anew.
+
+    Where a direction reaches or leaves a limit its slope jumps, and Newton's method may go in circles.
+    """
+    low, high = stuck.low.copy(), stuck.high.copy()
+    f_low, _ = _solved(legs, stuck.slack, low, None)
+    f_high, alpha = _solved(legs, stuck.slack, high, None)
+    x, last = high.copy(), np.zeros(len(stuck), np.int8)
     active = np.arange(len(stuck))
     for _ in range(_SURE_STEPS):
-        part, a = legs.chain(active), np.exp(x[active])
-        limits = direction_limits(part, a)
-        here = newton(part, a, _INNER, np.clip(alpha[:, active], *limits)).alpha
-        drift = motion(part, a, here, limits).drift
-        own = stuck.slack[active], np.arange(len(active))
-        f, slope = (each[own] for each in slacks_and_slopes(part, here, drift))
-        left = (f > 0) == falling[active]
-        low[active[left]], high[active[~left]] = x[active[left]], x[active[~left]]
+        a, b, f_a, f_b = low[active], high[active], f_low[active], f_high[active]
         with np.errstate(divide="ignore", invalid="ignore"):
-            new = x[active] - f / slope
-        inside = (new > low[active]) & (new < high[active])
-        new = np.where(inside, new, (low[active] + high[active]) / 2)
-        alpha[:, active], moved = here, np.abs(new - x[active])
-        x[active] = new
-        active = active[moved > _SETTLED]
+            new = (a * f_b - b * f_a) / (f_b - f_a)
+        new = np.where((new > a) & (new < b), new, (a + b) / 2)
+        f, found = _solved(legs.chain(active), stuck.slack[active], new, alpha[:, active])
+        moved, x[active], alpha[:, active] = np.abs(new - x[active]), new, found
+        left, side = (f > 0) == (f_a > 0), np.where((f > 0) == (f_a > 0), -1, 1)
+        again = side == last[active]
+        low[active], high[active] = np.where(left, new, a), np.where(left, b, new)
+        f_low[active] = np.where(left, f, np.where(again, f_a / 2, f_a))
+        f_high[active] = np.where(left, np.where(again, f_b / 2, f_b), f)
+        last[active] = side
+        active = active[(moved > _SETTLED) & (f != 0)]
         if not len(active):
             break
     return x, alpha
+
+
+def _solved(legs: Chain, slack: Indices, x: Floats, start: Floats | None) -> tuple[Floats, Floats]:
+    """Return one slack of each word, each at its own x, and the directions there."""
+    a = np.exp(x)
+    if start is not None:
+        start = np.clip(start, *direction_limits(legs, a))
+    alpha = newton(legs, a, _INNER, start).alpha
+    return slacks_and_slopes(legs, alpha, alpha)[0][slack, np.arange(len(x))], alpha

@@ -26,7 +26,7 @@ from orbitdb.billiard.legs import (
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.equality import ByValue
 from orbitdb.orbits.bounds import assess
-from orbitdb.orbits.orbit import NUMBERS, Orbit, Orbits, Status
+from orbitdb.orbits.orbit import NUMBERS, Orbit, Orbits, Status, finite
 from orbitdb.orbits.pruned import pruned_word
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.pruning import need_admissible
@@ -139,13 +139,9 @@ def solve_word(word: str, stadium: Stadium | float) -> Orbit:
         symmetry=symmetry.label(family.stabiliser),
         class_size=symmetry.class_size(family.stabiliser),
         coordinates=found.coordinates[0] if exists else None,
+        solver="newton",
         **(numbers if exists else {"margin": numbers["margin"]}),
     )
-
-
-def finite(number: np.float64) -> float | None:
-    """Return a number as a plain float, None where it is not finite."""
-    return float(number) if np.isfinite(number) else None
 
 
 def solve_in_doubles(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE) -> Orbits:
@@ -211,7 +207,7 @@ def newton(
     limits = around = direction_limits(part, a)
     last = np.full(len(legs), np.nan)
     for count in range(MAX_STEPS):
-        step = _newton_step(part, a, here, limits)
+        step = newton_step(part, a, here, limits)
         if count >= _PLAIN_STEPS:
             step = _uphill(part, a, here, step)
         here = here + step
@@ -256,7 +252,7 @@ def _stalled(size: Floats, last: Floats) -> NDArray[np.bool_]:
     return stalled
 
 
-def _newton_step(legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:
+def newton_step(legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:
     """Return the Newton step within the limits; directions that press against a limit stay."""
     slopes = derivatives(legs, a, alpha)
     low, high = limits

@@ -19,7 +19,14 @@ Integers = NDArray[np.int64]
 _MOST_NAMED = 16
 
 
-def draw_entropy(ax: Axes, p: Integers, k_0: Floats, h_zeta: Floats, h_change: Floats) -> None:
+def draw_entropy(
+    ax: Axes,
+    p: Integers,
+    k_0: Floats,
+    h_zeta: Floats,
+    h_change: Floats,
+    band: tuple[float, float] | None = None,
+) -> None:
     """Draw the topological entropy against the period, as in the paper's Fig. 5, and its zeta value.
 
     Parameters
@@ -31,8 +38,12 @@ def draw_entropy(ax: Axes, p: Integers, k_0: Floats, h_zeta: Floats, h_change: F
     h_zeta, h_change : ndarray, shape (n,)
         The value from the zeta function cut off at order p, and its change from the order before,
         drawn as its error.
+    band : (float, float), optional
+        Proved bounds.
     """
-    low, high = _span(np.concatenate([k_0[p > 2], h_zeta[len(h_zeta) // 2 :]]), k_0)
+    low, high = _span(np.concatenate([k_0[p > 2], h_zeta[len(h_zeta) // 2 :], band or ()]), k_0)
+    if band is not None:
+        ax.axhspan(*band, color=PURPLE, alpha=0.5, linewidth=1, label="proved bounds")
     shown = (h_zeta > low) & (h_zeta < high)
     ax.errorbar(
         p[shown], h_zeta[shown], h_change[shown], fmt="s", color=ORANGE, markersize=5, capsize=3, linewidth=1,

@@ -38,9 +38,16 @@ _LOOK: Any = {
 
 
 @contextmanager
+def look() -> Iterator[None]:
+    """Draw in the house's look."""
+    with rc_context(_LOOK):
+        yield
+
+
+@contextmanager
 def figure(width: float, height: float) -> Iterator[Figure]:
     """Give a figure of this size in inches, to draw in the house's look."""
-    with rc_context(_LOOK):
+    with look():
         yield Figure(figsize=(width, height), layout="constrained")
 
 
@@ -77,6 +84,6 @@ def save(made: Figure, path: Path, ending: str, description: str) -> None:
         "pdf": {"Title": description, "CreationDate": None},
     }
     drawn = BytesIO()  # not the file: where that is full, matplotlib fails in ways of its own
-    with rc_context(_LOOK):
+    with look():
         made.savefig(drawn, format=ending, dpi=200, metadata=notes[ending])
     path.write_bytes(drawn.getvalue())

@@ -5,8 +5,8 @@ a piece of this order; the pieces of a period can be enumerated apart from one a
 processes, and need no memory of what came before.
 """
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,9 @@ CHUNK = 1 << 14
 
 _LAST_SYMBOLS = 5
 """Symbols that a prefix leaves open when a period is cut into spans: some hundred words a prefix."""
+
+_FIRST_SYMBOLS = 3
+"""Symbols read again that show most of the words that do not close."""
 
 _CONTINUATIONS = 3.4
 """Admissible continuations of prefixes for each that closes and is a least rotation, at most."""
@@ -66,7 +69,40 @@ def spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
     Span
         In order, one behind the other; the last one ends with the last word.
     """
-    whole = Span.whole(p, after)
+    _, table = automaton()
+
+    def prefixes(span: Span, length: int) -> Iterator[_Prefixes]:
+        return _prefixes(span, length, table)
+
+    return cut_where(Span.whole(p, after), prefixes, _CONTINUATIONS * size)
+
+
+class Prefixes(Protocol):
+    """Beginnings of words, packed, with the states of the automaton that they lead to."""
+
+    @property
+    def codes(self) -> NDArray[np.int64]:
+        """The symbols of each."""
+
+    @property
+    def states(self) -> NDArray[np.int8]:
+        """The number of each one's state."""
+
+
+def cut_where(
+    whole: Span, prefixes: Callable[[Span, int], Iterator[Prefixes]], continuations: float
+) -> Iterator[Span]:
+    """Cut a span so that the prefixes of each part have so many admissible continuations at most.
+
+    Parameters
+    ----------
+    whole : Span
+    prefixes : callable
+        Generates the prefixes of a length in a span, in order.
+    continuations : float
+        A part with more of them has but one prefix.
+    """
+    p, start, upto = whole
     depth = p - _LAST_SYMBOLS
     if depth < 1:
         yield whole
@@ -74,15 +110,17 @@ def spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
     _, table = automaton()
     weights = _continuations(table, _LAST_SYMBOLS)
     shift = BITS * _LAST_SYMBOLS
-    start, room = after, _CONTINUATIONS * size
-    for prefixes in _prefixes(whole, depth, table):
-        for code, weight in zip(prefixes.codes.tolist(), weights[prefixes.states].tolist(), strict=True):
+    room = continuations
+    for part in prefixes(whole, depth):
+        for code, weight in zip(part.codes.tolist(), weights[part.states].tolist(), strict=True):
             before = (code << shift) - 1
+            if before + (1 << shift) <= whole.after:
+                continue  # so that a span cut off before is cut on as if it had not been
             if weight > room and before > start:
                 yield Span(p, start, before)
-                start, room = before, _CONTINUATIONS * size
+                start, room = before, continuations
             room -= weight
-    yield Span(p, start, whole.upto)
+    yield Span(p, start, upto)
 
 
 def _continuations(table: NDArray[np.int8], symbols: int) -> NDArray[np.int64]:
@@ -117,13 +155,11 @@ def admissible_words(p: int, after: int = -1, upto: int | None = None) -> Iterat
     time, thousands at once, by the rule of Fredricksen, Kessler and Maiorana: a prefix whose longest
     Lyndon prefix has m symbols goes on with a symbol not below the one m places back.
     """
-    states, table = automaton()
-    rooted = np.array([state.left is not None for state in states])
+    _, table = automaton()
     whole = Span.whole(p, after)
     for prefixes in _lyndon_words(whole if upto is None else whole._replace(upto=upto), table):
-        end = _read_again(prefixes, p, table)
-        closed = (end >= 0) & rooted[end]  # only 02 has no root, and rule 3 forbids it
-        if closed.any() and p > 1:  # of the words on one side, only 1, 3, 4 and 5 get here
+        closed = closes(prefixes.codes, prefixes.states, p)
+        if len(closed):
             yield unpack(prefixes.codes[closed], p)
 
 
@@ -134,14 +170,39 @@ def primitive_words(p: int, after: int = -1) -> Iterator[NDArray[np.uint8]]:
         yield unpack(prefixes.codes, p)
 
 
-def _read_again(prefixes: "_Prefixes", p: int, table: NDArray[np.int8]) -> NDArray[np.intp]:
-    """Return the state after reading each word once more behind itself; -1 where a rule forbids it."""
+def closes(codes: NDArray[np.int64], states: NDArray[np.int8], p: int) -> NDArray[np.intp]:
+    """Return the places of words that the rules allow as cyclic words, too.
+
+    Parameters
+    ----------
+    codes : ndarray of int64, shape (N,)
+        Packed words of order p that the automaton has read once.
+    states : ndarray of int8, shape (N,)
+        The states they lead to.
+    p : int
+    """
+    if p < 2:  # of the words on one side, only 1, 3, 4 and 5 get here
+        return np.zeros(0, dtype=np.intp)
+    kept, table = automaton()
+    rooted = np.array([state.left is not None for state in kept])
+    found = np.arange(len(codes))
+    first = min(_FIRST_SYMBOLS, p)
+    state = states.astype(np.intp)
+    for places in (range(p - 1, p - 1 - first, -1), range(p - 1 - first, -1, -1)):
+        state = _read(codes[found], state, places, table)
+        found, state = found[state >= 0], state[state >= 0]
+    return found[rooted[state]]  # only 02 has no root, and rule 3 forbids it
+
+
+def _read(
+    codes: NDArray[np.int64], state: NDArray[np.intp], places: Iterable[int], table: NDArray[np.int8]
+) -> NDArray[np.intp]:
+    """Return the states after reading some places of words; -1 where a rule forbids it."""
     width = table.shape[1]
     dead = np.full(width, -1, dtype=np.intp)
     flat = np.concatenate([table.ravel(), dead])  # the last row is also row -1, so take wraps round
-    state = prefixes.states.astype(np.intp)
-    for place in range(p - 1, -1, -1):
-        state = flat.take(width * state + ((prefixes.codes >> BITS * place) & 7), mode="wrap")
+    for place in places:
+        state = flat.take(width * state + ((codes >> BITS * place) & 7), mode="wrap")
     return state
 
 

@@ -21,6 +21,9 @@ MAX_KEYED = 20
 
 BITS = 3
 
+MARK = "w"
+"""What may stand before a word, so that no program takes it for a number."""
+
 _TOKEN = re.compile(r"\s*(?:([0-5]+(?!\s*\^)|[0-5])|(\()|(\))|\^\s*([0-9]+))")
 
 
@@ -34,7 +37,8 @@ def parse(text: str) -> str:
     Parameters
     ----------
     text : str
-        Symbols 0..5; ``^k`` repeats the symbol or the bracket before it k times; blanks are free.
+        Symbols 0..5; ``^k`` repeats the symbol or the bracket before it k times; blanks are free, and
+        so is a `MARK` before them.
 
     Returns
     -------
@@ -53,7 +57,8 @@ def parse(text: str) -> str:
         raise TypeError(f"a code is a text such as '1232131', not {text!r:.40}")
     stack: list[list[str]] = [[]]
     size = 0
-    place = 0
+    place = len(text) - len(text.lstrip())
+    place += text.startswith(MARK, place)
     end = len(text.rstrip())
     while place < end:
         token = _TOKEN.match(text, place)
@@ -229,17 +234,15 @@ def unpack(codes: NDArray[np.int64], p: int) -> NDArray[np.uint8]:
 
 def least_rotations(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
     """Return the least rotation of each packed word of order p."""
-    least = codes.copy()
-    turned = codes.copy()
-    top = BITS * (p - 1)
-    mask = (np.int64(1) << np.int64(top)) - 1
-    for _ in range(p - 1):
-        first = turned >> top
-        turned &= mask
-        turned <<= BITS
-        turned |= first
-        np.minimum(least, turned, out=least)
-    return least
+    spare = 64 - BITS * p  # the bits below the words: what falls there decides nothing
+    whole = codes.astype(np.uint64) << np.uint64(spare)
+    least, head, tail = whole.copy(), np.empty_like(whole), np.empty_like(whole)
+    for shift in range(BITS, BITS * p, BITS):
+        np.left_shift(whole, np.uint64(shift), out=head)
+        np.right_shift(whole, np.uint64(BITS * p - shift), out=tail)
+        np.bitwise_or(head, tail, out=head)
+        np.minimum(least, head, out=least)
+    return (least >> np.uint64(spare)).astype(np.int64)
 
 
 def key(word: str) -> int:

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.errors import InputError
 from orbitdb.trajectories.ensemble import Reference
 from orbitdb.trajectories.leg_map import Runs, next_leg, random_runs
 
@@ -32,10 +31,6 @@ BATCHES = 16
 
 LEGS = 32
 """Legs of a start that are averaged over; more would say little that is new."""
-
-LEAST_A = 0.02
-"""Half lengths below it need more legs than `LEGS`: there an angle t changes little over many legs, and what
-is left of lambda is no longer small (`orbitdb.trajectories.ensemble` has the smaller errors)."""
 
 _SETTLED = 1e-9
 _LONGEST_WAY = 2000
@@ -89,7 +84,12 @@ def simulate_legs(
     Raises
     ------
     ValueError
-        If there are no bounces, or a is below `LEAST_A` (`InputError`).
+        If there are no bounces.
+
+    Notes
+    -----
+    Below about a = 0.1 an angle t changes little over many legs, and what is left of lambda is no longer
+    small: the errors hold, but those of `orbitdb.trajectories.ensemble` are smaller.
     """
     for done, found in legwise_references(stadium, bounces, known, seed):
         if progress is not None:
@@ -103,8 +103,6 @@ def legwise_references(
     """Yield the fraction done and the averages so far, after every batch of `simulate_legs`."""
     if bounces < 1:
         raise ValueError("give at least one bounce")
-    if stadium.a < LEAST_A:
-        raise InputError(f"a = {stadium.a:g}: below {LEAST_A:g} averages leg by leg have no known error")
     starts = math.ceil(bounces / (LEGS * (stadium.a + math.pi / 2)))
     batches = max(BATCHES, math.ceil(starts / STARTS))
     each = math.ceil(starts / batches)

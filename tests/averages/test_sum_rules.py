@@ -102,6 +102,12 @@ def test_values_are_those_of_trajectories_within_their_errors(a):
     np.testing.assert_allclose(found.lambda_d_sum_rule / found.lambda_c_sum_rule, Stadium(a).mean_free_path)
 
 
+def test_the_estimate_is_of_use_where_the_orbits_say_more():
+    rows, sums = orbits(0.1)
+    found = sum_rules(rows, sums, HIGHEST, exact_means(0.1))
+    assert abs(found.lambda_l[-1] - 0.89199) < found.lambda_l_error[-1] < 0.03  # trajectories +- 0.00015
+
+
 def test_the_order_of_the_orbits_does_not_matter():
     rows, sums = orbits(1.6)
     mixed = np.random.default_rng(1).permutation(len(rows))

@@ -109,7 +109,11 @@ def test_small_chunks_change_nothing(monkeypatch):
     )
     whole = expand_by_stability(factors, 7.0)
     monkeypatch.setattr("orbitdb.averages.pseudocycles.CHUNK", 40)
-    parts = expand_by_stability(factors, 7.0)
+    done: list[float] = []
+    parts = expand_by_stability(factors, 7.0, progress=done.append)
+    assert len(done) > 5
+    assert done == sorted(done)
+    assert done[-1] == pytest.approx(1)
     scale = np.abs(whole.coefficients).max()
     np.testing.assert_allclose(parts.coefficients, whole.coefficients, atol=1e-12 * scale)
     np.testing.assert_allclose(parts.slopes, whole.slopes, atol=1e-10 * scale)

@@ -1,7 +1,8 @@
-"""Births from nothing: time of the whole process, what they say against fills, and all deaths.
+"""Births from nothing: time of the whole process, what they say against fills and 50 digits, and all deaths.
 
 Run it as ``python tests/benchmarks/bench_births.py [PERIOD]`` with orbitdb installed; 13 takes a minute
-or two. To period 11 the counts are compared with those of solving all classes, at joints and 20 other a.
+or two. To period 11 the counts are compared with those of solving all classes, at joints and 20 other a,
+and 300 births with their values to 50 digits.
 """
 
 import os
@@ -13,6 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+
+from births50 import birth_error
+
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.store.reading.catalogue import Catalogue
@@ -22,6 +27,7 @@ from orbitdb.symbols.words import from_strings
 
 MAIN = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()"]
 COMPARED = 11
+CHECKED = 300
 PLACES = (0.5, 1.0, 2.0, 2.5, *np.geomspace(0.03, 16, 20).tolist())
 
 
@@ -44,6 +50,19 @@ def solved(catalogue: Catalogue, p: int, a: float) -> Counts:
     return Counts(p, count_admissible(p), words["orbit"], classes, words["boundary"], words["unresolved"])
 
 
+def against_50_digits(catalogue: Catalogue, periods: range) -> tuple[float, int]:
+    """Return the largest relative error of some births, and how many are farther off than their bounds."""
+    with catalogue.reading() as connection:
+        rows = connection.exec_driver_sql(
+            "SELECT word, bounce, joint, a, error FROM change JOIN cycle ON id = cycle"
+            f" WHERE kind = 'born' AND a > 0 AND p BETWEEN {periods[0]} AND {periods[-1]} ORDER BY cycle"
+        ).all()
+    chosen = np.random.default_rng(1).choice(len(rows), CHECKED, replace=False)
+    off = [birth_error(*rows[i][:4]) for i in chosen]
+    relative = max(float(each) / rows[i].a for each, i in zip(off, chosen, strict=True))
+    return relative, sum(bool(each > rows[i].error) for each, i in zip(off, chosen, strict=True))
+
+
 def main() -> None:
     highest = int(sys.argv[1]) if len(sys.argv) > 1 else COMPARED
     with tempfile.TemporaryDirectory() as folder:
@@ -58,6 +77,8 @@ def main() -> None:
         for each in catalogue.birth_fills():
             ends = sorted(life.dies for life in catalogue.births(each.p) if life.dies is not None)
             print(f"p = {each.p}: {each.births} births, {each.deaths} classes die, at {ends}")
+        worst, over = against_50_digits(catalogue, range(5, min(COMPARED, highest) + 1))
+        print(f"{CHECKED} births to 50 digits: {over} beyond their bounds, worst relative error {worst:.1e}")
         different = 0
         for a in PLACES:
             known = catalogue.counts(a=a).known

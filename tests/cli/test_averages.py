@@ -5,7 +5,7 @@ import sqlite3
 
 import pytest
 
-from orbitdb.cli.render import with_error
+from orbitdb.cli.render import concise, with_error
 
 KEYS = [f"lambda_{kind}_sum_rule{end}" for end in ("", "_error") for kind in ("d", "c")]
 LAMBDA_D, LAMBDA_C = 0.8867858, 0.3752123
@@ -59,6 +59,18 @@ def test_a_class_number_that_is_no_words_is_told(filled, cli):
     assert "a class number that is no admissible word's" in found.err
 
 
+@pytest.mark.parametrize("value", ["NULL", "1e308"])
+def test_a_lambda_that_no_orbit_has_is_told(filled, cli, value):
+    with sqlite3.connect(filled) as connection:
+        connection.execute(
+            f"UPDATE orbit SET lyapunov = {value} WHERE length = (SELECT max(length) FROM orbit)"
+        )
+    connection.close()
+    found = cli("lyapunov", "--db", str(filled))
+    assert (found.code, found.out) == (3, "")
+    assert "impossible numbers" in found.err
+
+
 def test_legwise_trajectories_are_stored_and_shown(filled, cli):
     made = cli("simulate", "--legwise", "--bounces", "200000", "--json", "--db", str(filled))
     (row,) = json.loads(made.out)
@@ -75,7 +87,26 @@ def test_small_errors_are_shown_with_the_digits_they_need(error, text):
     assert with_error(0.8867858, error) == text
 
 
-def test_legwise_trajectories_need_a_stadium_that_is_not_a_circle(cli):
-    found = cli("simulate", "--legwise", "--a", "0.001", "--no-store")
-    assert (found.code, found.out) == (2, "")
-    assert "no known error" in found.err
+def test_a_table_shows_all_methods_within_80_columns(filled, cli):
+    rows = json.loads(cli("lyapunov", "--json", "--db", str(filled)).out)
+    for name, block in zip(
+        ("lambda_d", "lambda_c"), cli("lyapunov", "--db", str(filled)).out.split("\n\n"), strict=True
+    ):
+        head, *lines = block.splitlines()
+        assert head.split()[:5] == ["p", name, "pair", "zeta", "sum_rule"]
+        assert max(map(len, (head, *lines))) < 80
+        for row, line in zip(rows[1:], lines[1:], strict=True):
+            p, paper, pair, zeta, rule, *_ = line.split()
+            shown = [int(p), float(paper), float(pair), float(zeta)]
+            keys = ("p", name, f"{name}_pair", f"{name}_zeta")
+            assert shown == pytest.approx([row[key] for key in keys], abs=1e-6)
+            assert rule == concise(row[f"{name}_sum_rule"], row[f"{name}_sum_rule_error"])
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [(0.886767, 2.11e-4, "0.88677(22)"), (0.88382, 0.04818, "0.884(49)"), (0.5, 12.3, "0(13)"),
+     (-0.1, 0.995, "-0.1(10)"), (0.25, 0.0, "0.250000"), (None, None, None)],
+)  # fmt: skip
+def test_errors_stand_behind_the_digits_that_they_are_of(value, error, text):
+    assert concise(value, error) == text

@@ -81,6 +81,24 @@ def test_query_says_over_which_a_a_word_is_an_orbit(cli):
     assert "exists  from a = 0.386252501738 to 0.473270308236, and from a = 0.605684335145 on\n" in text
 
 
+def test_rows_are_chosen_by_life(cli):
+    cli("births", "--p", "5")
+    cli("fill", "--p", "6")
+    born = cli("query", "--exists", "0.8", "--not-at", "0.7", "--p", "5", "-c", "code,born,dies", "--json")
+    assert {round(row["born"], 6) for row in json.loads(born.out)} == {0.770598}
+    assert {row["dies"] for row in json.loads(born.out)} == {None}
+    ordered = cli("query", "--p", "5", "--order", "born desc", "-c", "born", "--format", "csv")
+    values = ordered.out.splitlines()[1:]
+    assert float(values[0]) == pytest.approx(1.674424, abs=1e-6)
+    assert values[-1] == '""'  # an orbit from a = 0 on
+    lacking = cli("query", "--exists", "0.8", "--p", "6")
+    assert (lacking.code, lacking.out) == (1, "")
+    assert "births of period 6 are not found" in lacking.err.splitlines()[0]
+    chosen = cli("entropy", "--a", "0.8", "--exists", "0.5")
+    assert (chosen.code, chosen.out) == (1, "")
+    assert "births tell how many orbits of periods 2-5 there are at a = 0.8" in chosen.err
+
+
 @pytest.mark.slow
 def test_query_names_who_is_born_with_a_word(cli):
     assert "born at" not in cli("query", "--code", "01552").out
@@ -105,6 +123,9 @@ def test_verify_compares_births_with_fills(cli, tmp_path):
     outcome = cli("verify")
     assert outcome.code == 0
     assert "births and deaths" in outcome.err
+    proved = cli("verify", "--births", "--json")
+    rows = {row["check"]: (row["rows"], row["failures"]) for row in json.loads(proved.out)}
+    assert rows["lives"] == (28, 0)
     cli("fill", "--p", "4")
     assert cli("verify").code == 0
     for damage in (

@@ -4,10 +4,16 @@ import json
 import re
 from decimal import Decimal
 
+import numpy as np
 import pexpect
 import pytest
 from terminal import ended, spawn
 
+from orbitdb.cli.grid import lengths
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.catalogue import Catalogue
+
+WHY = "the time, the length of windows or the memory was not enough\n"
 KEYS = ["a", "window", "lower", "upper", "windows", "undecided"]
 
 
@@ -38,7 +44,7 @@ def test_prove_tells_what_is_proved_and_bounds_are_those_of_it(cli):
     assert re.search(
         r"balls prove (\d+) of \1 windows that doubles decide, 0 left open; \d+\.\d s", proved.err
     )
-    assert not plain.err
+    assert plain.err.startswith("not kept: there is no catalogue at ")
 
 
 def test_a_width_that_is_not_reached_is_told(cli):
@@ -48,8 +54,57 @@ def test_a_width_that_is_not_reached_is_told(cli):
     assert len(found.out.splitlines()) == 5
 
 
+def test_a_grid_is_logarithmic_and_can_be_typed_again():
+    assert lengths("1.6") == (1.6,)
+    assert lengths("0.5:8:5") == (0.5, 1.0, 2.0, 4.0, 8.0)
+    found = np.array(lengths("0.3:10:40"))
+    assert (found[0], found[-1], len(found)) == (0.3, 10.0, 40)
+    assert np.diff(np.log(found)) == pytest.approx(np.log(10 / 0.3) / 39, rel=1e-4)
+    assert [float(f"{a:g}") for a in found] == found.tolist()
+
+
+@pytest.mark.parametrize("jobs", [(), pytest.param(("--jobs", "2", "--prove"), marks=pytest.mark.slow)])
+def test_a_grid_shows_the_last_bounds_of_every_a_and_keeps_all(cli, jobs, tmp_path):
+    asked = ("bounds", "--a", "1:4:3", "--window", "5")
+    found = cli(*asked, *jobs, "--store", "--json")
+    rows = json.loads(found.out)
+    assert [(row["a"], row["window"]) for row in rows] == [(1.0, 5), (2.0, 5), (4.0, 5)]
+    assert rows[1] == json.loads(cli("bounds", "--a", "2", "--window", "5", "--no-store", "--json").out)[-1]
+    curve = Catalogue(tmp_path / "orbits.db").entropy_curve()
+    assert [(each.a, each.lower, each.upper) for each in curve] == [
+        (row["a"], row["lower"], row["upper"]) for row in rows
+    ]
+    assert {each.proof for each in curve} == {"balls" if jobs else "doubles"}
+    assert ("balls prove" in found.err) == bool(jobs)
+    assert cli(*asked, "--width", "0.1").err.endswith("at 2 of 3 a: " + WHY)
+
+
+@pytest.mark.slow
+def test_bounds_are_drawn_over_a_with_the_entropy_from_births(cli, tmp_path):
+    asked = ("plot", "entropy", "--over-a", "-o", str(tmp_path / "over.svg"))
+    cli("births", "--p", "4")
+    assert "orbitdb bounds --a 0.3:10:40" in cli(*asked).err
+    cli("bounds", "--a", "1:4:3", "--window", "4")
+    drawn = cli(*asked)
+    assert drawn.err == f"topological entropy over a, in {tmp_path / 'over.svg'}\n"
+    from orbitdb.cli.entropy_figures import draw_over_a
+
+    with Catalogue(tmp_path / "orbits.db").at_one_moment() as catalogue:
+        ax = draw_over_a(catalogue, Selection()).axes[0]
+    assert len(ax.containers[0][2][0].get_segments()) == 3
+    assert [line.get_label() for line in ax.lines][-2:] == ["$h(4; a)$, from births", "bound at every $a$"]
+    for kind, more in (("lengths", "--over-a"), ("entropy", "--over-a --a 1")):
+        refused = cli("plot", kind, *more.split(), "-o", str(tmp_path / "no.svg"))
+        assert (refused.code, len(refused.err.splitlines())) == (2, 1)
+
+
+GRIDS = ["x", "1:2", "1:2:1", "1:2:x", "2:1:5", "0:1:5", "1:1.0001:900", "1:2:3:4", "1:2:1e9"]
+
+
 @pytest.mark.parametrize(
-    "options", [("--window", "1"), ("--window", "99"), ("--width", "0"), ("--time", "-1"), ("--a", "0")]
+    "options",
+    [("--window", "1"), ("--window", "99"), ("--width", "0"), ("--time", "-1"), ("--a", "0"), ("--jobs", "2")]
+    + [("--a", grid) for grid in GRIDS],
 )
 def test_what_cannot_be_done_is_told_in_one_line(cli, options):
     found = cli("bounds", *options)

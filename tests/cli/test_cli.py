@@ -25,6 +25,7 @@ ROOT = Path(__file__).parents[2]
 KEYS = [
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
     "time_reversal", "class_size", "margin", "residual", "error",
+    "length_error", "lyapunov_error", "symmetry", "solver",
 ]  # fmt: skip
 
 
@@ -207,6 +208,25 @@ def test_formats_agree(cli):
     assert len(cli(*options, "--limit", "3", "--offset", "2").out.splitlines()) == 4
 
 
+def test_columns_are_told_once_and_everywhere(cli):
+    from orbitdb.cli.commands.query import WORD_KEYS
+    from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS
+    from orbitdb.store.asking.conditions import COLUMNS
+
+    told = {row["column"]: row for row in json.loads(cli("columns", "--json").out)}
+    assert set(told) == {*COLUMNS, *WORD_KEYS, *BOUNCE_COLUMNS}
+    assert (told["length"]["unit"], told["length"]["bound"]) == ("radius", "length_error")
+    assert {row["bound"] for row in told.values() if row["bound"].endswith("error")} - {"both errors"} <= set(
+        told
+    )
+    for command in ("query", "export"):
+        shown = cli(command, "--help").out
+        assert all(
+            f"  {name}  " in shown and told[name]["means"].partition(";")[0] in shown for name in COLUMNS
+        )
+        assert max(map(len, shown.splitlines())) <= 80
+
+
 def test_default_json_keys(cli):
     cli("fill", "--p", "3")
     rows = json.loads(cli("query", "--json").out)
@@ -339,16 +359,16 @@ def test_ctrl_c_ends_with_130_and_goes_on(tmp_path):
     process = subprocess.Popen(
         [*COMMAND, "fill", "--p", "14", "--db", str(path)], stderr=subprocess.PIPE, text=True
     )
+    assert "sequences to come" in process.stderr.readline()
     deadline = time.monotonic() + 60
     while not path.exists() and time.monotonic() < deadline:
         time.sleep(0.05)
-    time.sleep(1.0)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert err.splitlines()[1:] == [  # the first line says what the fill takes
-        "orbitdb: interrupted; nothing that was stored is lost, the same command goes on from there"
-    ]
+    assert err == (
+        "orbitdb: interrupted; nothing that was stored is lost, the same command goes on from there\n"
+    )
     subprocess.run([*COMMAND, "fill", "--p", "5", "--db", str(path)], check=True, capture_output=True)
 
 

@@ -6,8 +6,10 @@ import io
 import json
 import os
 import resource
+import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from importlib.metadata import version
 
 import numpy as np
@@ -18,6 +20,11 @@ from orbitdb import Catalogue, __version__
 from orbitdb import export as files
 from orbitdb.errors import InputError
 
+KEYS = (
+    "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
+    "time_reversal", "class_size", "margin", "residual", "error",
+    "length_error", "lyapunov_error", "symmetry", "solver",
+)  # fmt: skip
 CHOICE = ("--p", "2-5", "--status", "orbit,dynamical")
 NUMBERS = ("a", "length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual", "error")
 TEXTS = ("code", "representative", "status", "time_reversal")
@@ -113,21 +120,108 @@ def test_npz_comes_back_through_numpy(exported, subset, varied):
     assert_is_provenance(json.loads(str(columns["metadata"])), varied)
 
 
-@pytest.mark.parametrize("form", ["csv", "jsonl"])
-def test_stdout_is_what_the_file_holds(exported, varied, cli, form):
-    done = cli("export", "--format", form, *CHOICE, "--coordinates", "--db", str(varied))
-    assert done.code == 0
-    assert done.out == exported(form).read_text()
+def read_back(target):
+    """Return the columns of a file as arrays."""
+    import pandas as pd
+    from pyarrow import parquet
+
+    if target.suffix == ".npz":
+        with np.load(target) as archive:
+            return {name: archive[name] for name in archive if name != "metadata"}
+    if target.suffix == ".parquet":
+        table = parquet.read_table(target)
+        return {name: np.asarray(table[name].to_pylist()) for name in table.column_names}
+    table = pd.read_csv(target, dtype={"code": str}, **EXACT) if target.suffix == ".csv" else None
+    table = (
+        pd.read_json(target, lines=True, dtype={"code": str}, precise_float=True) if table is None else table
+    )
+    return {name: table[name].to_numpy() for name in table}
 
 
-def test_export_is_query_in_a_file(exported, varied, cli):
+@pytest.mark.parametrize("form", files.FORMATS)
+def test_bounces_lie_where_the_orbit_hits_its_walls(varied, tmp_path, cli, form):
+    target = tmp_path / f"bounces.{form}"
+    chosen = ("--p", "5", "--status", "orbit,dynamical", "--bounces", "-c", "code,error", "--db", str(varied))
+    assert cli("export", str(target), *chosen).code == 0
+    found = read_back(target)
+    subset = Catalogue(varied).select(p=5, status="orbit", coordinates=True)
+    assert [str(code) for code in found["code"]] == np.repeat(subset.words, 5).tolist()
+    assert "".join(map(str, found["symbol"])) == "".join(subset.words)
+    np.testing.assert_array_equal(found["n"], np.tile(np.arange(1, 6), len(subset)))
+    np.testing.assert_allclose(found["coordinate"], subset.coordinates, rtol=0, atol=1e-15)
+    points = np.stack([found["x"], found["y"]], axis=-1).reshape(-1, 5, 2)
+    ahead = np.roll(points, -1, axis=1) - points
+    ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
+    outward = points - np.clip(points, [-1.6, 0], [1.6, 0])  # along a radius, or away from a wall
+    sine = outward[..., 0] * ahead[..., 1] - outward[..., 1] * ahead[..., 0]
+    np.testing.assert_allclose(found["sine"], sine.ravel(), rtol=0, atol=1e-14)
+    angle = np.arctan2(points[..., 1], np.abs(points[..., 0]) - 1.6)
+    right = 2 * 1.6 + np.pi / 2 + angle
+    arclength = np.where(
+        np.abs(points[..., 0]) < 1.6,
+        np.where(points[..., 1] < 0, points[..., 0] + 1.6, 4.8 + np.pi - points[..., 0]),
+        np.where(points[..., 0] > 0, right, 8 * 1.6 / 2 + 1.5 * np.pi - angle),
+    )
+    np.testing.assert_allclose(found["arclength"], arclength.ravel(), rtol=0, atol=1e-14)
+
+
+def test_bounces_of_one_word_are_those_of_the_export(varied, cli):
+    asked = ("--bounces", "--format", "jsonl", "--db", str(varied))
+    one = cli("query", "--code", "3123", *asked)
+    other = cli("export", "--p", "4", "--where", "code = '1233'", *asked)
+    here, there = ([json.loads(row)["x"] for row in done.out.splitlines()] for done in (one, other))
+    assert here == [there[-1], *there[:-1]]
+    pruned = cli("query", "--code", "1001", *asked)
+    assert (pruned.code, pruned.out) == (1, "")
+    assert "1001 has no bounces: geometrically pruned" in pruned.err
+    for wrong in (
+        ("query", "--p", "3", "--bounces"),
+        ("export", "--format", "csv", "--bounces", "--coordinates"),
+    ):
+        assert cli(*wrong, "--db", str(varied)).code == 2
+
+
+def test_marked_words_are_no_numbers_to_anybody(varied, cli):
     import pandas as pd
 
-    done = cli("query", *CHOICE, "--format", "csv", "--db", str(varied))
-    with_coordinates = pd.read_csv(exported("csv"), dtype=str)
-    pd.testing.assert_frame_equal(
-        pd.read_csv(io.StringIO(done.out), dtype=str), with_coordinates.drop(columns="coordinates")
-    )
+    chosen = ("--p", "3", "--mark-words", "-c", "code,representative,length", "--db", str(varied))
+    exported = cli("export", "--format", "csv", *chosen)
+    table = pd.read_csv(io.StringIO(exported.out))
+    assert table["code"][1] == "w002"
+    assert table["representative"].isna()[1]  # it is pruned geometrically
+    assert exported.out == cli("query", "--format", "csv", *chosen).out
+    (row,) = json.loads(cli("query", "--code", table["code"].iloc[-1], "--json", "--db", str(varied)).out)
+    assert f"w{row['code']}" == table["code"].iloc[-1]
+
+
+VIEW = (
+    "SELECT word, representative, a, p, status, rules, length, lyapunov, lyapunov / p, lyapunov / length,"
+    " time_reversal, class_size, margin, residual, error, length_error, lyapunov_error, symmetry, solver"
+    " FROM catalogue WHERE a = 1.6 AND p BETWEEN 2 AND 5 AND status IN ('orbit', 'dynamical')"
+    " ORDER BY p, word"
+)
+
+
+def as_text(value):
+    """Return a value as it stands in a table: every digit of a number, nothing where there is none."""
+    return "" if value is None or value == [] else str(value)
+
+
+def test_rows_are_what_sqlite_finds_in_the_file(exported, varied, cli):
+    """Three ways to a table, and the numbers and their order as a program without orbitdb reads them."""
+    with closing(sqlite3.connect(varied)) as plain:
+        expected = [[as_text(value) for value in row] for row in plain.execute(VIEW)]
+    assert len(expected) > 100
+    asked = cli("query", *CHOICE, "--format", "csv", "--db", str(varied)).out
+    streamed = cli("export", "--format", "csv", *CHOICE, "--coordinates", "--db", str(varied)).out
+    written = exported("csv").read_text()
+    for text, coordinates in ((asked, 0), (streamed, 1), (written, 1)):
+        header, *rows = csv.reader(io.StringIO(text))
+        assert header == [*KEYS, "coordinates"][: len(KEYS) + coordinates]
+        assert [row[: len(KEYS)] for row in rows] == expected
+    lines = cli("export", "--format", "jsonl", *CHOICE, "--db", str(varied)).out.splitlines()
+    named = [list(json.loads(line).values()) for line in lines]
+    assert [[as_text(value) for value in row] for row in named] == expected
 
 
 def test_rules_are_lists_and_columns_are_chosen(varied, tmp_path, cli):
@@ -189,6 +283,8 @@ def test_an_empty_subset_writes_nothing(varied, tmp_path, cli):
         (["export", "orbits"], 2, "--format"),
         (["export"], 2, "--format"),
         (["export", "--format", "npz"], 2, "name a file"),
+        (["export", "z.npz", "--format", "csv"], 2, "z.npz ends in .npz, and --format says csv: leave one"),
+        (["export", "z.parquet", "--mark-words"], 2, "--mark-words is for csv and tsv: parquet keeps words"),
         (["export", "orbits.csv", "-c", "colour"], 2, "colour"),
         (["export", "nowhere/orbits.npz"], 3, "No such file or directory"),
         (["plot", "entropy", "-o", "nowhere/x.pdf"], 3, "nowhere/x.pdf cannot be written"),

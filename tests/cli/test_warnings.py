@@ -17,13 +17,6 @@ for line in sys.stdin:
         sys.exit(line)
 """
 CHAIN = [*STRICT, _CHAIN]
-SHORT = """
-fill --p 4 --db {folder}/new.db
-query --code 1232131
-lyapunov --p 2-4
-export {folder}/x.npz --p 2-4
-verify --db {folder}/new.db
-"""
 READING = """
 query --p 2-5 --order length --limit 3
 query --code 1232131
@@ -69,13 +62,13 @@ Catalogue(sys.argv[1]).select(p=3)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "lines",
     [
-        pytest.param(SHORT, id="short"),
-        pytest.param(READING, marks=pytest.mark.slow, id="reading"),
-        pytest.param(WRITING, marks=pytest.mark.slow, id="writing"),
-        pytest.param(DRAWING, marks=pytest.mark.slow, id="drawing"),
+        pytest.param(READING, id="reading"),
+        pytest.param(WRITING, id="writing"),
+        pytest.param(DRAWING, id="drawing"),
     ],
 )
 def test_commands_neither_warn_nor_leave_files_open(filled, tmp_path, lines, monkeypatch):

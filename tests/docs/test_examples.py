@@ -15,7 +15,7 @@ SCREENSHOTS_OF = "8.2"
 """The Textual that took the pictures of the terminal UI; another may draw borders in other ways."""
 
 
-QUICK = ("README", "start", "orbit.svg")
+QUICK = ("README", "orbit.svg")
 """Pages and pictures that plain pytest compares."""
 
 

@@ -104,10 +104,11 @@ def test_no_catalogue(tmp_path, content):
         *(pytest.param(harm, marks=pytest.mark.slow) for harm in (truncated, empty_page, flipped_bit)),
     ],
 )
-def test_damage_is_told_in_one_line(filled, harm):
+def test_damage_is_told_in_one_line(filled, cli, harm):
     broken = filled.with_name("broken.db")
     broken.write_bytes(harm(filled.read_bytes(), seeded(1)))
-    judge(run_several(COMMANDS, broken))
+    ends = [(each, cli(*each, "--db", str(broken))) for each in COMMANDS]
+    judge([(arguments, end.code, end.err) for arguments, end in ends])
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from contextlib import closing, suppress
 
 import pytest
 from contents import agrees, content, is_sound
-from processes import run, small_blocks, start, wait_until_ready
+from processes import run, run_several, small_blocks, start, wait_until_ready
 
 from orbitdb.store.file.database import check_file, reading_engine, writing_engine
 from orbitdb.store.file.migrate import migrate
@@ -109,7 +109,7 @@ def test_a_commit_holds_rows_and_cursor(filled, tmp_path, options):
     while process.poll() is None:
         looks.add(agrees(path))
     all_end_well(process)
-    assert len(looks) > 5
+    assert len(looks) > 2  # of hundreds of commits, on a machine however busy
     assert content(path) == content(filled)
 
 
@@ -118,14 +118,14 @@ def test_a_commit_holds_rows_and_cursor(filled, tmp_path, options):
 def test_three_fills_at_once(tmp_path, jobs):
     """They make the same new file, and fill the same periods, one of them at another a."""
     path, expected = tmp_path / "shared.db", tmp_path / "expected.db"
-    arguments = ["fill", "--p", "8", "--jobs", jobs, "--db", path]
+    arguments = ["fill", "--p", "7", "--jobs", jobs, "--db", path]
     commands = [arguments, arguments, [*arguments, "--a", "1"]]
     processes = [start(*each, command=small_blocks(32)) for each in commands]
     for process in processes:
         wait_until_ready(process)
     all_end_well(*processes)
     for a in ("1.6", "1"):
-        assert run("fill", "--p", "8", "--a", a, "--db", expected).returncode == 0
+        assert run("fill", "--p", "7", "--a", a, "--db", expected).returncode == 0
     assert content(path) == content(expected)
     assert run("verify", "--db", path).returncode == 0
 
@@ -170,18 +170,13 @@ def test_readers_beside_a_fill(tmp_path):
     """Queries, averages and verification again and again while periods come in, block by block."""
     path = tmp_path / "orbits.db"
     assert run("fill", "--p", "5", "--db", path).returncode == 0
-    filling = start("fill", "--p", "9", "--jobs", "2", "--db", path, command=small_blocks(32))
+    filling = start("fill", "--p", "8", "--jobs", "2", "--db", path, command=small_blocks(32))
     wait_until_ready(filling)
+    asked = ["query", "--p", "2-11", "--status", "all", "--limit", "1"], ["entropy", "--json"], ["verify"]
     counts = []
     while filling.poll() is None:
-        readers = [
-            start("query", "--p", "2-11", "--status", "all", "--limit", "1", "--db", path),
-            start("entropy", "--json", "--db", path),
-            start("verify", "--db", path),
-        ]
-        for reader in readers:
-            _, err = reader.communicate(timeout=200)
-            assert reader.returncode == 0, err
+        for _, code, err in run_several([*asked, *asked], path):
+            assert code == 0, err
             counts += [int(n) for n in re.findall(r"(\d+) symbol sequences", err)]
     all_end_well(filling)
     assert counts == sorted(counts)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from contents import rows
-from processes import COMMAND
+from processes import small_blocks
 from workforce import Deadly, filled_by
 
 from orbitdb.errors import InputError, WorkError
@@ -25,6 +25,7 @@ from orbitdb.filling.cluster import Cluster
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.workers import HERE
 from orbitdb.store.file.migrate import migrate
+from orbitdb.symbols.counting import count_admissible
 from orbitdb.version import __version__
 
 if TYPE_CHECKING:  # its import takes a second
@@ -42,9 +43,9 @@ sys.meta_path.insert(0, Missing())
 """
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def local_cluster() -> Iterator["LocalCluster"]:
-    """Two worker processes; the scheduler runs in this process."""
+    """Two worker processes, started again when they die; the scheduler runs in this process."""
     from distributed import LocalCluster
 
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as cluster:
@@ -56,7 +57,7 @@ def local_cluster() -> Iterator["LocalCluster"]:
 def test_rows_are_those_of_a_fill_here_and_nothing_stays_on_the_cluster(tmp_path, local_cluster):
     alone = filled_by(HERE, tmp_path / "alone.db", periods=(8,))
     with Cluster(local_cluster.scheduler_address) as workers:
-        assert workers.size() == (2, 2)
+        wait_until(lambda: workers.size() == (2, 2))
         assert rows(filled_by(workers, tmp_path / "shared.db", periods=(8,))) == rows(alone)
         next(workers.solved(cut_into_blocks(1.6, "newton", 9)))  # the fill is left in the middle
         assert local_cluster.scheduler.tasks
@@ -86,37 +87,32 @@ def test_rows_are_the_same_though_workers_are_killed(tmp_path, local_cluster):
 
 
 @pytest.mark.slow
-def test_a_block_that_kills_its_workers_is_given_up():
-    import dask
-    from distributed import Client, LocalCluster
+def test_a_block_that_kills_its_workers_is_given_up(local_cluster, monkeypatch):
+    from distributed import Client
 
-    with (
-        dask.config.set({"distributed.scheduler.allowed-failures": 1}),
-        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0") as local,
-        Client(local) as client,
-        Cluster(local.scheduler_address) as workers,
-    ):
+    monkeypatch.setattr(local_cluster.scheduler, "allowed_failures", 1)
+    with Client(local_cluster) as client, Cluster(local_cluster.scheduler_address) as workers:
         with pytest.raises(WorkError, match="died 2 times on one block"):
             list(workers.solved([Block(1.6, "newton", Deadly())]))
-        client.wait_for_workers(1)  # a cluster cannot be closed while it starts a worker again
+        client.wait_for_workers(2)  # a cluster cannot be closed while it starts a worker again
 
 
 @contextmanager
-def dask_scheduler(folder: Path, environment: dict[str, str] | None = None) -> Iterator[Callable]:
-    """A scheduler as a process of its own, which writes scheduler.json; gives what starts workers."""
+def dask_scheduler(folder: Path) -> Iterator[tuple[subprocess.Popen, Callable]]:
+    """A scheduler as a process of its own, which writes scheduler.json; gives it and what starts workers."""
     from distributed import Client
 
     file = folder / "scheduler.json"
     options = ["--scheduler-file", str(file), "--no-dashboard"]
     with ExitStack() as stack:
 
-        def start(*kind: str) -> subprocess.Popen:
+        def start(*kind: str, **environment: str) -> subprocess.Popen:
             process = subprocess.Popen(
                 [sys.executable, "-P", "-m", "dask", *kind, *options],
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 cwd=folder,
-                env=os.environ | (environment or {}),
+                env=os.environ | environment,
             )
             stack.enter_context(process)
             stack.callback(process.kill)
@@ -125,16 +121,16 @@ def dask_scheduler(folder: Path, environment: dict[str, str] | None = None) -> I
         scheduler = start("scheduler", "--port", "0")
         wait_until(file.exists)
 
-        def worker() -> subprocess.Popen:
-            start("worker", "--nthreads", "1", "--no-nanny")
+        def worker(**environment: str) -> subprocess.Popen:
+            process = start("worker", "--nthreads", "1", "--no-nanny", **environment)
             with Client(json.loads(file.read_text())["address"], set_as_default=False) as client:
                 client.wait_for_workers(1)
-            return scheduler
+            return process
 
-        yield worker
+        yield scheduler, worker
 
 
-def wait_until(happened: Callable[[], bool], seconds: float = 60) -> None:
+def wait_until(happened: Callable[[], bool], seconds: float = 120) -> None:
     deadline = time.monotonic() + seconds
     while not happened():
         assert time.monotonic() < deadline
@@ -144,8 +140,9 @@ def wait_until(happened: Callable[[], bool], seconds: float = 60) -> None:
 def filling(folder: Path, *options: str) -> subprocess.Popen:
     """A fill on the cluster of a folder, on its way as soon as it says how many workers there are."""
     process = subprocess.Popen(
-        [*COMMAND, "fill", "--scheduler", "scheduler.json", *options, "--db", "orbits.db"],
+        [*small_blocks(64), "fill", "--scheduler", "scheduler.json", *options, "--db", "orbits.db"],
         cwd=folder,
+        stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
     )
@@ -155,12 +152,12 @@ def filling(folder: Path, *options: str) -> subprocess.Popen:
 
 
 def words_stored(path: Path) -> int:
-    """How many words of the one period that is filled are stored."""
+    """How many words are stored."""
     with (
         suppress(sqlite3.OperationalError),
         closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as plain,
     ):
-        return plain.execute("SELECT coalesce(max(words), 0) FROM fill").fetchone()[0]
+        return plain.execute("SELECT coalesce(sum(words), 0) FROM fill").fetchone()[0]
     return 0
 
 
@@ -171,55 +168,44 @@ def said_at_the_end(fill: subprocess.Popen) -> str:
     return said
 
 
-SLOW_FILL = ("--p", "9", "--from", "9", "--method", "relaxation")  # five blocks, each a few seconds
+LONG_FILL = ("--p", "12", "--from", "12")  # thousands of blocks
 
 
 @pytest.mark.slow
-def test_a_fill_that_loses_its_scheduler_keeps_what_is_stored(tmp_path):
+def test_a_cluster_from_its_first_worker_to_its_end(tmp_path):
+    """Workers that come later, lack orbitdb, or are left by Ctrl-C; at last the scheduler goes."""
     path = tmp_path / "orbits.db"
-    with dask_scheduler(tmp_path) as worker:
-        scheduler = worker()
-        fill = filling(tmp_path, *SLOW_FILL)
-        wait_until(lambda: words_stored(path) > 0)
-        scheduler.kill()
-        assert "connection to the dask scheduler is lost" in said_at_the_end(fill)
-        assert fill.returncode == 1
-    assert words_stored(path) > 0
-
-
-@pytest.mark.slow
-def test_control_c_leaves_a_cluster_that_can_be_used_again(tmp_path):
-    path = tmp_path / "orbits.db"
-    with dask_scheduler(tmp_path) as worker:
-        worker()
-        fill = filling(tmp_path, *SLOW_FILL)
-        wait_until(lambda: words_stored(path) > 0)
-        fill.send_signal(signal.SIGINT)
-        assert "interrupted" in said_at_the_end(fill)
-        assert fill.returncode == 130
-        fill = filling(tmp_path, "--p", "10")
-        assert "orbits" in said_at_the_end(fill)
-        assert fill.returncode == 0
-
-
-@pytest.mark.slow
-def test_workers_without_orbitdb(tmp_path):
-    (tmp_path / "sitecustomize.py").write_text(WITHOUT_ORBITDB)
-    with dask_scheduler(tmp_path, {"PYTHONPATH": str(tmp_path)}) as worker:
-        worker()
-        fill = filling(tmp_path, "--p", "12")
+    (tmp_path / "without").mkdir()
+    (tmp_path / "without" / "sitecustomize.py").write_text(WITHOUT_ORBITDB)
+    with dask_scheduler(tmp_path) as (scheduler, worker):
+        fill = filling(tmp_path, "--p", "7")
+        assert fill.poll() is None
+        lacking = worker(PYTHONPATH=str(tmp_path / "without"))
         assert f"install orbitdb {__version__} there" in said_at_the_end(fill)
         assert fill.returncode == 1
+        lacking.kill()
+        lacking.wait()
 
-
-@pytest.mark.slow
-def test_workers_may_come_later(tmp_path):
-    with dask_scheduler(tmp_path) as worker:
-        fill = filling(tmp_path, "--p", "12")
+        fill = filling(tmp_path, "--p", "7")
         assert fill.poll() is None
         worker()
         assert "orbits" in said_at_the_end(fill)
         assert fill.returncode == 0
+        stored = words_stored(path)
+
+        fill = filling(tmp_path, *LONG_FILL)
+        wait_until(lambda: words_stored(path) > stored)
+        fill.send_signal(signal.SIGINT)
+        assert "interrupted" in said_at_the_end(fill)
+        assert fill.returncode == 130
+        half = words_stored(path)
+
+        fill = filling(tmp_path, *LONG_FILL)  # it goes on, on the same cluster
+        wait_until(lambda: words_stored(path) > half)
+        scheduler.kill()
+        assert "connection to the dask scheduler is lost" in said_at_the_end(fill)
+        assert fill.returncode == 1
+    assert stored < half < words_stored(path) < stored + count_admissible(12)
 
 
 class Silent(socketserver.BaseRequestHandler):
@@ -248,12 +234,14 @@ def test_where_no_scheduler_is(tmp_path, monkeypatch, cli, listens):
     assert not (tmp_path / "orbits.db").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheduler", ["", "rubbish", "foo://there:1", "tls://there:1", "x" * 5000])
 def test_addresses_that_are_none(scheduler):
     with pytest.raises(InputError, match="no dask scheduler answers"), Cluster(scheduler):
         pass
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("content", ["", "{}", "[]", "\0"])
 def test_a_file_that_is_no_schedulers(tmp_path, content):
     file = tmp_path / "scheduler.json"

@@ -19,7 +19,7 @@ from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.database import writing_engine
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.file.schema import APPLICATION_ID, CATALOGUE_COLUMNS, SCHEMA_VERSION, metadata
+from orbitdb.store.file.schema import APPLICATION_ID, SCHEMA_VERSION, metadata
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.symmetry import members
 
@@ -40,7 +40,7 @@ def test_migration_makes_the_schema_of_the_tables(tmp_path):
         assert plain.execute("PRAGMA application_id").fetchone() == (APPLICATION_ID,)
         assert plain.execute("PRAGMA journal_mode").fetchone() == ("wal",)
         names = [row[1] for row in plain.execute("PRAGMA table_info(catalogue)")]
-        assert sorted(names) == sorted(CATALOGUE_COLUMNS)
+        assert sorted(names) == sorted(COLUMNS)
         tables = dict(plain.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
     plain.close()
     assert all("STRICT" in tables[name] for name in metadata.tables)

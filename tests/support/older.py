@@ -18,7 +18,7 @@ def make_older(path: Path) -> None:
         for column in ("words", "enumerating", "solving", "storing"):
             plain.execute(f"ALTER TABLE fill DROP COLUMN {column}")
         plain.execute("DROP VIEW life")
-        for table in ("birth_fill", "change"):
+        for table in ("sweep_block", "sweep", "entropy_bound", "birth_fill", "change"):
             plain.execute(f"DROP TABLE {table}")
         plain.execute("UPDATE alembic_version SET version_num = '0001'")
         plain.execute("PRAGMA user_version = 1")

@@ -9,8 +9,10 @@ from quick import slow_but
 from rules import broken_by_hand
 
 from orbitdb.symbols.counting import count_admissible, count_primitive
-from orbitdb.symbols.enumeration import CHUNK, MAX_PERIOD, admissible_words, primitive_words, spans
-from orbitdb.symbols.words import SYMBOLS, pack, to_strings
+from orbitdb.symbols.enumeration import CHUNK, MAX_PERIOD, Span, admissible_words, primitive_words, spans
+from orbitdb.symbols.least_words import class_spans, least_words
+from orbitdb.symbols.symmetry import class_of, class_size
+from orbitdb.symbols.words import SYMBOLS, pack, to_strings, unpack
 
 N_T = {2: 1, 3: 8, 4: 32, 5: 96, 6: 252, 7: 712, 8: 2096, 9: 6440, 10: 19664, 11: 60488}
 """Biham and Kvale, Table 1."""
@@ -112,3 +114,36 @@ def test_spans_of_the_highest_period_come_at_once():
     first = list(islice(spans(MAX_PERIOD, 1 << 16), 3))
     assert len(first) == 3
     assert 2000 < sum(map(len, admissible_words(*first[1]))) < 1.1 * (1 << 16)
+
+
+def classes_in(span: Span) -> list[tuple[str, int]]:
+    found = [(to_strings(unpack(part.codes, span.p)), part.stabiliser.tolist()) for part in least_words(span)]
+    return [pair for words, stabilisers in found for pair in zip(words, stabilisers, strict=True)]
+
+
+@pytest.mark.parametrize("p", slow_but(range(2, 7), range(2, 9)))
+def test_least_words_are_those_of_all_words_that_name_their_class(p):
+    named = ((word, class_of(word)) for word in strings(admissible_words(p)))
+    expected = [(word, found.stabiliser) for word, found in named if found.representative == word]
+    assert classes_in(Span.whole(p)) == expected
+
+
+@pytest.mark.parametrize("p", slow_but((11,), range(2, 15)))
+def test_the_sizes_of_classes_add_up_to_the_count_of_the_transfer_matrix(p):
+    found = np.concatenate([part.stabiliser for part in least_words(Span.whole(p))])
+    count = np.bincount(found, minlength=256)
+    assert sum(n * class_size(mask) for mask, n in enumerate(count.tolist()) if n) == count_admissible(p)
+
+
+@pytest.mark.parametrize(("p", "size"), [(4, 1), (9, 100), pytest.param(11, 500, marks=pytest.mark.slow)])
+def test_spans_of_classes_hold_every_class_once(p, size):
+    cut = list(class_spans(p, size))
+    assert (cut[0].after, cut[-1].upto) == (-1, 8**p - 1)
+    assert all(one.upto == other.after for one, other in pairwise(cut))
+    parts = [classes_in(span) for span in cut]
+    assert [each for part in parts for each in part] == classes_in(Span.whole(p))
+    assert max(map(len, parts)) <= 1.2 * size + 20  # a prefix is not cut
+    behind = cut[len(cut) // 2].upto
+    assert [each for span in class_spans(p, size, behind) for each in classes_in(span)] == [
+        (word, mask) for word, mask in classes_in(Span.whole(p)) if int(word, 8) > behind
+    ]

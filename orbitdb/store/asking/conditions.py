@@ -12,13 +12,17 @@ from orbitdb.errors import StoreError
 from orbitdb.store.asking import expressions as free
 from orbitdb.store.asking.confinement import Patience, confined
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.file.schema import catalogue
+from orbitdb.store.file.schema import BORN, DIED, ENDS, catalogue, change
+from orbitdb.store.file.tokens import tokens
 from orbitdb.symbols.pruning import RULES
 
 COLUMNS = tuple(catalogue.c.keys())
 """The columns of the view ``catalogue``."""
 
 Columns: TypeAlias = sa.ColumnCollection[str, Any]
+
+NEAR = 2.0
+"""Times the error of a change: nearer than this its place does not tell what a word is."""
 
 _RULES = {str(rule.number) for rule in RULES}
 _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
@@ -45,6 +49,8 @@ def conditions_of(
         found.append(view.symmetry == selection.symmetry)
     if selection.contains:
         found.append(sa.func.instr(view.word.op("||")(view.word), selection.contains) > 0)
+    found += [alive_at(view.cycle, a) for a in selection.exists]
+    found += [sa.and_(_has_life(view.cycle), sa.not_(alive_at(view.cycle, a))) for a in selection.not_at]
     for name, (low, high) in selection.ranges.items():
         found += [] if low is None else [view[name] >= low]
         found += [] if high is None else [view[name] <= high]
@@ -52,6 +58,31 @@ def conditions_of(
         free.check(selection.where, dict(selection.parameters))
         found.append(free.expression(selection.where, dict(selection.parameters)))
     return found
+
+
+def alive_at(number: sa.ColumnElement[int], a: float) -> sa.ColumnElement[bool]:
+    """Return the condition that a class, by its number, is an orbit at some a, as its changes tell.
+
+    Where a is so near to a change that the change's error does not tell, as it is for an orbit exactly
+    through a joint, the class is taken for none.
+    """
+    reach = NEAR * change.c.error
+    begun = sa.and_(change.c.kind == BORN, change.c.a + reach < a)
+    ended = sa.and_(change.c.kind == DIED, change.c.a - reach <= a)
+    lives = sa.func.coalesce(sa.func.sum(sa.case((begun, 1), (ended, -1), else_=0)), 0)
+    return sa.select(lives).where(change.c.cycle == number).scalar_subquery() > 0
+
+
+def _has_life(number: sa.ColumnElement[int]) -> sa.ColumnElement[bool]:
+    """Return the condition that the changes of a class are stored."""
+    return sa.exists().where(change.c.cycle == number, change.c.number == 1)
+
+
+def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = "p") -> bool:
+    """Tell whether a subset, the columns shown of it or its order depend on births and deaths."""
+    words = {token.text.lower() for token in tokens(selection.where or "") if token.kind in ("word", "name")}
+    named = words | set(selection.ranges) | set(names) | set(parse_order(order))
+    return bool(selection.exists or selection.not_at or named & set(ENDS))
 
 
 @contextmanager

@@ -14,7 +14,7 @@ _LONGEST_TEXT = 10_000_000
 """Room for a row with every text of a word of a million symbols."""
 
 _STEPS_BETWEEN_LOOKS = 1_000
-_TABLES_OF_VIEW = {"sequence", "cycle", "stadium", "orbit"}
+_TABLES_OF_VIEW = {"sequence", "cycle", "stadium", "orbit", "change"}
 
 
 def never() -> bool:

@@ -1,10 +1,10 @@
 """Free expressions over the catalogue: what ``--where`` may do, and how long.
 
 An expression may read the columns of the view, call the functions of `FUNCTIONS`, and hold subqueries
-that each read the view once. Everything else is refused before SQLite runs any of it, and what is left
-is bounded: no function of the list makes a text longer, no subquery stands in another or joins (so that
-neither the compiled program nor a result can grow beyond the catalogue), and a query is stopped when it
-has worked for `SECONDS`.
+that each read the view once; ``code('1232131')`` is written out first (`spelled_out`). Everything else is
+refused before SQLite runs any of it, and what is left is bounded: no function of the list makes a text
+longer, no subquery stands in another or joins (so that neither the compiled program nor a result can grow
+beyond the catalogue), and a query is stopped when it has worked for `SECONDS`.
 """
 
 import sqlite3
@@ -15,6 +15,7 @@ from itertools import pairwise
 import sqlalchemy as sa
 
 from orbitdb.plaintext import line
+from orbitdb.store.asking.codes import spelled_out
 from orbitdb.store.asking.selection import SelectionError
 from orbitdb.store.file.schema import catalogue
 from orbitdb.store.file.tokens import Token, meaningful, tokens
@@ -55,7 +56,7 @@ _Authorizer = Callable[[int, str | None, str | None, str | None, str | None], in
 def expression(where: str, parameters: Parameters) -> sa.TextClause:
     """Return a free expression as SQL, with the values that it names."""
     parts, used = [], {}
-    for token in tokens(where):
+    for token in tokens(spelled_out(where, parameters)):
         name = token.text[1:]
         if token.kind == "value" and name in parameters:
             used[name] = parameters[name]
@@ -75,11 +76,12 @@ def check(where: str, parameters: Parameters) -> None:
     """
     try:
         _check_size(where, parameters)
-        found = meaningful(where)
-        _check_shape(found)
-        _check_names(found, parameters)
-        _compile(where, parameters, authorize)
-        _compile(f"(\n{where}\n)", parameters, authorize)
+        plain = spelled_out(where, parameters)
+        _check_size(plain, parameters)
+        _check_shape(meaningful(plain))
+        _check_names(meaningful(where), parameters)
+        _compile(plain, parameters, authorize)
+        _compile(f"(\n{plain}\n)", parameters, authorize)
     except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
         raise refusal(where, str(error)) from error
 
@@ -188,7 +190,7 @@ def same_for_class(where: str, parameters: Parameters, shared: Set[str]) -> bool
             selects += 1
         return sqlite3.SQLITE_OK
 
-    _compile(where, parameters, note)
+    _compile(spelled_out(where, parameters), parameters, note)
     return columns <= shared and selects == 1 and "random" not in functions
 
 

@@ -43,7 +43,11 @@ SELECT stadium.a AS a,
        orbit.iterations AS iterations,
        orbit.solver AS solver,
        sequence.element AS element,
-       sequence.cycle AS cycle
+       sequence.cycle AS cycle,
+       (SELECT nullif(change.a, 0.0) FROM change
+        WHERE change.cycle = sequence.cycle AND change.number = 1) AS born,
+       (SELECT change.a FROM change
+        WHERE change.cycle = sequence.cycle AND change.number = 2) AS dies
 FROM sequence
 JOIN stadium
 LEFT JOIN cycle ON cycle.id = sequence.cycle

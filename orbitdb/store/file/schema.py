@@ -9,10 +9,12 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from orbitdb.columns import IN_CATALOGUE
+
 APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 5
 """The number of the newest migration; kept as SQLite's user_version."""
 
 DONE, FILLING = "done", "filling"
@@ -20,6 +22,9 @@ DONE, FILLING = "done", "filling"
 
 BORN, DIED = "born", "died"
 """The kinds of a change."""
+
+DOUBLES, BALLS = "doubles", "balls"
+"""What proves a bound on the entropy: doubles with bounds on their errors, or ball arithmetic, too."""
 
 metadata = sa.MetaData(
     naming_convention={
@@ -205,20 +210,71 @@ birth_fill = sa.Table(
 )
 """How far the changes of a period are stored; the counts are there once the state is ``done``."""
 
-_VIEW_COLUMNS: dict[type[sa.types.TypeEngine[Any]], tuple[str, ...]] = {
-    sa.Text: ("code", "word", "representative", "status", "rules", "time_reversal", "symmetry", "solver"),
-    sa.Integer: ("p", "class_size", "walls", "iterations", "element", "cycle"),
-    sa.REAL: ("a", "length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual",
-              "error", "length_error", "lyapunov_error"),
-}  # fmt: skip
-
-CATALOGUE_COLUMNS = [name for names in _VIEW_COLUMNS.values() for name in names]
-
-catalogue = sa.table(
-    "catalogue",
-    *(sa.column(name, kind) for kind, names in _VIEW_COLUMNS.items() for name in names),
+entropy_bound = sa.Table(
+    "entropy_bound",
+    metadata,
+    sa.Column("a", sa.REAL, primary_key=True),
+    sa.Column("proof", sa.Text, primary_key=True),
+    sa.Column("edges", sa.Integer, primary_key=True),
+    _required("lower", sa.REAL),
+    _required("upper", sa.REAL),
+    _required("windows", sa.Integer),
+    _required("undecided", sa.Integer),
+    _required("run", sa.Integer, sa.ForeignKey("run.id")),
+    **STRICT_ORDERED,
 )
+"""What windows of up to so many edges prove of the topological entropy at one a, which need not be a stadium
+with orbits. ``proof`` says what has decided all windows: `DOUBLES`, or `BALLS`, too."""
+
+SWEPT = ("words", "n_c", "classes", "boundary", "unresolved")
+"""What a sweep counts (`orbitdb.orbits.tally.Tally`)."""
+
+sweep = sa.Table(
+    "sweep",
+    metadata,
+    sa.Column("stadium", sa.Integer, sa.ForeignKey("stadium.id"), primary_key=True),
+    sa.Column("p", sa.Integer, primary_key=True),
+    _required("state", sa.Text),
+    sa.Column("cursor", sa.Text),
+    _required("blocks", sa.Integer),
+    _required("seconds", sa.REAL),
+    _required("processor", sa.REAL),
+    *(_required(name, sa.Integer) for name in SWEPT),
+    sa.Column("sums", sa.LargeBinary),
+    sa.Column("run", sa.Integer, sa.ForeignKey("run.id")),
+    **STRICT_ORDERED,
+)
+"""How far a period is swept at one a, and what has been counted on the way, in so many blocks; the seconds
+are as they passed, and of the processors that solved. The sums, as `orbitdb.averages.period_sums.PeriodSums`
+gives their bytes, are there once the state is ``done``."""
+
+sweep_block = sa.Table(
+    "sweep_block",
+    metadata,
+    sa.Column("stadium", sa.Integer, primary_key=True),
+    sa.Column("p", sa.Integer, primary_key=True),
+    sa.Column("number", sa.Integer, primary_key=True),
+    _required("sums", sa.LargeBinary),
+    _required("run", sa.Integer, sa.ForeignKey("run.id")),
+    sa.ForeignKeyConstraint(["stadium", "p"], ["sweep.stadium", "sweep.p"], name="fk_sweep_block_sweep"),
+    **STRICT_ORDERED,
+)
+"""The sums of a block of a sweep that is not done, counted from 0."""
+
+_TYPES: dict[str, type[sa.types.TypeEngine[Any]]] = {
+    "text": sa.Text,
+    "integers": sa.Text,
+    "integer": sa.Integer,
+    "number": sa.REAL,
+}
+
+catalogue = sa.table("catalogue", *(sa.column(each.name, _TYPES[each.kind]) for each in IN_CATALOGUE))
 """The view: one row a symbol sequence and a."""
+
+ENDS = ("born", "dies")
+"""The first birth and the first death of a word, as the view has them.
+
+No `born` for a word that is an orbit from a = 0 on, as for one of which no births are stored."""
 
 life = sa.table(
     "life",

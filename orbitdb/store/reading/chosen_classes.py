@@ -25,6 +25,9 @@ _MEASURED = (Status.ORBIT, Status.BOUNDARY)
 _IMPOSSIBLE = 1e15
 """A thousand times the length of an orbit of a million bounces at the largest a."""
 
+_ROW = np.dtype("i8,i8,i8,f8,f8,i8,i8")
+"""The fields of `ChosenClasses`."""
+
 
 @dataclass(frozen=True, eq=False)
 class ChosenClasses(ByValue):
@@ -82,17 +85,19 @@ def read_classes(reader: Reader, selection: Selection) -> ChosenClasses:
     else:
         source, chosen = view.c, sa.func.count().label("chosen")
         query = sa.select().select_from(view).group_by(view.c.cycle)
-    names = ("p", "class_size", "walls", "length", "lyapunov")
-    query = query.add_columns(chosen, *(source[name] for name in names), source.cycle)
+    lyapunov = sa.func.coalesce(source.lyapunov, 0)  # none is as wrong as 0
+    numbers = (source.length, lyapunov, source.walls, source.cycle)
+    query = query.add_columns(source.p, source.class_size, chosen, *numbers)
     with reader.selecting(selection, source) as (connection, conditions):
-        rows = connection.execute(query.where(*conditions, source.length.is_not(None))).cursor.fetchall()
-    *values, numbers = zip(*rows, strict=True) if rows else [()] * (2 + len(names))
-    columns = np.array(values, dtype=np.float64)
-    number = np.array(numbers, dtype=np.int64)  # has more digits than a double
-    if not ((columns[[0, 1, 2, 4, 5]] > 1 / _IMPOSSIBLE).all() and (abs(columns) < _IMPOSSIBLE).all()):
+        rows = connection.execute(query.where(*conditions, source.length.is_not(None))).cursor
+        found = np.fromiter(iter(rows.fetchone, None), _ROW)  # all tuples at once take four times the room
+    columns = [found[name].copy() for name in _ROW.names or ()]
+    *positive, walls, _ = columns
+    if not all((values > 1 / _IMPOSSIBLE).all() for values in positive) or not all(
+        (abs(values) < _IMPOSSIBLE).all() for values in (*positive, walls)
+    ):
         raise unsound("impossible numbers among", selection.describe())
-    chosen_words, p, size, walls = columns[:4].astype(np.int64)
-    return ChosenClasses(p, size, chosen_words, columns[4].copy(), columns[5].copy(), walls, number)
+    return ChosenClasses(*columns)
 
 
 def _words_containing(selection: Selection) -> sa.Subquery:

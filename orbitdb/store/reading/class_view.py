@@ -5,8 +5,8 @@ import sqlalchemy as sa
 from orbitdb.orbits.orbit import NUMBERS
 from orbitdb.store.asking import expressions as free
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.schema import ENDS, change, cycle, orbit, stadium
 from orbitdb.store.file.schema import catalogue as view
-from orbitdb.store.file.schema import cycle, orbit, stadium
 
 
 def class_view() -> sa.Subquery:
@@ -23,11 +23,18 @@ def class_view() -> sa.Subquery:
             (orbit.c.lyapunov / cycle.c.p).label("lambda_d"),
             (orbit.c.lyapunov / orbit.c.length).label("lambda_c"),
             orbit.c.coordinates,
+            *(_end(name, number) for number, name in enumerate(ENDS, 1)),
         )
         .join_from(orbit, cycle, cycle.c.id == orbit.c.cycle)
         .join(stadium, stadium.c.id == orbit.c.stadium)
         .subquery("catalogue")
     )
+
+
+def _end(name: str, number: int) -> sa.Label[float]:
+    """Return the first birth or death of a class, None for a birth at a = 0, as the view has it."""
+    found = sa.select(sa.func.nullif(change.c.a, 0.0)).where(change.c.cycle == cycle.c.id)
+    return found.where(change.c.number == number).correlate(cycle).scalar_subquery().label(name)
 
 
 def same_for_classes(selection: Selection) -> bool:

@@ -1,4 +1,4 @@
-"""The counts of the paper's Table 1 at any a: from a fill where there is one, else from births."""
+"""The counts of the paper's Table 1 at any a: from a fill where there is one, a sweep, or from births."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,6 +8,7 @@ import sqlalchemy as sa
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.fills import Fill, exact, written_periods
 from orbitdb.store.reading.lives import Counts, birth_fills, counts_at
+from orbitdb.store.reading.sweeps import sweeps
 
 
 @dataclass(frozen=True)
@@ -23,20 +24,36 @@ class Counted:
     chosen : tuple of int
         The chosen periods among them.
     from_births : tuple of int
-        The chosen periods that no fill has counted.
+        The chosen periods that births have counted, and no fill or sweep.
+    from_sweeps : tuple of int
+        The chosen periods that a sweep has counted, and no fill.
     """
 
     a: float
     known: Mapping[int, Counts]
     chosen: tuple[int, ...]
     from_births: tuple[int, ...]
+    from_sweeps: tuple[int, ...] = ()
+
+    @property
+    def without_rows(self) -> tuple[int, ...]:
+        """The chosen periods that no fill has counted."""
+        return self.from_sweeps + self.from_births
 
     def describe(self) -> str | None:
-        """Say in one line which periods are counted from births; None if there are none."""
-        if not self.from_births:
-            return None
-        periods = written_periods(self.from_births)
-        return f"{periods} at a = {exact(self.a)}: from births, with no fill"
+        """Say in one line which periods are counted from what else than a fill; None if there are none."""
+        sources = {"from a sweep, their rows are not stored": self.from_sweeps,
+                   "from births, with no fill": self.from_births}  # fmt: skip
+        told = [
+            f"{written_periods(periods)} at a = {exact(self.a)}: {source}"
+            for source, periods in sources.items()
+            if periods
+        ]
+        return "; ".join(told) or None
+
+    def from_births_written(self) -> str:
+        """Write the periods that are counted from births, such as "periods 2-8"."""
+        return written_periods(self.from_births)
 
 
 def count(connection: sa.Connection, fills: Sequence[Fill], selection: Selection) -> Counted:
@@ -47,9 +64,16 @@ def count(connection: sa.Connection, fills: Sequence[Fill], selection: Selection
         for fill in fills
         if fill.whole
     }  # fmt: skip
+    swept = {
+        each.p: each.tally for each in sweeps(connection, selection.a) if each.whole and each.p not in known
+    }
+    known.update(
+        (p, Counts(p, t.words, t.n_c, t.classes, t.boundary, t.unresolved)) for p, t in swept.items()
+    )
     born = [each.p for each in birth_fills(connection) if each.whole and each.p not in known]
     wanted = [p for p in born if selection.includes(p)]
     chosen = sorted(p for p in (*known, *wanted) if selection.includes(p))
     needed = {p for p in born if any(multiple % p == 0 for multiple in chosen)}
     known.update((p, counts_at(connection, selection.a, p)) for p in needed)
-    return Counted(selection.a, dict(sorted(known.items())), tuple(chosen), tuple(wanted))
+    return Counted(selection.a, dict(sorted(known.items())), tuple(chosen), tuple(wanted),
+                   tuple(p for p in swept if selection.includes(p)))  # fmt: skip

@@ -14,8 +14,8 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.chosen_classes import ChosenClasses
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.store.reading.whole_periods import WholePeriods
-from orbitdb.symbols.pruning import rules_broken
-from orbitdb.symbols.words import SYMBOLS, keys_of_period, packed, unpack
+from orbitdb.symbols.automaton import admissible
+from orbitdb.symbols.words import keys_of_period, packed, unpack
 
 _BLOCK = 1 << 15
 
@@ -69,8 +69,7 @@ def _words(classes: ChosenClasses, rows: NDArray[np.intp], p: int) -> NDArray[np
     low, high = keys_of_period(p)
     sound = (number >= low) & (number <= high)
     words = unpack(packed(number, p), p)
-    sound &= words.max(axis=1) < len(SYMBOLS)
-    sound[sound] = rules_broken(words[sound]) == 0
+    sound &= admissible(words)
     if not sound.all():
         raise unsound("a class number that is no admissible word's:", number[~sound][0])
     return words

@@ -5,19 +5,19 @@ that the end's error bound does not tell, the class's word is solved there, in b
 be: so orbits through a joint are recognised as such, as in a fill.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.conditions import NEAR
 from orbitdb.store.file.schema import BORN, DONE, birth_fill, change, cycle, life
+from orbitdb.store.reading.fills import written_periods
 from orbitdb.store.reading.soundness import is_written, unsound
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period
-
-_NEAR = 2.0
-"""Times the error of an end: nearer than this a word is solved."""
 
 Lives = tuple[tuple[float, float | None], ...]
 
@@ -154,6 +154,16 @@ def partners(connection: sa.Connection, representative: str) -> list[tuple[float
     return list(found.items())
 
 
+def describe_lacking(periods: Sequence[int]) -> str | None:
+    """Say in one line of which periods no births are stored, and what finds them; None if there are none."""
+    if not periods:
+        return None
+    return (
+        f"births of {written_periods(periods)} are not found, so that what depends on them is left out or "
+        f"blank: 'orbitdb births --p {max(periods)}' finds them"
+    )
+
+
 def counts_at(connection: sa.Connection, a: float, p: int) -> Counts:
     """Return the counts of one period at one a, from the births of all its classes.
 
@@ -166,7 +176,7 @@ def counts_at(connection: sa.Connection, a: float, p: int) -> Counts:
         A period of which all births are stored.
     """
     here = change.c.cycle.between(*keys_of_period(p))
-    near = sa.func.abs(change.c.a - a) <= _NEAR * change.c.error
+    near = sa.func.abs(change.c.a - a) <= NEAR * change.c.error
     doubtful = connection.execute(
         sa.select(cycle.c.id, cycle.c.word, cycle.c.class_size)
         .join_from(change, cycle)

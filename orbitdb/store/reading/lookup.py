@@ -43,6 +43,7 @@ def find_word(connection: sa.Connection, word: str, a: float) -> Orbit | None:
         symmetry=row["symmetry"],
         class_size=row["class_size"],
         coordinates=coordinates,
+        solver=row["solver"],
         stored=True,
         exists=lives_of(connection, family.representative),
         **{name: row[name] for name in NUMBERS},

@@ -13,6 +13,7 @@ from orbitdb.store.asking.conditions import (
     COLUMNS,
     Columns,
     answering,
+    asks_of_lives,
     column_of,
     conditions_of,
     ordering_of,
@@ -23,7 +24,9 @@ from orbitdb.store.file.database import check_file, default_path, plain_errors, 
 from orbitdb.store.file.schema import SCHEMA_VERSION, catalogue, fill, stadium
 from orbitdb.store.reading.class_first import few_words
 from orbitdb.store.reading.fills import Fill, as_fill, describe_unfilled
+from orbitdb.store.reading.lives import birth_fills, describe_lacking
 from orbitdb.store.reading.stadiums import a_filled
+from orbitdb.symbols.enumeration import MAX_PERIOD
 
 _BLOCK = 2000
 _ALL = 2**63 - 1
@@ -109,6 +112,18 @@ class Reader:
         with self.at_one_moment() as still, still.reading() as connection:
             known, elsewhere = still.fills(selection.a), a_filled(connection)
         return describe_unfilled(known, selection.periods, selection.a, elsewhere)
+
+    def lacking_births(self, selection: Selection, names: Sequence[str] = (), order: str = "p") -> str | None:
+        """Say in one line of which chosen periods no births are stored, if they matter; None if all are.
+
+        They matter where the subset, the columns that are shown of it, or its order depend on them.
+        """
+        if not asks_of_lives(selection, names, order):
+            return None
+        with self.at_one_moment() as still, still.reading() as connection:
+            filled = [fill.p for fill in still.fills(selection.a) if selection.includes(fill.p)]
+            born = {each.p for each in birth_fills(connection) if each.whole}
+        return describe_lacking([p for p in filled if p <= MAX_PERIOD and p not in born])
 
     def rows(
         self,

@@ -5,11 +5,9 @@ from collections.abc import Sequence
 import sqlalchemy as sa
 
 from orbitdb.errors import InputError
-from orbitdb.store.file.schema import fill, orbit, stadium
+from orbitdb.store.asking.selection import USUAL_A
+from orbitdb.store.file.schema import fill, orbit, stadium, sweep
 from orbitdb.store.reading.fills import exact
-
-USUAL_A = 1.6
-"""The paper's stadium."""
 
 
 def a_filled(connection: sa.Connection) -> list[float]:
@@ -18,9 +16,9 @@ def a_filled(connection: sa.Connection) -> list[float]:
 
 
 def a_stored(connection: sa.Connection) -> list[float]:
-    """Return the values of a at which there are orbits, be it of single words, in order."""
-    periods = sa.exists().where(fill.c.stadium == stadium.c.id)
-    return _a_with(connection, periods | sa.exists().where(orbit.c.stadium == stadium.c.id))
+    """Return the values of a at which there are orbits, be it of single words, or sums of them, in order."""
+    tables = (table.c.stadium == stadium.c.id for table in (fill, sweep, orbit))
+    return _a_with(connection, sa.or_(*(sa.exists().where(has) for has in tables)))
 
 
 def _a_with(connection: sa.Connection, condition: sa.ColumnElement[bool]) -> list[float]:

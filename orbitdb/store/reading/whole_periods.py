@@ -1,14 +1,16 @@
 """The whole periods of a chosen subset: averages over orbits, which must miss none, are of these alone."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from orbitdb.averages.fixed_points import missing_periods
+from orbitdb.averages.period_sums import PeriodSums
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.chosen_classes import ChosenClasses
+from orbitdb.store.reading.counted import Counted
 from orbitdb.store.reading.fills import Fill
 
 
@@ -24,17 +26,34 @@ class WholePeriods:
         The chosen periods that are whole, in order, and those that are stored in part and left out.
     classes : ChosenClasses
         The chosen classes of the whole periods.
+    swept : mapping of int to PeriodSums
+        The sums over chosen periods of which no rows are stored.
     """
 
     selection: Selection
     fills: tuple[Fill, ...]
     partial: tuple[Fill, ...]
     classes: ChosenClasses
+    swept: Mapping[int, PeriodSums] = field(default_factory=dict)
 
     @cached_property
     def periods(self) -> list[int]:
         """The whole periods."""
-        return [fill.p for fill in self.fills]
+        return sorted([*(fill.p for fill in self.fills), *self.swept])
+
+    @property
+    def stored(self) -> "WholePeriods":
+        """The same without what was only swept."""
+        return replace(self, swept={}) if self.swept else self
+
+    def counted(self) -> Counted:
+        """Return where its periods come from."""
+        return Counted(self.selection.a, {}, tuple(self.periods), (), tuple(self.swept))
+
+    def sums(self) -> dict[int, PeriodSums]:
+        """Return the sums over the chosen orbits of each period."""
+        rows = self.classes.rows().by_period()
+        return {p: PeriodSums.of(part, p) for p, part in rows.items()} | dict(self.swept)
 
     @property
     def highest(self) -> int:
@@ -47,16 +66,37 @@ class WholePeriods:
         return missing_periods(self.highest, self.periods)
 
 
-def read_whole(catalogue: Catalogue, selection: Selection) -> WholePeriods:
-    """Return the chosen classes of the whole periods, all of one moment."""
+def read_whole(catalogue: Catalogue, selection: Selection, swept: bool = False) -> WholePeriods:
+    """Return the chosen classes of the whole periods, all of one moment.
+
+    Parameters
+    ----------
+    catalogue : Catalogue
+    selection : Selection
+    swept : bool, optional
+        Whether periods of which there are only sums will do, too, where all their orbits are chosen.
+    """
+    swept &= replace(selection, periods=()) in (Selection(selection.a), _all_orbits(selection.a))
     if not selection.statuses:
         selection = replace(selection, statuses=(Status.ORBIT,))
     with catalogue.at_one_moment() as still:
         fills = [fill for fill in still.fills(selection.a) if selection.includes(fill.p)]
         whole = tuple(fill for fill in fills if fill.whole)
-        partial = tuple(fill for fill in fills if not fill.whole)
+        sums = {
+            each.p: each.sums
+            for each in (still.sweeps(selection.a) if swept else ())
+            if each.sums is not None and selection.includes(each.p)
+        }
+        for fill in whole:
+            sums.pop(fill.p, None)
+        partial = tuple(fill for fill in fills if not fill.whole and fill.p not in sums)
         spans = tuple((fill.p, fill.p) for fill in whole) or ((0, 0),)
-        return WholePeriods(selection, whole, partial, still.classes(replace(selection, periods=spans)))
+        classes = still.classes(replace(selection, periods=spans))
+        return WholePeriods(selection, whole, partial, classes, sums)
+
+
+def _all_orbits(a: float) -> Selection:
+    return Selection(a, statuses=(Status.ORBIT,))
 
 
 def why_missing(periods: Sequence[int], selection: Selection, partial: Iterable[int] = ()) -> str:

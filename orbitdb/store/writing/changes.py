@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import sqlalchemy as sa
 
-from orbitdb.orbits.births import JOINTS, Changes, events
+from orbitdb.orbits.batches import JOINTS
+from orbitdb.orbits.births import Changes, events
 from orbitdb.store.file.schema import BORN, DIED, DONE, FILLING, birth_fill, change, cycle
 from orbitdb.store.writing.cursors import OvertakenError, end_of
 from orbitdb.store.writing.insertion import insert
@@ -43,11 +44,11 @@ class BirthCursor:
 
 
 def open_births(connection: sa.Connection, p: int) -> BirthCursor:
-    """Return how far the changes of a period are stored, beginning with it if need be."""
-    fresh = sa.insert(birth_fill).prefix_with("OR IGNORE")
-    connection.execute(fresh.values(p=p, state=FILLING, seconds=0.0, words=0))
-    row = connection.execute(sa.select(birth_fill).where(birth_fill.c.p == p)).one()
-    return BirthCursor(p, row.state, row.cursor, row.words)
+    """Return how far the changes of a period are stored, which may be nothing."""
+    row = connection.execute(sa.select(birth_fill).where(birth_fill.c.p == p)).first()
+    return (
+        BirthCursor(p, FILLING, None, 0) if row is None else BirthCursor(p, row.state, row.cursor, row.words)
+    )
 
 
 def move_births(
@@ -60,6 +61,8 @@ def move_births(
     OvertakenError
         If another process has moved the same cursor.
     """
+    fresh = sa.insert(birth_fill).prefix_with("OR IGNORE")
+    connection.execute(fresh.values(p=cursor.p, state=FILLING, seconds=0.0, words=0))
     last = end_of(span)
     here = (birth_fill.c.p == cursor.p) & (birth_fill.c.state == FILLING)
     moved = connection.execute(

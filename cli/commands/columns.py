@@ -1,0 +1,65 @@
+"""``orbitdb columns``: what every column is."""
+
+import shutil
+import sys
+from collections.abc import Sequence
+from textwrap import wrap
+
+import typer
+
+from orbitdb.cli import options
+from orbitdb.cli.options import Format
+from orbitdb.cli.render import write
+from orbitdb.columns import IN_CATALOGUE, OF_ANSWERS, OF_BOUNCES, OF_ORBITS, OF_WORDS, Column
+
+EXAMPLES = """
+Examples:
+
+  orbitdb columns
+
+  orbitdb columns --json
+"""
+
+KEYS = ("column", "of", "type", "unit", "bound", "empty", "means")
+GROUPS = (("word", OF_WORDS), ("orbit", OF_ORBITS), ("bounce", OF_BOUNCES), ("answer", OF_ANSWERS))
+_LEAST_WIDTH = 24
+_GAP = "  "
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(epilog=EXAMPLES)(columns)
+
+
+def columns(format_: options.OutputFormat = Format.TABLE, json: options.Json = False) -> None:
+    """Explain the columns: unit, what bounds the error, meaning.
+
+    Those of a word and of its orbit are what -c, --order and --where name; those of a bounce are what
+    --bounces writes; those of an answer come with query --code. A number is no farther from the true
+    one than its bound says.
+    """
+    form = options.chosen(format_, json)
+    if form is Format.TABLE:
+        _write_table([each for _, group in GROUPS for each in group])
+        return
+    rows = (
+        (each.name, of, each.kind, each.unit, each.bound, each.empty, each.means)
+        for of, group in GROUPS
+        for each in group
+    )
+    write(KEYS, rows, form)
+
+
+def _write_table(shown: Sequence[Column]) -> None:
+    """Write one line a column, its meaning on as many as it takes; those of the catalogue first."""
+    lines = [("column", "unit", "bounded by", "means")]
+    lines += [(each.name, each.unit, each.bound, each.means) for each in shown]
+    widths = [max(len(line[k]) for line in lines) for k in range(3)]
+    start = sum(widths) + 3 * len(_GAP)
+    room = max(shutil.get_terminal_size().columns - start, _LEAST_WIDTH)
+    for place, (*cells, means) in enumerate(lines):
+        if place == 1 + len(IN_CATALOGUE):
+            sys.stdout.write("\n")
+        first, *rest = wrap(means, room)
+        head = _GAP.join(text.ljust(width) for text, width in zip(cells, widths, strict=True))
+        sys.stdout.write("\n".join([f"{head}{_GAP}{first}", *(" " * start + more for more in rest)]) + "\n")

@@ -1,0 +1,115 @@
+"""``orbitdb sweep``: enumerate, solve and add up, and keep counts and sums alone."""
+
+import time
+from collections.abc import Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from orbitdb.cli import options
+from orbitdb.cli.commands.fill import asked_periods, show_steps, written
+from orbitdb.cli.commands.info import bring
+from orbitdb.cli.endings import until_interrupted, with_other_processes
+from orbitdb.cli.executors import Executor, Solvers
+from orbitdb.cli.options import Database, Format, HalfLength, count_option
+from orbitdb.cli.progress import progress
+from orbitdb.cli.render import note, write
+
+EXAMPLES = """
+Examples:
+
+  orbitdb sweep --p 16
+
+  orbitdb sweep --p 12 --a 1 --json
+
+  orbitdb sweep --p 19 --scheduler tcp://node1:8786
+"""
+
+COLUMNS = ("p", "N_t", "N_c", "classes", "boundary", "unresolved", "seconds", "processor_seconds")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(epilog=EXAMPLES)(sweep)
+
+
+def sweep(
+    context: typer.Context,
+    p: Annotated[
+        str,
+        typer.Option("--p", metavar="PERIODS", help="The highest period to sweep, or periods such as 2-8."),
+    ],
+    first: Annotated[int, count_option("--from", help="The lowest period to sweep.")] = 2,
+    a: HalfLength = 1.6,
+    jobs: Annotated[
+        int | None,
+        count_option("--jobs", help="Processes that solve [default: all cores where it pays]."),
+    ] = None,
+    executor: Annotated[
+        Executor | None,
+        typer.Option("--executor", help="Solve in processes here [default], or on a dask cluster."),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler", metavar="ADDRESS|FILE", help="The scheduler of the dask cluster, or its file."
+        ),
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would be done.")] = False,
+    format_: options.OutputFormat = Format.TABLE,
+    json: options.Json = False,
+    db: Database = None,
+) -> None:
+    """Count the orbits of periods and add up what their averages need, without storing a row.
+
+    'orbitdb table', 'entropy' and 'lyapunov' answer from it where no fill does. It takes half the time of a
+    fill and next to no room. Goes on where it was stopped; periods that are swept are passed over.
+    """
+    from orbitdb.billiard.stadium import Stadium
+    from orbitdb.store.file.database import default_path
+
+    Stadium(a)
+    solvers = Solvers.chosen(executor, scheduler, jobs)
+    form = options.chosen(format_, json)
+    path, periods = db or default_path(), asked_periods(context, p, first)
+    if _sweep(path, a, periods, solvers, dry_run):
+        _write(path, a, periods, form)
+
+
+def _sweep(path: Path, a: float, periods: Sequence[int], solvers: Solvers, dry_run: bool) -> bool:
+    """Sweep periods, and say what that is going to take and what it took; tell whether it was done."""
+    from orbitdb.filling.estimate import LARGE, about, sweep_need
+    from orbitdb.filling.sweeps import SMALL, sweep_periods
+    from orbitdb.symbols.counting import count_admissible
+
+    span = f"p = {written(periods)} at a = {a:g}"
+    coming = sweep_need(path, a, periods, solvers.number())
+    if dry_run or coming.sequences >= LARGE:
+        note(f"{span}: {coming.sequences} sequences to come, {about(coming.seconds)}, in {path}")
+    if dry_run:
+        return False
+    start = time.monotonic()
+    with with_other_processes(), solvers.at_work(coming.sequences, SMALL) as workers:
+        bring(path)
+        with progress(span) as shown:
+            words = {p: count_admissible(p) for p in periods}
+            steps = until_interrupted(sweep_periods(path, a, periods, workers))
+            show_steps(shown, steps, "words", words, sum(words.values()) - coming.sequences)
+    note(f"{span}: {coming.sequences} sequences, {time.monotonic() - start:.1f} s, in {path}")
+    return True
+
+
+def _write(path: Path, a: float, periods: Sequence[int], form: Format) -> None:
+    """Write one row a period."""
+    from orbitdb.store.reading.catalogue import Catalogue
+
+    with closing(Catalogue(path)) as catalogue:
+        found = [each for each in catalogue.sweeps(a) if each.p in periods]
+    rows = []
+    for each in found:
+        counts = each.tally
+        statuses = counts.words, counts.n_c, counts.classes, counts.boundary, counts.unresolved
+        rows.append((each.p, *statuses, round(each.seconds, 2), round(each.processor, 2)))
+    write(COLUMNS, rows, form)

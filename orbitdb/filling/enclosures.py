@@ -1,0 +1,71 @@
+"""Enclosing the entropy at many a at once: one a is a task for any process."""
+
+import math
+from dataclasses import dataclass
+
+from orbitdb.arithmetic import arithmetic
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.entropy.bounds import EntropyBounds, search
+from orbitdb.entropy.verdicts import decide
+from orbitdb.version import __version__
+
+
+@dataclass(frozen=True)
+class EnclosureTask:
+    """The entropy is to be enclosed at one a; what is reached first ends it.
+
+    Attributes
+    ----------
+    a : float
+        Half length of a straight wall.
+    window : int or None
+        Edges of the longest windows.
+    width : float
+        Difference of the bounds that is enough.
+    seconds : float
+        Time to spend.
+    prove : bool
+        Whether every window is decided in balls, too.
+    """
+
+    a: float
+    window: int | None = None
+    width: float = 0.0
+    seconds: float = math.inf
+    prove: bool = False
+
+    def solved(self) -> "Enclosed":
+        """Enclose the entropy with longer and longer windows."""
+        stadium, by = Stadium(self.a), (__version__, arithmetic())
+        if not self.prove:
+            levels = search(stadium, self.window, self.width, self.seconds, judge=decide)
+            return Enclosed(tuple(levels), 0, 0, 0.0, *by)
+        from orbitdb.entropy.proof import Proof  # it loads flint, which doubles alone do not need
+
+        proof = Proof()
+        levels = search(stadium, self.window, self.width, self.seconds, judge=proof.decide)
+        return Enclosed(tuple(levels), proof.proved, proof.left_open, proof.seconds, *by)
+
+
+@dataclass(frozen=True)
+class Enclosed:
+    """Bounds on the entropy at one a.
+
+    Attributes
+    ----------
+    levels : tuple of EntropyBounds
+        For longer and longer windows.
+    proved, left_open : int
+        Windows decided in doubles that balls confirm, and that they do not; 0 if they were not asked.
+    seconds : float
+        Time that the balls have taken.
+    version, arithmetic : str
+        Of the orbitdb that found them, and what computed there (`orbitdb.arithmetic.arithmetic`).
+    """
+
+    levels: tuple[EntropyBounds, ...]
+    proved: int
+    left_open: int
+    seconds: float
+    version: str
+    arithmetic: str

@@ -1,0 +1,121 @@
+"""Lengths and exponents of many orbits, and no coordinates: what sums over whole periods need.
+
+The statuses are proved as those of `orbitdb.orbits.newton.solve_admissible`. But most words that are no
+orbits show it after one step of Newton's method, and that is where they are left.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.arithmetic import check_functions
+from orbitdb.billiard.bounces import slack_errors, slacks
+from orbitdb.billiard.legs import Chain, Derivatives, centre_directions, derivatives, direction_limits, length
+from orbitdb.billiard.stability import exponent
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
+from orbitdb.orbits.bounds import (
+    between_limits,
+    direction_errors,
+    pressed_directions,
+    status_of,
+    surely_outside,
+)
+from orbitdb.orbits.newton import newton, newton_step
+from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.packed_chains import cut_packed
+from orbitdb.symbols.words import unpack
+
+Floats = NDArray[np.float64]
+
+_BATCH = 1 << 12
+"""Words at a time: their legs stay in the processor's cache."""
+
+
+@dataclass(frozen=True, eq=False)
+class Exponents(ByValue):
+    """Words of one number of runs: what has become of them, and the numbers of the orbits among them.
+
+    Attributes
+    ----------
+    orbits, boundary, unresolved : ndarray of intp
+        Their places among all words that were given; all others are dynamical.
+    length, lyapunov : ndarray, shape (N,)
+        Of the orbits.
+    legs : Chain
+        The runs and legs of the orbits.
+    slopes : Derivatives
+        The derivatives of their lengths.
+    """
+
+    orbits: NDArray[np.intp]
+    boundary: NDArray[np.intp]
+    unresolved: NDArray[np.intp]
+    length: Floats
+    lyapunov: Floats
+    legs: Chain
+    slopes: Derivatives
+
+
+def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Exponents]:
+    """Find the orbits among packed admissible words of order p <= 20, and their exponents.
+
+    Parameters
+    ----------
+    codes : ndarray of int64, shape (N,)
+    p : int
+    stadium : Stadium
+
+    Yields
+    ------
+    Exponents
+        Of some of the words, until all are told of.
+    """
+    check_functions()
+    for rows, legs in cut_packed(codes, p):
+        for start in range(0, len(rows), _BATCH):
+            here = np.arange(start, min(start + _BATCH, len(rows)))
+            part = legs.chain(here)
+            alpha = centre_directions(part, stadium.a)
+            alpha += newton_step(part, stadium.a, alpha, direction_limits(part, stadium.a))
+            slopes = derivatives(part, stadium.a, alpha)
+            left = np.flatnonzero(~surely_outside(part, stadium.a, alpha, slopes))
+            if len(left):
+                yield _decided(
+                    codes, p, rows[here[left]], part.chain(left), alpha.take(left, axis=1), stadium
+                )
+
+
+def _decided(
+    codes: NDArray[np.int64],
+    p: int,
+    rows: NDArray[np.intp],
+    legs: Chain,
+    alpha: Floats,
+    stadium: Stadium,
+) -> Exponents:
+    """Solve some words from directions that are near, and prove what becomes of them."""
+    a = stadium.a
+    alpha = newton(legs, a, start=alpha).alpha
+    slopes = derivatives(legs, a, alpha)
+    error = direction_errors(legs, a, alpha, slopes, pressed_directions(legs, a, alpha, slopes))
+    status = status_of(slacks(legs, alpha), slack_errors(legs, error), between_limits(legs, a, alpha, error))
+    lengths, exponents_ = length(legs, a, alpha), exponent(slopes)
+    for place in np.flatnonzero(status == Status.UNRESOLVED).tolist():
+        from orbitdb.orbits.enclosure import as_orbits, enclose  # 30 ms to load, and seldom needed
+
+        word = unpack(codes[rows[place : place + 1]], p)[0]
+        found = as_orbits(word, stadium, enclose(word, stadium))
+        status[place], lengths[place], exponents_[place] = found.status[0], found.length[0], found.lyapunov[0]
+    orbits = np.flatnonzero(status == Status.ORBIT)
+    return Exponents(
+        rows[orbits],
+        rows[status == Status.BOUNDARY],
+        rows[status == Status.UNRESOLVED],
+        lengths[orbits],
+        exponents_[orbits],
+        legs.chain(orbits),
+        slopes.of_words(orbits),
+    )

@@ -1,0 +1,92 @@
+"""Words in free expressions: ``code('1232131')`` finds a word in whatever rotation it is written.
+
+Rows name a word by its least rotation, and a comparison of texts knows of no other. So the condition
+``code('...')`` is written out, before anything else looks at an expression, as what SQLite can look up.
+"""
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise, takewhile
+
+from orbitdb.store.file.tokens import Token, meaningful, tokens
+from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive, primitive_root
+
+_CALL = "CODE"
+_NAMED_BY_LEAST_ROTATION = ("CODE", "WORD")
+_COMPARING = ("=", "<", ">", "!", "IN", "IS", "LIKE", "GLOB", "BETWEEN")
+_EQUAL = ("=", "IN", "(", ",")
+
+
+def spelled_out(where: str, parameters: Mapping[str, str | int | float]) -> str:
+    """Return an expression with every ``code('...')`` as a condition on period and least rotation.
+
+    Parameters
+    ----------
+    where : str
+        ``code`` takes words in quotes, or names (``:name``), with commas between, and holds for each.
+    parameters : mapping
+        What the names stand for.
+
+    Raises
+    ------
+    ValueError
+        If something else stands in the brackets, or the condition is compared with a value.
+    """
+    found = tokens(where)
+    solid = [place for place, token in enumerate(found) if token.kind != "blank"]
+    parts, done = [], 0
+    for rank, place in enumerate(solid):
+        behind = [found[k] for k in solid[rank + 1 :]]
+        if place < done or found[place].keyword != _CALL or [t.text for t in behind[:1]] != ["("]:
+            continue
+        closing = next((k for k, token in enumerate(behind) if token.text == ")"), None)
+        if closing is None:
+            break  # SQLite says what is missing
+        _check_alone([found[k] for k in solid[:rank]], behind[closing + 1 :])
+        parts += [token.text for token in found[done:place]]
+        parts.append(_condition(behind[1:closing], parameters))
+        done = solid[rank + 1 + closing] + 1
+    return "".join([*parts, *(token.text for token in found[done:])])
+
+
+def _check_alone(before: Sequence[Token], behind: Sequence[Token]) -> None:
+    """Refuse a comparison of the condition, which is true or false, with a code."""
+    beside = [*before[-1:], *behind[:1]]
+    if any(token.text in _COMPARING or token.keyword in _COMPARING for token in beside):
+        raise ValueError("code('...') is a condition by itself: write it without a comparison")
+
+
+def _condition(inner: Sequence[Token], parameters: Mapping[str, str | int | float]) -> str:
+    """Return what stands in the brackets as SQL."""
+    words = [_word(token, parameters) for token in inner[::2]]
+    if not words or len(inner) != 2 * len(words) - 1 or any(token.text != "," for token in inner[1::2]):
+        raise ValueError("code() takes words in quotes with commas between, such as code('1232131')")
+    each = [f"p = {len(word)} AND code = '{word}'" for word in words]
+    return f"({' OR '.join(each)})"
+
+
+def _word(token: Token, parameters: Mapping[str, str | int | float]) -> str:
+    """Return the least rotation of a word that is given as a text or by name."""
+    if token.kind == "value" and token.text[1:] not in parameters:
+        raise ValueError(f"binding {token.text} has no value")
+    given = parameters[token.text[1:]] if token.kind == "value" else token.text[1:-1]
+    if token.kind not in ("string", "value"):
+        raise ValueError(f"code({token.text}): write the word in quotes, as in code('1232131')")
+    try:
+        return least_rotation(parse_primitive(str(given)))
+    except WordError as error:
+        raise ValueError(f"code(): {error}") from error
+
+
+def hint(where: str) -> str | None:
+    """Say where an expression compares codes with a rotation that no row is named by; None if nowhere."""
+    found = meaningful(where)
+    for place, (column, sign) in enumerate(pairwise(found)):
+        if column.keyword not in _NAMED_BY_LEAST_ROTATION or sign.text == "(":
+            continue
+        beside = takewhile(
+            lambda each: each.kind == "string" or each.text.upper() in _EQUAL, found[place + 1 :]
+        )
+        for word in (each.text[1:-1] for each in beside if each.kind == "string"):
+            if word and set(word) <= set(SYMBOLS) and least_rotation(root := primitive_root(word)) != word:
+                return f"no row has {column.text} = '{word}', only least rotations: write code('{root}')"
+    return None

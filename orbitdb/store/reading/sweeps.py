@@ -1,0 +1,73 @@
+"""What sweeps have counted and added up: whole periods of which no rows are stored."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import sqlalchemy as sa
+
+from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.orbits.tally import Tally
+from orbitdb.store.file.schema import DONE, SWEPT, stadium, sweep
+from orbitdb.store.reading.soundness import unsound
+from orbitdb.symbols.enumeration import MAX_PERIOD
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """How far a period is swept at one a, and what was found.
+
+    Attributes
+    ----------
+    p : int
+        Period.
+    state : str
+        ``filling`` or ``done``.
+    tally : Tally
+        The counts, of what is swept so far.
+    blocks : int
+        The blocks it was swept in, so far.
+    seconds, processor : float
+        Time spent, and that of the processors that solved.
+    sums : PeriodSums or None
+        The sums over all orbits; None before it is done.
+    """
+
+    p: int
+    state: str
+    tally: Tally
+    blocks: int
+    seconds: float
+    processor: float
+    sums: PeriodSums | None
+
+    @property
+    def whole(self) -> bool:
+        """Whether the whole period is swept; if not, a sweep goes on or was stopped."""
+        return self.state == DONE
+
+
+def sweeps(connection: sa.Connection, a: float) -> list[Sweep]:
+    """Return how far periods are swept at one a, by period.
+
+    Raises
+    ------
+    StoreError
+        If a row is none that a sweep has written.
+    """
+    query = sa.select(sweep).join(stadium).where(stadium.c.a == a).order_by(sweep.c.p)
+    return [_as_sweep(row) for row in connection.execute(query)]
+
+
+def _as_sweep(row: sa.Row[Any]) -> Sweep:
+    values = row._mapping
+    p, counts = values["p"], [values[name] for name in SWEPT]
+    if not 2 <= p <= MAX_PERIOD or min(counts) < 0:
+        raise unsound("a swept period of", p)
+    sums = None
+    if values["state"] == DONE:
+        try:
+            sums = PeriodSums.from_numbers(p, values["sums"] or b"")
+        except ValueError as error:
+            raise unsound("sums of a sweep:", error) from error
+    spent = values["blocks"], values["seconds"], values["processor"]
+    return Sweep(p, values["state"], Tally(*counts), *spent, sums)

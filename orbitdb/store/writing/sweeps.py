@@ -1,0 +1,126 @@
+"""Storing the counts and sums of a sweep, and how far it has come, in one transaction."""
+
+from dataclasses import asdict, dataclass, replace
+
+import sqlalchemy as sa
+
+from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.orbits.tally import Tally
+from orbitdb.store.file.schema import DONE, FILLING, SWEPT, run, sweep, sweep_block
+from orbitdb.store.writing.cursors import OvertakenError, end_of
+from orbitdb.store.writing.writer import Writer
+from orbitdb.symbols.enumeration import Span
+
+
+@dataclass(frozen=True)
+class SweepCursor:
+    """How far a sweep of one period at one a has come.
+
+    Attributes
+    ----------
+    stadium, p : int
+        What is swept.
+    state : str
+        ``filling`` or ``done``.
+    word : str or None
+        All classes whose least words are up to this one are counted and added up.
+    blocks : int
+        In how many blocks that was.
+    words : int
+        How many words the classes have.
+    """
+
+    stadium: int
+    p: int
+    state: str
+    word: str | None
+    blocks: int
+    words: int
+
+    @property
+    def after(self) -> int:
+        """The packed word behind which the sweep goes on."""
+        return -1 if self.word is None else int(self.word, 8)
+
+
+def open_sweep(writer: Writer, connection: sa.Connection, a: float, p: int) -> SweepCursor:
+    """Return where the sweep of a period stands, beginning it if need be."""
+    here = {"stadium": writer.stadium_id(connection, a), "p": p}
+    none = dict.fromkeys(("blocks", "seconds", "processor", *SWEPT), 0)
+    connection.execute(sa.insert(sweep).prefix_with("OR IGNORE").values(**here, state=FILLING, **none))
+    names = (sweep.c.state, sweep.c.cursor, sweep.c.blocks, sweep.c.words)
+    row = connection.execute(sa.select(*names).filter_by(**here)).one()
+    return SweepCursor(here["stadium"], p, row.state, row.cursor, row.blocks, row.words)
+
+
+def add_swept(
+    writer: Writer,
+    connection: sa.Connection,
+    cursor: SweepCursor,
+    span: Span,
+    tally: Tally,
+    sums: PeriodSums,
+    spent: tuple[float, float],
+    computed: str,
+) -> SweepCursor:
+    """Store the counts and sums of the block behind the cursor; return where it has come to.
+
+    Parameters
+    ----------
+    writer : Writer
+    connection : Connection
+        Of the writer.
+    cursor : SweepCursor
+    span : Span
+        The block's.
+    tally : Tally
+    sums : PeriodSums
+    spent : tuple of float
+        Seconds as they passed, and of a processor.
+    computed : str
+        The arithmetic that has found it.
+
+    Raises
+    ------
+    OvertakenError
+        If another process has moved the same cursor.
+    """
+    last = end_of(span)
+    seconds, processor = spent
+    moved = connection.execute(
+        sa.update(sweep)
+        .where(_of(cursor), sweep.c.state == FILLING, sweep.c.cursor.is_not_distinct_from(cursor.word))
+        .values(
+            cursor=last,
+            blocks=sweep.c.blocks + 1,
+            seconds=sweep.c.seconds + seconds,
+            processor=sweep.c.processor + processor,
+            **{name: sweep.c[name] + count for name, count in asdict(tally).items()},
+        )
+    )
+    if moved.rowcount != 1:
+        raise OvertakenError
+    key = {"stadium": cursor.stadium, "p": cursor.p, "number": cursor.blocks}
+    block = sa.insert(sweep_block).values(**key, sums=sums.numbers(), run=writer.run_id(connection, computed))
+    connection.execute(block)
+    return replace(cursor, word=last, blocks=cursor.blocks + 1, words=cursor.words + tally.words)
+
+
+def close_sweep(writer: Writer, connection: sa.Connection, cursor: SweepCursor) -> None:
+    """Add up the blocks of a period that is swept, and keep the sum instead of them."""
+    here = (sweep_block.c.stadium == cursor.stadium) & (sweep_block.c.p == cursor.p)
+    blocks = connection.scalars(sa.select(sweep_block.c.sums).where(here).order_by(sweep_block.c.number))
+    sums = PeriodSums.joined([PeriodSums.from_numbers(cursor.p, each) for each in blocks], cursor.p)
+    computed = sa.func.json_extract(run.c.parameters, "$.arithmetic")
+    by = connection.scalars(
+        sa.select(computed).distinct().join(sweep_block).where(here).order_by(computed)
+    ).all()
+    number = writer.run_id(connection, " | ".join(by) or None)
+    connection.execute(sa.delete(sweep_block).where(here))
+    connection.execute(
+        sa.update(sweep).where(_of(cursor)).values(state=DONE, sums=sums.numbers(), run=number)
+    )
+
+
+def _of(cursor: SweepCursor) -> sa.ColumnElement[bool]:
+    return (sweep.c.stadium == cursor.stadium) & (sweep.c.p == cursor.p)

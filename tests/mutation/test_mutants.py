@@ -1,0 +1,110 @@
+"""The tool that alters the code: which mistakes it makes, and whether it tells who notices."""
+
+import pytest
+from mutants import differs, mutants
+from mutate import main, sample
+
+SOURCE = '''"""A package."""
+LIMIT = 2.0  # of what is drawn
+
+def inside(x: "int | None", y=1):
+    """Tell 3 + 4 whether x < y."""
+    if x is None and not y:
+        raise ValueError("x - 1" + str(x))
+    shown, hidden = x + 2 * y, [x for x in (x, y) if x > 0]
+    hidden.append(shown)
+    return draw(shown, limit=LIMIT)[1:]
+
+class Drawn:
+    def __repr__(self):
+        return f"{1 + 1}" if 1 < 2 else ""
+'''
+
+
+def altered(kind: str) -> list[str]:
+    found = [each for each in mutants("package/a.py", SOURCE) if each.kind == kind and differs(each, SOURCE)]
+    return [each.shown(SOURCE)[1] for each in found]
+
+
+def test_mistakes_of_every_kind():
+    assert altered("border") == ["shown, hidden = x + 2 * y, [x for x in (x, y) if (x >= 0)]"]
+    assert altered("comparison") == [
+        "if (x is not None) and not y:",
+        "shown, hidden = x + 2 * y, [x for x in (x, y) if (x <= 0)]",
+    ]
+    assert altered("condition dropped") == ["shown, hidden = x + 2 * y, [x for x in (x, y) if True]"]
+    assert altered("and or") == ["if (x is None or not y):"]
+    assert altered("negated") == ["if (not (x is None and (not y))):"]
+    assert altered("sign") == ["if x is None and (y):"]
+    assert altered("statement dropped") == ["pass", "pass"]
+    assert altered("operator")[0] == "shown, hidden = (x - 2 * y), [x for x in (x, y) if x > 0]"
+    assert len(altered("values swapped")) == 2
+    assert altered("argument dropped") == ["return (draw(shown))[1:]"]
+    constants = altered("constant")
+    assert constants[:3] == ["LIMIT = 4.0  # of what is drawn", "LIMIT = 1.0  # of what is drawn",
+                             'def inside(x: "int | None", y=2):']  # fmt: skip
+    assert constants[-1] == "return draw(shown, limit=LIMIT)[2:]"
+    assert len(constants) == 6  # none of docstrings, annotations, messages, __repr__
+
+
+def test_a_mutant_knows_its_lines():
+    limit, *_, last = mutants("package/a.py", SOURCE)
+    assert (limit.first, limit.names) == (2, ("LIMIT",))
+    assert (last.first, last.last, last.names, last.line(SOURCE)) == (10, 10, (), 10)
+
+
+def test_a_sample_is_the_same_whatever_else_is_altered():
+    more = {"a.py": SOURCE, "b.py": "x = 1\n"}
+    chosen = sample(["a.py"], more, 5, seed=3)
+    assert chosen == sample(["a.py"], more, 5, seed=3) != sample(["a.py"], more, 5, seed=4)
+    below = sample(["a.py"], {"a.py": "import math\n" + SOURCE}, 5, seed=3)
+    assert [(each.kind, each.text) for each in below] == [(each.kind, each.text) for each in chosen]
+
+
+CONFIGURATION = """
+[tool.setuptools]
+packages = ["tiny", "tiny.far"]
+[tool.setuptools.package-dir]
+tiny = "tiny"
+"tiny.far" = "far"
+[tool.pytest.ini_options]
+addopts = "--import-mode=importlib"
+"""
+
+FILES = {
+    "pyproject.toml": CONFIGURATION,
+    "tiny/__init__.py": "",
+    "far/__init__.py": "",
+    "far/seen.py": "def twice(x):\n    return 2 * x\n",
+    "far/unseen.py": "def half(x):\n    return x / 2\n\ndef never(x):\n    return x - 1\n",
+    "far/endless.py": "def count(x):\n    while x:\n        x -= 1\n    return x\n",
+    "tests/far/test_seen.py": "import subprocess, sys\n"
+    "def test_in_a_process():\n"
+    "    code = 'from tiny.far.seen import twice; print(twice(4))'\n"
+    "    assert subprocess.check_output([sys.executable, '-P', '-c', code]) == b'8\\n'\n",
+    "tests/far/test_unseen.py": "from tiny.far.unseen import half\ndef test_blind():\n    half(4)\n",
+    "tests/far/test_endless.py": "from tiny.far.endless import count\n"
+    "def test_ends():\n"
+    "    assert count(3) == 0\n",
+}
+
+
+@pytest.mark.slow
+def test_who_notices_is_told(tmp_path, capsys, monkeypatch):
+    """A good test, through another process; a blind one; lines that nobody executes; a loop without end."""
+    for name, text in FILES.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    monkeypatch.setattr("mutate._START", 3.0)
+    main(["far", "--jobs", "1"], tmp_path)
+    told = capsys.readouterr().out
+    assert (tmp_path / "far/seen.py").read_text() == FILES["far/seen.py"]
+    shown = [line for line in told.splitlines() if line.startswith("far/")]
+    assert all(line.startswith("far/unseen.py:") for line in shown)
+    assert {line.split(" (")[0] for line in shown} == {
+        "far/unseen.py:2: survived",
+        "far/unseen.py:5: never executed",
+    }
+    far, total = (line.split() for line in told.splitlines()[1:3])
+    assert far[1:] == total[1:]
+    assert int(far[3]) >= 1  # the loop

@@ -1,0 +1,134 @@
+"""Proved bounds on the entropy in the catalogue: kept once, read back, shown beside what orbits give."""
+
+import json
+import shutil
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from older import make_older
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.app import call
+from orbitdb.cli.tui.numbers import curves_of, notes_of, statistics
+from orbitdb.entropy.bounds import search
+from orbitdb.errors import InputError, StoreError
+from orbitdb.plots.curves import draw_entropy
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.verification.enclosures import check_enclosures
+
+
+def altered(path: Path, statement: str) -> list[tuple]:
+    with closing(sqlite3.connect(path, isolation_level=None)) as plain:
+        return plain.execute(statement).fetchall()
+
+
+@pytest.fixture(scope="module")
+def enclosed_once(filled_once, tmp_path_factory) -> Path:
+    path = Path(shutil.copy(filled_once, tmp_path_factory.mktemp("enclosed")))
+    for options in (["--window", "4", "--prove"], ["--window", "6"], ["--a", "0.5", "--window", "4"]):
+        assert call(["bounds", *options, "--db", str(path), "--json"]) in (None, 0)
+    return path
+
+
+@pytest.fixture
+def enclosed(enclosed_once, tmp_path) -> Path:
+    """A catalogue with p = 2..8 at a = 1.6, and bounds: in balls at 1.6, closer in doubles at 1.6, at 0.5."""
+    return Path(shutil.copy(enclosed_once, tmp_path / "orbits.db"))
+
+
+def test_what_is_proved_is_kept_once_and_read_back(enclosed, cli):
+    catalogue = Catalogue(enclosed)
+    *_, found = search(Stadium(1.6), window=6)
+    closest = catalogue.entropy_bounds()
+    assert (closest.lower, closest.upper, closest.window) == (found.lower, found.upper, 6)
+    assert (closest.windows, closest.undecided, closest.proof) == (found.windows, found.undecided, "doubles")
+    surer = catalogue.entropy_bounds(1.6, "balls")
+    assert (surer.window, surer.proof) == (4, "balls")
+    assert surer.width > closest.width
+    assert [(each.a, each.window) for each in catalogue.entropy_curve()] == [(0.5, 4), (1.6, 6)]
+    assert [each.a for each in catalogue.entropy_curve("balls")] == [1.6]
+    assert catalogue.entropy_bounds(3) is None
+    with pytest.raises(InputError, match="use doubles or balls"):
+        catalogue.entropy_bounds(proof="faith")
+    assert catalogue.a_values() == [1.6]
+    before = [altered(enclosed, f"SELECT * FROM {table}") for table in ("entropy_bound", "run")]
+    assert len(before[0]) == 3 + 5 + 3
+    cli("bounds", "--window", "5", "--db", str(enclosed))
+    assert [altered(enclosed, f"SELECT * FROM {table}") for table in ("entropy_bound", "run")] == before
+    altered(enclosed, "UPDATE entropy_bound SET lower = 0 WHERE edges = 6")
+    cli("bounds", "--window", "6", "--db", str(enclosed))
+    assert catalogue.entropy_bounds() == closest
+
+
+def test_without_a_catalogue_nothing_is_kept_unless_asked_for(cli, tmp_path):
+    path = tmp_path / "orbits.db"
+    told = cli("bounds", "--window", "4")
+    assert told.err == f"not kept: there is no catalogue at {path}; --store makes one\n"
+    assert cli("bounds", "--window", "4", "--no-store").err == ""
+    assert not path.exists()
+    assert cli("bounds", "--window", "4", "--store").err == ""
+    assert Catalogue(path).entropy_bounds().window == 4
+    before = path.read_bytes()
+    assert cli("bounds", "--window", "5", "--no-store").out.count("\n") == 5
+    assert path.read_bytes() == before
+    path.write_bytes(b"no catalogue at all, but a text that is longer than a hundred bytes" * 3)
+    refused = cli("bounds", "--window", "4")
+    assert (refused.code, refused.out) == (3, "")
+
+
+@pytest.mark.slow
+def test_an_older_file_is_copied_before_bounds_go_into_it(filled, cli):
+    make_older(filled)
+    assert "orbits.db.schema-1" in cli("bounds", "--window", "3", "--db", str(filled)).err
+    assert Catalogue(filled).entropy_bounds().window == 3
+
+
+def test_bounds_stand_beside_what_orbits_give(enclosed, cli):
+    db = ("--db", str(enclosed))
+    line = (
+        "entropy of all orbits: 1.11935798 < h < 1.19851043, proved by windows of 6 edges in doubles with "
+        "error bounds; 1.06204716 < h < 1.21875573 by windows of 4 edges in balls"
+    )
+    assert f"{line}; at most 1.218756 at any a\n" in cli("entropy", *db).err
+    assert f"{line}\n" in cli("table", *db).err
+    assert "a = 1.6: 1.11935798 < h < 1.19851043, windows of 6" in cli("info", *db).out
+    closest = Catalogue(enclosed).entropy_bounds()
+    for row in json.loads(cli("entropy", "--json", *db).out):
+        assert list(row)[:4] == ["p", "N", "K_0", "h_zeta"]
+        assert [row[f"h_{name}"] for name in ("lower", "upper", "proof")] == [
+            closest.lower,
+            closest.upper,
+            "doubles",
+        ]
+    *_, found = statistics(Catalogue(enclosed), Selection())
+    assert notes_of(found)[-1] == line
+    drawn = curves_of(found, None)["entropy"][-2:]
+    assert [set(curve.y) for curve in drawn] == [{closest.lower}, {closest.upper}]
+    ax, values = Figure().add_subplot(), np.array([1.1, 1.2, 1.15])
+    draw_entropy(ax, np.arange(2, 5), values, values, values, (closest.lower, closest.upper))
+    (band,) = ax.patches
+    assert (band.get_y(), band.get_height()) == pytest.approx((closest.lower, closest.width))
+
+
+def test_altered_bounds_are_refused_and_found_by_verify(enclosed):
+    catalogue = Catalogue(enclosed)
+
+    def found() -> list[tuple]:
+        with catalogue.reading() as connection:
+            return [(check.rows, check.failures, check.first) for check in check_enclosures(connection)]
+
+    assert found() == [(3, 0, None), (8, 0, None)]
+    altered(
+        enclosed, "UPDATE entropy_bound SET lower = 0.9, upper = 1.11 WHERE proof = 'balls' AND edges = 3"
+    )
+    assert found()[1] == (8, 1, "windows of 3 edges at a = 1.6")
+    for edges, change in enumerate(("lower = -1", "upper = 9e999", "proof = 'x'", "undecided = 9999"), 3):
+        altered(enclosed, f"UPDATE entropy_bound SET {change} WHERE proof = 'doubles' AND edges = {edges}")
+    assert found()[1][1] == 5
+    with pytest.raises(StoreError, match=r"altered: a bound on the entropy at a = '1\.6'"):
+        catalogue.entropy_bounds()
