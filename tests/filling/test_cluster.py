@@ -21,7 +21,7 @@ from workforce import Deadly, filled_by
 
 from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.blocks import Block, cut_into_blocks
-from orbitdb.filling.cluster import Cluster
+from orbitdb.filling.cluster import Cluster, _failure
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.workers import HERE
 from orbitdb.store.file.migrate import migrate
@@ -41,6 +41,18 @@ class Missing:
             raise ModuleNotFoundError("No module named 'orbitdb'", name="orbitdb")
 sys.meta_path.insert(0, Missing())
 """
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (RuntimeError("no luck\nat all"), "the cluster could not solve a block: RuntimeError: no luck"),
+        (MemoryError(), "the cluster could not solve a block: MemoryError: MemoryError"),
+    ],
+)
+def test_what_else_fails_is_told_in_one_line(error, said):
+    pytest.importorskip("distributed")
+    assert str(_failure(error)) == said
 
 
 @pytest.fixture(scope="module")
