@@ -21,7 +21,8 @@ def facts(orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = ()) -> li
     ]
     facts += [(f"  rule {rule.number}", rule.sentence) for rule in RULES if rule.number in orbit.rules]
     if orbit.exists:
-        facts.append(("exists", _lives(orbit.exists)))
+        facts.append(("exists", lives_text(orbit.exists)))
+    facts += [(f"  {end:.9g}", f"{form}, recognised numerically") for end, form in _closed_forms(orbit)]
     facts += [(f"  born at {a:.9g}", f"with {', '.join(words)}") for a, words in born_with]
     if orbit.rules or orbit.length is None:
         return facts + ([("margin", number("margin", orbit.margin))] if orbit.margin is not None else [])
@@ -42,7 +43,15 @@ def facts(orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = ()) -> li
     return facts
 
 
-def _lives(lives: Sequence[tuple[float, float | None]]) -> str:
+def _closed_forms(orbit: Orbit) -> list[tuple[float, str]]:
+    """Return the births and deaths of a word that look like simple numbers, and these."""
+    from orbitdb.orbits.closed_forms import closed_form
+
+    ends = sorted({end for life in orbit.exists or () for end in life if end})
+    return [(end, form) for end in ends if (form := closed_form(end)) is not None]
+
+
+def lives_text(lives: Sequence[tuple[float, float | None]]) -> str:
     """Say from where to where in a a word is an orbit."""
     return ", and ".join(
         ("for every a" if not low else f"from a = {low:.12g} on") if high is None else

@@ -17,6 +17,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.doctest",
+    "cells",
     "mathml",
     "numpydoc",
     "sphinx_copybutton",
@@ -31,7 +32,6 @@ myst_heading_anchors = 3
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
-autodoc_preserve_defaults = True
 add_module_names = False
 numpydoc_show_class_members = False
 

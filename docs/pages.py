@@ -10,7 +10,8 @@ ROOT = Path(__file__).parents[1]
 PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")))
 """Every page whose examples are run."""
 
-_EXAMPLES = ("console", "python", "bash", "sh")
+_PYTHON = ("python", "{code-cell}")
+_EXAMPLES = ("console", *_PYTHON, "bash", "sh")
 _FENCE = re.compile(r"```(\S*)")
 _COMMENT = re.compile(r"<!-- (not run: .+|slow|varies) -->")
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
@@ -100,7 +101,7 @@ def examples(page: Path) -> list[Example]:
     for block, behind in zip_longest(parts, parts[1:]):
         if block.language not in _EXAMPLES or block.mark.startswith("not run"):
             continue
-        if block.language == "python":
+        if block.language in _PYTHON:
             found.append(_python(block, behind, lines))
         elif block.language == "console" and lines[block.start].startswith("$ "):
             found += _commands(block, lines)

@@ -56,6 +56,9 @@ def test_orbits_are_compared_bit_by_bit():
     assert one != replace(one, coordinates=moved)
     assert one != replace(one, coordinates=None)
     assert one != replace(one, coordinates=one.coordinates[:-1])
+    for orbit in (one, pickle.loads(pickle.dumps(one)), replace(one, stored=True)):
+        with pytest.raises(ValueError, match="read-only"):
+            orbit.coordinates[0] = 0.0
     zero, minus = (replace(one, coordinates=np.array([value])) for value in (0.0, -0.0))
     assert zero != minus
     assert replace(one, margin=0.0) == replace(one, margin=-0.0)

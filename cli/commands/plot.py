@@ -1,5 +1,6 @@
 """``orbitdb plot``: figures as PNG, SVG or PDF."""
 
+import sys
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
@@ -32,7 +33,8 @@ The figures: orbit, its path in the stadium (Fig. 1 of the paper); reverse, an o
 reverse (Fig. 4); entropy (Fig. 5) and lyapunov (Fig. 6) against the period, and with --over-a the proved
 bounds on the entropy that 'orbitdb bounds' has found against a; sheet, all classes of a
 period; birkhoff, the bounces in phase space; lengths, the length spectrum; births, how many words are
-orbits at every a, from what 'orbitdb births' has found.
+orbits at every a, from what 'orbitdb births' has found; life, an orbit at its birth, and its length and
+lambda over a.
 """
 
 
@@ -47,6 +49,7 @@ class Kind(StrEnum):
     BIRKHOFF = "birkhoff"
     LENGTHS = "lengths"
     BIRTHS = "births"
+    LIFE = "life"
 
 
 _OF_CLASSES = (Kind.ENTROPY, Kind.LYAPUNOV, Kind.LENGTHS)
@@ -64,23 +67,36 @@ def plot(
     context: typer.Context,
     kind: Annotated[Kind, typer.Argument(help="What to draw.")],
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="FILE", help="Ends in .png, .svg or .pdf.")
+        Path,
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="Ends in .png, .svg or .pdf; -: stdout, with --format."
+        ),
     ],
     code: Annotated[
-        str | None, typer.Option("--code", help="The word, for orbit and reverse; stored or not.")
+        str | None, typer.Option("--code", help="The word, for orbit, reverse and life; stored or not.")
     ] = None,
     a: options.StoredHalfLength = None,
     choice: options.Choice,
     over_a: Annotated[bool, typer.Option("--over-a", help="The entropy against a, not the period.")] = False,
     limit: Annotated[int, options.count_option("--limit", least=1, help="Orbits on a sheet at most.")] = 120,
+    form: Annotated[
+        str | None, typer.Option("--format", help="png, svg or pdf, whatever the name ends in.")
+    ] = None,
+    force: options.Force = False,
     db: options.Database = None,
 ) -> None:
     """Draw an orbit, or a figure of the chosen subset, into a file."""
-    from orbitdb.cli import figures
-    from orbitdb.export import complete
+    from orbitdb.export import STDOUT, check_ending, check_target, complete
+
+    to_stdout = output == STDOUT
+    if to_stdout:
+        options.refuse_idle(context, "on stdout", "force")
+    else:
+        check_target(output, force)
+    ending = check_ending(output, form)
+    from orbitdb.cli import figures  # not before: matplotlib takes its time
     from orbitdb.plots import style
 
-    ending = style.check_ending(output)
     if kind in (Kind.ORBIT, Kind.REVERSE):
         options.takes_only(context, f"in plot {kind}", "kind", "output", "code", "a")
         if code is None:
@@ -88,6 +104,15 @@ def plot(
         found = _orbit(code, a, db)
         made = figures.draw_orbit(found) if kind is Kind.ORBIT else figures.draw_reverse(found)
         said = f"orbit {code_text(found.code)} at a = {found.a:g}"
+    elif kind is Kind.LIFE:
+        from orbitdb.cli.birth_figures import draw_life
+
+        options.takes_only(context, f"in plot {kind}", "kind", "output", "code")
+        if code is None:
+            raise InputError(f"name the orbit to draw: plot {kind} --code 1232131")
+        with progress("following"):
+            made = draw_life(found := _followed(code))
+        said = f"life of {code_text(found.code)}"
     elif kind is Kind.BIRTHS:
         from orbitdb.cli.birth_figures import draw_births
 
@@ -111,9 +136,32 @@ def plot(
         with progress("drawing"), reading(db, a, wanted) as (catalogue, chosen):
             made = figures.OF_SUBSETS[kind.value](catalogue, chosen, limit)
         said = chosen.describe()
+    if to_stdout:
+        sys.stdout.buffer.write(style.as_bytes(made, ending, said))
+        return
     with progress("drawing"), complete(output) as draft:
         style.save(made, draft, ending, said)
     note(f"{said}, in {output}")
+
+
+def _followed(code: str) -> "Orbit":
+    """Return a word with from where to where in a it is an orbit.
+
+    Raises
+    ------
+    InputError
+        If it never is one, or is too long to be followed.
+    """
+    from orbitdb.cli.codes import primitive
+    from orbitdb.filling.single_word import with_existence
+    from orbitdb.orbits.newton import solve_word
+
+    found = with_existence(solve_word(primitive(code), USUAL_A))
+    if found.exists is None:
+        raise InputError(f"{code_text(found.code)} is too long to be followed in a")
+    if not found.exists:
+        raise InputError(f"{code_text(found.code)} has no life: {found.status.sentence}")
+    return found
 
 
 def _orbit(code: str, a: float | None, db: Path | None) -> "Orbit":

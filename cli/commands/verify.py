@@ -62,6 +62,10 @@ def verify(
     again: Annotated[
         bool, typer.Option("--again", help="With --rigorous: prove what has a certificate, too.")
     ] = False,
+    births: Annotated[
+        bool,
+        typer.Option("--births", help="Prove that no birth or death is missing for a from 0.02 to 1000."),
+    ] = False,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
     db: options.Database = None,
@@ -103,7 +107,7 @@ def verify(
             partial.update((selection.a, still.partial(selection)) for selection in chosen)
             if a is not None or choice.p is not None:
                 unfilled.extend(filter(None, map(still.unfilled, chosen)))
-            yield from steps(still, chosen, sample, restarts, seed)
+            yield from steps(still, chosen, sample, restarts, seed, births)
         if rigorous:
             from orbitdb.verification.rigorous import certify
 
@@ -136,6 +140,10 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, form:
             note(f"{name}: not every row keeps that {PROMISES[name]}")
         raise typer.Exit(1)
     changes, proved = rows.get("births", 0), rows.get("entropy", 0)
+    if lives := rows.get("lives", 0) + rows.get("undecided", 0):
+        note(
+            f"no birth or death of {rows.get('lives', 0)} of {lives} classes is missing from a = 0.02 to 1000"
+        )
     if not classes and not changes and not proved:
         note(f"nothing to look at in {path}: the file is sound, but no class is stored that was asked for")
         raise typer.Exit(1)

@@ -6,6 +6,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
@@ -137,6 +138,15 @@ class BrowseApp(App[None]):
 
         stored = self.catalogue.find(word, a) if self.catalogue is not None else None
         return solve_word(word, Stadium(a)) if stored is None else stored
+
+    def follow(self, orbit: Orbit, up: bool) -> Orbit:
+        """Return what becomes of an orbit a step farther in a, with its lives."""
+        from orbitdb.cli.tui.following import next_a
+        from orbitdb.filling.single_word import with_existence
+        from orbitdb.orbits.newton import solve_word
+
+        lives = with_existence(orbit).exists if orbit.exists is None else orbit.exists
+        return replace(solve_word(orbit.code, next_a(lives or (), orbit.a, up)), exists=lives)
 
     def certificate(self, orbit: Orbit) -> Certificate:
         """Return the stored proof of an orbit, if there is one."""

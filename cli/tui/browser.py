@@ -35,6 +35,9 @@ class Browser(Protocol):
     def find(self, word: str, a: float) -> Orbit:
         """Return a word's stored orbit, or solve it."""
 
+    def follow(self, orbit: Orbit, up: bool) -> Orbit:
+        """Return what becomes of an orbit a step farther in a, with its lives."""
+
     def certificate(self, orbit: Orbit) -> Certificate:
         """Return what is proved of an orbit."""
 

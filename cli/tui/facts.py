@@ -9,7 +9,9 @@ from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
 from orbitdb.cli.render import number, upwards, with_bound
+from orbitdb.cli.tui.following import bar
 from orbitdb.cli.tui.pictures import phase_points
+from orbitdb.cli.word import lives_text
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
 from orbitdb.symbols.pruning import RULES
@@ -17,6 +19,7 @@ from orbitdb.symbols.words import run_notation
 
 _LONGEST = 30
 _MOST_BOUNCES = 60
+_BAR = 24
 
 Certificate = tuple[float, int] | None
 
@@ -39,6 +42,8 @@ def facts_of(orbit: Orbit, certificate: Certificate = None) -> list[tuple[str, s
         facts += _numbers(orbit)
     elif orbit.margin is not None:
         facts.append(("margin", f"{number('margin', orbit.margin)}, outside"))
+    if orbit.exists:
+        facts += [("exists", bar(orbit.exists, orbit.a, _BAR)), ("", lives_text(orbit.exists))]
     if orbit.class_size is not None:
         facts.append(("class", _class_of(orbit)))
     if orbit.time_reversal is not None:

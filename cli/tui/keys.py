@@ -25,6 +25,7 @@ MAIN: tuple[Group, ...] = (
     ("looking", (
         ("space", "run a particle"),
         ("v", "phase space"),
+        ("< >", "follow it in a"),
         ("m M", "compare, none"),
         ("S", "statistics"),
     )),

@@ -16,6 +16,7 @@ from orbitdb.cli.tui.facts import FactsPanel
 from orbitdb.cli.tui.fill_dialog import FillDialog
 from orbitdb.cli.tui.filling import FillState
 from orbitdb.cli.tui.filter_dialog import FilterDialog
+from orbitdb.cli.tui.following import told
 from orbitdb.cli.tui.orbit_screen import OrbitScreen
 from orbitdb.cli.tui.source import Ordering
 from orbitdb.cli.tui.table import COLUMNS, PagedTable
@@ -41,6 +42,12 @@ class MainScreen(OrbitScreen):
         Binding("s", "sort", "sort"),
         Binding("v", "view", "view"),
         Binding("space", "particle", "run"),
+        Binding(
+            "less_than_sign", "follow(False)", "smaller a, the orbit followed", show=False, key_display="<"
+        ),
+        Binding(
+            "greater_than_sign", "follow(True)", "greater a, the orbit followed", show=False, key_display=">"
+        ),
         Binding("f", "fill", "fill"),
         Binding("S", "statistics", "stats"),
         Binding("e", "export", "export"),
@@ -176,6 +183,16 @@ class MainScreen(OrbitScreen):
         """Send a particle along the orbit, or stop it."""
         self.view = View.STADIUM
         self.query_one(OrbitDrawing).toggle_particle()
+
+    def action_follow(self, up: bool) -> None:
+        """Follow the orbit to a greater or smaller a, past its births and deaths."""
+        self.catch_up()
+        if self.orbit is None:
+            return
+        before = self.orbit
+        self.orbit = followed = self.browser.follow(before, up)
+        if happened := told(followed.exists or (), before.a, followed.a):
+            self.notify(happened)
 
     def action_compare(self) -> None:
         """Mark the orbit to be compared in phase space, or unmark it."""

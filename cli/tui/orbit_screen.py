@@ -281,6 +281,7 @@ class OrbitScreen(Screen[None]):
         if not self.is_mounted:
             return
         self._entitle_facts()
+        self.query_one(OrbitDrawing).a = self.selection.a if orbit is None else orbit.a
         if orbit is None:
             self.query_one(FactsPanel).show(None)
             return
@@ -329,7 +330,9 @@ class OrbitScreen(Screen[None]):
             self.sub_title = f"solving {code_text(word)} …"
 
     def _entitle_facts(self) -> None:
-        self.query_one(FactsPanel).border_title = "facts" if self._solving is None else "solving …"
+        elsewhere = self.orbit is not None and self.orbit.a != self.selection.a
+        facts = f"facts at a = {self.orbit.a:.9g}" if self.orbit is not None and elsewhere else "facts"
+        self.query_one(FactsPanel).border_title = facts if self._solving is None else "solving …"
 
     @work(thread=True, exclusive=True, group="find", exit_on_error=False)
     def _find(self, word: str, a: float) -> None:

@@ -28,15 +28,18 @@ from orbitdb.equality import ByValue
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-_HELD = ((), (1,), (0, 1), (0, 1, 2))
+HELD = ((), (1,), (0, 1), (0, 1, 2))
 """The terms that are held at each level: of ln D, ln K, c2."""
 
 _LOOK_BACK = 4
-_CAUTION = np.array([3.0, 3.0, 3.0, 2.0])
-"""By level; where a mean had to be let go the averages creep. Found by trial: bench_sum_rules.py counts how
+_CHANGES = np.array([3.0, 3.0, 3.0, 0.0])
+_RANGES = np.array([3.0, 3.0, 3.0, 2.0])
+"""By level, how much what the last mean has changed, and the range of the averages, count in the estimate.
+Where a mean had to be let go the averages creep. Where none had to, the change tells of the level below and
+not of what is left: at a = 0.1 it is thirty times as much. Found by trial: bench_sum_rules.py counts how
 often the estimates hold."""
 
-_OF_THE_REST = 0.02
+_OF_THE_REST = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +57,11 @@ class SumRules(ByValue):
     lambda_l_below : ndarray
         lambda of a leg with weights held to one mean less.
     lambda_l_error : ndarray
-        An estimate of its error: twice the sum (three times where a mean had to be let go) of the most
-        that the last mean has changed in the last four periods and of the range of lambda_l in them and
-        the one before, a fiftieth of what is left to the orbits (at a = 1 and 1.6 the averages settle
-        at a value that is off by a hundredth of it), and the error of the exact means. While there are
-        not so many periods, and at most, the width of `ExactMeans.bounds`.
+        An estimate of its error: twice the range of lambda_l in the last five periods, three hundredths
+        of what is left to the orbits (the averages settle at values that are off by up to 1.5 % of it),
+        and the error of the exact means. Where a mean had to be let go, three times that range and
+        three times the most that the last mean has changed lambda_l by in the last four periods. While
+        there are not so many periods, and at most, the width of `ExactMeans.bounds`.
     lambda_d_sum_rule, lambda_c_sum_rule, lambda_d_sum_rule_error, lambda_c_sum_rule_error : ndarray
         The same per bounce and per length.
     """
@@ -87,12 +90,28 @@ def sum_rules(rows: ClassRows, sums: LegSums, highest: int, means: ExactMeans) -
     means : ExactMeans
         Those of the same stadium.
     """
+    return averages_by_period(tilts_by_period(rows, sums, highest, means)[0], means)
+
+
+def tilts_by_period(
+    rows: ClassRows, sums: LegSums, highest: int, means: ExactMeans
+) -> tuple[Floats, dict[int, Floats]]:
+    """Return what the tilts of each period come to, and the last tilts.
+
+    Returns
+    -------
+    ndarray, shape (3, highest - 1)
+        The highest level, sum w (lambda - ln D - ln K - c2) / sum w m there, and at the level below.
+    dict of int to ndarray
+        By level, mu of the sums less their means, not scaled.
+    """
     order = np.argsort(rows.period, kind="stable")
     upto = np.searchsorted(rows.period[order], np.arange(2, highest + 1), side="right")
     terms = np.stack([sums.log_drift, sums.log_kick, sums.coupling])[:, order]
     legs = sums.legs[order]
     held = terms - np.array([mean.value for mean in means.terms])[:, None] * legs
-    held /= legs.mean() if len(legs) else 1.0
+    scale = legs.mean() if len(legs) else 1.0
+    held /= scale
     log_weights = np.log(rows.size[order]) - rows.lyapunov[order]
     rest = rows.lyapunov[order] - terms.sum(axis=0)
     found = np.full((3, highest - 1), np.nan)
@@ -104,7 +123,7 @@ def sum_rules(rows: ClassRows, sums: LegSums, highest: int, means: ExactMeans) -
                 float(one.weights @ rest[:count] / (one.weights @ legs[:count])) for one in known.values()
             ]
             found[:, place] = max(known), values[-1], values[-2] if len(values) > 1 else np.nan
-    return _by_period(found, means)
+    return found, {level: one.mu / scale for level, one in known.items()}
 
 
 def _highest_two(log_weights: Floats, held: Floats, before: dict[int, Tilt]) -> dict[int, Tilt]:
@@ -114,9 +133,9 @@ def _highest_two(log_weights: Floats, held: Floats, before: dict[int, Tilt]) -> 
     only be lost in rounding, where the terms hardly scatter (at huge a).
     """
     tilts: dict[int, Tilt] = {}
-    for level in range(min(before, default=0), len(_HELD)):
+    for level in range(min(before, default=0), len(HELD)):
         start = before[level].mu if level in before else None
-        found = tilt(log_weights, held[list(_HELD[level])], start)
+        found = tilt(log_weights, held[list(HELD[level])], start)
         if found is None:
             break
         tilts[level] = found
@@ -125,12 +144,14 @@ def _highest_two(log_weights: Floats, held: Floats, before: dict[int, Tilt]) -> 
     return {level: tilts[level] for level in sorted(tilts)[-2:]}
 
 
-def _by_period(found: Floats, means: ExactMeans) -> SumRules:
+def averages_by_period(found: Floats, means: ExactMeans) -> SumRules:
+    """Return the averages that tilts come to (`tilts_by_period`), with estimates of their errors."""
     rest, below = found[1:]
     level = np.where(np.isfinite(rest), found[0], 0).astype(np.int64)
     growth = means.growth
-    error = _recent(np.abs(rest - below), _LOOK_BACK, np.max) + _recent(rest, _LOOK_BACK + 1, np.ptp)
-    error = _CAUTION[level] * error + _OF_THE_REST * np.abs(rest) + growth.error
+    error = _CHANGES[level] * _recent(np.abs(rest - below), _LOOK_BACK, np.max)
+    error += _RANGES[level] * _recent(rest, _LOOK_BACK + 1, np.ptp)
+    error += _OF_THE_REST * np.abs(rest) + growth.error
     low, high = means.bounds
     error = np.fmin(error, high - low)
     return SumRules(

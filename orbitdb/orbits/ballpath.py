@@ -114,7 +114,6 @@ class BallPath:
             if _largest([x - y for x, y in zip(self.alpha, origin, strict=True)]) < target:
                 break
         return steps
-        return steps
 
     def between_limits(self, origin: Balls, change: Balls) -> Balls:
         """Return the middles of origin + change, held between the limits."""

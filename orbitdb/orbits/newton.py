@@ -26,7 +26,7 @@ from orbitdb.billiard.legs import (
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.equality import ByValue
 from orbitdb.orbits.bounds import assess
-from orbitdb.orbits.orbit import NUMBERS, Orbit, Orbits, Status
+from orbitdb.orbits.orbit import NUMBERS, Orbit, Orbits, Status, finite
 from orbitdb.orbits.pruned import pruned_word
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.pruning import need_admissible
@@ -142,11 +142,6 @@ def solve_word(word: str, stadium: Stadium | float) -> Orbit:
         solver="newton",
         **(numbers if exists else {"margin": numbers["margin"]}),
     )
-
-
-def finite(number: np.float64) -> float | None:
-    """Return a number as a plain float, None where it is not finite."""
-    return float(number) if np.isfinite(number) else None
 
 
 def solve_in_doubles(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE) -> Orbits:

@@ -1,14 +1,20 @@
 """Orbits: what is known of a batch of words, as a structure of arrays."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from enum import StrEnum
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
+from orbitdb.extras import load
 from orbitdb.symbols.words import from_strings
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
 
@@ -44,6 +50,11 @@ _SENTENCES = {
 
 EXISTING = (Status.ORBIT.value, Status.BOUNDARY.value)
 """Statuses of words that have coordinates, length and lambda."""
+
+
+def finite(number: np.float64) -> float | None:
+    """Return a number as a plain float, None where it is not finite."""
+    return float(number) if np.isfinite(number) else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,14 +143,14 @@ class Orbit(ByValue):
     length, lyapunov, margin, residual, error, length_error, lyapunov_error : float or None
         As in `Orbits`.
     coordinates : ndarray, shape (p,), or None
-        In the order of ``code``.
+        In the order of ``code``; they cannot be written to, so that an orbit may be a key.
     solver : str or None
         ``newton``, or ``relaxation`` for the paper's method; None for a word that is not solved.
     stored : bool
         Whether it comes from a catalogue or was solved on the spot.
     exists : tuple of (float, float or None), or None
         From where to where in a it is an orbit, if the catalogue it comes from has the births of its
-        period; `orbitdb.existence` finds it for any word.
+        period, or `orbitdb.solve_word` was asked for it.
     """
 
     code: str
@@ -161,6 +172,16 @@ class Orbit(ByValue):
     solver: str | None = None
     stored: bool = False
     exists: tuple[tuple[float, float | None], ...] | None = None
+
+    def __post_init__(self) -> None:
+        if self.coordinates is not None:
+            locked = self.coordinates.view()
+            locked.flags.writeable = False
+            object.__setattr__(self, "coordinates", locked)
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()  # an array is loaded as one that can be written to
 
     @property
     def p(self) -> int:
@@ -191,3 +212,28 @@ class Orbit(ByValue):
         if self.points is None or self.p > svg.MOST_BOUNCES:
             return None
         return svg.orbit_svg(Stadium(self.a), self.points, f"The orbit {self.code} at a = {self.a:g}")
+
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw the orbit in its stadium with matplotlib, as in the paper's Fig. 1.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Where to draw; by default in a new figure.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        ValueError
+            If it has no coordinates.
+        ModuleNotFoundError
+            If matplotlib is not installed (extra ``plot``).
+        """
+        points = self.points
+        if points is None:
+            raise ValueError(f"{self.code:.40} at a = {self.a:g} cannot be drawn: {self.status.sentence}")
+        axes = load("orbitdb.plots.axes", "plot()", "plot")
+        return axes.orbit_axes(self.code, Stadium(self.a), points, ax)

@@ -49,15 +49,35 @@ def orbit_svg(stadium: Stadium, points: NDArray[np.float64], title: str, width: 
     ])  # fmt: skip
 
 
+def small_svg(stadium: Stadium, points: NDArray[np.float64], width: int = 150) -> str:
+    """Draw a closed path in its stadium so small that nothing can be written beside it.
+
+    The parameters are those of `orbit_svg`.
+    """
+    scale = (width - 4) / (2 * (stadium.a + 1))
+    height = 2 * scale + 4
+    a, r = f"{stadium.a * scale:.2f}", f"{scale:.2f}"
+    places = " ".join(f"{x:.2f},{y:.2f}" for x, y in _pixels(points, scale))
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height:.0f}"'
+        f' viewBox="{-width / 2:g} {-height / 2:.2f} {width} {height:.2f}">'
+        f'<path d="{_outline(a, r)}" fill="{_PAPER}" stroke="{_WALL}"/>'
+        f'<polygon points="{places}" fill="none" stroke="{_PATH}" stroke-linejoin="round"/></svg>'
+    )
+
+
+def _outline(a: str, r: str) -> str:
+    return f"M-{a} {r}H{a}A{r} {r} 0 0 0 {a} -{r}H-{a}A{r} {r} 0 0 0 -{a} {r}Z"
+
+
 def _walls(stadium: Stadium, scale: float, width: int) -> str:
     """Draw the stadium, and faintly the walls and circles beyond it, as in the paper's Fig. 1."""
     a, r = f"{stadium.a * scale:.2f}", f"{scale:.2f}"
     beyond = f"M{-width / 2:g} -{r}h{width}M{-width / 2:g} {r}h{width}"
     circles = f'<circle cx="-{a}" r="{r}"/><circle cx="{a}" r="{r}"/>'
-    shape = f"M-{a} {r}H{a}A{r} {r} 0 0 0 {a} -{r}H-{a}A{r} {r} 0 0 0 -{a} {r}Z"
     return (
         f'<g fill="none" stroke="{_FAINT}"><path d="{beyond}"/>{circles}</g>\n'
-        f'<path d="{shape}" fill="none" stroke="{_WALL}" stroke-width="2"/>'
+        f'<path d="{_outline(a, r)}" fill="none" stroke="{_WALL}" stroke-width="2"/>'
     )
 
 

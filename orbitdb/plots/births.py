@@ -1,10 +1,11 @@
 """Figures of births and deaths: how many words are orbits at every a."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from orbitdb.equality import ByValue
@@ -78,6 +79,17 @@ def draw_changes(ax: Axes, changes: Mapping[int, Floats], a: Floats) -> None:
         ax.stairs(share, edges, color=colour, linestyle=style, label=f"$p = {p}$")
     _over_a(ax, "share of births and deaths", a)
     ax.legend(loc="upper left")
+
+
+def draw_followed(
+    ax: Axes, a: Floats, values: Floats, label: str, ends: Sequence[float], colour: str
+) -> None:
+    """Draw a number of one orbit over a, shape (k,) each, NaN where it is none, and the ends of its lives."""
+    ax.plot(a, values, color=colour)
+    for end in ends:
+        ax.axvline(end, color=GREY, linewidth=0.8, linestyle=":")
+    _over_a(ax, label, a)
+    ax.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _over_a(ax: Axes, label: str, a: Floats) -> None:

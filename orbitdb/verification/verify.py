@@ -27,6 +27,7 @@ from orbitdb.verification.check import Check, Step, judged, measured, shown
 from orbitdb.verification.completeness import check_counts, check_file, check_pruned, check_words
 from orbitdb.verification.enclosures import check_enclosures
 from orbitdb.verification.invariants import check_consistency, with_bounds
+from orbitdb.verification.lives import prove_lives
 from orbitdb.verification.recomputation import check_against, check_bits, restart
 
 if TYPE_CHECKING:
@@ -42,6 +43,8 @@ PROMISES = {
     "rules": "pruned words break the rules that are stored",
     "fills": "the counts of every filled period are those of its rows",
     "births": "births and deaths take turns, and agree with every fill",
+    "lives": "between a = 0.02 and 1000 no birth or death is missing, and none too many",
+    "undecided": "cells in ln a are small enough to tell that",
     "entropy": "proved bounds on the entropy have a number in common, with new ones, too",
     "values": "every row has what its status demands",
     "statuses": "a new solution gives the same status",
@@ -78,6 +81,7 @@ def verify(
     sample: int | None = None,
     restarts: int = 0,
     seed: int = 0,
+    missing_births: bool = False,
 ) -> Iterator[Step]:
     """Compute a catalogue again and compare.
 
@@ -94,6 +98,8 @@ def verify(
         Solve every class again from so many random starts.
     seed : int, optional
         Of sample and restarts.
+    missing_births : bool, optional
+        Prove that no birth or death is missing, too.
 
     Yields
     ------
@@ -111,6 +117,8 @@ def verify(
         yield Step("file", 0, 1, tuple(check_file(connection)))
         yield Step("counts", 0, 1, tuple(check_counts(connection, selections)))
         yield Step("births", 0, 1, tuple(check_births(connection)))
+        if missing_births:
+            yield from prove_lives(connection)
         yield Step("entropy", 0, 1, tuple(check_enclosures(connection)))
         yield from check_words(connection, chosen.values())
         if sample is None and selections:

@@ -98,8 +98,19 @@ def test_values_are_those_of_trajectories_within_their_errors(a):
     assert (np.abs(found.lambda_l - TRAJECTORIES[a]) < found.lambda_l_error).all()
     assert abs(found.lambda_l[-1] / TRAJECTORIES[a] - 1) < 2e-4
     assert found.level[-1] == (1 if a > 3 else 3)
+    means = exact_means(a)
+    rest, below = (part - means.growth.value for part in (found.lambda_l, found.lambda_l_below))
+    change, width = np.abs(rest - below)[-4:].max(), np.ptp(rest[-5:])
+    said = (3 * width + 3 * change if a > 3 else 2 * width) + 0.03 * np.abs(rest[-1]) + means.growth.error
+    assert found.lambda_l_error[-1] == pytest.approx(min(said, np.diff(means.bounds)[0]), rel=1e-9)
     np.testing.assert_allclose(found.lambda_d_sum_rule * (a + np.pi / 2), found.lambda_l)
     np.testing.assert_allclose(found.lambda_d_sum_rule / found.lambda_c_sum_rule, Stadium(a).mean_free_path)
+
+
+def test_the_estimate_is_of_use_where_the_orbits_say_more():
+    rows, sums = orbits(0.1)
+    found = sum_rules(rows, sums, HIGHEST, exact_means(0.1))
+    assert abs(found.lambda_l[-1] - 0.89199) < found.lambda_l_error[-1] < 0.03  # trajectories +- 0.00015
 
 
 def test_the_order_of_the_orbits_does_not_matter():

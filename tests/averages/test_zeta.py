@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -58,6 +59,15 @@ def test_leading_zero_is_the_least_of_known_zeros(zeros):
     for zero in zeros:
         polynomial *= np.polynomial.Polynomial([1.0, -1 / zero])
     assert leading_zero(polynomial.coef) == pytest.approx(zeros[0], rel=1e-7)
+
+
+def test_a_leading_zero_among_others_has_more_digits_than_an_eigenvalue():
+    """The eigenvalue alone is off by 1e-11 here."""
+    zeros = [0.5, 0.55, 0.6, 0.65, 3, 3.1, 3.2]
+    exact = [Fraction(1)]
+    for zero in map(Fraction, map(str, zeros)):
+        exact = [one - other / zero for one, other in zip([*exact, 0], [0, *exact], strict=True)]
+    assert leading_zero(np.array(exact, float)) == pytest.approx(0.5, rel=2e-12)
 
 
 def listed(factors, cut, degree):

@@ -1,6 +1,7 @@
 """`lyapunov` with sum rules and `simulate --legwise`, as a user calls them."""
 
 import json
+import re
 import sqlite3
 
 import pytest
@@ -59,6 +60,18 @@ def test_a_class_number_that_is_no_words_is_told(filled, cli):
     assert "a class number that is no admissible word's" in found.err
 
 
+@pytest.mark.parametrize("value", ["NULL", "1e308"])
+def test_a_lambda_that_no_orbit_has_is_told(filled, cli, value):
+    with sqlite3.connect(filled) as connection:
+        connection.execute(
+            f"UPDATE orbit SET lyapunov = {value} WHERE length = (SELECT max(length) FROM orbit)"
+        )
+    connection.close()
+    found = cli("lyapunov", "--db", str(filled))
+    assert (found.code, found.out) == (3, "")
+    assert "impossible numbers" in found.err
+
+
 def test_legwise_trajectories_are_stored_and_shown(filled, cli):
     made = cli("simulate", "--legwise", "--bounces", "200000", "--json", "--db", str(filled))
     (row,) = json.loads(made.out)
@@ -98,3 +111,32 @@ def test_a_table_shows_all_methods_within_80_columns(filled, cli):
 )  # fmt: skip
 def test_errors_stand_behind_the_digits_that_they_are_of(value, error, text):
     assert concise(value, error) == text
+
+
+@pytest.mark.parametrize("cut", ["0", "-1", "nan", "1000.1"])
+def test_limits_of_a_cut(filled, cli, cut):
+    done = cli("lyapunov", "--cut", cut, "--db", str(filled))
+    assert (done.code, done.out) == (2, "")
+    assert done.err == f"orbitdb: cut {float(cut):g}: give a lambda above 0 and up to 1000, such as 9\n"
+
+
+def test_the_largest_cuts(filled, cli, monkeypatch):
+    """Up to 1000 as they are; with determinants, up to so many factors, and what is advised is taken."""
+    monkeypatch.setattr("orbitdb.cli.commands.averages._MOST_FACTORS", 600)
+    chosen = ("lyapunov", "--p", "2-4", "--json", "--db", str(filled), "--cut")
+    found, none = cli(*chosen, "1000"), cli(*chosen, "1e-7")
+    assert json.loads(found.out)[0]["cut"] == 1000
+    assert "no average" not in found.err
+    assert json.loads(none.out)[0]["lambda_d_zeta"] is None
+    assert "the zeta function gives no average (no orbit has a lambda up to 1e-07)" in none.err
+    refused = cli(*chosen, "1000", "--weight", "det")
+    assert (refused.code, refused.out) == (2, "")
+    said = r"orbitdb: cut 1000 has too many terms with --weight det: give (\d+) or less\n"
+    most = float(re.fullmatch(said, refused.err)[1])
+    assert cli(*chosen, str(most), "--weight", "det").code == 0
+    assert "too many terms" in cli(*chosen, str(1.2 * most), "--weight", "det").err
+
+
+def test_weights_have_names(filled, cli):
+    done = cli("lyapunov", "--weight", "x", "--db", str(filled))
+    assert done == (2, "", "orbitdb: weight 'x': use exp or det\n")

@@ -20,6 +20,7 @@ from processes import COMMAND
 
 from orbitdb import Catalogue
 from orbitdb.cli.render import with_bound
+from orbitdb.symbols.counting import count_admissible, count_primitive
 
 ROOT = Path(__file__).parents[2]
 KEYS = [
@@ -227,6 +228,31 @@ def test_columns_are_told_once_and_everywhere(cli):
         assert max(map(len, shown.splitlines())) <= 80
 
 
+def test_words_are_asked_for_as_they_are(cli, monkeypatch):
+    once = cli("query", "--code", "1232131", "--code", "13", "--json")
+    assert once == cli("query", "1232131", "13", "--json")
+    monkeypatch.setattr("sys.stdin", io.StringIO("1232131\n13\n"))
+    assert once == cli("query", "-", "--json")
+    assert cli("query", "13", "--p", "3").err == "orbitdb: --p does nothing with --code: leave it out\n"
+    assert cli("query", "-h").out == cli("query", "--help").out != ""
+
+
+def test_tables_for_papers(cli):
+    asked = ("query", "1^60 3", "13", "1001", "-c", "code,status,rules,length,time_reversal", "--format")
+    assert cli(*asked, "markdown").out.splitlines() == [
+        "| code | status | rules | length | time\\_reversal |",
+        "| :-- | :-- | :-- | --: | :-- |",
+        "| 1^60 3 | dynamical |  |  | pair |",
+        "| 13 | orbit |  | 10.4000000 | self |",
+        "| 1001 | geometric | 1 3 6 |  |  |",
+    ]
+    head, _, names, _, long, *_, end = cli(*asked, "latex").out.splitlines()
+    assert (head, end) == (r"\begin{tabular}{lllrl}", r"\end{tabular}")
+    assert names == r"code & status & rules & length & time\_reversal \\"
+    assert long == r"1\textasciicircum{}60 3 & dynamical &  &  & pair \\"
+    assert cli("query", "13", "--format", "markdown").out.startswith("| code | p | status | length |")
+
+
 def test_default_json_keys(cli):
     cli("fill", "--p", "3")
     rows = json.loads(cli("query", "--json").out)
@@ -359,16 +385,16 @@ def test_ctrl_c_ends_with_130_and_goes_on(tmp_path):
     process = subprocess.Popen(
         [*COMMAND, "fill", "--p", "14", "--db", str(path)], stderr=subprocess.PIPE, text=True
     )
+    assert "sequences to come" in process.stderr.readline()
     deadline = time.monotonic() + 60
     while not path.exists() and time.monotonic() < deadline:
         time.sleep(0.05)
-    time.sleep(1.0)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert err.splitlines()[1:] == [  # the first line says what the fill takes
-        "orbitdb: interrupted; nothing that was stored is lost, the same command goes on from there"
-    ]
+    assert err == (
+        "orbitdb: interrupted; nothing that was stored is lost, the same command goes on from there\n"
+    )
     subprocess.run([*COMMAND, "fill", "--p", "5", "--db", str(path)], check=True, capture_output=True)
 
 
@@ -402,3 +428,57 @@ def test_a_bound_that_is_shown_holds_for_the_digits_that_are_shown(value, bound)
     number, _, shown = with_bound(value, bound).partition(" +- ")
     assert abs(Fraction(number) - Fraction(value)) + Fraction(bound) <= Fraction(shown)
     assert Fraction(shown) <= Fraction(11, 10) * (Fraction(bound) + Fraction(math.ulp(value)))
+
+
+def test_a_geometric_fill_keeps_the_pruned_words(cli):
+    """With the rules that each of them breaks; a plain fill keeps none."""
+    chosen = ("query", "--status", "geometric", "--p", "2-4", "--limit", "1000", "--json")
+    cli("fill", "--p", "4")
+    assert json.loads(cli(*chosen).out) == []
+    done = cli("fill", "--p", "4", "--geometric")
+    assert done.code == 0
+    rows = json.loads(cli(*chosen).out)
+    for p in (2, 3, 4):
+        family = p == 2  # 02 breaks no rule and has no orbit of its own
+        assert sum(row["p"] == p for row in rows) == count_primitive(p) - count_admissible(p) - family
+    assert {row["code"]: row["rules"] for row in rows}["0011"] == [1, 3, 6]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        ("fill --p 3 --jobs 0", 2, "0 jobs: give a number from 1 to "),
+        ("fill --code 13 --code 0132 --dry-run", 0, "2 words to solve at a = 1.6, in {db}\n"),
+        ("query --code 1232131 --db {db}", 0, "no catalogue at {db}: solved on the spot\n"),
+        ("browse", 2, "browse needs a terminal: use 'orbitdb query' where there is none\n"),
+    ],
+)
+def test_what_makes_no_catalogue_says_so(cli, tmp_path, arguments, code, said):
+    db = tmp_path / "orbits.db"
+    done = cli(*arguments.format(db=db).split())
+    assert done.code == code
+    assert said.format(db=db) in done.err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        (["query", "-c", "length_"], ["length_error"]),
+        (["query", "--order", "code,length"], ["code,length", "code,length_error"]),
+        (["export", "--status", "orbit,bo"], ["orbit,boundary"]),
+        (["table", "--a", "1"], ["1", "1.6"]),
+    ],
+)
+def test_shells_are_offered_values(varied, monkeypatch, typed, offered):
+    import typer
+
+    from orbitdb.cli.app import app
+
+    monkeypatch.setenv("ORBITDB_DB", str(varied))
+    command = typer.main.get_command(app)
+    with command.make_context("orbitdb", typed[:1], resilient_parsing=True) as top:
+        called = command.commands[typed[0]]
+        context = called.make_context(typed[0], [], parent=top, resilient_parsing=True)
+    option = next(each for each in called.params if typed[1] in each.opts)
+    assert [item.value for item in option.shell_complete(context, typed[2])] == offered

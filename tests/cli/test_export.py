@@ -6,18 +6,26 @@ import io
 import json
 import os
 import resource
+import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from importlib.metadata import version
 
 import numpy as np
 import pytest
+from processes import COMMAND
 from quick import slow_but
 
 from orbitdb import Catalogue, __version__
 from orbitdb import export as files
 from orbitdb.errors import InputError
 
+KEYS = (
+    "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
+    "time_reversal", "class_size", "margin", "residual", "error",
+    "length_error", "lyapunov_error", "symmetry", "solver",
+)  # fmt: skip
 CHOICE = ("--p", "2-5", "--status", "orbit,dynamical")
 NUMBERS = ("a", "length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual", "error")
 TEXTS = ("code", "representative", "status", "time_reversal")
@@ -187,21 +195,34 @@ def test_marked_words_are_no_numbers_to_anybody(varied, cli):
     assert f"w{row['code']}" == table["code"].iloc[-1]
 
 
-@pytest.mark.parametrize("form", ["csv", "jsonl"])
-def test_stdout_is_what_the_file_holds(exported, varied, cli, form):
-    done = cli("export", "--format", form, *CHOICE, "--coordinates", "--db", str(varied))
-    assert done.code == 0
-    assert done.out == exported(form).read_text()
+VIEW = (
+    "SELECT word, representative, a, p, status, rules, length, lyapunov, lyapunov / p, lyapunov / length,"
+    " time_reversal, class_size, margin, residual, error, length_error, lyapunov_error, symmetry, solver"
+    " FROM catalogue WHERE a = 1.6 AND p BETWEEN 2 AND 5 AND status IN ('orbit', 'dynamical')"
+    " ORDER BY p, word"
+)
 
 
-def test_export_is_query_in_a_file(exported, varied, cli):
-    import pandas as pd
+def as_text(value):
+    """Return a value as it stands in a table: every digit of a number, nothing where there is none."""
+    return "" if value is None or value == [] else str(value)
 
-    done = cli("query", *CHOICE, "--format", "csv", "--db", str(varied))
-    with_coordinates = pd.read_csv(exported("csv"), dtype=str)
-    pd.testing.assert_frame_equal(
-        pd.read_csv(io.StringIO(done.out), dtype=str), with_coordinates.drop(columns="coordinates")
-    )
+
+def test_rows_are_what_sqlite_finds_in_the_file(exported, varied, cli):
+    """Three ways to a table, and the numbers and their order as a program without orbitdb reads them."""
+    with closing(sqlite3.connect(varied)) as plain:
+        expected = [[as_text(value) for value in row] for row in plain.execute(VIEW)]
+    assert len(expected) > 100
+    asked = cli("query", *CHOICE, "--format", "csv", "--db", str(varied)).out
+    streamed = cli("export", "--format", "csv", *CHOICE, "--coordinates", "--db", str(varied)).out
+    written = exported("csv").read_text()
+    for text, coordinates in ((asked, 0), (streamed, 1), (written, 1)):
+        header, *rows = csv.reader(io.StringIO(text))
+        assert header == [*KEYS, "coordinates"][: len(KEYS) + coordinates]
+        assert [row[: len(KEYS)] for row in rows] == expected
+    lines = cli("export", "--format", "jsonl", *CHOICE, "--db", str(varied)).out.splitlines()
+    named = [list(json.loads(line).values()) for line in lines]
+    assert [[as_text(value) for value in row] for row in named] == expected
 
 
 def test_rules_are_lists_and_columns_are_chosen(varied, tmp_path, cli):
@@ -250,6 +271,34 @@ def test_a_file_that_is_there_is_kept_without_force(varied, tmp_path, cli):
     assert target.read_text().startswith("code,")
 
 
+def test_a_figure_that_is_there_is_kept_without_force(varied, tmp_path, cli):
+    drawn = ("plot", "orbit", "--code", "13", "--db", str(varied), "-o", str(tmp_path / "x.svg"))
+    (tmp_path / "x.svg").write_text("mine")
+    done = cli(*drawn)
+    assert (done.code, (tmp_path / "x.svg").read_text()) == (2, "mine")
+    assert "--force" in done.err
+    assert cli("export", "-o", str(tmp_path / "x.csv"), "--p", "3", "--db", str(varied)).code == 0
+    assert (tmp_path / "x.csv").exists()
+
+
+@pytest.mark.slow
+def test_a_figure_on_stdout_is_what_the_file_holds(varied, tmp_path, cli):
+    drawn = ("plot", "orbit", "--code", "13", "--db", str(varied))
+    target = tmp_path / "x.svg"
+    target.write_text("old")
+    assert cli(*drawn, "-o", str(target), "--force").code == 0
+    shown = subprocess.run([*COMMAND, *drawn, "-o", "-", "--format", "svg"], capture_output=True, check=True)
+    assert shown.stdout == target.read_bytes()
+
+
+@pytest.mark.slow
+def test_a_wrong_ending_is_told_before_matplotlib_is_loaded(tmp_path):
+    code = "import sys; from orbitdb.cli.main import _run; _run(['plot', 'sheet', '-o', 'x.gif'])"
+    code += "; print('matplotlib' in sys.modules)"
+    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"
+
+
 def test_an_empty_subset_writes_nothing(varied, tmp_path, cli):
     done = cli("export", str(tmp_path / "none.csv"), "--p", "99", "--db", str(varied))
     assert done.code == 1
@@ -267,6 +316,10 @@ def test_an_empty_subset_writes_nothing(varied, tmp_path, cli):
         (["export", "z.parquet", "--mark-words"], 2, "--mark-words is for csv and tsv: parquet keeps words"),
         (["export", "orbits.csv", "-c", "colour"], 2, "colour"),
         (["export", "nowhere/orbits.npz"], 3, "No such file or directory"),
+        (["export", "x.csv", "-o", "y.csv"], 2, "x.csv and -o y.csv: name one file"),
+        (["plot", "entropy", "-o", "x.gif"], 2, "end the name in .png, .svg, .pdf"),
+        (["plot", "entropy", "-o", "-"], 2, "--format"),
+        (["plot", "entropy", "-o", "x.pdf", "--format", "svg"], 2, "leave one of them out"),
         (["plot", "entropy", "-o", "nowhere/x.pdf"], 3, "nowhere/x.pdf cannot be written"),
         (["plot", "entropy", "-o", "/proc/x.svg"], 3, "/proc/x.svg cannot be written"),
     ],

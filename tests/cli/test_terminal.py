@@ -61,17 +61,14 @@ EACH_KIND = [
     ("fill", "--p", "6", *NEW),
     ("bounds", "--window", "6", "--prove", *NEW),
     ("simulate", "--bounces", "30000", *NEW),
-    ("verify", "--p", "2-4"),
     ("export", "{folder}/rows.csv", "--p", "2-4"),
     ("lyapunov", "--cut", "4", "--p", "2-4", "--json"),
 ]
 EACH_QUIET_KIND = [
     ("query", "--code", "1232131"),
     ("query", "--p", "2,3", "--format", "tsv"),
-    ("info",),
     ("query", "--code", "9"),
     ("nothing",),
-    ("export", "--help"),
 ]
 COMMANDS = ("fill", "query", "browse", "table", "entropy", "lyapunov", "simulate", "plot", "export", "verify",
             "bench", "info", "migrate")  # fmt: skip
@@ -348,16 +345,15 @@ def test_odd_terminals(varied, tmp_path, commands, columns, variables):
 
 
 @pytest.mark.parametrize(
-    ("leave", "code", "said"),
+    ("leave", "code", "said", "columns"),
     [
-        ("q", 0, ""),
-        pytest.param("\x03", 0, "", marks=pytest.mark.slow),
-        pytest.param(signal.SIGTERM, 143, TERMINATED.removesuffix(GOES_ON), marks=pytest.mark.slow),
-        pytest.param(signal.SIGINT, 130, INTERRUPTED.removesuffix(GOES_ON), marks=pytest.mark.slow),
-        pytest.param(signal.SIGHUP, 129, TERMINATED.removesuffix(GOES_ON), marks=pytest.mark.slow),
+        ("q", 0, "", 200),
+        pytest.param("\x03", 0, "", 80, marks=pytest.mark.slow),
+        pytest.param(signal.SIGTERM, 143, TERMINATED.removesuffix(GOES_ON), 80, marks=pytest.mark.slow),
+        pytest.param(signal.SIGINT, 130, INTERRUPTED.removesuffix(GOES_ON), 200, marks=pytest.mark.slow),
+        pytest.param(signal.SIGHUP, 129, TERMINATED.removesuffix(GOES_ON), 80, marks=pytest.mark.slow),
     ],
 )
-@pytest.mark.parametrize("columns", [200, pytest.param(80, marks=pytest.mark.slow)])
 def test_browse_leaves_the_terminal_as_it_was(varied, leave, code, said, columns):
     child = spawn("browse", "--db", varied, columns=columns)
     child.expect("quit")

@@ -248,3 +248,12 @@ def test_extended_windows_keep_their_mark():
     windows = Windows(letters_of("UX")[None], np.array([1]))
     assert extended(windows, np.array([True])).texts() == ["UU|X", "XU|X", "AU|X", "BU|X"]
     assert extended(windows, np.array([False])).texts() == ["U|XU", "U|XD", "U|XX", "U|Xa", "U|Xb"]
+
+
+@pytest.mark.parametrize(("name", "value"), [("MAX_WINDOW", 6), ("MOST_UNDECIDED", 100)])
+def test_windows_are_tried_up_to_what_a_machine_can_hold(monkeypatch, name, value):
+    monkeypatch.setattr(f"orbitdb.entropy.bounds.{name}", value)
+    *before, last = levels(Stadium())
+    size = {"MAX_WINDOW": "window", "MOST_UNDECIDED": "undecided"}[name]
+    assert getattr(before[-1], size) <= value <= getattr(last, size)
+    assert (last.window == value) == (name == "MAX_WINDOW")

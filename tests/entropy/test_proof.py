@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from quick import slow_but
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy import proof as module
@@ -24,7 +25,7 @@ def levels(a: float, edges: int) -> list[tuple[Windows, Decision]]:
     return found
 
 
-@pytest.mark.parametrize("a", [0.5, 1.6])
+@pytest.mark.parametrize("a", slow_but([0.5], [0.5, 1.6]))
 def test_balls_prove_all_verdicts_and_no_other(a):
     """Neither the opposite of a verdict, nor any of a window whose ends leave it open."""
     decided = 0
@@ -42,7 +43,7 @@ def test_balls_prove_all_verdicts_and_no_other(a):
     assert decided > 400
 
 
-@pytest.mark.parametrize("a", [1e-3, 0.05, pytest.param(10.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("a", slow_but([0.05], [1e-3, 0.05, 10.0]))
 def test_proved_bounds_are_those_of_doubles(a):
     kept = Proof()
     assert list(search(Stadium(a), window=7, judge=kept.decide)) == list(search(Stadium(a), window=7))

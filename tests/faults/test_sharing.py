@@ -4,12 +4,15 @@ import re
 import sqlite3
 import sys
 import threading
+import time
 from contextlib import closing, suppress
+from types import SimpleNamespace
 
 import pytest
 from contents import agrees, content, is_sound
 from processes import run, run_several, small_blocks, start, wait_until_ready
 
+from orbitdb.store.file import database
 from orbitdb.store.file.database import check_file, reading_engine, writing_engine
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import SCHEMA_VERSION
@@ -137,6 +140,26 @@ def test_two_processes_make_one_file(tmp_path):
     all_end_well(*processes)
     assert is_sound(path)
     assert {fill.p: fill.words for fill in Catalogue(path).fills(1.6)} == {2: 1, 3: 8, 4: 32, 5: 96}
+
+
+def test_a_change_to_another_journal_waits_for_its_turn(filled, monkeypatch):
+    """SQLite itself does not wait there; the other process is done as soon as this one waits."""
+    with closing(sqlite3.connect(filled, isolation_level=None)) as other:
+        assert other.execute("PRAGMA journal_mode = DELETE").fetchone() == ("delete",)
+        other.execute("BEGIN IMMEDIATE")
+        waits = []
+
+        def sleep(seconds: float) -> None:
+            waits.append(seconds)
+            other.execute("ROLLBACK")
+
+        monkeypatch.setattr(database, "time", SimpleNamespace(monotonic=time.monotonic, sleep=sleep))
+        monkeypatch.setattr(database, "BUSY_TIMEOUT", 0.5)
+        writer = Writer(filled, {"command": "test"})
+        with writer.writing() as connection:
+            assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
+        writer.close()
+    assert len(waits) == 1
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """Births in the store: whole, resumable, and what they say of any a."""
 
+import json
 import shutil
 import sqlite3
 from contextlib import closing
@@ -55,6 +56,13 @@ def test_one_row_a_period(born):
     ]  # fmt: skip
     assert found[4].least is None
     assert found[7].largest == pytest.approx(4.773733293664)
+
+
+def test_the_run_says_what_it_was_asked_to_do(born):
+    with closing(sqlite3.connect(born)) as plain:
+        ((parameters,),) = plain.execute("SELECT DISTINCT parameters FROM run").fetchall()
+    asked = json.loads(parameters)
+    assert (asked["command"], asked["periods"]) == ("births", list(range(2, 8)))
 
 
 def test_lives_are_those_of_the_words(born):

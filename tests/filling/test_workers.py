@@ -5,6 +5,7 @@ import signal
 import sqlite3
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import Future
 from contextlib import closing
@@ -20,7 +21,7 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.errors import WorkError
 from orbitdb.filling.blocks import Block, cut_into_blocks, solve_block
 from orbitdb.filling.periods import fill_periods
-from orbitdb.filling.workers import HERE, Processes, in_order
+from orbitdb.filling.workers import HERE, Processes, _signals_held_back, in_order
 from orbitdb.store.file.migrate import migrate
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
@@ -187,3 +188,22 @@ def test_no_process_is_left_behind(tmp_path, how):
     assert not any(Path(f"/proc/{worker}").exists() for worker in workers)
     with closing(sqlite3.connect(path)) as plain:
         assert plain.execute("PRAGMA quick_check").fetchone() == ("ok",)
+
+
+def test_a_signal_that_another_thread_takes_is_held_back():
+    """That thread has no mask, and Python would act on it in the main thread, in the middle of a start."""
+    begin = threading.Event()
+
+    def take() -> None:
+        begin.wait(60)
+        signal.pthread_kill(threading.get_ident(), signal.SIGINT)
+
+    other = threading.Thread(target=take)
+    other.start()
+    finished = False
+    with pytest.raises(KeyboardInterrupt), _signals_held_back():  # noqa: PT012
+        begin.set()
+        other.join()
+        finished = True
+    assert finished
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

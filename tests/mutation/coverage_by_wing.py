@@ -28,12 +28,15 @@ def measured(pytest_arguments: Sequence[str]) -> dict[str, dict]:
             command = [sys.executable, "-m", "coverage", *arguments]
             return subprocess.run(command, cwd=ROOT, env=variables, stdout=sys.stderr, **options).returncode
 
-        failed = coverage("run", "-m", "pytest", *pytest_arguments)
+        tree = Tree(ROOT)
+        sources = ",".join(str(ROOT / folder) for folder in (tree.package, *tree.moved.values()))
+        failed = coverage("run", f"--source={sources}", "-m", "pytest", *pytest_arguments)
         coverage("combine", "--quiet", check=True)
         coverage("json", "--quiet", "-o", str(report), check=True)
         if failed:
             print("some tests failed: what they would have executed is missing", file=sys.stderr)
-        return json.loads(report.read_text())["files"]
+        files = json.loads(report.read_text())["files"]
+        return {Path(path).resolve().relative_to(ROOT).as_posix(): told for path, told in files.items()}
 
 
 def table(wings: dict[str, list[str]], files: dict[str, dict]) -> list[str]:

@@ -4,7 +4,8 @@
 wings; without names, of every wing. The tests that execute the altered line run, those of its wing first,
 quick ones before long ones, in a copy of the tree, which all processes of a test import. The first run finds
 out which tests execute what, and keeps it in ``.mutation``; afterwards tests that were altered run again for
-it, and all of them if the code was.
+it, and all of them if the code was. ``--at FILE:LINE`` and ``--again FILE`` try a line, or what has survived,
+again.
 """
 
 import argparse
@@ -14,7 +15,7 @@ import signal
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from itertools import islice, zip_longest
@@ -80,11 +81,19 @@ class Chosen:
         return Verdict(*place, before, after, outcome, by, self.tests, len(self.run), round(seconds, 1))
 
 
-def sample(paths: Sequence[str], sources: dict[str, str], size: int | None, seed: int) -> list[Mutant]:
+def sample(
+    paths: Sequence[str],
+    sources: dict[str, str],
+    size: int | None,
+    seed: int,
+    wanted: Callable[[Mutant, str], bool] = lambda mutant, source: True,
+) -> list[Mutant]:
     """Return some mutants of some files, or all: of each kind in turn, and whatever is altered elsewhere."""
     kinds: dict[str, list[Mutant]] = {}
     for path in paths:
-        for mutant in mutants(path, sources[path]):
+        for mutant in filter(
+            lambda mutant: wanted(mutant, sources[mutant.path]), mutants(path, sources[path])
+        ):
             kinds.setdefault(mutant.kind, []).append(mutant)
     for alike in kinds.values():
         alike.sort(key=lambda mutant: mutant.rank(sources[mutant.path], seed))
@@ -103,13 +112,26 @@ def within(known: Executed, tests: list[str], most: float) -> list[str]:
     return kept
 
 
+def _wanted(options: argparse.Namespace) -> Callable[[Mutant, str], bool]:
+    """Return what tells whether a mutant is to be tried at all."""
+    if options.again:
+        told = json.loads(options.again.read_text())
+        alive = [each for each in told if each["outcome"] in (_SURVIVED, _NOBODY)]
+        known = {(each["file"], each["kind"], each["before"], each["after"]) for each in alive}
+        return lambda mutant, source: (mutant.path, mutant.kind, *mutant.shown(source)) in known
+    if options.at:
+        return lambda mutant, source: f"{mutant.path}:{mutant.line(source)}" in options.at
+    return lambda mutant, source: True
+
+
 def choose(tree: Tree, known: Executed, options: argparse.Namespace) -> list[Chosen]:
     """Return what is to be tried, wings mixed."""
     wings = tree.wings()
     sources = {path: (tree.root / path).read_text() for paths in wings.values() for path in paths}
+    wanted = _wanted(options)
     found = []
     for wing in options.wings or wings:
-        for mutant in sample(wings[wing], sources, options.sample, options.seed):
+        for mutant in sample(wings[wing], sources, options.sample, options.seed, wanted):
             tests = known.tests_of(mutant, sources)
             run = within(known, tests, options.most)
             limit = _START + _PATIENCE * sum(known.tests[test]["seconds"] for test in run)
@@ -224,6 +246,12 @@ def parse(arguments: Sequence[str] | None, wings: Sequence[str]) -> argparse.Nam
     )
     parser.add_argument("--sample", type=int, metavar="N", help="mutants of each wing; else every mutant")
     parser.add_argument("--seed", type=int, default=1, help="which ones: the same for the same code")
+    parser.add_argument(
+        "--at", action="append", metavar="FILE:LINE", help="only those of this line; repeatable"
+    )
+    parser.add_argument(
+        "--again", type=Path, metavar="FILE", help="only what survived, says a file of --json"
+    )
     parser.add_argument("--jobs", type=int, default=2, help="mutants at a time")
     parser.add_argument("--most", type=float, default=60.0, metavar="S", help="seconds of tests for a mutant")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every verdict to this file, too")
@@ -231,6 +259,8 @@ def parse(arguments: Sequence[str] | None, wings: Sequence[str]) -> argparse.Nam
     for wing in options.wings:
         if wing not in wings:
             parser.error(f"no wing is named {wing!r}: {', '.join(wings)}")
+    if options.sample and (options.at or options.again):
+        parser.error("--at and --again try all that they name: leave out --sample")
     return options
 
 

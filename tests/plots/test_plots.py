@@ -8,8 +8,9 @@ import pytest
 from matplotlib.figure import Figure
 from quick import slow_but
 
-from orbitdb import Stadium, solve_word
+from orbitdb import Catalogue, Stadium, solve_word
 from orbitdb.errors import InputError
+from orbitdb.export import check_ending
 from orbitdb.orbits.svg import number_labels
 from orbitdb.plots import curves, paths, style
 from orbitdb.plots.deviations import draw_deviations
@@ -118,7 +119,7 @@ def test_files_are_what_they_end_in_and_the_same_each_time(tmp_path, ending, hea
 
 def test_an_unknown_ending_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"\.png, \.svg, \.pdf"):
-        style.check_ending(tmp_path / "figure.gif")
+        check_ending(tmp_path / "figure.gif")
 
 
 @pytest.mark.parametrize("a", [1e-3, 0.3, 1.6, 50.0, 1e6])
@@ -204,3 +205,25 @@ def test_json_is_not_a_figure(varied, tmp_path, cli):
     done = cli("plot", "entropy", "-o", str(tmp_path / "f.json"), "--db", str(varied))
     assert done.code == 2
     assert json.dumps("f.json").strip('"') in done.err
+
+
+def test_orbits_and_subsets_draw_themselves_into_axes(varied):
+    from matplotlib import pyplot
+
+    subset = Catalogue(varied).select(p=(2, 4), coordinates=True)
+    _, (left, right) = pyplot.subplots(1, 2)
+    assert subset.plot(ax=left) is left
+    assert len(left.collections[0].get_offsets()) == subset.p[subset.status == "orbit"].sum()
+    assert subset.plot("lengths", ax=right) is right
+    orbit = Catalogue(varied)["3123"]
+    ax = orbit.plot()
+    assert ax.get_title() == orbit.code
+    drawn = [line.get_xydata() for line in ax.lines]
+    assert any(len(path) == 5 and np.array_equal(path[:-1], orbit.points) for path in drawn)
+    pyplot.close("all")
+    with pytest.raises(ValueError, match=r"1001 at .* cannot be drawn: geometrically pruned"):
+        solve_word("1001", 1.6).plot()
+    with pytest.raises(ValueError, match="coordinates=True"):
+        Catalogue(varied).select(p=3).plot()
+    with pytest.raises(ValueError, match="nothing to draw"):
+        Catalogue(varied).select(p=3, status="geometric").plot("lengths")

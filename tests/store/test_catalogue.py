@@ -16,6 +16,7 @@ from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.newton import solve_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.conditions import COLUMNS
+from orbitdb.store.asking.expressions import names_in
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.database import writing_engine
 from orbitdb.store.file.migrate import migrate
@@ -272,3 +273,8 @@ def test_writer_and_reader_work_side_by_side(filled):
         assert connection.exec_driver_sql("SELECT count(*) FROM sequence").scalar() == seen
     with catalogue.reading() as connection:
         assert connection.exec_driver_sql("SELECT count(*) FROM sequence").scalar() > seen or seen >= 9637
+
+
+def test_names_that_an_expression_uses():
+    assert names_in("p > :least and word <> ':no' and length < :most -- :nor\n") == {"least", "most"}
+    assert names_in("p > 2") == set()

@@ -1,6 +1,7 @@
 """The catalogue as a Python object: subsets as arrays, classes for averages, words as keys."""
 
 import importlib.util
+import inspect
 import math
 import os
 import pickle
@@ -8,6 +9,7 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -158,8 +160,112 @@ def test_words_are_keys_in_any_rotation(catalogue):
     assert catalogue["(1)^2 3"].code == "113"
     for absent in ("1232131", "1313", "00", "9", "", 13):
         assert absent not in catalogue
-    with pytest.raises(KeyError, match=r"1232131 is not stored at a = 1\.6"):
-        catalogue["1232131"]
+    with pytest.raises(KeyError, match="1313 repeats 13: ask for that"):
+        catalogue["1313"]
+
+
+@pytest.mark.parametrize(("word", "status"), [("1001", "geometric"), ("1232131", "orbit"), ("20", "family")])
+def test_a_word_that_is_not_stored_is_answered_as_by_the_command_line(catalogue, word, status):
+    orbit = catalogue[word]
+    assert (orbit.code, orbit.status, orbit.stored, word in catalogue) == (word, status, False, False)
+    assert orbit == solve_word(word, 1.6)
+    assert catalogue["001"].stored  # pruned words of three symbols are
+
+
+def test_a_subset_is_a_sequence_of_orbits(catalogue):
+    subset = catalogue.select(p=(2, 4), status="orbit,dynamical,geometric", coordinates=True, order="length")
+    orbits = list(subset)
+    assert [orbit.code for orbit in orbits] == subset.words.tolist()
+    for orbit in (orbits[0], orbits[7], orbits[-1]):
+        assert orbit == catalogue[orbit.code]
+        assert orbit in subset
+    assert {orbit.status for orbit in orbits} == {Status.ORBIT, Status.GEOMETRIC}
+    assert orbits[-1].rules == catalogue[orbits[-1].code].rules != ()
+    assert subset[-1] == subset[len(subset) - 1] == orbits[-1]
+    assert subset[3] != replace(subset[3], lyapunov=None)
+    assert replace(subset[3], lyapunov=1.0) not in subset
+    assert ("3123" in subset, "1232131" in subset, "9" in subset) == (True, False, False)
+
+
+def test_parts_of_a_subset_are_subsets(catalogue):
+    subset = catalogue.select(p=(2, 5), status="orbit", coordinates=True)
+    some = subset[5:50:7]
+    assert repr(some) == "<7 of 121 orbits of period 2 to 5 at a = 1.6>"
+    assert some == subset[[5, 12, 19, 26, 33, 40, 47]] == subset[np.arange(121) % 7 == 5][:7]
+    assert list(some) == list(subset)[5:50:7]
+    np.testing.assert_array_equal(some.coordinates_of(2), subset.coordinates_of(19))
+    assert some[1:][0] == some[1]
+    assert repr(some[1:]) == "<6 of 121 orbits of period 2 to 5 at a = 1.6>"
+    assert subset[:] == subset[np.ones(121, bool)] == subset != subset[1:]
+    assert (len(subset[9:9]), bool(subset[9:9]), list(subset[9:9])) == (0, False, [])
+    for wrong, error in (
+        (121, IndexError),
+        ("13", TypeError),
+        (1.5, IndexError),
+        (np.ones(3, bool), IndexError),
+    ):
+        with pytest.raises(error):
+            subset[wrong]
+
+
+def test_a_subset_as_a_data_frame_and_as_an_arrow_table_is_what_is_exported(varied, catalogue, cli, tmp_path):
+    from pyarrow import parquet
+
+    subset = catalogue.select(p=3, status="orbit,geometric", coordinates=True)
+    chosen = ("--p", "3", "--status", "orbit,geometric", "--coordinates", "--db", str(varied))
+    assert cli("export", str(tmp_path / "x.parquet"), *chosen).code == 0
+    exported = parquet.read_table(tmp_path / "x.parquet")
+    frame, table = subset.to_pandas(), subset.to_arrow()
+    for name in set(exported.column_names) - {"rules"}:
+        assert table[name].type == exported[name].type
+        assert table[name].to_pylist() == exported[name].to_pylist(), name
+        known = [value for value in exported[name].to_pylist() if value is not None]
+        assert [list(v) if name == "coordinates" else v for v in frame[name].dropna()] == known, name
+    assert (frame["code"].dtype, frame["class_size"].dtype, frame["p"].dtype) == ("string", "Int64", "int64")
+    assert frame.attrs["selection"] == subset.selection.describe()
+
+
+def test_what_is_not_installed_is_named_with_what_brings_it(catalogue, monkeypatch):
+    subset = catalogue.select(p=3)
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ModuleNotFoundError, match=r"to_pandas\(\) needs pandas: pip install 'orbitdb"):
+        subset.to_pandas()
+
+
+def test_a_subset_shows_itself_in_a_notebook(catalogue):
+    subset = catalogue.select(p=(3, 4), order="length")
+    html = subset._repr_html_()
+    assert html.count("<svg") == 10
+    assert f"and {len(subset) - 10} more" in html
+    assert "<td>013</td>" in html
+    read = catalogue.select(p=(3, 4), order="length", coordinates=True)._repr_html_()
+    assert html.replace("-0.00", "0.00") == read.replace("-0.00", "0.00")
+    odd = replace(subset[:1], symmetry=np.array(["<script>"], subset.symmetry.dtype))
+    assert "&lt;script&gt;" in odd._repr_html_()
+    assert "<svg" not in catalogue.select(p=3, status="geometric")._repr_html_()
+
+
+def test_a_catalogue_says_what_it_holds_and_closes_behind_a_block(varied, begin_fill, tmp_path):
+    with Catalogue(varied, a=1.0) as catalogue:
+        assert repr(catalogue) == "<Catalogue orbits.db: periods 2-6 at a = 1; periods 2-6 at a = 1.6>"
+        assert catalogue.fills() == catalogue.fills(1.0) != []
+        assert catalogue.find("13") == catalogue["13"]
+        assert next(catalogue.rows(p=2, columns=("a", "code"))) == (1.0, "13")
+    assert repr(Catalogue(varied, a=0.3)).startswith(
+        "<Catalogue orbits.db: no whole period at a = 0.3; periods 2"
+    )
+    path = tmp_path / "new.db"
+    with Catalogue.create(path) as catalogue:
+        assert repr(catalogue) == "<Catalogue new.db: no whole period at a = 1.6>"
+        begin_fill(path, 6, a=0.5).close()
+        assert repr(catalogue) == "<Catalogue new.db: period 6 in part at a = 0.5>"
+    path.unlink()
+    assert "no catalogue at" in repr(catalogue) or "cannot be" in repr(catalogue)
+
+
+def test_criteria_are_named_for_completion():
+    for method in (Catalogue.select, Catalogue.classes, Catalogue.count, Catalogue.rows):
+        assert {"p", "status", "where", "length", "margin"} < set(inspect.signature(method).parameters)
 
 
 def test_iteration_length_and_membership_agree(varied):

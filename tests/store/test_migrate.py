@@ -1,6 +1,7 @@
 """Catalogues of older schemas: copied, brought to the newest one, and sound afterwards."""
 
 import sqlite3
+import subprocess
 import sys
 from contextlib import closing
 from pathlib import Path
@@ -8,7 +9,7 @@ from pathlib import Path
 import pytest
 from contents import content
 from older import make_older
-from processes import kill_group, start
+from processes import start
 
 from orbitdb.errors import StoreError
 from orbitdb.filling.periods import fill_periods
@@ -114,21 +115,30 @@ def test_two_processes_migrate_at_once(older):
         assert plain.execute("PRAGMA user_version").fetchone() == (1,)
 
 
-_SLOWLY = """
-import sqlite3, sys, time
+_KILLED = """
+import os, signal, sqlite3, sys
+from pathlib import Path
 from alembic import command
 from orbitdb.store.file import migrate
-connect = sqlite3.connect
-def slowly(*arguments, **options):
+path, connect = Path(sys.argv[1]), sqlite3.connect
+def counted(*arguments, **options):
     connection = connect(*arguments, **options)
     connection.set_trace_callback(told)
     return connection
 def told(statement):
-    print(statement.split()[0], flush=True)
-    time.sleep(0.002)
-sqlite3.connect = slowly
-from pathlib import Path
-migrate.migrate(Path(sys.argv[1]))
+    global left
+    left -= 1
+    if left < 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+for line in sys.stdin:
+    left = int(line)
+    child = os.fork()  # else each would import all that it needs
+    if not child:
+        sqlite3.connect = counted
+        migrate.migrate(path)
+        os._exit(0)
+    os.waitpid(child, 0)
+    print(flush=True)
 """
 
 
@@ -139,19 +149,22 @@ def test_a_migration_that_is_killed_leaves_old_or_new(older):
     path, before = older
     whole = path.read_bytes()
     versions, statements = set(), 0
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-c", _KILLED, path], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
     while versions != {1, SCHEMA_VERSION}:
         statements += 4
         for part in path.parent.glob("old.db*"):
             part.unlink()
         path.write_bytes(whole)
-        process = start(path, command=[sys.executable, "-P", "-c", _SLOWLY])
-        for _ in range(statements):
-            process.stdout.readline()
-        kill_group(process)
+        print(statements, file=process.stdin, flush=True)
+        assert process.stdout.readline() == "\n"
         with closing(sqlite3.connect(path)) as plain:
             assert plain.execute("PRAGMA integrity_check").fetchone() == ("ok",)
             (version,) = plain.execute("PRAGMA user_version").fetchone()
         versions.add(version)
         assert migrate(path).after == SCHEMA_VERSION
         assert content(path) == before
+    process.communicate()
+    assert process.returncode == 0
     assert statements > 20

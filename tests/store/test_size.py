@@ -19,6 +19,9 @@ def test_what_is_stored_is_not_needed_again(filled, tmp_path):
     rest = count_admissible(9) + count_admissible(10)
     assert need(filled, 1.6, range(2, 11), 1).sequences == rest
     assert need(filled, 1.0, range(2, 11), 1).sequences == everything
+    elsewhere, nowhere = need(filled, 1.0, [8], 1), need(tmp_path / "none.db", 1.0, [8], 1)
+    assert elsewhere.sequences == nowhere.sequences
+    assert elsewhere.seconds < nowhere.seconds  # its words need not be found again
 
 
 @pytest.mark.usefixtures("small_blocks")
@@ -36,6 +39,15 @@ def test_the_room_is_estimated_to_a_factor_of_two(tmp_path):
     for _ in fill_periods(path, 1.6, range(2, 11)):
         pass
     assert path.stat().st_size / 2 < expected < 2 * path.stat().st_size
+
+
+def test_the_time_is_that_of_the_large_fills_alone(filled, monkeypatch):
+    monkeypatch.setattr("orbitdb.filling.estimate._ENOUGH", 500)
+    large = [fill for fill in Catalogue(filled).fills(1.6) if fill.words >= 500]
+    assert len(large) >= 2
+    spent = sum(fill.enumerating + fill.solving + fill.storing for fill in large)
+    each = spent / sum(fill.words for fill in large)
+    assert need(filled, 1.6, [12], 1).seconds == pytest.approx(each * count_admissible(12))
 
 
 @pytest.mark.slow

@@ -1,9 +1,11 @@
 """Selection: a chosen subset of a catalogue, which describes itself in words."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from inspect import Parameter, Signature, signature
 from numbers import Real
+from typing import Any, TypeAlias, TypedDict, TypeVar
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
@@ -17,10 +19,48 @@ from orbitdb.symbols.words import parse
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies")
 """The columns that a selection can bound from below and above."""
 
-CRITERIA = (
-    "a", "p", "status", "time_reversal", "symmetry", "contains", "exists", "not_at", "where", "parameters",
-)  # fmt: skip
-"""What `choose` takes besides, by their names."""
+Bounds: TypeAlias = tuple[float | None, float | None]
+"""The least and the greatest value, both allowed; None where there is none."""
+
+
+class Criteria(TypedDict, total=False):
+    """What a subset can be chosen by, as `choose` takes it."""
+
+    a: float | None
+    p: int | tuple[int, int] | str | Iterable[int] | None
+    status: Status | str | Iterable[Status | str] | None
+    time_reversal: str | None
+    symmetry: str | None
+    contains: str | None
+    exists: float | Iterable[float]
+    not_at: float | Iterable[float]
+    where: str | None
+    parameters: Mapping[str, str | int | float] | None
+    length: Bounds | None
+    lyapunov: Bounds | None
+    lambda_d: Bounds | None
+    lambda_c: Bounds | None
+    margin: Bounds | None
+    born: Bounds | None
+    dies: Bounds | None
+
+
+_Method = TypeVar("_Method", bound=Callable[..., Any])
+
+
+def with_criteria(method: _Method) -> _Method:
+    """Show the criteria of a method, taken as ``**criteria``, one by one in help and completion."""
+    *kept, _ = signature(method).parameters.values()
+    named = [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=kind)
+        for name, kind in Criteria.__annotations__.items()
+    ]
+    method.__signature__ = Signature([*kept, *named])  # type: ignore[attr-defined]
+    return method
+
+
+USUAL_A = 1.6
+"""The paper's stadium."""
 
 _PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
 _LEAST = 2
@@ -63,7 +103,7 @@ class Selection(ByValue):
         What the names (``:name``) in ``where`` stand for.
     """
 
-    a: float = 1.6
+    a: float = USUAL_A
     periods: tuple[tuple[int, int], ...] = ()
     statuses: tuple[Status, ...] = ()
     time_reversal: str | None = None
@@ -71,7 +111,7 @@ class Selection(ByValue):
     contains: str | None = None
     exists: tuple[float, ...] = ()
     not_at: tuple[float, ...] = ()
-    ranges: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
+    ranges: Mapping[str, Bounds] = field(default_factory=dict)
     where: str | None = None
     parameters: Mapping[str, str | int | float] = field(default_factory=dict)
 
@@ -146,7 +186,7 @@ def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
     return tuple(ranges)
 
 
-def parse_bound(text: str) -> tuple[str, tuple[float | None, float | None]]:
+def parse_bound(text: str) -> tuple[str, Bounds]:
     """Read bounds on a measure such as ``length=3:10``, ``margin=:1e-4`` or ``lambda_c=0.4:``.
 
     Raises
@@ -169,7 +209,7 @@ def parse_bound(text: str) -> tuple[str, tuple[float | None, float | None]]:
     return name.strip(), (low, high)
 
 
-def parse_bounds(texts: Iterable[str]) -> dict[str, tuple[float | None, float | None]]:
+def parse_bounds(texts: Iterable[str]) -> dict[str, Bounds]:
     """Read bounds on measures; those on the same one hold together.
 
     Raises
@@ -177,7 +217,7 @@ def parse_bounds(texts: Iterable[str]) -> dict[str, tuple[float | None, float | 
     SelectionError
         If one of them cannot be read (`parse_bound`).
     """
-    found: dict[str, tuple[float | None, float | None]] = {}
+    found: dict[str, Bounds] = {}
     for text in texts:
         name, bounds = parse_bound(text)
         low, high = zip(found.get(name, (None, None)), bounds, strict=True)
@@ -263,7 +303,7 @@ def parse_exists(values: float | Iterable[float]) -> tuple[float, ...]:
 
 
 def choose(
-    a: float = 1.6,
+    a: float | None = None,
     p: int | tuple[int, int] | str | Iterable[int] | None = None,
     status: Status | str | Iterable[Status | str] | None = None,
     time_reversal: str | None = None,
@@ -273,14 +313,14 @@ def choose(
     parameters: Mapping[str, str | int | float] | None = None,
     exists: float | Iterable[float] = (),
     not_at: float | Iterable[float] = (),
-    **ranges: tuple[float | None, float | None],
+    **ranges: Bounds | None,
 ) -> Selection:
     """Return a selection from plain values.
 
     Parameters
     ----------
     a : float, optional
-        The stadium.
+        The stadium, by default 1.6.
     p : int, (int, int), str or iterable of int, optional
         A period, the first and the last of a range (a tuple), text such as ``2,3,5-7``, or all periods
         one by one (a list, a range, an array).
@@ -300,13 +340,13 @@ def choose(
     """
     if unknown := set(ranges) - set(MEASURES):
         raise SelectionError(
-            f"{', '.join(sorted(unknown))}: not a criterion; these are {', '.join((*CRITERIA, *MEASURES))}"
+            f"{', '.join(sorted(unknown))}: not a criterion; these are {', '.join(Criteria.__annotations__)}"
         )
-    spans = {name: _pair(name, bounds) for name, bounds in ranges.items()}
+    spans = {name: _pair(name, bounds) for name, bounds in ranges.items() if bounds is not None}
     if not isinstance(where, str | None):
         raise SelectionError(f"where {where!r:.40}: give an SQL expression such as 'lambda_c < 0.4'")
     return Selection(
-        a=Stadium(a).a,
+        a=Stadium(USUAL_A if a is None else a).a,
         periods=() if p is None else parse_periods(_periods_text(p)),
         statuses=() if status is None else parse_statuses(_listed(status)),
         time_reversal=None if time_reversal is None else parse_reversal(time_reversal),
@@ -336,7 +376,7 @@ def _listed(value: object) -> str:
     return ",".join(map(str, value))
 
 
-def _pair(name: str, bounds: object) -> tuple[float | None, float | None]:
+def _pair(name: str, bounds: object) -> Bounds:
     """Return bounds on a measure; raise unless they are a pair, each a number or None."""
     pair = tuple(bounds) if isinstance(bounds, tuple | list) else ()
     numbers = [bound for bound in pair if bound is not None]

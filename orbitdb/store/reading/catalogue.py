@@ -1,20 +1,23 @@
 """Catalogue: a database of periodic orbits, opened for reading."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit, Status
-from orbitdb.store.asking.selection import Selection, SelectionError, choose
+from orbitdb.store.asking.conditions import COLUMNS
+from orbitdb.store.asking.confinement import never
+from orbitdb.store.asking.selection import Criteria, Selection, SelectionError, choose, with_criteria
 from orbitdb.store.file.database import default_path
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading import enclosures, lives, sweeps
 from orbitdb.store.reading.class_first import count_rows
 from orbitdb.store.reading.counted import Counted, count
 from orbitdb.store.reading.enclosures import Enclosure
-from orbitdb.store.reading.fills import Fill
+from orbitdb.store.reading.fills import Fill, describe_fills
 from orbitdb.store.reading.lives import BirthFill, Life
 from orbitdb.store.reading.lookup import find_word
 from orbitdb.store.reading.reader import Reader
@@ -25,6 +28,9 @@ from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
 if TYPE_CHECKING:
     from orbitdb.store.reading.chosen_classes import ChosenClasses
     from orbitdb.store.reading.subset import Subset
+
+_SHOWN = 4
+"""Further values of a that are told at most."""
 
 _SOLVED = tuple(status for status in Status if status is not Status.GEOMETRIC)
 
@@ -47,14 +53,49 @@ class Catalogue(Reader):
 
     Examples
     --------
-    >>> catalogue = Catalogue("orbits.db", a=1.6)  # doctest: +SKIP
-    >>> catalogue["1232131"].length, "1232131" in catalogue, len(catalogue)  # doctest: +SKIP
-    >>> orbits = catalogue.select(p=(2, 11), status="orbit", lambda_c=(None, 0.4))  # doctest: +SKIP
+    >>> catalogue = Catalogue("orbits.db", a=1.6)
+    >>> catalogue
+    <Catalogue orbits.db: periods 2-11 at a = 1.6>
+    >>> round(catalogue["1232131"].length, 9), "1232131" in catalogue, len(catalogue)
+    (22.454362411, True, 89789)
+    >>> catalogue.select(p=(2, 11), status="orbit", lambda_c=(None, 0.35))
+    <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
+
+    It is closed behind a block, and opened again if something more is asked:
+
+    >>> with Catalogue("orbits.db") as catalogue:
+    ...     catalogue.count(p=7, status="orbit")
+    376
     """
 
     def __init__(self, path: Path | str | None = None, a: float | None = None) -> None:
         self._a = None if a is None else Stadium(a).a
         super().__init__(path)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        try:
+            known = self._contents()
+        except StoreError as error:
+            known = str(error)
+        return f"<Catalogue {self.path.name}: {known}>"
+
+    def _contents(self) -> str:
+        """Say in one line what is filled, at its own a first."""
+        with self.at_one_moment() as still, still.reading() as connection:
+            values = a_stored(connection)
+            try:
+                own = [meant(values) if self._a is None else self._a]
+            except InputError:
+                own = []
+            others = [a for a in values if a not in own]
+            parts = [describe_fills(still.fills(a), a) for a in (*own, *others[:_SHOWN])]
+        return "; ".join(parts) + (f"; and at {len(others) - _SHOWN} more" if len(others) > _SHOWN else "")
 
     def __reduce__(self) -> tuple[type["Catalogue"], tuple[Path, float | None]]:
         """Pickle, and copy, the path and a: the file is opened anew where it is loaded."""
@@ -81,7 +122,45 @@ class Catalogue(Reader):
                 self._a = meant(a_stored(connection))
         return self._a
 
-    def partial(self, selection: Selection | None = None, **criteria: Any) -> list[Fill]:
+    def fills(self, a: float | None = None) -> list[Fill]:
+        """Return what is filled at one a, by default the catalogue's, by period."""
+        return super().fills(self.a if a is None else a)
+
+    @with_criteria
+    def rows(
+        self,
+        selection: Selection | None = None,
+        columns: Sequence[str] = COLUMNS,
+        order: str = "p,code",
+        limit: int | None = None,
+        offset: int = 0,
+        cancelled: Callable[[], bool] = never,
+        **criteria: Unpack[Criteria],
+    ) -> Iterator[tuple[Any, ...]]:
+        """Yield rows of a chosen subset, one a symbol sequence.
+
+        Parameters
+        ----------
+        selection : Selection, optional
+            The subset; or name it by the criteria, as in `select`.
+        columns : sequence of str, optional
+            Some of the columns of the view ``catalogue``.
+        order : str, optional
+            Columns with commas between, each with ``desc`` behind it or ``-`` before it to fall.
+        limit, offset : int, optional
+            How many rows at most, and how many to pass over first.
+        cancelled : callable, optional
+            Asked now and then, while there is a free expression, whether to stop.
+
+        Raises
+        ------
+        SelectionError
+            If a column is not known or ``where`` is refused.
+        """
+        return super().rows(self._chosen(selection, criteria), columns, order, limit, offset, cancelled)
+
+    @with_criteria
+    def partial(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> list[Fill]:
         """Return those periods of a subset that are stored in part: a fill goes on, or was stopped.
 
         The parameters are those of `select`. Rows of such periods are among those that `select`,
@@ -90,7 +169,8 @@ class Catalogue(Reader):
         chosen = self._chosen(selection, criteria)
         return [fill for fill in self.fills(chosen.a) if not fill.whole and chosen.includes(fill.p)]
 
-    def unfilled(self, selection: Selection | None = None, **criteria: Any) -> str | None:
+    @with_criteria
+    def unfilled(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> str | None:
         """Say in one line which periods of a subset are not filled, what is, and what fills them.
 
         None if all that are named are there, if only in part (`partial`). What is not filled is not
@@ -98,24 +178,24 @@ class Catalogue(Reader):
         """
         return self.gaps(self._chosen(selection, criteria))
 
-    def find(self, word: str, a: float) -> Orbit | None:
+    def find(self, word: str, a: float | None = None) -> Orbit | None:
         """Return a primitive word's stored orbit, in the rotation asked for, or None.
 
         Parameters
         ----------
         word : str
             Symbols 0..5, in any rotation.
-        a : float
-            The stadium.
+        a : float, optional
+            The stadium, by default the catalogue's.
 
         Raises
         ------
         WordError
             If it is no word.
         """
-        symbols = parse(word)
+        symbols, at = parse(word), self.a if a is None else a
         with self.reading() as connection:
-            return find_word(connection, symbols, a)
+            return find_word(connection, symbols, at)
 
     def birth_fills(self) -> list[BirthFill]:
         """Return how far births and deaths are stored, by period."""
@@ -159,12 +239,13 @@ class Catalogue(Reader):
         with self.reading() as connection:
             return enclosures.closest(connection, proof)
 
-    def sweeps(self, a: float) -> list[Sweep]:
-        """Return what sweeps have counted and added up at one a, by period."""
+    def sweeps(self, a: float | None = None) -> list[Sweep]:
+        """Return what sweeps have counted and added up at one a, by default the catalogue's, by period."""
         with self.reading() as connection:
-            return sweeps.sweeps(connection, a)
+            return sweeps.sweeps(connection, self.a if a is None else a)
 
-    def counts(self, selection: Selection | None = None, **criteria: Any) -> Counted:
+    @with_criteria
+    def counts(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> Counted:
         """Return the counts of the paper's Table 1 at any a: from a fill, a sweep, or births.
 
         Parameters
@@ -181,32 +262,32 @@ class Catalogue(Reader):
     def __contains__(self, word: object) -> bool:
         """Tell whether what becomes of a word is stored, in any rotation and with any status."""
         try:
-            return isinstance(word, str) and self._get(parse(word)) is not None
+            return isinstance(word, str) and is_primitive(parse(word)) and self.find(word) is not None
         except WordError:
             return False
 
     def __getitem__(self, word: str) -> Orbit:
-        """Return the stored orbit of a word (run notation, too) in the rotation asked for.
+        """Return the orbit of a word (run notation, too), or why there is none, in the rotation asked for.
+
+        A word that is not stored is solved on the spot, as the command line does; its ``stored`` is false.
 
         Raises
         ------
         KeyError
-            If it is not stored; `orbitdb.solve_word` solves any word.
+            If it repeats a shorter word.
         WordError
             If it is no word.
         TypeError
             If it is no text.
         """
         symbols = parse(word)
-        found = self._get(symbols)
-        if found is None and not is_primitive(symbols):
+        if not is_primitive(symbols):
             raise KeyError(f"{word} repeats {primitive_root(symbols)}: ask for that")
-        if found is None:
-            raise KeyError(f"{word} is not stored at a = {self.a:g}")
-        return found
+        if (found := self.find(symbols)) is not None:
+            return found
+        from orbitdb.orbits.newton import solve_word
 
-    def _get(self, word: str) -> Orbit | None:
-        return self.find(word, self.a) if is_primitive(word) else None
+        return solve_word(symbols, self.a)
 
     def __iter__(self) -> Iterator[str]:
         """Yield the stored words by period, as least rotations."""
@@ -219,13 +300,14 @@ class Catalogue(Reader):
     def __bool__(self) -> bool:
         return True
 
+    @with_criteria
     def select(
         self,
         selection: Selection | None = None,
         *,
         order: str = "p,code",
         coordinates: bool = False,
-        **criteria: Any,
+        **criteria: Unpack[Criteria],
     ) -> "Subset":
         """Return a chosen subset as arrays, one entry a symbol sequence.
 
@@ -237,18 +319,29 @@ class Catalogue(Reader):
             Columns to sort by, as in `rows`.
         coordinates : bool, optional
             Whether to read the coordinates, too.
-        **criteria
-            As in `orbitdb.store.asking.selection.choose`, at the catalogue's a unless ``a`` is given.
+        a : float, optional
+            The stadium, by default the catalogue's.
+        p : int, (int, int), str or iterable of int, optional
+            A period, the first and the last of a range (a tuple), text such as ``2,3,5-7``, or all
+            periods one by one (a list, a range, an array).
+        status : Status, str or iterable of them, optional
+            One, or some, also in a text with commas, such as ``orbit,boundary``.
+        time_reversal, symmetry, contains, where, parameters : optional
+            As in `Selection`.
+        length, lyapunov, lambda_d, lambda_c, margin : (float or None, float or None), optional
+            Least and greatest value, such as ``length=(3, None)``.
 
         Examples
         --------
-        >>> catalogue.select(p=(2, 11), status="orbit", length=(None, 9)).words  # doctest: +SKIP
+        >>> catalogue.select(p=(2, 11), status="orbit", length=(None, 11)).words
+        array(['13', '013', '031', '123', '132'], dtype=StringDType())
         """
         from orbitdb.store.reading.subset import read_subset
 
         return read_subset(self, self._chosen(selection, criteria), order, coordinates)
 
-    def classes(self, selection: Selection | None = None, **criteria: Any) -> "ChosenClasses":
+    @with_criteria
+    def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "ChosenClasses":
         """Return the symmetry classes of a chosen subset, with how many of their words are in it.
 
         Only classes with a length and lambda, which are orbits and, if their status is named, orbits
@@ -265,16 +358,20 @@ class Catalogue(Reader):
         chosen = self._chosen(selection, criteria)
         return read_classes(self, chosen if chosen.statuses else replace(chosen, statuses=(Status.ORBIT,)))
 
-    def _chosen(self, selection: Selection | None, criteria: dict[str, Any]) -> Selection:
+    def _chosen(self, selection: Selection | None, criteria: Criteria) -> Selection:
         if selection is not None and criteria:
             raise SelectionError("give a Selection or criteria, not both")
         if not isinstance(selection, Selection | None):
             raise TypeError(f"name a subset by criteria such as p=3 or a Selection, not by {selection!r:.40}")
         if selection is not None:
             return selection
-        return choose(**criteria) if "a" in criteria else choose(self.a, **criteria)
+        named = criteria.copy()
+        if named.get("a") is None:
+            named["a"] = self.a
+        return choose(**named)
 
-    def count(self, selection: Selection | None = None, **criteria: Any) -> int:
+    @with_criteria
+    def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
         """Return the number of rows in a chosen subset; the parameters are those of `select`."""
         chosen = self._chosen(selection, criteria)
         with self.reading() as connection:

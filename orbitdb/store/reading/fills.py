@@ -85,6 +85,14 @@ def as_fill(row: sa.Row[Any]) -> Fill:
     return Fill(pruned=pruned, **{name: values[name] for name in names})
 
 
+def describe_fills(fills: Sequence[Fill], a: float) -> str:
+    """Say in a few words what is filled at one a."""
+    whole, partial = ([fill.p for fill in fills if fill.whole is state] for state in (True, False))
+    parts = [written_periods(whole)] if whole else []
+    parts += [f"{written_periods(partial)} in part"] if partial else []
+    return f"{' and '.join(parts) or 'no whole period'} at a = {exact(a)}"
+
+
 def describe_partial(fills: Sequence[Fill], a: float, left_out: bool = False) -> str:
     """Say in one line that periods are stored in part, and what completes them.
 

@@ -5,11 +5,9 @@ from collections.abc import Sequence
 import sqlalchemy as sa
 
 from orbitdb.errors import InputError
+from orbitdb.store.asking.selection import USUAL_A
 from orbitdb.store.file.schema import fill, orbit, stadium, sweep
 from orbitdb.store.reading.fills import exact
-
-USUAL_A = 1.6
-"""The paper's stadium."""
 
 
 def a_filled(connection: sa.Connection) -> list[float]:

@@ -5,24 +5,33 @@ are read only where they are asked for.
 """
 
 import json
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.orbit import NUMBERS, Status
+from orbitdb.extras import load
+from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite
+from orbitdb.orbits.pruned import pruned_word
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import ENDS
+from orbitdb.store.reading import subset_html, subset_tables
 from orbitdb.store.reading.class_view import class_view
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import coordinates_of, need_elements, need_words, unsound
 from orbitdb.symbols import symmetry
-from orbitdb.symbols.words import from_strings
+from orbitdb.symbols.words import WordError, from_strings, least_rotation, parse
+
+if TYPE_CHECKING:
+    import pandas
+    import pyarrow
+    from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -30,7 +39,7 @@ Texts = NDArray[Any]
 """Arrays of strings of any length (`numpy.dtypes.StringDType`)."""
 
 _TEXT = np.dtypes.StringDType()
-_SHARED_TEXTS = ("representative", "time_reversal", "symmetry")
+_SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 _SHARED_INTEGERS = ("class_size", "walls")
 _SHARED_NUMBERS = (*NUMBERS, *ENDS)
 
@@ -49,9 +58,9 @@ class Subset(ByValue):
         Periods.
     status : ndarray of str, shape (N,)
         Values of `Status`.
-    representative, time_reversal, symmetry : ndarray of str, shape (N,)
-        The class's least word, ``self`` or ``pair``, and the symmetry label; empty for words that
-        are geometrically pruned, which have no class.
+    representative, time_reversal, symmetry, solver : ndarray of str, shape (N,)
+        The class's least word, ``self`` or ``pair``, the symmetry label, and ``newton`` or
+        ``relaxation``; empty for words that are geometrically pruned, which have no class.
     class_size, walls : ndarray of int, shape (N,)
         Words in the symmetry class, and straight bounces; 0 for words that have no class.
     length, lyapunov, margin, residual, error, length_error, lyapunov_error : ndarray, shape (N,)
@@ -65,6 +74,20 @@ class Subset(ByValue):
     unfilled : str or None
         Which of the chosen periods are not filled, in one line (`Catalogue.unfilled`), or lack the births
         that are asked for: what is not filled is not known to be empty.
+    total : int or None
+        How many were chosen, where these are a part of them, taken by an index.
+
+    Examples
+    --------
+    >>> subset = catalogue.select(p=(2, 4), status="orbit", order="length")
+    >>> subset
+    <41 orbits of period 2 to 4 at a = 1.6>
+    >>> subset[0].code, subset[:3], "31" in subset
+    ('13', <3 of 41 orbits of period 2 to 4 at a = 1.6>, True)
+    >>> subset[subset.length > 12].words.tolist()[:2]
+    ['1155', '3344']
+    >>> [orbit.code for orbit in subset[-2:]]
+    ['1133', '4455']
     """
 
     selection: Selection
@@ -74,6 +97,7 @@ class Subset(ByValue):
     representative: Texts
     time_reversal: Texts
     symmetry: Texts
+    solver: Texts
     class_size: Integers
     walls: Integers
     length: Floats
@@ -87,15 +111,86 @@ class Subset(ByValue):
     dies: Floats
     coordinates: Floats | None = None
     unfilled: str | None = None
+    total: int | None = None
 
     def __len__(self) -> int:
         return len(self.words)
 
     def __repr__(self) -> str:
-        known = f"{len(self)} {self.selection.describe()}"
+        known = f"{len(self)}{'' if self.total is None else f' of {self.total}'} {self.selection.describe()}"
         if self.unfilled is None:
             return f"<{known}>"
         return f"<{known}; {self.unfilled}>" if len(self) else f"<{self.unfilled}>"
+
+    def __bool__(self) -> bool:
+        return len(self) > 0
+
+    def __iter__(self) -> Iterator[Orbit]:
+        """Yield the sequences one by one, as orbits."""
+        return map(self._orbit, range(len(self)))
+
+    def __contains__(self, word: object) -> bool:
+        """Tell whether a word is there, in any rotation, or an orbit as it is here."""
+        if isinstance(word, Orbit):
+            return any(word == orbit for orbit in self[np.flatnonzero(self.words == word.code)])
+        try:
+            return isinstance(word, str) and least_rotation(parse(word)) in self.words
+        except WordError:
+            return False
+
+    @overload
+    def __getitem__(self, rows: int | np.integer[Any]) -> Orbit: ...
+    @overload
+    def __getitem__(self, rows: slice | Sequence[int] | NDArray[Any]) -> "Subset": ...
+
+    def __getitem__(
+        self, rows: int | np.integer[Any] | slice | Sequence[int] | NDArray[Any]
+    ) -> "Orbit | Subset":
+        """Return one sequence as an orbit, or some: those of a slice, of numbers, or of a mask.
+
+        Raises
+        ------
+        IndexError
+            If there is no such row.
+        """
+        if isinstance(rows, str):
+            raise TypeError(
+                f"rows have numbers, not names such as {rows!r:.40}: a catalogue has words as keys"
+            )
+        places = np.arange(len(self))[list(rows) if isinstance(rows, tuple) else rows]
+        if places.ndim == 0:
+            return self._orbit(int(places))
+        return self._part(places)
+
+    def _part(self, places: NDArray[np.intp]) -> "Subset":
+        if np.array_equal(places, np.arange(len(self))):
+            return self
+        arrays = {each.name: getattr(self, each.name) for each in fields(self)}
+        of_rows = {name: values[places] for name, values in arrays.items() if name in _OF_ROWS}
+        if self.coordinates is not None:
+            parts = [self.coordinates_of(place) for place in places.tolist()]
+            of_rows["coordinates"] = np.concatenate([np.zeros(0), *parts])
+        return replace(self, **of_rows, total=len(self) if self.total is None else self.total)
+
+    def _orbit(self, n: int) -> Orbit:
+        """Return one sequence; its coordinates are there if they were read, `exists` is not."""
+        word, a = str(self.words[n]), self.selection.a
+        if (pruned := pruned_word(word, a)) is not None:
+            return replace(pruned, stored=True)
+        status = Status(str(self.status[n]))
+        known: dict[str, Any] = {name: str(getattr(self, name)[n]) for name in _SHARED_TEXTS}
+        known |= {name: finite(getattr(self, name)[n]) for name in NUMBERS}
+        return Orbit(
+            code=word,
+            a=a,
+            status=status,
+            class_size=int(self.class_size[n]),
+            coordinates=self.coordinates_of(n)
+            if self.coordinates is not None and status in EXISTING
+            else None,
+            stored=True,
+            **known,
+        )
 
     @property
     def lambda_d(self) -> Floats:
@@ -126,6 +221,90 @@ class Subset(ByValue):
         if self.coordinates is None:
             raise ValueError("the coordinates were not read: use select(..., coordinates=True)")
         return self.coordinates
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return the rows as a data frame of pandas; words and other texts stay texts.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If pandas is not installed (extra ``pandas``).
+        """
+        frame = subset_tables.to_pandas(self._columns(), self._lists(), self.representative == "")
+        frame.attrs |= {"selection": self.selection.describe()}
+        return frame
+
+    def to_arrow(self) -> "pyarrow.Table":
+        """Return the rows as a table of Arrow, with the types of an exported parquet file.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If pyarrow is not installed (extra ``parquet``).
+        """
+        notes = {"selection": self.selection.describe(), "a": self.selection.a}
+        return subset_tables.to_arrow(self._columns(), self._lists(), self.representative == "", notes)
+
+    def plot(
+        self, kind: Literal["phase space", "lengths"] = "phase space", ax: "Axes | None" = None
+    ) -> "Axes":
+        """Draw the orbits with matplotlib: their bounces in phase space, or how many are no longer than L.
+
+        Parameters
+        ----------
+        kind : str, optional
+            The phase space needs the coordinates (``select(..., coordinates=True)``).
+        ax : matplotlib.axes.Axes, optional
+            Where to draw; by default in a new figure.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        ValueError
+            If there are no orbits, no coordinates, or no such kind of figure.
+        ModuleNotFoundError
+            If matplotlib is not installed (extra ``plot``).
+        """
+        if kind not in ("phase space", "lengths"):
+            raise ValueError(f"kind {kind!r}: draw the 'phase space' or the 'lengths'")
+        orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
+        if not len(orbits):
+            raise ValueError(f"there is nothing to draw among {self!r}")
+        title, axes = self.selection.describe(), load("orbitdb.plots.axes", "plot()", "plot")
+        if kind == "lengths":
+            return axes.lengths_axes(title, orbits.length, ax)
+        periods = [
+            (*orbits.of_period(p), orbits.lambda_d[orbits.p == p]) for p in np.unique(orbits.p).tolist()
+        ]
+        return axes.phase_space_axes(title, Stadium(self.selection.a), periods, ax)
+
+    def _repr_html_(self) -> str:
+        """Show the first rows with small pictures, for notebooks; what was not read is solved on the spot."""
+        from orbitdb.orbits.newton import solve_word
+
+        shown = list(self[: subset_html.MOST_ROWS])
+        for place, orbit in enumerate(shown):
+            if orbit.coordinates is None and orbit.status in EXISTING and orbit.p <= subset_html.MOST_BOUNCES:
+                solved = solve_word(orbit.code, Stadium(orbit.a))
+                shown[place] = replace(orbit, coordinates=solved.coordinates)
+        return subset_html.subset_html(repr(self).strip("<>"), shown, len(self))
+
+    def _columns(self) -> dict[str, NDArray[Any]]:
+        """Return the columns of one entry a row by their names in the catalogue."""
+        texts = {"code": self.words, "a": np.full(len(self), self.selection.a)}
+        return texts | {name: getattr(self, name) for name in _TOLD}
+
+    def _lists(self) -> subset_tables.Lists:
+        return None if self.coordinates is None else (self.coordinates, self.start)
+
+
+_TOLD = ("representative", "p", "status", "length", "lyapunov", "lambda_d", "lambda_c", "time_reversal",
+         "class_size", "walls", "margin", "residual", "error", "length_error", "lyapunov_error", "symmetry",
+         "solver", *ENDS)  # fmt: skip
+_OF_ROWS = {each.name for each in fields(Subset)} - {"selection", "coordinates", "unfilled", "total"}
 
 
 def read_subset(reader: Reader, selection: Selection, order: str, coordinates: bool) -> Subset:

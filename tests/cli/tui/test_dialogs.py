@@ -11,8 +11,6 @@ from orbitdb.store.asking.selection import Selection
 
 LONG_PATH = "/a" * 120
 
-both_sizes = pytest.mark.parametrize("size", [pytest.param(SMALL, marks=pytest.mark.slow), TINY])
-
 
 def squeezed(text):
     return "".join(text.split())
@@ -91,8 +89,7 @@ DIALOGS = [
 
 
 @pytest.mark.slow
-@both_sizes
-def test_dialogs_are_wholly_visible(filled, size):
+def test_dialogs_are_wholly_visible(filled):
     filled.with_name("there.csv").touch()
 
     async def steps(app, pilot):
@@ -105,28 +102,28 @@ def test_dialogs_are_wholly_visible(filled, size):
             while len(app.screen_stack) > 1:
                 await press(pilot, "escape")
 
-    drive(filled, steps, size)
+    drive(filled, steps, TINY)
 
 
 @pytest.mark.slow
-@both_sizes
 @pytest.mark.parametrize("key", ["question_mark", "S"])
-def test_keys_are_wholly_readable(filled, size, key):
+def test_keys_are_wholly_readable(filled, key):
     async def steps(app, pilot):
         await press(pilot, *dict.fromkeys((key, "question_mark")))
         assert isinstance(app.screen, KeysDialog)
-        await pilot.resize_terminal(size[0], 60)  # where there are fewer rows, they are scrolled
+        await pilot.resize_terminal(TINY[0], 60)  # where there are fewer rows, they are scrolled
+        await settle(pilot)
         text = seen(app, app.screen.region)
         for _, keys in app.screen._groups:
             for name, meaning in keys:
                 assert squeezed(name) in text
                 assert all(word in text for word in meaning.split())
 
-    drive(filled, steps, size, Selection(periods=((2, 3),)))
+    drive(filled, steps, TINY, Selection(periods=((2, 3),)))
 
 
-@both_sizes
 @pytest.mark.slow
+@pytest.mark.parametrize("size", [SMALL, TINY])
 def test_notifications_are_wholly_visible(filled, size):
     async def steps(app, pilot):
         message = f"{LONG_PATH} is read-only: copy it, or name another file with --db, " + "and so on, " * 20

@@ -1,12 +1,17 @@
-"""The fill dialog says what a fill is going to take before it begins."""
+"""The fill dialog says what a fill is going to take before it begins, and what went wrong."""
+
+import sqlite3
+from contextlib import closing
 
 import pytest
-from screens import drive, press, send, settle, shown, until
+from screens import drive, press, send, settle, shown, table_of, until
 
 from orbitdb.cli.tui.dialogs import QuestionDialog
 from orbitdb.cli.tui.fill_dialog import FillDialog
 from orbitdb.cli.tui.filling import FillState, Wish
+from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.filling.estimate import need
+from orbitdb.store.reading.catalogue import Catalogue
 
 
 def cost(app):
@@ -95,3 +100,40 @@ def test_keys_go_into_the_periods_from_the_first_on(tmp_path):
 
     drive(tmp_path / "new.db", steps)
     assert focused == ["periods"]
+
+
+@pytest.mark.slow
+def test_what_fails_is_told_and_the_screen_goes_on(filled, tmp_path, monkeypatch):
+    """An export that finds no folder, and a fill while another process writes for long."""
+    monkeypatch.setattr("orbitdb.store.file.database.BUSY_TIMEOUT", 0.1)
+    nowhere = tmp_path / "none" / "rows.csv"
+
+    async def steps(app, pilot):
+        rows = len(table_of(app).source)
+        await pilot.press("e")
+        app.screen.query_one("Input").value = str(nowhere)
+        await settle(pilot)
+        assert "the chosen rows, in full precision" in shown(app)
+        app.screen.query_one("Input").value = "rows.gif"
+        await settle(pilot)
+        assert "rows.gif: end the name in .csv, " in shown(app)
+        app.screen.query_one("Input").value = str(nowhere)
+        await press(pilot, "enter")
+        assert isinstance(app.screen, MainScreen)
+        await press(pilot, "f")
+        app.screen.query_one("#a").value = "1"
+        app.screen.query_one("#periods").value = "2-3"
+        await press(pilot, "enter")
+        assert app.fill_state.state == "failed"
+        assert "another process that writes" in app.fill_state.sentence()
+        await press(pilot, "escape")
+        told = [(note.severity, note.message) for note in app._notifications]
+        assert any(severity == "error" and str(nowhere.parent) in message for severity, message in told)
+        assert ("error", f"fill {app.fill_state.sentence()}") in told
+        assert len(table_of(app).source) == rows
+
+    with closing(sqlite3.connect(filled, isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        drive(filled, steps)
+        other.execute("ROLLBACK")
+    assert [fill.a for fill in Catalogue(filled).fills() if fill.a != 1.6] == []

@@ -146,12 +146,11 @@ def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypatch):
     async def steps(app, pilot):
         await pilot.press("slash")
         app.screen.query_one("Input").value = slow
-        await pilot.pause(0.5)
-        assert told(app) == "reading …"
+        await until(lambda: len(looks) > 10 and told(app) == "reading …")
         began = time.monotonic()
         await pilot.press("ctrl+u", *"p = 2")
         assert app.screen.query_one("Input").value == "p = 2"
-        assert time.monotonic() - began < 5
+        assert time.monotonic() - began < 30
         await typed(pilot, "p = 2")
         assert told(app).startswith("1 of ")
         count = len(looks)

@@ -97,8 +97,7 @@ def test_moving_through_the_table(filled, size):
 
 
 @pytest.mark.slow
-@both_sizes
-def test_sorting_by_key_and_by_heading(filled, size):
+def test_sorting_by_key_and_by_heading(filled):
     async def steps(app, pilot):
         table = table_of(app)
         await press(pilot, "s", "j", "enter")
@@ -112,7 +111,7 @@ def test_sorting_by_key_and_by_heading(filled, size):
         await settle(pilot)
         assert app.screen.ordering.column == "code"
 
-    drive(filled, steps, size)
+    drive(filled, steps)
 
 
 @pytest.mark.slow
@@ -140,8 +139,7 @@ def test_the_cursor_stays_on_its_word_when_the_order_changes(filled):
 
 
 @pytest.mark.slow
-@both_sizes
-def test_quick_choices(filled, size):
+def test_quick_choices(filled):
     async def steps(app, pilot):
         screen = app.screen
         await press(pilot, "o")
@@ -161,7 +159,7 @@ def test_quick_choices(filled, size):
         assert screen.orbit.a == 1.0
         assert "a = 1 " in shown(app)
 
-    drive(filled, steps, size)
+    drive(filled, steps)
 
 
 @pytest.mark.slow
@@ -175,8 +173,7 @@ def test_an_empty_subset_shows_nothing(filled):
 
 
 @pytest.mark.slow
-@both_sizes
-def test_a_code_in_any_rotation(filled, size):
+def test_a_code_in_any_rotation(filled):
     async def steps(app, pilot):
         await ask(pilot, "c", "3112321")
         assert app.screen.orbit.code == "3112321"
@@ -186,7 +183,7 @@ def test_a_code_in_any_rotation(filled, size):
         await press(pilot, "j")
         assert least_rotation(app.screen.orbit.code) != least_rotation("3112321")
 
-    drive(filled, steps, size)
+    drive(filled, steps)
 
 
 @pytest.mark.slow
@@ -256,8 +253,7 @@ def test_it_opens_at_a_code_and_with_a_filter(filled):
 
 
 @pytest.mark.slow
-@both_sizes
-def test_moving_in_the_class(filled, size):
+def test_moving_in_the_class(filled):
     async def steps(app, pilot):
         await ask(pilot, "c", "0132")
         length = app.screen.orbit.length
@@ -269,7 +265,7 @@ def test_moving_in_the_class(filled, size):
             seen.add(table_of(app).row[0])
         assert len(seen) == app.screen.orbit.class_size == 4
 
-    drive(filled, steps, size)
+    drive(filled, steps)
 
 
 @pytest.mark.slow
@@ -384,7 +380,7 @@ def test_an_empty_place_greets_and_is_filled(tmp_path, size):
         assert isinstance(app.screen, FillDialog)
         app.screen.query_one("#periods").value = "2-5"
         await press(pilot, "enter")
-        assert app.fill_state.state == "done"
+        assert app.fill_state.sentence() == "done: 137 sequences"
         await press(pilot, "escape")
         assert len(table_of(app).source) == 137
         assert app.screen.orbit.stored
@@ -394,8 +390,7 @@ def test_an_empty_place_greets_and_is_filled(tmp_path, size):
 
 
 @pytest.mark.slow
-@both_sizes
-def test_single_words_are_filled_by_a_click(filled, tmp_path, size):
+def test_single_words_are_filled_by_a_click(filled, tmp_path):
     path = tmp_path / "orbits.db"
     path.write_bytes(filled.read_bytes())
 
@@ -408,7 +403,7 @@ def test_single_words_are_filled_by_a_click(filled, tmp_path, size):
         await press(pilot, "escape")
         assert len(table_of(app).source) > before
 
-    drive(path, steps, size)
+    drive(path, steps)
 
 
 @pytest.mark.slow
@@ -427,8 +422,7 @@ def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
         await send(app, "f", FillDialog)
         await until(lambda: app.screen.query("#stop"))
         app.screen.query_one("#stop").press()
-        await settle(pilot)
-        assert app.fill_state.state == "stopped"
+        await until(lambda: app.fill_state.state == "stopped")
 
     drive(path, steps)
     done = [fill.p for fill in Catalogue(path).fills(1.6) if fill.state == "done"]
@@ -492,8 +486,7 @@ def test_a_read_only_file_can_be_read_and_not_filled(filled, tmp_path, monkeypat
 
 
 @pytest.mark.slow
-@both_sizes
-def test_copy_and_export(filled, tmp_path, size):
+def test_copy_and_export(filled, tmp_path):
     async def steps(app, pilot):
         await ask(pilot, "c", "1232131")
         await press(pilot, "y")
@@ -504,7 +497,7 @@ def test_copy_and_export(filled, tmp_path, size):
         assert isinstance(app.screen, LineDialog)
 
     chosen = Selection(statuses=(Status.ORBIT,), periods=((2, 4),))
-    drive(filled, steps, size, chosen)
+    drive(filled, steps, selection=chosen)
     with (tmp_path / "rows.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [(row["code"],) for row in rows] == list(Catalogue(filled).rows(chosen, ("code",)))

@@ -1,0 +1,25 @@
+"""Write the Python of the pages into modules, one a page, for type checkers to read.
+
+python docs/examples.py FOLDER
+"""
+
+import sys
+from pathlib import Path
+
+from pages import PAGES, examples
+
+
+def write_modules(folder: Path) -> list[Path]:
+    """Write a module for every page that has Python, named after it; return their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    made = []
+    for page in PAGES:
+        parts = [example.source for example in examples(page) if example.language == "python"]
+        if parts:
+            made.append(folder / f"{page.stem.lower().replace('-', '_')}_page.py")
+            made[-1].write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+    return made
+
+
+if __name__ == "__main__":
+    print(*write_modules(Path(sys.argv[1])), sep="\n")

@@ -1,0 +1,336 @@
+"""What a word can do inside a cell of x = ln a: bounds that hold at every a in it.
+
+Around the middle of a cell, a solution in doubles, the maximum of the length moves by what the first and
+the second derivative of its directions in x allow. Both solve a system with the matrix A = -H, and the
+absolute values of a solution are no larger than v max(|b_i| / q_i), for any v > 0 with
+
+    q_i = D_i v_i + w_i (v_i - v_{i-1}) + w_{i+1} (v_i - v_{i+1}) > 0,
+
+D and w the curvatures of leg and run, wherever in the cell these are taken (docs/proof.md). So it is told
+of a whole cell, and not of points in it, that a word is an orbit all over it, or none, or that the slacks
+that could be zero in it all rise, so that it can be born there once and cannot die, or that all fall.
+
+All quantities are computed in doubles, good to `_ROUNDING` of their size; bounds are widened by that.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.bounces import slack_changes, smooth_slacks
+from orbitdb.billiard.legs import (
+    Chain,
+    Derivatives,
+    centre_directions,
+    derivatives,
+    direction_limits,
+    following,
+    preceding,
+    turns,
+)
+from orbitdb.billiard.stadium import HALF_PI
+from orbitdb.equality import ByValue
+from orbitdb.orbits.bounds import direction_errors
+from orbitdb.orbits.continuation import motion
+from orbitdb.orbits.newton import minus_hessian, newton, solve_cyclic
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+_ROUNDING = 1e-10
+_WIDER = 1 + 1e-9
+_BEYOND_LIMITS = 12
+_FIRST, _HALVINGS, _MOST = 0.07, 24, 1500
+"""Radius of the first cells in ln a, how often a cell is halved, and how many of a word are at most.
+
+As a goes to 0 some slacks go like a^5: there cells would be as small as a^(5/2), and are given up.
+"""
+_SHARE, _LEAST = 0.1, 0.01
+_ROOM = 1.25
+"""How much farther than foreseen the directions may move before a cell is given up."""
+
+
+class Kind(IntEnum):
+    """What is proved of a word in a cell."""
+
+    OPEN = 0
+    ALIVE = 1
+    DEAD = 2
+    RISING = 3
+    FALLING = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Cells(ByValue):
+    """Cells of N words, each around its own x.
+
+    Attributes
+    ----------
+    word : ndarray of int, shape (N,)
+        Which word.
+    x, radius : ndarray, shape (N,)
+        The middle in ln a, and how far the cell reaches to both sides.
+    start : ndarray, shape (m, N)
+        Directions to look from (radians).
+    """
+
+    word: NDArray[np.intp]
+    x: Floats
+    radius: Floats
+    start: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class _Reach(ByValue):
+    """What may be said of all points of a cell, shape (m, N) each.
+
+    Attributes
+    ----------
+    beyond, stiff, soft : ndarray
+        Least D, and most and least w.
+    lean, pull, drag : ndarray
+        Most of \\|dD/dalpha\\|, of 2 a \\|sin alpha\\| and of 2 a cos alpha.
+    bend : ndarray
+        Most of \\|d w/d(alpha_in + alpha_out)\\|.
+    """
+
+    beyond: Floats
+    stiff: Floats
+    soft: Floats
+    lean: Floats
+    pull: Floats
+    drag: Floats
+    bend: Floats
+
+
+def judge(legs: Chain, cells: Cells) -> tuple[NDArray[np.int8], Floats, Floats]:
+    """Tell what is proved of words in their cells.
+
+    Parameters
+    ----------
+    legs : Chain
+        The words, one column a cell.
+    cells : Cells
+
+    Returns
+    -------
+    kind : ndarray of int8, shape (N,)
+        Values of `Kind`.
+    alpha, drift : ndarray, shape (m, N)
+        Directions in the middle, and d alpha/dx there where nothing is pressed.
+    """
+    a, r = np.exp(cells.x), cells.radius
+    box = _box(legs, a, r)
+    alpha = _maximum(legs, a, cells.start, box)
+    slopes = derivatives(legs, a, alpha)
+    pressed = ((alpha <= box[0]) & (slopes.gradient < 0)) | ((alpha >= box[1]) & (slopes.gradient > 0))
+    off = direction_errors(legs, a, alpha, slopes, pressed)
+    pull = 2 * a * np.sin(alpha)
+    diagonal, beside = minus_hessian(legs, slopes, np.zeros_like(pressed))
+    drift = solve_cyclic(diagonal, beside, -pull[None])[0]
+    sigma, bend = _turning(legs, drift), np.cos(turns(legs, alpha).half) / (4 * legs.k**2)
+    kicks = np.abs(bend) * sigma**2
+    forcing = np.abs(pull) + 4 * a * np.cos(alpha) * np.abs(drift) + np.abs(slopes.lean) * drift**2
+    forcing += kicks + following(kicks)
+    v, u = solve_cyclic(
+        diagonal, -np.abs(beside), np.stack([_lifted(np.abs(pull), slopes), _lifted(forcing, slopes)])
+    )
+    room = _ROOM * v * r + 4 * off
+    reach = _reach(legs, a, r, alpha, room)
+    speed = v * _largest(reach.pull / _firmness(reach, v))
+    sound = (_firmness(reach, v) > 0).all(axis=0) & (_firmness(reach, u) > 0).all(axis=0)
+    sound &= (off + speed * r < room).all(axis=0)
+    slack = smooth_slacks(legs, alpha)
+    moved = _spread(legs, off + speed * r) + _ROUNDING
+    dead = (slack + moved < 0).any(axis=(0, 1))
+    free = sound & ((alpha - room > box[0]) & (alpha + room < box[1])).all(axis=0)
+    wrong = u * _largest(_second(reach, np.abs(drift), off) / _firmness(reach, u)) + _ROUNDING * (
+        1 + np.abs(drift)
+    )
+    second = u * _largest(_forcing(legs, reach, speed) / _firmness(reach, u))
+    for _ in range(2):
+        along = np.minimum(speed, np.abs(drift) + wrong + r * second)
+        second = np.minimum(second, u * _largest(_forcing(legs, reach, along) / _firmness(reach, u)))
+    slope = slack_changes(legs, drift)
+    loose, bent = _spread(legs, wrong), _spread(legs, second)
+    away = _spread(legs, off) + (np.abs(slope) + loose) * r + bent * r**2 / 2 + _ROUNDING
+    touched = (slack - np.minimum(moved, away) <= 0) & np.isfinite(slack)
+    play = (loose + bent * r) * _WIDER + _ROUNDING
+    rising = (~touched | (slope - play > 0)).all(axis=(0, 1))
+    falling = (~touched | (slope + play < 0)).all(axis=(0, 1))
+    dead |= free & (slack + away < 0).any(axis=(0, 1))
+    kind = np.select(
+        [~sound, dead, free & ~touched.any(axis=(0, 1)), free & rising, free & falling],
+        [Kind.OPEN, Kind.DEAD, Kind.ALIVE, Kind.RISING, Kind.FALLING],
+        Kind.OPEN,
+    ).astype(np.int8)
+    return kind, alpha, drift
+
+
+def _maximum(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -> Floats:
+    """Return directions near the maximum between some limits, wider than those at a, shape (m, N)."""
+    limits = direction_limits(legs, a)
+    alpha = newton(legs, a, start=np.clip(start, *limits)).alpha
+    held = np.flatnonzero(((alpha <= limits[0]) | (alpha >= limits[1])).any(axis=0))
+    if len(held):
+        part, here = legs.chain(held), alpha.take(held, axis=1)
+        low, high = (limit.take(held, axis=1) for limit in box)
+        for _ in range(_BEYOND_LIMITS):
+            here = np.clip(here + motion(part, a[held], here, (low, high)).step, low, high)
+        alpha[:, held] = here
+    return alpha
+
+
+def _lifted(forces: Floats, slopes: Derivatives) -> Floats:
+    """Return right sides that leave room in every row for what changes inside a cell."""
+    return forces + _SHARE * forces.max(axis=0) + _LEAST * slopes.beyond
+
+
+def _largest(values: Floats) -> Floats:
+    """Return the largest value of each word, no less for rounding, shape (N,); infinite if there is none."""
+    found: Floats = np.where(np.isfinite(values), values, np.inf).max(axis=0) * _WIDER
+    return found
+
+
+def _box(legs: Chain, a: Floats, r: Floats) -> tuple[Floats, Floats]:
+    """Return limits that hold every direction that an orbit can have at any a in the cell."""
+    near, far = direction_limits(legs, a * np.exp(-r)), direction_limits(legs, a * np.exp(r))
+    return np.minimum(near[0], far[0]), np.maximum(near[1], far[1])
+
+
+def _turning(legs: Chain, change: Floats) -> Floats:
+    """Return the change of alpha_in + alpha_out of each run."""
+    total: Floats = preceding(legs.parity * change) + change
+    return total
+
+
+def _reach(legs: Chain, a: Floats, r: Floats, alpha: Floats, room: Floats) -> _Reach:
+    """Bound curvatures and forces where directions are within some distance, and x within r."""
+    low, high = a * np.exp(-r) / _WIDER, a * np.exp(r) * _WIDER
+    size = np.abs(alpha)
+    least, most = np.maximum(size - room, 0.0), np.minimum(size + room, HALF_PI)
+    lift = np.abs(legs.lift)
+    half, spread = turns(legs, alpha).half, (preceding(room) + room) / (2 * legs.k)
+    under, over = np.maximum(half - spread, 0.0), np.minimum(half + spread, np.pi / legs.k)
+    sines = np.sin(under), np.sin(over)
+    stiff = np.where((under < HALF_PI) & (over > HALF_PI), 1.0, np.maximum(*sines))
+    bend = np.maximum(np.abs(np.cos(under)), np.abs(np.cos(over))) / (4 * legs.k**2)
+    pull, drag = 2 * high * np.sin(most), 2 * high * np.cos(least)
+    return _Reach(
+        beyond=(2 * low * np.cos(most) + lift * np.sin(least)) / _WIDER,
+        stiff=stiff * _WIDER / (2 * legs.k),
+        soft=np.minimum(*sines) / _WIDER / (2 * legs.k),
+        lean=np.maximum(lift * np.cos(least), pull) * _WIDER,
+        pull=pull * _WIDER,
+        drag=drag * _WIDER,
+        bend=bend * _WIDER,
+    )
+
+
+def _firmness(reach: _Reach, v: Floats) -> Floats:
+    """Return the least q of the module's docstring, a little less for rounding."""
+    behind, ahead = v - preceding(v), v - following(v)
+    stiff, soft = reach.stiff, reach.soft
+    held = reach.beyond * v
+    held = held + np.where(behind > 0, soft, stiff) * behind
+    held = held + np.where(ahead > 0, following(soft), following(stiff)) * ahead
+    total: Floats = held - _ROUNDING * (reach.beyond + stiff + following(stiff)) * v
+    return total
+
+
+def _second(reach: _Reach, drift: Floats, off: Floats) -> Floats:
+    """Bound what an error of the directions changes in the equations of the drift."""
+    kicks = reach.bend * (preceding(off) + off) * (preceding(drift) + drift)
+    return reach.drag * off + reach.lean * off * drift + kicks + following(kicks)
+
+
+def _forcing(legs: Chain, reach: _Reach, speed: Floats) -> Floats:
+    """Bound the right side of the equations of the second derivative, given that of the first."""
+    kicks = reach.bend * (preceding(speed) + speed) ** 2
+    found: Floats = reach.pull + 2 * reach.drag * speed + reach.lean * speed**2 + kicks + following(kicks)
+    return found
+
+
+def _spread(legs: Chain, bound: Floats) -> Floats:
+    """Bound the change of the smooth slacks, shape (6, m, N), where the directions change by so much."""
+    near, far = 1 / (2 * legs.k), 1 - 1 / (2 * legs.k)
+    incoming = preceding(bound)
+    first, last, tilt = far * incoming + near * bound, near * incoming + far * bound, 2 * bound
+    return np.stack([first, first, last, last, last + tilt, following(first) + tilt]) * _WIDER
+
+
+@dataclass(frozen=True, eq=False)
+class Stretches(ByValue):
+    """What is proved of N words on stretches of x = ln a, one entry a stretch, by word and rising x.
+
+    Attributes
+    ----------
+    word : ndarray of int, shape (K,)
+    low, high : ndarray, shape (K,)
+        From where to where in ln a.
+    kind : ndarray of int8, shape (K,)
+        Values of `Kind`.
+    cells : int
+        How many cells were looked at.
+    """
+
+    word: NDArray[np.intp]
+    low: Floats
+    high: Floats
+    kind: NDArray[np.int8]
+    cells: int
+
+
+def stretches(legs: Chain, low: float, high: float) -> Stretches:
+    """Cut [low, high] in ln a into cells in which something is proved of each word, as far as that goes.
+
+    Parameters
+    ----------
+    legs : Chain
+        N words.
+    low, high : float
+    """
+    count = int(np.ceil((high - low) / (2 * _FIRST)))
+    middle = np.tile(low + (np.arange(count) + 0.5) * (high - low) / count, len(legs))
+    word = np.repeat(np.arange(len(legs)), count)
+    a = np.exp(middle)
+    part = legs.chain(word)
+    cells = Cells(word, middle, np.full(len(word), (high - low) / (2 * count)), centre_directions(part, a))
+    known: list[tuple[NDArray[np.intp], Floats, Floats, NDArray[np.int8]]] = []
+    looked = 0
+    for halved in range(_HALVINGS + 1):
+        kind, alpha, drift = judge(legs.chain(cells.word), cells)
+        looked += len(kind)
+        many = np.bincount(cells.word, kind == Kind.OPEN, minlength=len(legs)) > _MOST
+        told = (kind != Kind.OPEN) | many[cells.word] | (halved == _HALVINGS)
+        known.append((cells.word[told], cells.x[told], cells.radius[told], kind[told]))
+        open_ = np.flatnonzero(~told)
+        if not len(open_):
+            break
+        cells = _halves(cells, open_, alpha, drift)
+    x, radius = (np.concatenate([part[i] for part in known]) for i in (1, 2))
+    word, kind = np.concatenate([part[0] for part in known]), np.concatenate([part[3] for part in known])
+    return _joined(Stretches(word, x - radius, x + radius, kind, looked))
+
+
+def _halves(cells: Cells, chosen: NDArray[np.intp], alpha: Floats, drift: Floats) -> Cells:
+    """Cut some cells in two."""
+    r = cells.radius[chosen] / 2
+    shift = np.clip(drift.take(chosen, axis=1), -1, 1) * r
+    here = alpha.take(chosen, axis=1)
+    x, word = cells.x[chosen], cells.word[chosen]
+    start = np.concatenate([here - shift, here + shift], axis=1)
+    return Cells(np.tile(word, 2), np.concatenate([x - r, x + r]), np.tile(r, 2), start)
+
+
+def _joined(cells: Stretches) -> Stretches:
+    """Join neighbouring cells of one kind, in order."""
+    order = np.lexsort((cells.low, cells.word))
+    word, low, high, kind = cells.word[order], cells.low[order], cells.high[order], cells.kind[order]
+    fresh = np.ones(len(word), bool)
+    fresh[1:] = (word[1:] != word[:-1]) | (kind[1:] != kind[:-1])
+    first = np.flatnonzero(fresh)
+    last = np.append(first[1:], len(word)) - 1
+    return Stretches(word[first], low[first], high[last], kind[first], cells.cells)

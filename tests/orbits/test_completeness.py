@@ -1,0 +1,76 @@
+"""The proof that no birth is missing: cells against solutions at single a, and what it notices."""
+
+import numpy as np
+import pytest
+from solutions import representatives
+
+from orbitdb.billiard.legs import cut
+from orbitdb.orbits.births import find_changes
+from orbitdb.orbits.cells import Kind, stretches
+from orbitdb.orbits.completeness import Verdict, prove_all, walk
+from orbitdb.orbits.newton import solve
+from orbitdb.symbols.words import from_strings
+
+DYING = "010203113"
+
+
+def known(changes) -> list[tuple[float, float, bool]]:
+    low, high = np.log(changes.a - changes.error), np.log(changes.a + changes.error)
+    return list(zip(low.tolist(), high.tolist(), changes.born.tolist(), strict=True))
+
+
+def test_a_word_that_dies_is_proved_and_none_of_its_changes_may_be_missing():
+    words = from_strings([DYING])
+    right = known(find_changes(words))
+    assert [born for *_, born in right] == [True, False, True]
+    assert prove_all(words, [right])[0].tolist() == [Verdict.PROVED]
+    shifted = [(low - 0.3, high - 0.3, born) for low, high, born in right[:1]]
+    for wrong in (right[:1], right[2:], [], [*shifted, *right[1:]], [*right[:1], *shifted, *right[1:]]):
+        assert prove_all(words, [wrong])[0].tolist() == [Verdict.WRONG]
+
+
+@pytest.mark.slow
+def test_all_births_of_a_period_are_there():
+    words = representatives(5)
+    changes = find_changes(words)
+    mine = [[each for each, word in zip(known(changes), changes.word.tolist(), strict=True) if word == row]
+            for row in range(len(words))]  # fmt: skip
+    verdict, cells = prove_all(words, mine)
+    assert (verdict == Verdict.PROVED).all()
+    assert cells > 100 * len(words)
+
+
+SLOW = [pytest.param(a, marks=pytest.mark.slow) for a in (0.021, 0.11, 0.9, 1.7, 40.0)]
+
+
+@pytest.mark.parametrize("a", [0.37, 3.04, *SLOW])
+def test_what_is_said_of_a_cell_holds_at_its_points(a):
+    """Orbits all over it or nowhere, for every word of p = 6."""
+    words = representatives(6)
+    status = solve(words, a).status
+    for rows, legs in cut(words):
+        found = stretches(legs, np.log(a) - 0.1, np.log(a) + 0.13)
+        here = np.flatnonzero((found.low < np.log(a)) & (np.log(a) < found.high))
+        for kind, word in zip(found.kind[here].tolist(), found.word[here].tolist(), strict=True):
+            if kind in (Kind.ALIVE, Kind.DEAD):
+                assert (status[rows[word]] == "orbit") == (kind == Kind.ALIVE)
+
+
+def test_segments_are_walked_by_rising_a():
+    dead, rising, alive, falling, open_ = Kind.DEAD, Kind.RISING, Kind.ALIVE, Kind.FALLING, Kind.OPEN
+
+    def verdict(kinds: list[Kind], changes: list[tuple[float, bool]], start: bool | None = False) -> Verdict:
+        segments = [(int(kind), float(i), i + 1.0) for i, kind in enumerate(kinds)]
+        return walk(segments, [(x - 0.01, x + 0.01, born) for x, born in changes], start)
+
+    assert verdict([dead, rising, alive], [(1.5, True)]) is Verdict.PROVED
+    assert verdict([dead, rising, alive], [(2.005, True)]) is Verdict.PROVED  # its bracket reaches into both
+    assert verdict([dead, rising, alive], []) is Verdict.WRONG
+    assert verdict([dead, rising, dead], []) is Verdict.PROVED
+    assert verdict([dead, rising, falling, dead], [(1.5, True), (2.5, False)]) is Verdict.PROVED
+    assert verdict([dead, rising, falling, dead], []) is Verdict.UNDECIDED
+    assert verdict([dead, rising, falling, dead], [(1.5, True)]) is Verdict.WRONG
+    assert verdict([dead, open_, alive], [(1.5, True)]) is Verdict.UNDECIDED
+    assert verdict([dead, rising, alive], [(0.5, True)]) is Verdict.WRONG
+    assert verdict([alive], [], None) is Verdict.PROVED
+    assert verdict([alive], []) is Verdict.WRONG
