@@ -153,13 +153,13 @@ def test_conditions_stay_within_their_errors():
 
 
 def test_what_is_too_close_to_call_is_undecided(monkeypatch):
-    """With a rounding error of 0.05 in f no window is decided whose f comes nearer to 0 than that."""
+    """With a rounding error of 0.2 in f no window is decided whose f comes nearer to 0 than that."""
     windows, _, _ = stretches(np.concatenate(list(admissible_words(6))), 4, 4)
     low, high = ranges(windows, 1.6)
     plain = decide(windows, 1.6).verdict
-    monkeypatch.setattr(clamped, "_ROUNDING", 0.05)
+    monkeypatch.setattr(clamped, "_ROUNDING", 0.2)
     rough = decide(windows, 1.6).verdict
-    assert (rough[(low < 0.05) & (high > -0.05)] == Verdict.UNDECIDED).all()
+    assert (rough[(low < 0.2) & (high > -0.2)] == Verdict.UNDECIDED).all()
     assert {*plain[rough != plain]} == {Verdict.ALLOWED, Verdict.FORBIDDEN}
 
 
