@@ -20,6 +20,7 @@ from orbitdb.cli.commands import (
     plot,
     query,
     simulate,
+    sql,
     sweep,
     table,
     verify,
@@ -30,12 +31,12 @@ ParsingError = typer.TyperException
 app = typer.Typer(
     name="orbitdb",
     help="A certified catalogue of the unstable periodic orbits of the stadium billiard.",
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
 for module in (
-    fill, sweep, births, query, browse, table, averages, bounds, simulate, plot, export, columns, verify,
+    fill, sweep, births, query, browse, table, averages, bounds, simulate, plot, export, sql, columns, verify,
     bench, info,
 ):  # fmt: skip
     module.register(app)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
+from orbitdb.cli import completion
 from orbitdb.errors import InputError
 from orbitdb.numerals import real, whole
 
@@ -28,15 +29,21 @@ class Format(StrEnum):
     TSV = "tsv"
     JSON = "json"
     JSONL = "jsonl"
+    MARKDOWN = "markdown"
+    LATEX = "latex"
 
 
-def number_option(*flags: str, help: str) -> Any:
-    """Return an option that takes a number."""
+FOR_PEOPLE = (Format.TABLE, Format.MARKDOWN, Format.LATEX)
+"""The formats with few columns and rounded numbers."""
+
+
+def number_option(*flags: str, help: str, offers: Callable[[str], list[str]] | None = None) -> Any:
+    """Return an option that takes a number; a shell may offer some."""
 
     def read(given: str | float) -> float:
         return _read(real, str(given))
 
-    return typer.Option(*flags, metavar="NUMBER", parser=read, help=help)
+    return typer.Option(*flags, metavar="NUMBER", parser=read, help=help, autocompletion=offers)
 
 
 def count_option(*flags: str, help: str, least: int | None = None, most: int | None = None) -> Any:
@@ -78,11 +85,24 @@ HalfLength = Annotated[
 StoredHalfLength = Annotated[
     float | None,
     number_option(
-        "--a", help="Half length of a straight wall [default: the catalogue's only one, else 1.6]."
+        "--a",
+        help="Half length of a straight wall [default: the catalogue's only one, else 1.6].",
+        offers=completion.half_lengths,
     ),
 ]
 OutputFormat = Annotated[Format, typer.Option("--format", help="How to write the result.")]
 Json = Annotated[bool, typer.Option("--json", help="The same as --format json.")]
+Parameters = Annotated[
+    list[str] | None,
+    typer.Option("-P", metavar="NAME=VALUE", help="What :name in SQL stands for; repeatable."),
+]
+
+
+def column_option(*flags: str, help: str) -> Any:
+    """Return an option that takes names of columns, of which a shell offers those that are known."""
+    return typer.Option(*flags, help=help, autocompletion=completion.columns)
+
+
 MarkWords = Annotated[
     bool,
     typer.Option(
@@ -103,7 +123,9 @@ class Choice:
     status: Annotated[
         str | None,
         typer.Option(
-            "--status", help="orbit, geometric, dynamical, boundary or unresolved; several with commas; all."
+            "--status",
+            help="orbit, geometric, dynamical, boundary or unresolved; several with commas; all.",
+            autocompletion=completion.statuses,
         ),
     ] = None
     reversal: Annotated[
@@ -146,10 +168,7 @@ class Choice:
             help="An SQL expression over the columns; code('310') finds a word in any rotation.",
         ),
     ] = None
-    parameters: Annotated[
-        list[str] | None,
-        typer.Option("-P", metavar="NAME=VALUE", help="What :name in --where stands for; repeatable."),
-    ] = None
+    parameters: Parameters = None
 
     def at(self, a: float) -> "Selection":
         """Return the subset at one a.
@@ -226,6 +245,9 @@ def check_marks(mark_words: bool, form: str) -> None:
         raise InputError(f"--mark-words is for csv and tsv: {form} keeps words as they are, leave it out")
 
 
+Force = Annotated[bool, typer.Option("--force", help="Replace the file if there is one.")]
+
+
 def takes_only(context: typer.Context, asked: str, *names: str) -> None:
     """Refuse all options that do nothing in what is asked for.
 
@@ -243,7 +265,7 @@ def takes_only(context: typer.Context, asked: str, *names: str) -> None:
     InputError
         If one of the others was given.
     """
-    useful = {*names, "format_", "json", "db"}
+    useful = {*names, "format_", "form", "force", "json", "db"}
     refuse_idle(context, asked, *(each.name for each in context.command.params if each.name not in useful))
 
 

@@ -132,6 +132,13 @@ def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -
     """Write rows to stdout; return how many there were."""
     if form is Format.TABLE:
         return _write_table(columns, rows)
+    if form in (Format.MARKDOWN, Format.LATEX):
+        from orbitdb.cli.markup import latex, markdown
+
+        texts = [[_cell(name, value) for name, value in zip(columns, row, strict=True)] for row in rows]
+        lines = (markdown if form is Format.MARKDOWN else latex)(columns, texts, _LEFT_ALIGNED)
+        sys.stdout.writelines(f"{line}\n" for line in lines if texts)
+        return len(texts)
     if form in (Format.JSON, Format.JSONL):
         return _write_json(columns, rows, form)
     return write_csv(sys.stdout, columns, rows, "\t" if form is Format.TSV else ",")

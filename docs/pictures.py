@@ -5,6 +5,7 @@
 
 Each is drawn in an empty folder but for the catalogue of ``orbitdb fill --p 11`` and one `simulate`.
 `work-precision.svg` measures run times, for a minute: draw it on a machine that does nothing else.
+`entropy-width.svg` measures the time of the processor, for a minute.
 """
 
 import argparse
@@ -13,6 +14,7 @@ import re
 import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -20,6 +22,8 @@ from console import FIRST_FILL, Session
 
 PICTURES = Path(__file__).parent
 SCREEN = (150, 42)
+SECONDS = 10.0
+"""Of the processor, for the bounds at one a."""
 SHOWN = "1232131"
 """The orbit of the paper's Fig. 1, on every picture of one orbit."""
 
@@ -103,6 +107,39 @@ def births(folder: Path) -> str:
     return _figure("orbitdb plot births --db births.db -o")(folder)
 
 
+def entropy_over_a(folder: Path) -> str:
+    """Draw the enclosed entropy over a, from a catalogue of its own."""
+    session = Session(folder)
+    session.command("orbitdb births --p 8 --db curve.db")
+    session.command("orbitdb bounds --a 0.2:10:25 --window 10 --db curve.db")
+    return _figure("orbitdb plot entropy --over-a --db curve.db -o")(folder)
+
+
+def entropy_width(folder: Path) -> str:
+    """Measure and draw how close the bounds on the entropy come with time."""
+    import numpy as np
+
+    from orbitdb import Stadium
+    from orbitdb.entropy.bounds import levels
+    from orbitdb.plots.enclosures import draw_width
+    from orbitdb.plots.style import figure, save
+
+    def measured(a: float) -> tuple["np.ndarray", "np.ndarray"]:
+        seconds, width, began = [], [], time.process_time()
+        for found in levels(Stadium(a)):
+            seconds.append(time.process_time() - began)
+            width.append(found.upper - found.lower)
+            if 2 * seconds[-1] > SECONDS:
+                break
+        return np.array(seconds), np.array(width)
+
+    with figure(6.4, 4.2) as made:
+        ax = made.add_subplot()
+        draw_width(ax, {a: measured(a) for a in (0.05, 0.2, 0.5, 1.0, 1.6, 3.0, 10.0)})
+    save(made, folder / "figure.svg", "svg", "width of the entropy bounds against time")
+    return (folder / "figure.svg").read_text(encoding="utf-8")
+
+
 DRAWN: dict[str, Callable[[Path], str]] = {
     "orbit.svg": orbit,
     "browse.svg": browse,
@@ -113,11 +150,13 @@ DRAWN: dict[str, Callable[[Path], str]] = {
     "sheet.svg": _figure("orbitdb plot sheet --p 5 -o"),
     "birkhoff.svg": _figure("orbitdb plot birkhoff --p 2-5 -o"),
     "births.svg": births,
+    "entropy-over-a.svg": entropy_over_a,
+    "entropy-width.svg": entropy_width,
     "work-precision.svg": _figure("orbitdb bench --plot"),
 }
 """Every picture, and what draws it from a folder with a catalogue."""
 
-MEASURED = {"work-precision.svg"}
+MEASURED = {"work-precision.svg", "entropy-width.svg"}
 """Those that show run times."""
 
 

@@ -29,8 +29,8 @@ from orbitdb.version import __version__
 if TYPE_CHECKING:
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.errors import InputError, StoreError, WorkError
-    from orbitdb.orbits.lives import existence
-    from orbitdb.orbits.newton import solve, solve_word
+    from orbitdb.orbits.lives import existence, solve_word
+    from orbitdb.orbits.newton import solve
     from orbitdb.orbits.orbit import Orbit, Orbits, Status
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.catalogue import Catalogue
@@ -59,8 +59,8 @@ __all__ = [
 _HOMES = {
     "billiard.stadium": ("Stadium",),
     "errors": ("InputError", "StoreError", "WorkError"),
-    "orbits.lives": ("existence",),
-    "orbits.newton": ("solve", "solve_word"),
+    "orbits.lives": ("existence", "solve_word"),
+    "orbits.newton": ("solve",),
     "orbits.orbit": ("Orbit", "Orbits", "Status"),
     "store.asking.selection": ("Selection",),
     "store.reading.catalogue": ("Catalogue",),

@@ -13,7 +13,7 @@ from importlib.metadata import version
 
 from orbitdb.errors import WorkError
 
-BOUNDS = 2
+BOUNDS = 3
 """Counts the changes of any formula that decides the bits of a stored number."""
 
 ABOVE = 1 + 2.0**-40

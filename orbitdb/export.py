@@ -83,8 +83,38 @@ def form_of(path: Path, form: str | None) -> str:
             f"format {found!r} of {path}: end the name in .{', .'.join(FORMATS)}, or use --format"
         )
     if ending in FORMATS and ending != found:
-        raise ExportError(f"{path} ends in .{ending}, and --format says {found}: leave one of them out")
+        raise _contradiction(path, ending, found)
     return found
+
+
+STDOUT = Path("-")
+"""Stands for the output of the program."""
+
+FIGURES = ("png", "svg", "pdf")
+"""The formats of figures."""
+
+
+def check_ending(path: Path, form: str | None = None) -> str:
+    """Return the format of a figure by its file's ending, unless it is named.
+
+    Raises
+    ------
+    ExportError
+        If it is not one of `FIGURES`, or the ending is that of another one.
+    """
+    ending = path.suffix.lstrip(".").lower()
+    found = form or ending
+    if found not in FIGURES:
+        raise ExportError(
+            f"figure {path}: end the name in .{', .'.join(FIGURES)}, or use --format with one of them"
+        )
+    if ending in FIGURES and ending != found:
+        raise _contradiction(path, ending, found)
+    return found
+
+
+def _contradiction(path: Path, ending: str, form: str) -> ExportError:
+    return ExportError(f"{path} ends in .{ending}, and --format says {form}: leave one of them out")
 
 
 def write_file(

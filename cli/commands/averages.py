@@ -237,18 +237,14 @@ def lyapunov(
 
 def _sum_rule_columns(subset: "WholePeriods") -> dict[str, list[Any]]:
     """Return the columns of sum rules; blank, with a note why, where they mean nothing."""
-    from orbitdb.store.reading.leg_terms import sum_rules_of, why_no_sum_rules
+    from orbitdb.store.reading.leg_terms import sum_rules_of, why_no_further_sum_rules, why_no_sum_rules
 
-    stored = subset.stored
-    if subset.swept:
-        note("sum rules need every single orbit: they are shown as far as rows are stored")
-    found = sum_rules_of(stored) if stored.highest else None
+    found = sum_rules_of(subset)
+    if why := why_no_sum_rules(subset.selection, subset.missing) or why_no_further_sum_rules(subset):
+        note(why)
     if found is None:
-        if stored.highest:
-            note(why_no_sum_rules(stored.selection, stored.missing))
         return {name: [None] * (subset.highest - 1) for name in SUM_RULE_COLUMNS}
-    beyond = [None] * (subset.highest - stored.highest)
-    return {name: getattr(found, name).tolist() + beyond for name in SUM_RULE_COLUMNS}
+    return {name: [_known(value) for value in getattr(found, name).tolist()] for name in SUM_RULE_COLUMNS}
 
 
 def _note_bounds(a: float) -> None:

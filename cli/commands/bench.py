@@ -109,11 +109,12 @@ def _compare(periods: list[int], stadium: "Stadium", form: Format, picture: Path
         note(f"{said}: times in seconds, errors of length and lambda relative")
         _write(WorkPrecision, _compared(periods[0], stadium), form)
         return
-    from orbitdb.export import complete
-    from orbitdb.plots import style
+    from orbitdb.export import check_ending, complete
+
+    ending = check_ending(picture)
+    from orbitdb.plots import style  # not before: matplotlib takes its time
     from orbitdb.plots.work_precision import draw_work_precision
 
-    ending = style.check_ending(picture)
     with complete(picture) as draft:
         rows = list(_compared(periods[0], stadium))
         with style.figure(6, 5) as made:

@@ -41,7 +41,6 @@ Examples:
 )
 _BLOCK = 4_000
 _BETWEEN_TELLING = 1000
-_STDOUT = Path("-")
 _HOW = ("code", "cycle", "element")
 
 Row = tuple[Any, ...]
@@ -62,16 +61,19 @@ def export(
             metavar="[FILE]", help="Ends in .csv, .jsonl, .parquet or .npz; none or -: stdout, with --format."
         ),
     ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="The same as FILE.")
+    ] = None,
     a: options.StoredHalfLength = None,
     choice: options.Choice,
     order: Annotated[
-        str, typer.Option("--order", help="Columns to sort by; a falling one ends in desc.")
+        str, options.column_option("--order", help="Columns to sort by; a falling one ends in desc.")
     ] = "p,code",
     limit: Annotated[
         int | None, options.count_option("--limit", least=0, help="Symbol sequences at most.")
     ] = None,
     columns: Annotated[
-        str | None, typer.Option("-c", "--columns", help="Columns to write, with commas between.")
+        str | None, options.column_option("-c", "--columns", help="Columns to write, with commas between.")
     ] = None,
     coordinates: Annotated[
         bool, typer.Option("--coordinates", help="Write the coordinates of every bounce, too.")
@@ -83,7 +85,7 @@ def export(
         str | None, typer.Option("--format", help="csv, jsonl, parquet or npz, whatever the name ends in.")
     ] = None,
     mark_words: options.MarkWords = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace the file if there is one.")] = False,
+    force: options.Force = False,
     db: options.Database = None,
 ) -> None:
     """Write symbol sequences and what is known of them to a file, every number in full.
@@ -94,7 +96,10 @@ def export(
     from orbitdb import export as files
     from orbitdb.store.asking.conditions import parse_columns
 
-    if file is None or file == _STDOUT:
+    if file is not None and output is not None:
+        raise InputError(f"{file} and -o {output}: name one file")
+    file = output if file is None else file
+    if file is None or file == files.STDOUT:
         options.refuse_idle(context, "on stdout", "force")
         file, kind = None, _form_of_stdout(form)
     else:

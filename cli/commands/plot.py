@@ -1,5 +1,6 @@
 """``orbitdb plot``: figures as PNG, SVG or PDF."""
 
+import sys
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
@@ -66,7 +67,10 @@ def plot(
     context: typer.Context,
     kind: Annotated[Kind, typer.Argument(help="What to draw.")],
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="FILE", help="Ends in .png, .svg or .pdf.")
+        Path,
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="Ends in .png, .svg or .pdf; -: stdout, with --format."
+        ),
     ],
     code: Annotated[
         str | None, typer.Option("--code", help="The word, for orbit, reverse and life; stored or not.")
@@ -75,14 +79,24 @@ def plot(
     choice: options.Choice,
     over_a: Annotated[bool, typer.Option("--over-a", help="The entropy against a, not the period.")] = False,
     limit: Annotated[int, options.count_option("--limit", least=1, help="Orbits on a sheet at most.")] = 120,
+    form: Annotated[
+        str | None, typer.Option("--format", help="png, svg or pdf, whatever the name ends in.")
+    ] = None,
+    force: options.Force = False,
     db: options.Database = None,
 ) -> None:
     """Draw an orbit, or a figure of the chosen subset, into a file."""
-    from orbitdb.cli import figures
-    from orbitdb.export import complete
+    from orbitdb.export import STDOUT, check_ending, check_target, complete
+
+    to_stdout = output == STDOUT
+    if to_stdout:
+        options.refuse_idle(context, "on stdout", "force")
+    else:
+        check_target(output, force)
+    ending = check_ending(output, form)
+    from orbitdb.cli import figures  # not before: matplotlib takes its time
     from orbitdb.plots import style
 
-    ending = style.check_ending(output)
     if kind in (Kind.ORBIT, Kind.REVERSE):
         options.takes_only(context, f"in plot {kind}", "kind", "output", "code", "a")
         if code is None:
@@ -122,6 +136,9 @@ def plot(
         with progress("drawing"), reading(db, a, wanted) as (catalogue, chosen):
             made = figures.OF_SUBSETS[kind.value](catalogue, chosen, limit)
         said = chosen.describe()
+    if to_stdout:
+        sys.stdout.buffer.write(style.as_bytes(made, ending, said))
+        return
     with progress("drawing"), complete(output) as draft:
         style.save(made, draft, ending, said)
     note(f"{said}, in {output}")

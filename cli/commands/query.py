@@ -20,7 +20,7 @@ EXAMPLES = (
     """
 Examples:
 
-  orbitdb query --code 1232131
+  orbitdb query 1232131
 
   orbitdb query --p 2-8 --where "lambda_c < 0.5 and time_reversal = 'self'" --order length -c word,length
 
@@ -56,6 +56,9 @@ def register(app: typer.Typer) -> None:
 def query(
     *,
     context: typer.Context,
+    words: Annotated[
+        list[str] | None, typer.Argument(metavar="[WORD]...", help="The same as --code WORD.")
+    ] = None,
     code: Annotated[
         list[str] | None,
         typer.Option(
@@ -65,7 +68,7 @@ def query(
     a: options.StoredHalfLength = None,
     choice: options.Choice,
     order: Annotated[
-        str, typer.Option("--order", help="Columns to sort by; a falling one ends in desc.")
+        str, options.column_option("--order", help="Columns to sort by; a falling one ends in desc.")
     ] = "p,code",
     limit: Annotated[
         int | None,
@@ -75,7 +78,7 @@ def query(
     ] = None,
     offset: Annotated[int, options.count_option("--offset", least=0, help="Rows to pass over first.")] = 0,
     columns: Annotated[
-        str | None, typer.Option("-c", "--columns", help="Columns to show, with commas between.")
+        str | None, options.column_option("-c", "--columns", help="Columns to show, with commas between.")
     ] = None,
     bounces: Annotated[
         bool, typer.Option("--bounces", help="With --code, one row a bounce: x, y, arc length, sine.")
@@ -92,10 +95,10 @@ def query(
     """
     form = options.chosen(format_, json)
     options.check_marks(mark_words, form)
-    if code:
-        options.takes_only(context, "with --code", "code", "a", "columns", "bounces", "mark_words")
+    if asked := [*(words or ()), *(code or ())]:
+        options.takes_only(context, "with --code", "words", "code", "a", "columns", "bounces", "mark_words")
         show = _show_bounces if bounces else _show_words
-        show(list(given_codes(code)), a, db, columns, form, mark_words)
+        show(list(given_codes(asked)), a, db, columns, form, mark_words)
         return
     if bounces:
         raise InputError("--bounces goes with --code; 'orbitdb export --bounces' writes those of many orbits")
@@ -123,7 +126,7 @@ def _columns(text: str | None, form: Format) -> tuple[str, ...]:
 
     if text is not None:
         return parse_columns(text)
-    return TABLE_COLUMNS if form is Format.TABLE else KEYS
+    return TABLE_COLUMNS if form in options.FOR_PEOPLE else KEYS
 
 
 def _show_words(
@@ -132,7 +135,7 @@ def _show_words(
     from orbitdb.cli.word import facts, write_bounces
     from orbitdb.filling.single_word import born_with, with_existence
 
-    keys = _keys(columns, WORD_KEYS)
+    keys = _keys(columns, TABLE_COLUMNS if form in (Format.MARKDOWN, Format.LATEX) else WORD_KEYS)
     found, catalogue = _find(codes, a, db)
     if "exists" in keys:
         found = [with_existence(orbit) for orbit in found]

@@ -26,6 +26,7 @@ def upgrade() -> None:
         sa.Column("processor", sa.REAL, nullable=False),
         *(sa.Column(name, sa.Integer, nullable=False) for name in COUNTS),
         sa.Column("sums", sa.LargeBinary),
+        sa.Column("moments", sa.LargeBinary, nullable=False),
         sa.Column("run", sa.Integer, sa.ForeignKey("run.id", name="fk_sweep_run")),
         **STRICT_ORDERED,
     )
@@ -35,6 +36,7 @@ def upgrade() -> None:
         sa.Column("p", sa.Integer, primary_key=True),
         sa.Column("number", sa.Integer, primary_key=True),
         sa.Column("sums", sa.LargeBinary, nullable=False),
+        sa.Column("moments", sa.LargeBinary, nullable=False),
         sa.Column("run", sa.Integer, sa.ForeignKey("run.id", name="fk_sweep_block_run"), nullable=False),
         sa.ForeignKeyConstraint(["stadium", "p"], ["sweep.stadium", "sweep.p"], name="fk_sweep_block_sweep"),
         **STRICT_ORDERED,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.billiard.legs import Chain, chains, derivatives, preceding
+from orbitdb.billiard.legs import Chain, Derivatives, chains, derivatives, preceding
 from orbitdb.equality import ByValue
 from orbitdb.orbits.newton import newton
 
@@ -72,8 +72,12 @@ def leg_sums(words: NDArray[np.uint8], a: float) -> LegSums:
 
 def _of_chains(legs: Chain, a: float) -> Floats:
     """Return the sums of words of m runs, shape (4, N)."""
-    slopes = derivatives(legs, a, newton(legs, a, _TOLERANCE * min(a, 1.0)).alpha)
+    return terms_of_legs(derivatives(legs, a, newton(legs, a, _TOLERANCE * min(a, 1.0)).alpha))
+
+
+def terms_of_legs(slopes: Derivatives) -> Floats:
+    """Return the number of legs and the sums of ln D, ln K and c2 of words of m runs, shape (4, N)."""
     drift, kick = slopes.beyond, 1 / slopes.stiffness
     coupling = np.log1p((1 / drift + 1 / preceding(drift)) / kick)
-    m = np.full(len(legs), float(len(drift)))
+    m = np.full(drift.shape[1], float(len(drift)))
     return np.stack([m, np.log(drift).sum(axis=0), np.log(kick).sum(axis=0), coupling.sum(axis=0)])

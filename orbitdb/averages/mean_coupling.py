@@ -12,8 +12,10 @@ g jumps where the line goes through a joint of the other circle's copies q and q
     t (2 phi - 1) = arccos(cos(t) / R) - arctan2(2a, -2q - 1),     R = sqrt(4 a^2 + (2q + 1)^2),
 
 so the integral over phi is taken piece by piece between the jumps of g(phi), g(phi') and k. What is left
-is a function of t with kinks where two jumps meet; panels of t are halved until it is known. At small a,
-D may be as small as a, and shorter pieces lead to where it is.
+is a function of t with kinks where two jumps meet; panels of t are halved until it is known. At small a
+all kinks are within about a of the places where the number of bounces changes, t = pi/2k, and no node of a
+wide panel would see them: the first panels already are as narrow as a there. D may be as small as a, too, and
+shorter pieces of phi lead to where it is.
 """
 
 import math
@@ -35,12 +37,18 @@ _COPIES = 60
 _ROUNDS = 16
 """Shares of the tolerance: in each round the least changes that make up a share are let be."""
 
+_NARROW = 0.25
+"""Of a: the first panels where the number of bounces changes."""
+
+_GROWTH = 1.25
+"""From panel to panel away from there: one that is as wide as its distance overlooks a kink at its end."""
+
 _MOST_PANELS = 4000
 _T_NODES, _PHI_NODES = 6, 8
 _BATCH = 4096
 _STEEPEST = math.pi / 2 - 1e-9
 _ROUNDING = 1e-13
-_CAUTION = 4
+_CAUTION = 8
 
 
 def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
@@ -50,12 +58,11 @@ def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
     ----------
     a : float
     tolerance : float, optional
-        What the last halving of all panels may change at most. The error that is returned is four times
+        What the last halving of all panels may change at most. The error that is returned is eight times
         what it did change, added up without signs: near a kink a change may be small by chance.
     """
-    runs = np.pi / (2 * np.arange(_LONGEST + 1, 1, -1.0))
-    ends = np.concatenate([runs, math.pi / 2 - math.pi / 4 * _halves(a), [math.pi / 2]])
-    low, high = np.concatenate([[0.0], ends[:-1]]), ends
+    ends = _first_ends(a)
+    low, high = ends[:-1], ends[1:]
     whole = _integrals(a, low, high)
     settled = unsettled = 0.0
     while True:
@@ -72,6 +79,18 @@ def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
         unsettled += float(change[~going].sum())
         low, high = np.concatenate([low[going], middle[going]]), np.concatenate([middle[going], high[going]])
         whole = np.concatenate([left[going], right[going]])
+
+
+def _first_ends(a: float) -> Floats:
+    """Return the ends of the first panels of t, which shrink towards every t = pi/2k down to a share of a."""
+    places = np.concatenate([[0.0], np.pi / (2 * np.arange(_LONGEST + 1, 0, -1.0))])
+    found = [places]
+    for low, high in zip(places[:-1].tolist(), places[1:].tolist(), strict=True):
+        half = (high - low) / 2
+        count = math.ceil(math.log(max(half / (_NARROW * a), 1.0)) / math.log(_GROWTH))
+        steps = half / _GROWTH ** np.arange(count + 1.0)
+        found += [low + steps, high - steps]
+    return np.unique(np.concatenate(found))
 
 
 def _largest(change: Floats, rest: float) -> NDArray[np.bool_]:

@@ -28,7 +28,7 @@ from orbitdb.equality import ByValue
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-_HELD = ((), (1,), (0, 1), (0, 1, 2))
+HELD = ((), (1,), (0, 1), (0, 1, 2))
 """The terms that are held at each level: of ln D, ln K, c2."""
 
 _LOOK_BACK = 4
@@ -90,12 +90,28 @@ def sum_rules(rows: ClassRows, sums: LegSums, highest: int, means: ExactMeans) -
     means : ExactMeans
         Those of the same stadium.
     """
+    return averages_by_period(tilts_by_period(rows, sums, highest, means)[0], means)
+
+
+def tilts_by_period(
+    rows: ClassRows, sums: LegSums, highest: int, means: ExactMeans
+) -> tuple[Floats, dict[int, Floats]]:
+    """Return what the tilts of each period come to, and the last tilts.
+
+    Returns
+    -------
+    ndarray, shape (3, highest - 1)
+        The highest level, sum w (lambda - ln D - ln K - c2) / sum w m there, and at the level below.
+    dict of int to ndarray
+        By level, mu of the sums less their means, not scaled.
+    """
     order = np.argsort(rows.period, kind="stable")
     upto = np.searchsorted(rows.period[order], np.arange(2, highest + 1), side="right")
     terms = np.stack([sums.log_drift, sums.log_kick, sums.coupling])[:, order]
     legs = sums.legs[order]
     held = terms - np.array([mean.value for mean in means.terms])[:, None] * legs
-    held /= legs.mean() if len(legs) else 1.0
+    scale = legs.mean() if len(legs) else 1.0
+    held /= scale
     log_weights = np.log(rows.size[order]) - rows.lyapunov[order]
     rest = rows.lyapunov[order] - terms.sum(axis=0)
     found = np.full((3, highest - 1), np.nan)
@@ -107,7 +123,7 @@ def sum_rules(rows: ClassRows, sums: LegSums, highest: int, means: ExactMeans) -
                 float(one.weights @ rest[:count] / (one.weights @ legs[:count])) for one in known.values()
             ]
             found[:, place] = max(known), values[-1], values[-2] if len(values) > 1 else np.nan
-    return _by_period(found, means)
+    return found, {level: one.mu / scale for level, one in known.items()}
 
 
 def _highest_two(log_weights: Floats, held: Floats, before: dict[int, Tilt]) -> dict[int, Tilt]:
@@ -117,9 +133,9 @@ def _highest_two(log_weights: Floats, held: Floats, before: dict[int, Tilt]) -> 
     only be lost in rounding, where the terms hardly scatter (at huge a).
     """
     tilts: dict[int, Tilt] = {}
-    for level in range(min(before, default=0), len(_HELD)):
+    for level in range(min(before, default=0), len(HELD)):
         start = before[level].mu if level in before else None
-        found = tilt(log_weights, held[list(_HELD[level])], start)
+        found = tilt(log_weights, held[list(HELD[level])], start)
         if found is None:
             break
         tilts[level] = found
@@ -128,7 +144,8 @@ def _highest_two(log_weights: Floats, held: Floats, before: dict[int, Tilt]) -> 
     return {level: tilts[level] for level in sorted(tilts)[-2:]}
 
 
-def _by_period(found: Floats, means: ExactMeans) -> SumRules:
+def averages_by_period(found: Floats, means: ExactMeans) -> SumRules:
+    """Return the averages that tilts come to (`tilts_by_period`), with estimates of their errors."""
     rest, below = found[1:]
     level = np.where(np.isfinite(rest), found[0], 0).astype(np.int64)
     growth = means.growth

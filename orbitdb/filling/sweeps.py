@@ -6,14 +6,21 @@ a fill does it (`orbitdb.filling.periods`): a sweep can be stopped at any moment
 
 import time
 from collections.abc import Iterable, Iterator
+from contextlib import closing
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.averages.swept_sum_rules import EXACT, next_tilts
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import StoreError
 from orbitdb.filling.periods import Progress
 from orbitdb.filling.swept_blocks import cut_into_swept_blocks
 from orbitdb.filling.workers import HERE, Workers
 from orbitdb.store.file.schema import DONE
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.sweeps import moments_of
 from orbitdb.store.writing.cursors import OvertakenError
 from orbitdb.store.writing.sweeps import SweepCursor, add_swept, close_sweep, open_sweep
 from orbitdb.store.writing.writer import Writer
@@ -62,10 +69,10 @@ def sweep_periods(
 
 def _period(writer: Writer, stadium: Stadium, p: int, workers: Workers) -> Iterator[Progress]:
     """Sweep what is missing, block by block; go on behind another process that does the same."""
-    total = count_admissible(p)
+    total, tilts = count_admissible(p), _tilts(writer.path, stadium.a, p)
     while True:
         with writer.writing() as connection:
-            cursor = open_sweep(writer, connection, stadium.a, p)
+            cursor = open_sweep(writer, connection, stadium.a, p, tilts)
         if cursor.state == DONE:
             return
         try:
@@ -84,14 +91,31 @@ def _period(writer: Writer, stadium: Stadium, p: int, workers: Workers) -> Itera
         return
 
 
+def _tilts(path: Path, a: float, p: int) -> dict[int, NDArray[np.float64]]:
+    """Return the tilts that moments of a period are wanted around: none if lower periods have no moments."""
+    if p <= EXACT:
+        return {}
+    with closing(Catalogue(path)) as catalogue:
+        known = moments_of(catalogue.sweeps(a))
+    return next_tilts(a, known) if len(known) == p - EXACT - 1 else {}
+
+
 def _blocks(writer: Writer, cursor: SweepCursor, stadium: Stadium, workers: Workers) -> Iterator[SweepCursor]:
     """Store the blocks behind the cursor; yield where it has come to."""
     clock = time.monotonic()
-    for found in workers.solved(cut_into_swept_blocks(stadium.a, cursor.p, cursor.after)):
+    for found in workers.solved(cut_into_swept_blocks(stadium.a, cursor.p, cursor.after, cursor.tilts)):
         with writer.writing() as connection:
             before, clock = clock, time.monotonic()
             spent = clock - before, found.processor
             cursor = add_swept(
-                writer, connection, cursor, found.span, found.tally, found.sums, spent, found.arithmetic
+                writer,
+                connection,
+                cursor,
+                found.span,
+                found.tally,
+                found.sums,
+                found.moments,
+                spent,
+                found.arithmetic,
             )
         yield cursor

@@ -1,6 +1,6 @@
 """Blocks of a sweep: classes of a period that are enumerated, solved and added up apart from one another."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from time import thread_time
 
@@ -8,8 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
+from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import ClassRows
 from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.swept_sum_rules import tilted_orbits
+from orbitdb.averages.tilt_moments import TiltMoments
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.orbits.exponents import exponents
@@ -17,8 +20,10 @@ from orbitdb.orbits.tally import Tally
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import class_spans, least_words
-from orbitdb.symbols.symmetry import ELEMENTS, class_size
+from orbitdb.symbols.symmetry import ELEMENTS, SIZES
 from orbitdb.version import __version__
+
+Floats = NDArray[np.float64]
 
 _LEAST = 1 << 15
 _BLOCKS = 1 << 10
@@ -26,8 +31,6 @@ _BLOCKS = 1 << 10
 
 _PART = 1 << 15
 """Classes at a time: it bounds the memory."""
-
-_SIZES = np.array([class_size(mask) if mask else 0 for mask in range(1 << len(ELEMENTS))])
 
 
 @dataclass(frozen=True)
@@ -40,18 +43,26 @@ class SweptBlock:
         The stadium.
     span : Span
         The least words of the classes.
+    tilts : tuple of (int, tuple of float)
+        By level, those that moments are wanted around (`orbitdb.averages.swept_sum_rules`).
     """
 
     a: float
     span: Span
+    tilts: tuple[tuple[int, tuple[float, ...]], ...] = ()
 
     def solved(self) -> "SweptSums":
         """Find its classes, what becomes of them, and the sums over their orbits."""
         clock = thread_time()
-        found = [_summed(part, self.span.p, self.a) for part in _parts(self.span)]
-        tally = sum((each for each, _ in found), Tally())
-        sums = PeriodSums.joined([each for _, each in found], self.span.p)
-        return SweptSums(self.span, tally, sums, thread_time() - clock, __version__, arithmetic())
+        centres = {level: np.array(mu) for level, mu in self.tilts}
+        found = [_summed(part, self.span.p, self.a, centres) for part in _parts(self.span)]
+        tally = sum((each for each, *_ in found), Tally())
+        sums = PeriodSums.joined([each for _, each, _ in found], self.span.p)
+        moments = {
+            level: TiltMoments.joined([TiltMoments.none(mu), *(each[level] for *_, each in found)])
+            for level, mu in centres.items()
+        }
+        return SweptSums(self.span, tally, sums, moments, thread_time() - clock, __version__, arithmetic())
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +76,8 @@ class SweptSums(ByValue):
     tally : Tally
     sums : PeriodSums
         Over its orbits.
+    moments : dict of int to TiltMoments
+        By level, around the tilts that the block has named.
     processor : float
         What it took (seconds of a processor).
     version, arithmetic : str
@@ -74,30 +87,36 @@ class SweptSums(ByValue):
     span: Span
     tally: Tally
     sums: PeriodSums
+    moments: dict[int, TiltMoments]
     processor: float
     version: str
     arithmetic: str
 
 
-def cut_into_swept_blocks(a: float, p: int, after: int = -1) -> Iterator[SweptBlock]:
+def cut_into_swept_blocks(
+    a: float, p: int, after: int = -1, tilts: Mapping[int, Floats] | None = None
+) -> Iterator[SweptBlock]:
     """Cut a period, or what of it is behind a block, into blocks, in order.
 
     How it is cut depends on p alone, so that sums over blocks are the same however they come about.
     """
     size = max(_LEAST, count_admissible(p) // (len(ELEMENTS) * _BLOCKS))
-    return (SweptBlock(a, span) for span in class_spans(p, size, after))
+    named = tuple((level, tuple(mu.tolist())) for level, mu in sorted((tilts or {}).items()))
+    return (SweptBlock(a, span, named) for span in class_spans(p, size, after))
 
 
 def _parts(span: Span) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
     """Yield the packed least words of a span and the sizes of their classes, so many at a time."""
-    found = [(part.codes, _SIZES[part.stabiliser]) for part in least_words(span)]
+    found = [(part.codes, SIZES[part.stabiliser]) for part in least_words(span)]
     if found:
         codes, sizes = (np.concatenate(columns) for columns in zip(*found, strict=True))
         for start in range(0, len(codes), _PART):
             yield codes[start : start + _PART], sizes[start : start + _PART]
 
 
-def _summed(part: tuple[NDArray[np.int64], NDArray[np.int64]], p: int, a: float) -> tuple[Tally, PeriodSums]:
+def _summed(
+    part: tuple[NDArray[np.int64], NDArray[np.int64]], p: int, a: float, centres: Mapping[int, Floats]
+) -> tuple[Tally, PeriodSums, dict[int, TiltMoments]]:
     """Solve some classes and add up."""
     codes, sizes = part
     found = list(exponents(codes, p, Stadium(a)))
@@ -107,4 +126,8 @@ def _summed(part: tuple[NDArray[np.int64], NDArray[np.int64]], p: int, a: float)
     ]
     size, length, lyapunov, inverse = (np.concatenate(of) for of in zip(none, *columns, strict=True))
     rows = ClassRows(np.full(len(size), p), size, length, lyapunov, inverse)
-    return Tally.of(sizes, found), PeriodSums.of(rows, p)
+    moments = {}
+    if centres:
+        orbits = tilted_orbits(((sizes[each.orbits], each) for each in found), exact_means(a))
+        moments = {level: TiltMoments.of(mu, orbits.held(level)) for level, mu in centres.items()}
+    return Tally.of(sizes, found), PeriodSums.of(rows, p), moments

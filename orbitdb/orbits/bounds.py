@@ -186,10 +186,11 @@ def _coordinate_error(
 def _length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alpha_error: Floats) -> Floats:
     """Bound the error of the length, shape (N,): 0 <= L(maximum) - L <= g . delta, and rounding.
 
-    A leg's terms are good to 2.5 eps of their size; a run's to 5 k sin(psi/2k) eps for the sine, the
-    product and the sums, and 8.5 eps |cos(psi/2k)| for psi/2k: together less than (6 k + 2 pi) eps.
+    A leg's terms, and for the sine, the product and the sums a run's, are good to 2.5 eps of their size;
+    psi/2k being good to 4.3 eps / k, that adds 8.5 eps |cos(psi/2k)|.
     """
-    terms = 2 * a * np.cos(alpha) + 2 * legs.n * np.abs(np.sin(alpha)) + 2 * legs.k
+    half = turns(legs, alpha).half
+    terms = 2 * a * np.cos(alpha) + 2 * legs.n * np.abs(np.sin(alpha)) + 2 * legs.k * np.sin(half)
     second = add_up((np.abs(slopes.gradient) + gradient_rounding(legs, a, alpha)) * alpha_error)
     each = 3 * EPSILON + summation_rounding(len(terms))
-    return ABOVE * (second + add_up(each * terms + 2 * np.pi * EPSILON))
+    return ABOVE * (second + add_up(each * terms + 9 * EPSILON * np.abs(np.cos(half))))

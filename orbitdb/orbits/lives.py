@@ -1,8 +1,12 @@
 """From where to where in a one word is an orbit."""
 
-from orbitdb.billiard.stadium import MIN_A
+from dataclasses import replace
+
+from orbitdb.billiard.stadium import MIN_A, Stadium
 from orbitdb.errors import InputError
+from orbitdb.orbits import newton
 from orbitdb.orbits.births import Life, find_changes
+from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.pruned import pruned_word
 from orbitdb.symbols.symmetry import class_of
 from orbitdb.symbols.words import from_strings, is_primitive, parse
@@ -40,3 +44,39 @@ def existence(word: str) -> list[Life]:
     if not is_primitive(symbols) or pruned_word(symbols, MIN_A) is not None:
         return []
     return find_changes(from_strings([class_of(symbols).representative])).lives()[0]
+
+
+def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orbit:
+    """Find what becomes of one primitive word of any order, in any rotation.
+
+    Parameters
+    ----------
+    word : str
+        Symbols 0..5 or run notation; words that are pruned geometrically are not solved.
+    stadium : Stadium or float
+        The stadium, or its a.
+    exists : bool, optional
+        Find also from where to where in a it is an orbit, as `existence` does, for `Orbit.exists`; that
+        takes a hundred times as long.
+
+    Returns
+    -------
+    Orbit
+        With the coordinates in the order of the word.
+
+    Raises
+    ------
+    WordError
+        If it is no word, or repeats a shorter one.
+    StadiumError
+        If there is no such stadium.
+    InputError
+        If its lives are asked for, and it has more than `LONGEST` bounces.
+
+    Examples
+    --------
+    >>> solve_word("013", 1.6, exists=True).exists
+    ((0.0, None),)
+    """
+    found = newton.solve_word(word, stadium)
+    return replace(found, exists=tuple(existence(found.code))) if exists else found

@@ -150,7 +150,7 @@ class Orbit(ByValue):
         Whether it comes from a catalogue or was solved on the spot.
     exists : tuple of (float, float or None), or None
         From where to where in a it is an orbit, if the catalogue it comes from has the births of its
-        period; `orbitdb.existence` finds it for any word.
+        period, or `orbitdb.solve_word` was asked for it.
     """
 
     code: str

@@ -10,10 +10,6 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from orbitdb.errors import InputError
-
-ENDINGS = ("png", "svg", "pdf")
-
 BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
 """Colours that the colour-blind tell apart (Okabe and Ito); shape or line style always differ, too."""
 INK, GREY, FAINT = "#333333", "#777777", "#bbbbbb"
@@ -62,22 +58,13 @@ def plain(text: str) -> str:
     return text.encode("ascii", "backslashreplace").decode("ascii").replace("$", r"\$")
 
 
-def check_ending(path: Path) -> str:
-    """Return the format of a figure by its file's ending.
-
-    Raises
-    ------
-    InputError
-        If it is not one of `ENDINGS`.
-    """
-    ending = path.suffix.lstrip(".").lower()
-    if ending not in ENDINGS:
-        raise InputError(f"figure {path}: end the name in .{', .'.join(ENDINGS)}")
-    return ending
-
-
 def save(made: Figure, path: Path, ending: str, description: str) -> None:
     """Write a figure with a description of what it shows; the same figure gives the same bytes."""
+    path.write_bytes(as_bytes(made, ending, description))
+
+
+def as_bytes(made: Figure, ending: str, description: str) -> bytes:
+    """Return what a file with a figure holds (`save`)."""
     notes = {
         "png": {"Description": description},
         "svg": {"Title": description, "Date": None},
@@ -86,4 +73,4 @@ def save(made: Figure, path: Path, ending: str, description: str) -> None:
     drawn = BytesIO()  # not the file: where that is full, matplotlib fails in ways of its own
     with look():
         made.savefig(drawn, format=ending, dpi=200, metadata=notes[ending])
-    path.write_bytes(drawn.getvalue())
+    return drawn.getvalue()

@@ -285,6 +285,10 @@ def class_size(stabiliser: int) -> int:
     return len(ELEMENTS) // stabiliser.bit_count()
 
 
+SIZES = np.array([class_size(mask) if mask else 0 for mask in range(1 << len(ELEMENTS))])
+"""`class_size` of each stabiliser; 0 for the mask 0, which is none."""
+
+
 def label(stabiliser: int) -> str:
     """Name a stabiliser by its elements other than the identity, such as ``x,T,xT``; ``1`` if none."""
     return ",".join(NAMES[g] for g in ELEMENTS[1:] if stabiliser >> g & 1) or "1"

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from orbitdb.averages import drift_and_kick
 from orbitdb.averages.drift_and_kick import (
     bounces_per_leg,
     leg_probabilities,
@@ -57,15 +58,52 @@ def test_mean_of_ln_d_is_the_sum_over_legs(a):
     assert log_drift(a).value == pytest.approx(by_leg.sum() + tail, abs=3e-3 * tail)
 
 
-MEANS_OF_C2 = {1e-3: 6.03315017, 0.02: 3.06689735, 0.1: 1.55930412, 1.6: 0.15276983, 6.0: 0.04355380}
-"""With almost twice as many nodes in each direction, within 5e-8."""
+MEANS_OF_C2 = {
+    1e-4: 8.333998299, 1e-3: 6.033147408, 0.00636: 4.192291004, 0.02: 3.066897346, 0.0362: 2.495462128,
+    0.1: 1.559301490, 1.6: 0.152769820, 6.0: 0.043553803,
+}  # fmt: skip
+"""With three times the nodes in phi, and panels of t that begin as narrow as a tenth of a, within 4e-9."""
 
 
-@pytest.mark.parametrize("a", MEANS_OF_C2)
+@pytest.mark.parametrize(
+    "a", [pytest.param(a, marks=[pytest.mark.slow] if a < 0.005 else []) for a in MEANS_OF_C2]
+)
 def test_mean_of_c2_is_as_exact_as_it_says(a):
-    rough, exact = mean_coupling(a, 1e-5), mean_coupling(a, 1e-7)
-    assert abs(rough.value - exact.value) <= rough.error
-    assert abs(exact.value - MEANS_OF_C2[a]) <= exact.error < 1e-6
+    """Also where wide panels would overlook what happens next to t = pi/2k, and where D is short."""
+    rough, fine = mean_coupling(a, 1e-4), mean_coupling(a, 1e-7)
+    for found in (rough, fine):
+        assert abs(found.value - MEANS_OF_C2[a]) <= found.error + 4e-9
+    assert fine.error < 1e-6
+
+
+@pytest.mark.parametrize("last", [5, 20, 200])
+def test_a_shorter_sum_over_runs_is_within_its_bound(last, monkeypatch):
+    exact = log_kick().value
+    monkeypatch.setattr(drift_and_kick, "_RUNS", last)
+    found = log_kick()
+    assert 0.01 * found.error < abs(found.value - exact) <= found.error
+
+
+@pytest.mark.parametrize(
+    ("a", "nodes", "legs"), [(0.1, (3, 5), (300, 20)), (0.5, (10, 14), (3, 1)), (1.6, (10, 14), (30, 0))]
+)
+def test_coarser_quadratures_and_shorter_sums_over_legs_are_within_their_bounds(a, nodes, legs, monkeypatch):
+    exact = log_drift(a).value
+    for name, value in zip(("_COARSE", "_FINE", "_LEGS", "_LEGS_PER_A"), (*nodes, *legs), strict=True):
+        monkeypatch.setattr(drift_and_kick, name, value)
+    found = log_drift(a)
+    assert 1e-3 * found.error < abs(found.value - exact) <= found.error
+
+
+def test_bounds_on_lambda_have_the_errors_of_their_means_on_the_safe_side():
+    means = exact_means(0.5)
+    low, high = means.bounds
+    known = means.log_drift.value + means.log_kick.value
+    error = means.log_drift.error + means.log_kick.error
+    assert low == pytest.approx(known - error, abs=1e-15, rel=0)
+    assert high == pytest.approx(
+        known + means.coupling.value + error + means.coupling.error, abs=1e-15, rel=0
+    )
 
 
 @pytest.mark.parametrize("a", HALF_LENGTHS)

@@ -118,6 +118,15 @@ def test_a_stored_orbit_knows_its_life(cli):
 
 
 @pytest.mark.slow
+def test_lives_that_end_are_listed(cli):
+    ended = cli("births", "--from", "9", "--p", "9", "--deaths", "--json")
+    assert ended.err.splitlines()[-1] == "2 lives end, of 866 classes"
+    rows = json.loads(ended.out)
+    assert [row["word"] for row in rows] == ["010203113", "010233113"]
+    assert {(round(row["dies"], 9), round(row["reborn"], 9)) for row in rows} == {(0.473270308, 0.605684335)}
+
+
+@pytest.mark.slow
 def test_verify_compares_births_with_fills(cli, tmp_path):
     cli("births", "--p", "5")
     outcome = cli("verify")

@@ -228,6 +228,31 @@ def test_columns_are_told_once_and_everywhere(cli):
         assert max(map(len, shown.splitlines())) <= 80
 
 
+def test_words_are_asked_for_as_they_are(cli, monkeypatch):
+    once = cli("query", "--code", "1232131", "--code", "13", "--json")
+    assert once == cli("query", "1232131", "13", "--json")
+    monkeypatch.setattr("sys.stdin", io.StringIO("1232131\n13\n"))
+    assert once == cli("query", "-", "--json")
+    assert cli("query", "13", "--p", "3").err == "orbitdb: --p does nothing with --code: leave it out\n"
+    assert cli("query", "-h").out == cli("query", "--help").out != ""
+
+
+def test_tables_for_papers(cli):
+    asked = ("query", "1^60 3", "13", "1001", "-c", "code,status,rules,length,time_reversal", "--format")
+    assert cli(*asked, "markdown").out.splitlines() == [
+        "| code | status | rules | length | time\\_reversal |",
+        "| :-- | :-- | :-- | --: | :-- |",
+        "| 1^60 3 | dynamical |  |  | pair |",
+        "| 13 | orbit |  | 10.4000000 | self |",
+        "| 1001 | geometric | 1 3 6 |  |  |",
+    ]
+    head, _, names, _, long, *_, end = cli(*asked, "latex").out.splitlines()
+    assert (head, end) == (r"\begin{tabular}{lllrl}", r"\end{tabular}")
+    assert names == r"code & status & rules & length & time\_reversal \\"
+    assert long == r"1\textasciicircum{}60 3 & dynamical &  &  & pair \\"
+    assert cli("query", "13", "--format", "markdown").out.startswith("| code | p | status | length |")
+
+
 def test_default_json_keys(cli):
     cli("fill", "--p", "3")
     rows = json.loads(cli("query", "--json").out)
@@ -434,3 +459,26 @@ def test_what_makes_no_catalogue_says_so(cli, tmp_path, arguments, code, said):
     assert done.code == code
     assert said.format(db=db) in done.err
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        (["query", "-c", "length_"], ["length_error"]),
+        (["query", "--order", "code,length"], ["code,length", "code,length_error"]),
+        (["export", "--status", "orbit,bo"], ["orbit,boundary"]),
+        (["table", "--a", "1"], ["1", "1.6"]),
+    ],
+)
+def test_shells_are_offered_values(varied, monkeypatch, typed, offered):
+    import typer
+
+    from orbitdb.cli.app import app
+
+    monkeypatch.setenv("ORBITDB_DB", str(varied))
+    command = typer.main.get_command(app)
+    with command.make_context("orbitdb", typed[:1], resilient_parsing=True) as top:
+        called = command.commands[typed[0]]
+        context = called.make_context(typed[0], [], parent=top, resilient_parsing=True)
+    option = next(each for each in called.params if typed[1] in each.opts)
+    assert [item.value for item in option.shell_complete(context, typed[2])] == offered

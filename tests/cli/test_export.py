@@ -14,6 +14,7 @@ from importlib.metadata import version
 
 import numpy as np
 import pytest
+from processes import COMMAND
 from quick import slow_but
 
 from orbitdb import Catalogue, __version__
@@ -270,6 +271,34 @@ def test_a_file_that_is_there_is_kept_without_force(varied, tmp_path, cli):
     assert target.read_text().startswith("code,")
 
 
+def test_a_figure_that_is_there_is_kept_without_force(varied, tmp_path, cli):
+    drawn = ("plot", "orbit", "--code", "13", "--db", str(varied), "-o", str(tmp_path / "x.svg"))
+    (tmp_path / "x.svg").write_text("mine")
+    done = cli(*drawn)
+    assert (done.code, (tmp_path / "x.svg").read_text()) == (2, "mine")
+    assert "--force" in done.err
+    assert cli("export", "-o", str(tmp_path / "x.csv"), "--p", "3", "--db", str(varied)).code == 0
+    assert (tmp_path / "x.csv").exists()
+
+
+@pytest.mark.slow
+def test_a_figure_on_stdout_is_what_the_file_holds(varied, tmp_path, cli):
+    drawn = ("plot", "orbit", "--code", "13", "--db", str(varied))
+    target = tmp_path / "x.svg"
+    target.write_text("old")
+    assert cli(*drawn, "-o", str(target), "--force").code == 0
+    shown = subprocess.run([*COMMAND, *drawn, "-o", "-", "--format", "svg"], capture_output=True, check=True)
+    assert shown.stdout == target.read_bytes()
+
+
+@pytest.mark.slow
+def test_a_wrong_ending_is_told_before_matplotlib_is_loaded(tmp_path):
+    code = "import sys; from orbitdb.cli.main import _run; _run(['plot', 'sheet', '-o', 'x.gif'])"
+    code += "; print('matplotlib' in sys.modules)"
+    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"
+
+
 def test_an_empty_subset_writes_nothing(varied, tmp_path, cli):
     done = cli("export", str(tmp_path / "none.csv"), "--p", "99", "--db", str(varied))
     assert done.code == 1
@@ -287,6 +316,10 @@ def test_an_empty_subset_writes_nothing(varied, tmp_path, cli):
         (["export", "z.parquet", "--mark-words"], 2, "--mark-words is for csv and tsv: parquet keeps words"),
         (["export", "orbits.csv", "-c", "colour"], 2, "colour"),
         (["export", "nowhere/orbits.npz"], 3, "No such file or directory"),
+        (["export", "x.csv", "-o", "y.csv"], 2, "x.csv and -o y.csv: name one file"),
+        (["plot", "entropy", "-o", "x.gif"], 2, "end the name in .png, .svg, .pdf"),
+        (["plot", "entropy", "-o", "-"], 2, "--format"),
+        (["plot", "entropy", "-o", "x.pdf", "--format", "svg"], 2, "leave one of them out"),
         (["plot", "entropy", "-o", "nowhere/x.pdf"], 3, "nowhere/x.pdf cannot be written"),
         (["plot", "entropy", "-o", "/proc/x.svg"], 3, "/proc/x.svg cannot be written"),
     ],

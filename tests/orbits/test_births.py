@@ -7,7 +7,7 @@ import pytest
 from births50 import birth_error
 from solutions import representatives
 
-from orbitdb import existence
+from orbitdb import existence, solve_word
 from orbitdb.billiard.bounces import slack_changes, slacks, smooth_slacks
 from orbitdb.billiard.legs import cut, direction_limits
 from orbitdb.billiard.stadium import Stadium
@@ -70,6 +70,8 @@ def test_the_first_birth_is_an_exact_number():
 def test_a_word_dies_and_is_reborn():
     one, other = existence("010203113"), existence("010233113")
     death, rebirth = pytest.approx(0.473270308236, abs=1e-12), pytest.approx(0.605684335145, abs=1e-12)
+    assert solve_word("020311301", 0.5, exists=True).exists == tuple(existence("020311301"))
+    assert solve_word("13", 0.5).exists is None
     assert one == [(pytest.approx(0.386252501738), death), (rebirth, None)]
     assert other == [(pytest.approx(0.390890513418), death), (rebirth, None)]
 

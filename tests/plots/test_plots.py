@@ -10,6 +10,7 @@ from quick import slow_but
 
 from orbitdb import Catalogue, Stadium, solve_word
 from orbitdb.errors import InputError
+from orbitdb.export import check_ending
 from orbitdb.orbits.svg import number_labels
 from orbitdb.plots import curves, paths, style
 from orbitdb.plots.deviations import draw_deviations
@@ -118,7 +119,7 @@ def test_files_are_what_they_end_in_and_the_same_each_time(tmp_path, ending, hea
 
 def test_an_unknown_ending_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"\.png, \.svg, \.pdf"):
-        style.check_ending(tmp_path / "figure.gif")
+        check_ending(tmp_path / "figure.gif")
 
 
 @pytest.mark.parametrize("a", [1e-3, 0.3, 1.6, 50.0, 1e6])

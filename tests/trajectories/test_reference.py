@@ -11,6 +11,7 @@ from quick import slow_but
 from orbitdb import Stadium
 from orbitdb.trajectories.arcs import advance, random_arcs
 from orbitdb.trajectories.ensemble import TRAJECTORIES, simulate
+from orbitdb.trajectories.legwise import simulate_legs
 
 SEEDS = 60
 
@@ -91,3 +92,12 @@ def test_the_command_says_how_many_and_how_far_off(cli):
     assert f"{abs(off):.1f} errors {'above' if off > 0 else 'below'} it" in done.err
     done = cli("simulate", "--bounces", "100000", "--no-store", "--json")
     assert "bounces were made" not in done.err
+
+
+@pytest.mark.parametrize("legwise", [False, True])
+def test_errors_are_in_the_units_of_their_values(legwise):
+    """Exact means turn a growth per step into both exponents: value and error by the same factor."""
+    stadium = Stadium(0.7)
+    found = simulate_legs(stadium, 20_000, (2.0, 0.0)) if legwise else simulate(stadium, 20_000)
+    for each in (found.lambda_d / found.lambda_c, found.lambda_d_error / found.lambda_c_error):
+        assert each == pytest.approx(stadium.mean_free_path, rel=1e-12)

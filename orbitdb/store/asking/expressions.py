@@ -11,6 +11,7 @@ import sqlite3
 from collections.abc import Callable, Set
 from contextlib import closing
 from itertools import pairwise
+from typing import TypeAlias
 
 import sqlalchemy as sa
 
@@ -50,7 +51,7 @@ _WORDS = {
 """What an expression may be made of."""
 
 Parameters = dict[str, str | int | float]
-_Authorizer = Callable[[int, str | None, str | None, str | None, str | None], int]
+Authorizer: TypeAlias = Callable[[int, str | None, str | None, str | None, str | None], int]
 
 
 def expression(where: str, parameters: Parameters) -> sa.TextClause:
@@ -194,7 +195,7 @@ def same_for_class(where: str, parameters: Parameters, shared: Set[str]) -> bool
     return columns <= shared and selects == 1 and "random" not in functions
 
 
-def _compile(where: str, parameters: Parameters, authorize: _Authorizer) -> None:
+def _compile(where: str, parameters: Parameters, authorize: Authorizer) -> None:
     """Compile an expression where there is nothing but an empty table in place of the view."""
     columns = ", ".join(catalogue.c.keys())
     with closing(sqlite3.connect(":memory:")) as stage:
@@ -215,8 +216,8 @@ def authorize(
     return sqlite3.SQLITE_OK if allowed else sqlite3.SQLITE_DENY
 
 
-def refusal(where: str, message: str) -> SelectionError:
-    """Return the error that tells the user what is wrong with an expression."""
+def refusal(where: str, message: str, what: str = "where") -> SelectionError:
+    """Return the error that tells the user what is wrong with an expression, or what else it is."""
     if "authorized to use function" in message:
         name = message.rpartition(" ")[2]
         message = f"{name}() may not be called; those that may are {', '.join(sorted(FUNCTIONS))}"
@@ -231,4 +232,4 @@ def refusal(where: str, message: str) -> SelectionError:
     elif "user-defined function" in message:
         message = "replace() takes texts, and may not make them longer"
     shown = where if len(where) <= _SHOWN else f"{where[: _SHOWN - 3]}..."
-    return SelectionError(line(f"where {shown!r}: {message}"))
+    return SelectionError(line(f"{what} {shown!r}: {message}"))

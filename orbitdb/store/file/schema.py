@@ -241,12 +241,14 @@ sweep = sa.Table(
     _required("processor", sa.REAL),
     *(_required(name, sa.Integer) for name in SWEPT),
     sa.Column("sums", sa.LargeBinary),
+    _required("moments", sa.LargeBinary),
     sa.Column("run", sa.Integer, sa.ForeignKey("run.id")),
     **STRICT_ORDERED,
 )
 """How far a period is swept at one a, and what has been counted on the way, in so many blocks; the seconds
 are as they passed, and of the processors that solved. The sums, as `orbitdb.averages.period_sums.PeriodSums`
-gives their bytes, are there once the state is ``done``."""
+gives their bytes, are there once the state is ``done``, as the moments are (`orbitdb.averages.tilt_moments`),
+which begin as those of no orbit."""
 
 sweep_block = sa.Table(
     "sweep_block",
@@ -255,6 +257,7 @@ sweep_block = sa.Table(
     sa.Column("p", sa.Integer, primary_key=True),
     sa.Column("number", sa.Integer, primary_key=True),
     _required("sums", sa.LargeBinary),
+    _required("moments", sa.LargeBinary),
     _required("run", sa.Integer, sa.ForeignKey("run.id")),
     sa.ForeignKeyConstraint(["stadium", "p"], ["sweep.stadium", "sweep.p"], name="fk_sweep_block_sweep"),
     **STRICT_ORDERED,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.leg_sums import LegSums, leg_sums
 from orbitdb.averages.sum_rules import SumRules, sum_rules
+from orbitdb.averages.swept_sum_rules import EXACT, sum_rules_beyond
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.chosen_classes import ChosenClasses
@@ -18,6 +19,14 @@ from orbitdb.symbols.automaton import admissible
 from orbitdb.symbols.words import keys_of_period, packed, unpack
 
 _BLOCK = 1 << 15
+
+
+def why_no_further_sum_rules(subset: WholePeriods) -> str:
+    """Tell why some swept periods have no sum rules; empty if all have."""
+    last = EXACT + len(subset.moments)
+    if not subset.swept or subset.highest <= last:
+        return ""
+    return f"sum rules end at p = {last}: {last + 1} was swept before all lower periods were"
 
 
 def why_no_sum_rules(chosen: Selection, missing: Sequence[int]) -> str:
@@ -41,6 +50,8 @@ def sum_rules_of(subset: WholePeriods) -> SumRules | None:
     if why_no_sum_rules(subset.selection, subset.missing):
         return None
     a = subset.selection.a
+    if subset.swept:
+        return sum_rules_beyond(a, subset.moments, subset.highest)
     sums = read_leg_sums(subset.classes, a)
     return sum_rules(subset.classes.rows(), sums, subset.highest, exact_means(a))
 

@@ -1,11 +1,14 @@
 """What sweeps have counted and added up: whole periods of which no rows are stored."""
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import sqlalchemy as sa
 
 from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.swept_sum_rules import EXACT
+from orbitdb.averages.tilt_moments import TiltMoments, from_bytes
 from orbitdb.orbits.tally import Tally
 from orbitdb.store.file.schema import DONE, SWEPT, stadium, sweep
 from orbitdb.store.reading.soundness import unsound
@@ -30,6 +33,8 @@ class Sweep:
         Time spent, and that of the processors that solved.
     sums : PeriodSums or None
         The sums over all orbits; None before it is done.
+    moments : mapping of int to TiltMoments
+        By level, what sum rules need (`orbitdb.averages.swept_sum_rules`); empty before it is done.
     """
 
     p: int
@@ -39,6 +44,7 @@ class Sweep:
     seconds: float
     processor: float
     sums: PeriodSums | None
+    moments: Mapping[int, TiltMoments]
 
     @property
     def whole(self) -> bool:
@@ -58,16 +64,26 @@ def sweeps(connection: sa.Connection, a: float) -> list[Sweep]:
     return [_as_sweep(row) for row in connection.execute(query)]
 
 
+def moments_of(found: Iterable[Sweep]) -> list[Mapping[int, TiltMoments]]:
+    """Return the moments of the swept periods behind `EXACT`, up to the first that has none."""
+    known = {each.p: each.moments for each in found}
+    moments: list[Mapping[int, TiltMoments]] = []
+    while each := known.get(EXACT + 1 + len(moments)):
+        moments.append(each)
+    return moments
+
+
 def _as_sweep(row: sa.Row[Any]) -> Sweep:
     values = row._mapping
     p, counts = values["p"], [values[name] for name in SWEPT]
     if not 2 <= p <= MAX_PERIOD or min(counts) < 0:
         raise unsound("a swept period of", p)
-    sums = None
+    sums, moments = None, {}
     if values["state"] == DONE:
         try:
             sums = PeriodSums.from_numbers(p, values["sums"] or b"")
+            moments = from_bytes(values["moments"])
         except ValueError as error:
             raise unsound("sums of a sweep:", error) from error
     spent = values["blocks"], values["seconds"], values["processor"]
-    return Sweep(p, values["state"], Tally(*counts), *spent, sums)
+    return Sweep(p, values["state"], Tally(*counts), *spent, sums, moments)

@@ -6,12 +6,14 @@ from functools import cached_property
 
 from orbitdb.averages.fixed_points import missing_periods
 from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.tilt_moments import TiltMoments
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.chosen_classes import ChosenClasses
 from orbitdb.store.reading.counted import Counted
 from orbitdb.store.reading.fills import Fill
+from orbitdb.store.reading.sweeps import moments_of
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,8 @@ class WholePeriods:
         The chosen classes of the whole periods.
     swept : mapping of int to PeriodSums
         The sums over chosen periods of which no rows are stored.
+    moments : sequence
+        What sum rules need of them (`orbitdb.store.reading.sweeps.moments_of`).
     """
 
     selection: Selection
@@ -35,16 +39,12 @@ class WholePeriods:
     partial: tuple[Fill, ...]
     classes: ChosenClasses
     swept: Mapping[int, PeriodSums] = field(default_factory=dict)
+    moments: Sequence[Mapping[int, TiltMoments]] = ()
 
     @cached_property
     def periods(self) -> list[int]:
         """The whole periods."""
         return sorted([*(fill.p for fill in self.fills), *self.swept])
-
-    @property
-    def stored(self) -> "WholePeriods":
-        """The same without what was only swept."""
-        return replace(self, swept={}) if self.swept else self
 
     def counted(self) -> Counted:
         """Return where its periods come from."""
@@ -82,17 +82,14 @@ def read_whole(catalogue: Catalogue, selection: Selection, swept: bool = False) 
     with catalogue.at_one_moment() as still:
         fills = [fill for fill in still.fills(selection.a) if selection.includes(fill.p)]
         whole = tuple(fill for fill in fills if fill.whole)
-        sums = {
-            each.p: each.sums
-            for each in (still.sweeps(selection.a) if swept else ())
-            if each.sums is not None and selection.includes(each.p)
-        }
+        known = still.sweeps(selection.a) if swept else []
+        sums = {each.p: each.sums for each in known if each.sums is not None and selection.includes(each.p)}
         for fill in whole:
             sums.pop(fill.p, None)
         partial = tuple(fill for fill in fills if not fill.whole and fill.p not in sums)
         spans = tuple((fill.p, fill.p) for fill in whole) or ((0, 0),)
         classes = still.classes(replace(selection, periods=spans))
-        return WholePeriods(selection, whole, partial, classes, sums)
+        return WholePeriods(selection, whole, partial, classes, sums, moments_of(known))
 
 
 def _all_orbits(a: float) -> Selection:

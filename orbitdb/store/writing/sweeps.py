@@ -1,10 +1,14 @@
 """Storing the counts and sums of a sweep, and how far it has come, in one transaction."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 
+import numpy as np
 import sqlalchemy as sa
+from numpy.typing import NDArray
 
 from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.tilt_moments import TiltMoments, from_bytes, to_bytes
 from orbitdb.orbits.tally import Tally
 from orbitdb.store.file.schema import DONE, FILLING, SWEPT, run, sweep, sweep_block
 from orbitdb.store.writing.cursors import OvertakenError, end_of
@@ -28,6 +32,8 @@ class SweepCursor:
         In how many blocks that was.
     words : int
         How many words the classes have.
+    tilts : mapping of int to ndarray
+        Those that moments are added up around (`orbitdb.averages.swept_sum_rules`).
     """
 
     stadium: int
@@ -36,6 +42,7 @@ class SweepCursor:
     word: str | None
     blocks: int
     words: int
+    tilts: Mapping[int, NDArray[np.float64]]
 
     @property
     def after(self) -> int:
@@ -43,14 +50,19 @@ class SweepCursor:
         return -1 if self.word is None else int(self.word, 8)
 
 
-def open_sweep(writer: Writer, connection: sa.Connection, a: float, p: int) -> SweepCursor:
-    """Return where the sweep of a period stands, beginning it if need be."""
+def open_sweep(
+    writer: Writer, connection: sa.Connection, a: float, p: int, tilts: Mapping[int, NDArray[np.float64]]
+) -> SweepCursor:
+    """Return where the sweep of a period stands, beginning it if need be, with some tilts."""
     here = {"stadium": writer.stadium_id(connection, a), "p": p}
     none = dict.fromkeys(("blocks", "seconds", "processor", *SWEPT), 0)
-    connection.execute(sa.insert(sweep).prefix_with("OR IGNORE").values(**here, state=FILLING, **none))
-    names = (sweep.c.state, sweep.c.cursor, sweep.c.blocks, sweep.c.words)
+    moments = to_bytes({level: TiltMoments.none(mu) for level, mu in tilts.items()})
+    fresh = sa.insert(sweep).prefix_with("OR IGNORE").values(**here, state=FILLING, moments=moments, **none)
+    connection.execute(fresh)
+    names = (sweep.c.state, sweep.c.cursor, sweep.c.blocks, sweep.c.words, sweep.c.moments)
     row = connection.execute(sa.select(*names).filter_by(**here)).one()
-    return SweepCursor(here["stadium"], p, row.state, row.cursor, row.blocks, row.words)
+    centres = {level: each.centre for level, each in from_bytes(row.moments).items()}
+    return SweepCursor(here["stadium"], p, row.state, row.cursor, row.blocks, row.words, centres)
 
 
 def add_swept(
@@ -60,6 +72,7 @@ def add_swept(
     span: Span,
     tally: Tally,
     sums: PeriodSums,
+    moments: Mapping[int, TiltMoments],
     spent: tuple[float, float],
     computed: str,
 ) -> SweepCursor:
@@ -75,6 +88,7 @@ def add_swept(
         The block's.
     tally : Tally
     sums : PeriodSums
+    moments : mapping of int to TiltMoments
     spent : tuple of float
         Seconds as they passed, and of a processor.
     computed : str
@@ -101,16 +115,26 @@ def add_swept(
     if moved.rowcount != 1:
         raise OvertakenError
     key = {"stadium": cursor.stadium, "p": cursor.p, "number": cursor.blocks}
-    block = sa.insert(sweep_block).values(**key, sums=sums.numbers(), run=writer.run_id(connection, computed))
+    block = sa.insert(sweep_block).values(
+        **key, sums=sums.numbers(), moments=to_bytes(moments), run=writer.run_id(connection, computed)
+    )
     connection.execute(block)
     return replace(cursor, word=last, blocks=cursor.blocks + 1, words=cursor.words + tally.words)
 
 
 def close_sweep(writer: Writer, connection: sa.Connection, cursor: SweepCursor) -> None:
-    """Add up the blocks of a period that is swept, and keep the sum instead of them."""
+    """Add up the blocks of a period that is swept, and keep the sum instead of them.
+
+    Another process that has swept the same may have done it already.
+    """
+    if connection.scalar(sa.select(sweep.c.state).where(_of(cursor))) == DONE:
+        return
     here = (sweep_block.c.stadium == cursor.stadium) & (sweep_block.c.p == cursor.p)
-    blocks = connection.scalars(sa.select(sweep_block.c.sums).where(here).order_by(sweep_block.c.number))
-    sums = PeriodSums.joined([PeriodSums.from_numbers(cursor.p, each) for each in blocks], cursor.p)
+    query = sa.select(sweep_block.c.sums, sweep_block.c.moments).where(here).order_by(sweep_block.c.number)
+    blocks = connection.execute(query).all()
+    sums = PeriodSums.joined([PeriodSums.from_numbers(cursor.p, each.sums) for each in blocks], cursor.p)
+    parts = [from_bytes(each.moments) for each in blocks]
+    moments = {level: TiltMoments.joined([part[level] for part in parts]) for level in cursor.tilts}
     computed = sa.func.json_extract(run.c.parameters, "$.arithmetic")
     by = connection.scalars(
         sa.select(computed).distinct().join(sweep_block).where(here).order_by(computed)
@@ -118,7 +142,9 @@ def close_sweep(writer: Writer, connection: sa.Connection, cursor: SweepCursor) 
     number = writer.run_id(connection, " | ".join(by) or None)
     connection.execute(sa.delete(sweep_block).where(here))
     connection.execute(
-        sa.update(sweep).where(_of(cursor)).values(state=DONE, sums=sums.numbers(), run=number)
+        sa.update(sweep)
+        .where(_of(cursor))
+        .values(state=DONE, sums=sums.numbers(), moments=to_bytes(moments), run=number)
     )
 
 

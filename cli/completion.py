@@ -1,0 +1,41 @@
+"""What a shell offers behind an option: columns, statuses, values of a."""
+
+from collections.abc import Iterable, Iterator
+
+
+def columns(incomplete: str) -> Iterator[tuple[str, str]]:
+    """Offer the columns of the catalogue behind those that are written already."""
+    from orbitdb.columns import IN_CATALOGUE
+
+    return _in_list(incomplete, ((each.name, each.brief) for each in IN_CATALOGUE))
+
+
+def statuses(incomplete: str) -> Iterator[tuple[str, str]]:
+    """Offer the statuses that rows have."""
+    from orbitdb.orbits.orbit import Status
+
+    rows = (status for status in Status if status is not Status.FAMILY)
+    return _in_list(incomplete, [*((status.value, status.sentence) for status in rows), ("all", "every one")])
+
+
+def half_lengths(incomplete: str) -> list[str]:
+    """Offer the values of a in the catalogue that is meant where none is named; none if it cannot be read."""
+    from contextlib import closing
+
+    from orbitdb.errors import InputError, StoreError
+    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.fills import exact
+
+    try:
+        with closing(Catalogue()) as catalogue:
+            return [text for text in map(exact, catalogue.a_values()) if text.startswith(incomplete)]
+    except (InputError, StoreError):
+        return []
+
+
+def _in_list(incomplete: str, known: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
+    """Offer names that go on with the last of some, with commas between, each with what it means."""
+    before, comma, begun = incomplete.rpartition(",")
+    for name, meaning in known:
+        if name.startswith(begun) and name not in before.split(","):
+            yield f"{before}{comma}{name}", meaning

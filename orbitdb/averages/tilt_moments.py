@@ -1,0 +1,198 @@
+"""Sums over tilted orbits as power series in the tilt, so that no orbit has to be kept.
+
+The tilt mu with which means are exact (`orbitdb.averages.tilted`) is known only when all orbits are. But
+from period to period it changes little: around the tilt c of all lower periods the sums of w e^(mu x), and
+those with other quantities beside, are power series in mu - c, whose coefficients are sums of w e^(c x) times
+powers of x. They are cut off at `DEGREE`; the last term is itself a sum of positive terms and tells what is
+missing.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import combinations_with_replacement
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.averages.sum_rules import HELD
+from orbitdb.equality import ByValue
+
+Floats = NDArray[np.float64]
+
+DEGREE = 8
+"""Even, so that the terms of this degree are positive."""
+
+_CHUNK = 1 << 11
+"""Orbits at a time: their powers stay in the cache."""
+
+
+class TiltedSums(NamedTuple):
+    """Sums over orbits with the weights w e^(mu x).
+
+    Attributes
+    ----------
+    total : float
+        Of 1.
+    slope : ndarray, shape (k,)
+        Of x: the derivatives of the total in mu.
+    spread : ndarray, shape (k, k)
+        Of x x.
+    rest, legs : float
+        Of two quantities.
+    missing : float
+        About what the total lacks at most.
+    """
+
+    total: float
+    slope: Floats
+    spread: Floats
+    rest: float
+    legs: float
+    missing: float
+
+
+@dataclass(frozen=True, eq=False)
+class TiltedOrbits(ByValue):
+    """N orbits of which everything is known.
+
+    Attributes
+    ----------
+    log_weights : ndarray, shape (N,)
+    x : ndarray, shape (k, N)
+        The quantities that are tilted with.
+    rest, legs : ndarray, shape (N,)
+    """
+
+    log_weights: Floats
+    x: Floats
+    rest: Floats
+    legs: Floats
+
+    def held(self, level: int) -> "TiltedOrbits":
+        """Return them with the quantities alone that are held at a level."""
+        return replace(self, x=self.x[list(HELD[level])])
+
+    def at(self, mu: Floats) -> TiltedSums:
+        """Return the sums at a tilt."""
+        w = np.exp(self.log_weights + mu @ self.x)
+        spread = (self.x * w) @ self.x.T
+        return TiltedSums(w.sum(), self.x @ w, spread, float(w @ self.rest), float(w @ self.legs), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class TiltMoments(ByValue):
+    """The coefficients of the power series of the sums over some orbits.
+
+    Attributes
+    ----------
+    centre : ndarray, shape (k,)
+        The tilt c.
+    sums : ndarray, shape (3, n)
+        Of w e^(c x) x^n, for each power n of x up to `DEGREE`; with rest; and with legs.
+    """
+
+    centre: Floats
+    sums: Floats
+
+    @classmethod
+    def none(cls, centre: Floats) -> "TiltMoments":
+        """Return those of no orbit."""
+        return cls(centre, np.zeros((3, len(_powers(len(centre)).exponents))))
+
+    @classmethod
+    def of(cls, centre: Floats, orbits: TiltedOrbits) -> "TiltMoments":
+        """Add up over orbits."""
+        powers = _powers(len(centre))
+        sums = []
+        for start in range(0, len(orbits.legs), _CHUNK):
+            here = slice(start, start + _CHUNK)
+            x, w = orbits.x[:, here], np.exp(orbits.log_weights[here] + centre @ orbits.x[:, here])
+            terms = np.empty((len(powers.exponents), x.shape[1]))
+            terms[0] = w
+            for place, (lower, factor) in enumerate(powers.made_of, 1):
+                np.multiply(terms[lower], x[factor], out=terms[place])
+            sums.append(
+                [terms.sum(axis=1), *((terms * of[here]).sum(axis=1) for of in (orbits.rest, orbits.legs))]
+            )
+        return cls(centre, np.array(sums).sum(axis=0) if sums else cls.none(centre).sums)
+
+    @classmethod
+    def joined(cls, parts: "Sequence[TiltMoments]") -> "TiltMoments":
+        """Add up parts with one centre, exactly and with one rounding."""
+        columns = zip(*(part.sums.ravel().tolist() for part in parts), strict=True)
+        return cls(parts[0].centre, np.array([math.fsum(of) for of in columns]).reshape(3, -1))
+
+    def at(self, mu: Floats) -> TiltedSums:
+        """Return the sums at a tilt."""
+        powers = _powers(len(self.centre))
+        shares = np.prod((mu - self.centre) ** powers.exponents, axis=1) / powers.factorials
+        moments, rest, legs = self.sums
+        spread = len(mu), len(mu)
+        lower, lowest = (powers.exponents.sum(axis=1) <= DEGREE - less for less in (1, 2))
+        once = [powers.times[lower, i] for i in range(len(mu))]
+        twice = [[powers.times[place[lowest[lower]], j] for j in range(len(mu))] for place in once]
+        return TiltedSums(
+            float(shares @ moments),
+            np.array([shares[lower] @ moments[place] for place in once]),
+            np.array([[shares[lowest] @ moments[place] for place in row] for row in twice]).reshape(spread),
+            float(shares @ rest),
+            float(shares @ legs),
+            float(shares[~lower] @ moments[~lower]),
+        )
+
+
+class _Powers(NamedTuple):
+    """The powers of k variables up to `DEGREE`: each but the first is a lower one times a variable."""
+
+    exponents: NDArray[np.int64]
+    factorials: Floats
+    made_of: list[tuple[int, int]]
+    times: NDArray[np.int64]
+
+
+@cache
+def _powers(k: int) -> _Powers:
+    factors = [each for d in range(DEGREE + 1) for each in combinations_with_replacement(range(k), d)]
+    place = {each: number for number, each in enumerate(factors)}
+    exponents = np.array([[each.count(i) for i in range(k)] for each in factors]).reshape(len(factors), k)
+    times = np.full((len(factors), k), -1)
+    for number, each in enumerate(factors):
+        for i in range(k):
+            times[number, i] = place.get(tuple(sorted((*each, i))), -1)
+    factorials = np.array([math.prod(map(math.factorial, row)) for row in exponents.tolist()], dtype=float)
+    return _Powers(exponents, factorials, [(place[each[:-1]], each[-1]) for each in factors[1:]], times)
+
+
+def to_bytes(moments: Mapping[int, TiltMoments]) -> bytes:
+    """Return moments by level as little-endian doubles."""
+    parts = [
+        part for level, each in sorted(moments.items()) for part in ([level], each.centre, each.sums.ravel())
+    ]
+    return np.concatenate([np.zeros(0), *parts]).astype("<f8").tobytes()
+
+
+def from_bytes(numbers: bytes) -> dict[int, TiltMoments]:
+    """Return what `to_bytes` was made of.
+
+    Raises
+    ------
+    ValueError
+        If it was made of something else.
+    """
+    values, found = np.frombuffer(numbers, dtype="<f8").astype(float), {}
+    if not np.isfinite(values).all():
+        raise ValueError("moments that are no numbers")
+    while len(values):
+        level = int(values[0])
+        if level not in range(len(HELD)):
+            raise ValueError(f"moments of level {level}")
+        k = len(HELD[level])
+        end = 1 + k + 3 * len(_powers(k).exponents)
+        if len(values) < end:
+            raise ValueError(f"{len(values)} numbers are no moments of level {level}")
+        found[level] = TiltMoments(values[1 : 1 + k], values[1 + k : end].reshape(3, -1))
+        values = values[end:]
+    return found

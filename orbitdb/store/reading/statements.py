@@ -1,0 +1,114 @@
+"""Whole SELECT statements over the views of a catalogue: for a limited time, and nothing else is touched."""
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import sqlalchemy as sa
+
+from orbitdb.store.asking import expressions as free
+from orbitdb.store.asking.confinement import TABLES_OF_VIEW, Patience, confined
+from orbitdb.store.asking.selection import SelectionError
+from orbitdb.store.file.schema import catalogue, life
+from orbitdb.store.file.tokens import meaningful
+from orbitdb.store.reading.reader import Reader
+
+VIEWS = (catalogue.name, life.name)
+_BLOCK = 2000
+
+
+def run_statement(
+    reader: Reader, statement: str, parameters: free.Parameters
+) -> tuple[tuple[str, ...], Iterator[tuple[Any, ...]]]:
+    """Run one SELECT over the views `VIEWS`; return the names of its columns, and its rows.
+
+    Parameters
+    ----------
+    reader : Reader
+        As it is at one moment (`Reader.at_one_moment`), until all rows are fetched.
+    statement : str
+        It may call the functions that an expression may call (`orbitdb.store.asking.expressions`).
+    parameters : dict
+        What the names (``:name``) in it stand for.
+
+    Raises
+    ------
+    SelectionError
+        If it is not one SELECT, reads something else, names two columns alike, or takes too long.
+    """
+    _check(statement, parameters)
+    patience = Patience()
+    with reader.reading() as connection, _answering(connection, statement, patience):
+        result = connection.exec_driver_sql(statement, parameters)
+        names = tuple(result.keys()) if result.returns_rows else ()
+    if not names:
+        raise free.refusal(statement, "it gives no rows: write a SELECT", "sql")
+    if twice := [name for place, name in enumerate(names) if name in names[:place]]:
+        raise free.refusal(statement, f"column {twice[0]!r} comes twice: name one of them with AS", "sql")
+    return names, _fetched(reader, statement, result, patience)
+
+
+def _fetched(
+    reader: Reader, statement: str, result: sa.CursorResult[Any], patience: Patience
+) -> Iterator[tuple[Any, ...]]:
+    while True:
+        with reader.reading() as connection, _answering(connection, statement, patience):
+            block = result.fetchmany(_BLOCK)
+        if not block:
+            return
+        yield from map(tuple, block)
+
+
+def _check(statement: str, parameters: free.Parameters) -> None:
+    """Refuse what could grow without end before SQLite runs any of it, and values that have no name."""
+    found = meaningful(statement)
+    size = len(statement) + sum(len(str(value)) for value in parameters.values())
+    message = ""
+    if not found or found[0].keyword != "SELECT":
+        message = "write one SELECT"
+    elif size > free.LONGEST:
+        message = f"it has {size} characters with its values; {free.LONGEST} are allowed"
+    elif any(token.keyword == "WITH" for token in found):
+        message = "WITH may not be used"
+    elif idle := [name for name in parameters if name not in free.names_in(statement)]:
+        message = f"it has no :{', :'.join(idle)}: leave out what is given for it"
+    if message:
+        raise free.refusal(statement, message, "sql")
+
+
+@contextmanager
+def _answering(connection: sa.Connection, statement: str, patience: Patience) -> Iterator[None]:
+    try:
+        with confined(connection, patience, _authorize):
+            yield
+    except (sa.exc.DBAPIError, sqlite3.Error, sqlite3.Warning) as error:
+        message = str(getattr(error, "orig", error))
+        if "interrupted" in message and not patience.ended:
+            raise KeyboardInterrupt from error
+        raise _refusal(statement, message) from error
+
+
+def _refusal(statement: str, message: str) -> SelectionError:
+    """Return the error that tells the user what is wrong with a statement."""
+    foreign = any(part in message for part in ("not authorized", "prohibited", "no such table"))
+    if foreign and "function" not in message:
+        message = f"it may read the views {' and '.join(VIEWS)}, and nothing else"
+    return free.refusal(statement, message, "sql")
+
+
+def _authorize(
+    action: int, first: str | None, column: str | None, _base: str | None, view: str | None
+) -> int:
+    """Allow what computes, and reading the views; their tables only through them.
+
+    SQLite reads no column of a table, and names no view, where it but looks whether there is a row.
+    """
+    reading = action == sqlite3.SQLITE_READ
+    allowed = (
+        action == sqlite3.SQLITE_SELECT
+        or (reading and (first in VIEWS or view in VIEWS))
+        or (reading and first in TABLES_OF_VIEW and not column)
+        or (action == sqlite3.SQLITE_FUNCTION and column in free.FUNCTIONS)
+    )
+    return sqlite3.SQLITE_OK if allowed else sqlite3.SQLITE_DENY

@@ -1,0 +1,419 @@
+"""What every command writes, in each format, is what the library says, column by column.
+
+One table: a command line, and a call of the library that gives the same columns. Each is run in all
+formats, JSON and tables by default and the others, which are written row by row like JSON, with the slow
+tests. Numbers are equal to the last bit; in a table, meant for people, to the last digit shown.
+"""
+
+import csv
+import io
+import json
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from solutions import representatives
+
+from orbitdb import Catalogue, Stadium, existence, simulate, solve_word
+from orbitdb.averages.by_period import entropy, lyapunov, lyapunov_by_stability
+from orbitdb.averages.exact_means import exact_means
+from orbitdb.averages.fixed_points import Weight
+from orbitdb.benchmarks import stage_times, stress
+from orbitdb.benchmarks import work_precision as methods
+from orbitdb.benchmarks.agreement import agreement
+from orbitdb.entropy.bounds import search
+from orbitdb.filling.births import fill_births
+from orbitdb.orbits.births import find_changes
+from orbitdb.store.reading.leg_terms import sum_rules_of
+from orbitdb.store.reading.whole_periods import read_whole
+from orbitdb.store.writing.references import add_reference
+from orbitdb.store.writing.writer import Writer
+from orbitdb.symbols.pruning import rules_broken
+from orbitdb.symbols.words import from_strings
+from orbitdb.trajectories.ensemble import Reference
+from orbitdb.trajectories.legwise import simulate_legs
+from orbitdb.verification.verify import report, verify
+
+Columns = dict[str, list[Any]]
+QUICK, SLOW = ("json", "table"), ("csv", "tsv", "jsonl")
+TRAJECTORY = Reference(0.8871, 0.0002, 0.3754, 0.0003, 2.3634, 0.0004, 12_345, 67, 89)
+"""Every number another one, so that no two columns can be taken for one another."""
+
+
+@pytest.fixture(scope="module")
+def stored(varied, tmp_path_factory) -> Path:
+    """The varied catalogue with births to p = 5 and a trajectory at a = 1.6."""
+    path = tmp_path_factory.mktemp("outputs") / "orbits.db"
+    path.write_bytes(varied.read_bytes())
+    for _ in fill_births(path, range(2, 6)):
+        pass
+    writer = Writer(path, {"command": "simulate"})
+    add_reference(writer, 1.6, TRAJECTORY)
+    writer.close()
+    return path
+
+
+def plain(values: Any) -> list[Any]:
+    """Values as plain Python, None for numbers that are none and for texts that are empty."""
+    listed = values.tolist() if isinstance(values, np.ndarray) else list(values)
+    return [None if value != value or value == "" else value for value in listed]
+
+
+def rows_of(catalogue: Catalogue, a: float, chosen: np.ndarray | None = None, **criteria: Any) -> Columns:
+    """The columns of ``query`` and ``export`` from the arrays of a subset."""
+    subset = catalogue.select(a=a, **criteria)
+    rows = np.arange(len(subset)) if chosen is None else chosen
+    names = ("representative", "p", "status", "length", "lyapunov", "lambda_d", "lambda_c", "time_reversal",
+             "class_size", "margin", "residual", "error")  # fmt: skip
+    columns = {name: plain(getattr(subset, name)[rows]) for name in names}
+    words = subset.words[rows].tolist()
+    masks = [int(rules_broken(from_strings([word]))[0]) for word in words]
+    columns["rules"] = [[n for n in range(1, 7) if mask >> (n - 1) & 1] for mask in masks]
+    columns["class_size"] = [size or None for size in columns["class_size"]]
+    return {"code": words, "a": [a] * len(words), **columns}
+
+
+KEYS = ("code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
+        "time_reversal", "class_size", "margin", "residual", "error")  # fmt: skip
+
+
+def queried(**criteria: Any) -> Callable[[Catalogue], Columns]:
+    def call(catalogue: Catalogue) -> Columns:
+        found = rows_of(catalogue, criteria.pop("a", 1.6), **criteria)
+        return {name: found[name] for name in KEYS}
+
+    return call
+
+
+def words_of(*words: str) -> Callable[[Catalogue], Columns]:
+    """The columns of ``query --code``."""
+
+    def call(catalogue: Catalogue) -> Columns:
+        orbits = [solve_word(word, 1.6) for word in words]
+        columns: Columns = {
+            name: [getattr(orbit, name) for orbit in orbits] for name in KEYS if name != "status"
+        }
+        columns |= {
+            "status": [str(orbit.status) for orbit in orbits],
+            "rules": [list(o.rules) for o in orbits],
+        }
+        columns = {name: columns[name] for name in KEYS}
+        columns["coordinates"] = [None if o.coordinates is None else o.coordinates.tolist() for o in orbits]
+        columns["stored"] = [word in catalogue for word in words]
+        columns["exists"] = [[list(life) for life in existence(word)] for word in words]
+        return columns
+
+    return call
+
+
+def table_1(catalogue: Catalogue) -> Columns:
+    """From the fills, N and K_0 by the paper's definitions; blank where a divisor is not filled."""
+    fills = {fill.p: fill for fill in catalogue.fills(1.6) if fill.whole}
+    points = {p: sum(d * fills[d].n_c for d in range(2, p + 1) if p % d == 0) for p in fills}
+    return {
+        "p": list(fills),
+        "N_t": [fill.n_t for fill in fills.values()],
+        "N_c": [fill.n_c for fill in fills.values()],
+        "N": list(points.values()),
+        "K_0": [math.log(n) / p for p, n in points.items()],
+        "classes": [fill.classes for fill in fills.values()],
+        "boundary": [fill.boundary for fill in fills.values()],
+        "unresolved": [fill.unresolved for fill in fills.values()],
+    }
+
+
+def averages(
+    names: tuple[str, ...], periods: str = "2-6", blank: dict[str, set[int]] | None = None, **options: Any
+) -> Callable[[Catalogue], Columns]:
+    """The averages by period over whole periods; `blank` says where a column must have none."""
+
+    def call(catalogue: Catalogue) -> Columns:
+        chosen = [p for low, _, high in (part.partition("-") for part in periods.split(","))
+                  for p in range(int(low), int(high or low) + 1)]  # fmt: skip
+        subset = catalogue.classes(a=1.6, p=periods)
+        found = (lyapunov if "lambda_d" in names else entropy)(subset.rows(), max(chosen), *options.values())
+        return {
+            name: [
+                None if p in (blank or {}).get(name, ()) else value
+                for p, value in zip(found.p.tolist(), plain(getattr(found, name)), strict=True)
+                if p in chosen
+            ]
+            for name in names
+        }
+
+    return call
+
+
+ENTROPY = ("p", "N", "K_0", "h_zeta", "h_zeta_change")
+LYAPUNOV = (
+    "p",
+    "lambda_d",
+    "lambda_c",
+    "lambda_d_pair",
+    "lambda_c_pair",
+    "lambda_d_zeta",
+    "lambda_c_zeta",
+    "z0",
+)
+SUM_RULES = ("lambda_d_sum_rule", "lambda_c_sum_rule", "lambda_d_sum_rule_error", "lambda_c_sum_rule_error")
+EXPONENTS = ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error")
+
+
+def with_sum_rules_and_trajectory(call: Callable[[Catalogue], Columns]) -> Callable[[Catalogue], Columns]:
+    def both(catalogue: Catalogue) -> Columns:
+        columns = call(catalogue)
+        count = len(columns["p"])
+        found = sum_rules_of(read_whole(catalogue, catalogue.select(a=1.6).selection)) if count == 5 else None
+        rules = {name: [None] * count if found is None else plain(getattr(found, name)) for name in SUM_RULES}
+        known = {f"{name}_trajectory": [getattr(TRAJECTORY, name)] * count for name in EXPONENTS}
+        return columns | rules | known
+
+    return both
+
+
+def cut_at(cut: float, weight: Weight) -> Callable[[Catalogue], Columns]:
+    def call(catalogue: Catalogue) -> Columns:
+        found = lyapunov_by_stability(catalogue.classes(a=1.6, p="2-6").rows(), cut, 6, weight)
+        values = (cut, found.lambda_d, found.lambda_c, found.mean_path, found.z0)
+        names = ("cut", "lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
+        return {name: [value] for name, value in zip(names, values, strict=True)}
+
+    return call
+
+
+def born(catalogue: Catalogue) -> Columns:
+    """From the changes themselves, found anew."""
+    columns: Columns = {
+        name: [] for name in ("p", "classes", "births", "deaths", "always", "least", "largest")
+    }
+    for p in range(2, 6):
+        changes = find_changes(representatives(p))
+        births = changes.a[changes.born].tolist()
+        dying = len(np.unique(changes.word[~changes.born]))
+        row = (p, len(changes.always), len(births), dying, int(changes.always.sum()),
+               min(births, default=None), max(births, default=None))  # fmt: skip
+        for name, value in zip(columns, row, strict=True):
+            columns[name].append(value)
+    return columns
+
+
+def filled(catalogue: Catalogue) -> Columns:
+    fills = [(a, fill) for a in (1.0, 1.6) for fill in catalogue.fills(a)]
+    names = ("state", "stored", "N_t", "N_c", "boundary", "unresolved",
+             "seconds", "enumerating", "solving", "storing")  # fmt: skip
+    return {"a": [a for a, _ in fills], "p": [fill.p for _, fill in fills]} | {
+        name: [getattr(fill, "words" if name == "stored" else name.lower()) for _, fill in fills]
+        for name in names
+    }
+
+
+def records(found: Any, names: dict[str, str] | None = None) -> Columns:
+    """Columns of dataclasses, by other names if they are given."""
+    listed = list(found)
+    shown = names or {field.name: field.name for field in fields(listed[0])}
+    return {name: plain([getattr(each, field) for each in listed]) for name, field in shown.items()}
+
+
+def simulated(found: Reference, a: float) -> Columns:
+    names = (*EXPONENTS, "mean_free_path", "mean_free_path_error", "bounces", "seed")
+    return {"a": [a]} | {name: [asdict(found)[name]] for name in names}
+
+
+def legwise(_: Catalogue) -> Columns:
+    growth = exact_means(0.7).growth
+    return simulated(simulate_legs(Stadium(0.7), 20_000, (growth.value, growth.error), 3), 0.7)
+
+
+def checked(catalogue: Catalogue) -> Columns:
+    found = report(verify(catalogue, [catalogue.select(a=1.6, p="2-4").selection], None, 2, 7))
+    names = ("rows", "failures", "worst", "share", "first")
+    return records(found, {"check": "name"} | {name: name for name in names})
+
+
+def measured(found: Callable[[], Any]) -> Callable[[Catalogue], Columns]:
+    return lambda _: records(found())
+
+
+@dataclass(frozen=True)
+class Case:
+    """A command line and the call of the library that gives the same."""
+
+    line: str
+    call: Callable[[Catalogue], Columns]
+    reads: bool = True
+    slow: bool = False
+
+
+MISSING = {"N": {6}, "K_0": {6}, "h_zeta": {3, 5, 6}, "h_zeta_change": {3, 5, 6}}
+GAPS = {name: {6} if name in ("lambda_d", "lambda_c") else {3, 5, 6} for name in LYAPUNOV[1:]}
+CASES = [
+    Case("query --p 2-4 --limit 1000", queried(p="2-4", status="all")),
+    Case("query --p 3 --status geometric", queried(p=3, status="geometric")),
+    Case("query --a 1 --range length=:8 --status orbit", queried(a=1.0, length=(None, 8), status="orbit")),
+    Case("query --a 1 --range length=8:8", queried(a=1.0, length=(8, 8)), slow=True),
+    Case("query --code 1232131 --code 01132", words_of("1232131", "01132")),
+    Case("table", table_1),
+    Case("entropy", averages(ENTROPY), slow=True),
+    Case("entropy --p 3,5-6", averages(ENTROPY, "3,5-6", MISSING)),
+    Case("lyapunov --p 2-6", with_sum_rules_and_trajectory(averages(LYAPUNOV))),
+    Case("lyapunov --p 3,5-6", with_sum_rules_and_trajectory(averages(LYAPUNOV, "3,5-6", GAPS))),
+    Case("lyapunov --weight det --p 2-6",
+         with_sum_rules_and_trajectory(averages(LYAPUNOV, weight=Weight.DETERMINANT)), slow=True),
+    Case("lyapunov --cut 7 --p 2-6", cut_at(7.0, Weight.EXPONENTIAL)),
+    Case("lyapunov --cut 6.5 --weight det --p 2-6", cut_at(6.5, Weight.DETERMINANT), slow=True),
+    Case("simulate --a 0.7 --bounces 20000 --seed 3 --no-store",
+         lambda _: simulated(simulate(Stadium(0.7), 20_000, 3), 0.7), reads=False),
+    Case("simulate --a 0.7 --bounces 20000 --seed 3 --legwise --no-store", legwise, reads=False, slow=True),
+    Case("births", born),
+    Case("bounds --a 3 --window 6", measured(lambda: search(Stadium(3), 6)), reads=False),
+    Case("info", filled),
+    Case("verify --a 1.6 --p 2-4 --restarts 2 --seed 7", checked, slow=True),
+    Case("bench --kind statuses --p 2-3", measured(lambda: (agreement(p, Stadium(1.6))[0] for p in (2, 3))),
+         reads=False, slow=True),
+    Case("bench --kind stages --p 3-4",
+         measured(lambda: map(stage_times.stage_times, (3, 4), [Stadium(1.6)] * 2)), reads=False),
+    Case("bench --p 3", measured(lambda: methods.work_precision(methods.sample(3, Stadium(1.6)))),
+         reads=False, slow=True),
+    Case("bench --kind stress", measured(stress.stress), reads=False),
+]  # fmt: skip
+
+
+def of_csv(text: str, delimiter: str = ",") -> list[dict[str, Any]]:
+    return list(csv.DictReader(io.StringIO(text), delimiter=delimiter))
+
+
+def of_table(text: str) -> list[dict[str, Any]]:
+    """Cells of aligned columns, which have two blanks between them in every line."""
+    lines = text.splitlines()
+    width = max(map(len, lines))
+    lines = [line.ljust(width) for line in lines]
+    used = ["  " if all(line[i : i + 2].strip() == "" for line in lines) else "x" for i in range(width)]
+    starts = [i for i in range(width) if used[i] == "x" and (i == 0 or used[i - 1] != "x")]
+    cells = [[line[i:j].strip() for i, j in zip(starts, [*starts[1:], width], strict=True)] for line in lines]
+    return [dict(zip(cells[0], row, strict=True)) for row in cells[1:]]
+
+
+READERS: dict[str, Callable[[str], list[dict[str, Any]]]] = {
+    "csv": of_csv,
+    "tsv": lambda text: of_csv(text, "\t"),
+    "json": json.loads,
+    "jsonl": lambda text: [json.loads(line) for line in text.splitlines()],
+    "table": of_table,
+}
+
+
+def same(shown: Any, value: Any, form: str, name: str) -> bool:
+    """Tell whether what is shown is the value: all of it, or in a table all digits that are there."""
+    if form in ("json", "jsonl"):
+        return shown == value and isinstance(shown, bool) == isinstance(value, bool)
+    if value is None:
+        return shown == ""
+    if isinstance(value, list):
+        parts = [part for part in shown.split(" ") if part] if not any(map(nested, value)) else [shown]
+        return nested(value[:1]) or all(same(*each, form, name) for each in zip(parts, value, strict=True))
+    if isinstance(value, float):
+        return float(shown) == value if form != "table" else near(shown, value)
+    return shown == str(value)
+
+
+def nested(value: Any) -> bool:
+    return isinstance(value, list) and bool(value)
+
+
+def near(shown: str, value: float) -> bool:
+    """Tell whether a number in a table is off by less than one of its last digit."""
+    digits, _, power = shown.partition("e")
+    places = len(digits.partition(".")[2])
+    return abs(float(shown) - value) < 1.0000001 * 10.0 ** (int(power or 0) - places) or (
+        "." not in digits and float(shown) == float(f"{value:g}")
+    )
+
+
+@pytest.fixture
+def same_clock(monkeypatch) -> Callable[[], None]:
+    """Give benchmarks a clock that goes anew whenever this is called, each step longer than the last."""
+    ticks = [0]
+
+    def tick() -> float:
+        ticks[0] += 1
+        return ticks[0] ** 2 / 64
+
+    for module in (stage_times, stress, methods):
+        monkeypatch.setattr(module, "perf_counter", tick)
+    monkeypatch.setattr(stress, "CASES", {"long runs": lambda: stress.long_runs(10)})
+    return lambda: ticks.__setitem__(0, 0)
+
+
+def pairs() -> list[Any]:
+    """Every case with the formats of the default run, and with the rest."""
+    return [
+        pytest.param(case, forms, id=f"{case.line} ({', '.join(forms)})",
+                     marks=[pytest.mark.slow] if case.slow or forms is SLOW else [])
+        for case in CASES for forms in (QUICK, SLOW)
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("case", "forms"), pairs())
+def test_a_command_writes_what_the_library_says(case, forms, stored, cli, same_clock):
+    same_clock()
+    expected = case.call(Catalogue(stored, 1.6))
+    count = len(next(iter(expected.values())))
+    assert count
+    place = ("--db", str(stored)) if case.reads else ()
+    for form in forms:
+        same_clock()
+        done = cli(*case.line.split(), "--format", form, *place)
+        text = done.out
+        if case.line.startswith("query") and form == "table":
+            continue  # other columns; facts of words
+        if case.line == "info" and form == "table":
+            text = text.partition("\n\n")[2]
+        rows = READERS[form](text)
+        assert done.code == 0, done.err
+        names = [name for name in expected if form != "table" or not name.endswith("_trajectory")]
+        assert [list(row) for row in rows] == [names] * count, form
+        if len(names) < len(expected):
+            assert (
+                "trajectories: lambda_d = 0.887100 +- 0.000200, lambda_c = 0.375400 +- 0.000300" in done.err
+            )
+        for i, row in enumerate(rows):
+            for name, shown in row.items():
+                assert same(shown, expected[name][i], form, name), (form, name, i, shown, expected[name][i])
+
+
+def test_exports_hold_what_the_library_says(stored, tmp_path, cli):
+    """Files are read by the libraries that others read them with."""
+    from pyarrow import parquet
+
+    expected = queried(p="2-4", status="all")(Catalogue(stored, 1.6))
+    for ending in ("csv", "jsonl", "parquet", "npz"):
+        target = tmp_path / f"orbits.{ending}"
+        done = cli("export", str(target), "--a", "1.6", "--p", "2-4", "--status", "all", "--db", str(stored))
+        assert done.code == 0, done.err
+        if ending == "parquet":
+            assert parquet.read_table(target).to_pydict() == expected
+        elif ending == "npz":
+            assert_npz(target, expected)
+        else:
+            rows = READERS[ending](target.read_text())
+            assert [list(row) for row in rows] == [list(expected)] * len(expected["code"])
+            for i, row in enumerate(rows):
+                assert all(same(shown, expected[name][i], ending, name) for name, shown in row.items())
+
+
+def assert_npz(target: Path, expected: Columns) -> None:
+    """Compare arrays, in which a row that has no number has NaN, no integer -1, no text an empty one."""
+    with np.load(target) as archive:
+        found = dict(archive)
+    lists = np.split(found.pop("rules"), found.pop("rules_start")[1:-1])
+    assert [list(each) for each in lists] == expected["rules"]
+    found.pop("metadata")
+    assert [*found] == [name for name in expected if name != "rules"]
+    for name, column in found.items():
+        absent = "" if column.dtype.kind == "U" else -1 if column.dtype.kind == "i" else math.nan
+        wanted = [absent if value is None else value for value in expected[name]]
+        np.testing.assert_array_equal(column, np.array(wanted, column.dtype), err_msg=name)

@@ -1,0 +1,64 @@
+"""``orbitdb sql``: one SELECT over the views, and nothing else."""
+
+import json
+
+import pytest
+
+
+def test_a_select_groups_and_joins(varied, cli):
+    asked = "SELECT a, p, count(*) AS orbits FROM catalogue WHERE status = :kind GROUP BY a, p ORDER BY a, p"
+    found = cli("sql", asked, "-P", "kind=orbit", "--json", "--db", str(varied))
+    at = {(row["a"], row["p"]): row["orbits"] for row in json.loads(found.out)}
+    assert [at[1.6, p] for p in range(2, 7)] == [1, 8, 32, 80, 188]
+    assert [at[1.0, p] for p in range(2, 7)] == [1, 8, 32, 48, 108]
+    across = (
+        "SELECT count(*) AS n FROM catalogue x, catalogue y WHERE x.code = y.code AND x.a < y.a AND y.p = 2"
+    )
+    assert cli("sql", across, "--format", "csv", "--db", str(varied)).out == "n\n1\n"
+    assert (
+        cli("sql", "SELECT count(*) AS n FROM life", "--format", "csv", "--db", str(varied)).out == "n\n0\n"
+    )
+    nothing = cli("sql", "SELECT code FROM catalogue WHERE p > 99", "--db", str(varied))
+    assert nothing == (1, "", "no rows\n")
+
+
+@pytest.mark.parametrize(
+    ("statement", "said"),
+    [
+        ("SELECT * FROM orbit", "may read the views catalogue and life, and nothing else"),
+        ("SELECT (SELECT max(id) FROM run) FROM catalogue", "nothing else"),
+        ("SELECT count(*) FROM run", "nothing else"),
+        ("SELECT name FROM sqlite_master", "nothing else"),
+        ("SELECT * FROM pragma_table_info('orbit')", "nothing else"),
+        ("SELECT 1; DELETE FROM orbit", "one statement"),
+        ("DELETE FROM orbit", "write one SELECT"),
+        ("PRAGMA user_version = 3", "write one SELECT"),
+        ("ATTACH 'x.db' AS x", "write one SELECT"),
+        ("EXPLAIN SELECT 1", "write one SELECT"),
+        ("", "write one SELECT"),
+        ("SELECT max(n) FROM (WITH RECURSIVE b(n) AS (SELECT 1 UNION ALL SELECT n+1 FROM b) SELECT n FROM b)",
+         "WITH may not be used"),
+        ("SELECT load_extension('x')", "load_extension() may not be called"),
+        ("SELECT group_concat(code) FROM catalogue", "group_concat() may not be called"),
+        ("SELECT p, p FROM catalogue", "column 'p' comes twice"),
+        ("SELECT colour FROM catalogue", "the columns are code, word"),
+        ("SELECT :x", "-P name=value"),
+        ("SELECT", "incomplete input"),
+    ],
+)  # fmt: skip
+def test_what_is_more_than_a_select_over_the_views_is_refused(varied, cli, statement, said):
+    before = varied.read_bytes()
+    done = cli("sql", statement, "--db", str(varied))
+    assert (done.code, done.out, len(done.err.splitlines())) == (2, "", 1)
+    assert said in done.err
+    assert varied.read_bytes() == before
+
+
+def test_a_select_that_takes_too_long_is_stopped(varied, cli, monkeypatch):
+    from orbitdb.store.asking import expressions
+
+    monkeypatch.setattr(expressions, "SECONDS", 0.1)
+    endless = "SELECT sum(x.p * y.p * z.p) FROM catalogue x, catalogue y, catalogue z"
+    done = cli("sql", endless, "--db", str(varied))
+    assert done.code == 2
+    assert "it took more than 0.1 s" in done.err

@@ -1,0 +1,144 @@
+"""Sweeps: the counts and sums of fills, the same bits however they come about, wherever they stopped."""
+
+from contextlib import closing
+from itertools import pairwise, zip_longest
+from pathlib import Path
+
+import numpy as np
+import pytest
+from quick import slow_but
+
+from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.swept_sum_rules import beginning
+from orbitdb.errors import StoreError
+from orbitdb.filling import swept_blocks
+from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.sweeps import sweep_periods
+from orbitdb.filling.workers import HERE, Processes, Workers
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.migrate import migrate
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.leg_terms import sum_rules_of
+from orbitdb.store.reading.sweeps import Sweep
+from orbitdb.store.reading.whole_periods import read_whole
+
+PERIODS = range(2, 7)
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cut periods into many blocks, for which other processes are begun."""
+    monkeypatch.setattr(swept_blocks, "_LEAST", 16)
+    monkeypatch.setattr("orbitdb.filling.sweeps.SMALL", 1)
+
+
+def swept(path: Path, a: float = 1.6, periods=PERIODS, workers: Workers = HERE) -> dict[int, Sweep]:
+    migrate(path)
+    for _ in sweep_periods(path, a, periods, workers):
+        pass
+    with closing(Catalogue(path)) as catalogue:
+        return {each.p: each for each in catalogue.sweeps(a)}
+
+
+def found(path: Path, **options) -> list[tuple]:
+    return [(each.p, each.tally, each.sums) for each in swept(path, **options).values()]
+
+
+@pytest.mark.parametrize("a", slow_but([1.0], [0.3, 1.0, 1.6]))
+def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
+    path = tmp_path / "orbits.db"
+    found = swept(path, a)
+    for _ in fill_periods(path, a, PERIODS):
+        pass
+    with closing(Catalogue(path)) as catalogue:
+        fills = {fill.p: fill for fill in catalogue.fills(a)}
+        rows = catalogue.classes(a=a, status="orbit").rows().by_period()
+    for p in PERIODS:
+        fill, tally, sums = fills[p], found[p].tally, PeriodSums.of(rows[p], p)
+        counts = (fill.n_t, fill.n_c, fill.classes, fill.boundary, fill.unresolved)
+        assert (tally.words, tally.n_c, tally.classes, tally.boundary, tally.unresolved) == counts
+        np.testing.assert_allclose(found[p].sums.sums, sums.sums, rtol=1e-13)
+        np.testing.assert_allclose(found[p].sums.ranges.least, sums.ranges.least, rtol=1e-13)
+        np.testing.assert_allclose(found[p].sums.ranges.greatest, sums.ranges.greatest, rtol=1e-13)
+    assert (a != 1.0) or fills[4].boundary == 0 < fills[6].boundary
+
+
+@pytest.mark.usefixtures("small")
+def test_a_sweep_that_was_stopped_goes_on_to_the_same_bits(tmp_path):
+    whole, path = found(tmp_path / "whole.db", periods=[7]), tmp_path / "stopped.db"
+    migrate(path)
+    for stop in (1, 2):
+        going = sweep_periods(path, 1.6, [7])
+        steps = [next(going) for _ in range(stop)]
+        assert steps[-1].words < steps[-1].total
+        going.close()
+    with closing(Catalogue(path)) as catalogue:
+        (begun,) = catalogue.sweeps(1.6)
+        assert (begun.whole, begun.blocks, begun.sums) == (False, 3, None)
+        assert catalogue.counts(a=1.6).chosen == ()
+    assert found(path, periods=[7]) == whole
+    assert found(path, periods=[7]) == whole  # again changes nothing
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("small")
+def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
+    """They are those of the orbits, and each period's moments are around the tilts of those before it."""
+    for module in (
+        "averages.swept_sum_rules",
+        "store.reading.sweeps",
+        "store.reading.leg_terms",
+        "filling.sweeps",
+    ):
+        monkeypatch.setattr(f"orbitdb.{module}.EXACT", 5)
+    beginning.cache_clear()
+    path = tmp_path / "orbits.db"
+    sweeps = swept(path, 0.5, range(2, 8))
+    assert [p for p, each in sweeps.items() if each.moments] == [6, 7]
+    swept(tmp_path / "late.db", 0.5, periods=[7])
+    with closing(Catalogue(tmp_path / "late.db")) as late:
+        assert not late.sweeps(0.5)[0].moments
+    with closing(Catalogue(path)) as catalogue:
+        found = sum_rules_of(read_whole(catalogue, Selection(0.5), swept=True))
+    for _ in fill_periods(path, 0.5, range(2, 8)):
+        pass
+    with closing(Catalogue(path)) as catalogue:
+        expected = sum_rules_of(read_whole(catalogue, Selection(0.5), swept=True))
+    beginning.cache_clear()
+    np.testing.assert_allclose(found.lambda_l, expected.lambda_l, rtol=0, atol=1e-6)
+
+
+@pytest.mark.usefixtures("small")
+@pytest.mark.slow
+def test_sums_do_not_depend_on_the_number_of_processes(tmp_path):
+    alone = found(tmp_path / "alone.db")
+    with Processes(2) as workers:
+        assert found(tmp_path / "shared.db", workers=workers) == alone
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("small")
+def test_two_sweeps_at_once_do_each_block_once(tmp_path):
+    path = tmp_path / "orbits.db"
+    migrate(path)
+    one, other = (sweep_periods(path, 1.6, [7]) for _ in range(2))
+    steps = [step.words for pair in zip_longest(one, other) for step in pair if step is not None]
+    assert steps == sorted(steps)
+    assert found(path, periods=[7]) == found(tmp_path / "alone.db", periods=[7])
+
+
+@pytest.mark.usefixtures("small")
+def test_blocks_are_cut_the_same_behind_any_of_them():
+    blocks = [block.span for block in swept_blocks.cut_into_swept_blocks(1.6, 9)]
+    assert len(blocks) > 20
+    assert all(one.upto == other.after for one, other in pairwise(blocks))
+    for number in (1, len(blocks) // 2, len(blocks) - 1):
+        behind = swept_blocks.cut_into_swept_blocks(1.6, 9, blocks[number].after)
+        assert [block.span for block in behind] == blocks[number:]
+
+
+def test_a_sweep_that_lost_words_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(swept_blocks, "least_words", lambda span: iter(()))
+    migrate(tmp_path / "orbits.db")
+    with pytest.raises(StoreError, match="has counted 0 words instead of 8"):
+        list(sweep_periods(tmp_path / "orbits.db", 1.6, [3]))
