@@ -176,8 +176,25 @@ def itineraries(stadium: Stadium, rays: Rays, steps: int) -> Itineraries:
         xs.append(rays.x)
         paths.append(hit.path)
     side, y, x = (np.stack(rows, axis=1) for rows in (sides, heights, xs))
+    return Itineraries(*written(stadium, x, y, side), np.stack(paths[:-1], axis=1))
+
+
+def written(stadium: Stadium, x: Floats, y: Floats, side: Floats) -> tuple[NDArray[np.uint8], Floats]:
+    """Write bounces in the symbols and coordinates of the catalogue, but the first and the last of each row.
+
+    Parameters
+    ----------
+    stadium : Stadium
+    x, y, side : ndarray, shape (N, p + 2)
+        As in `Rays`; y is -1 or 1 on a straight wall.
+
+    Returns
+    -------
+    symbols : ndarray of uint8, shape (N, p)
+    coordinates : ndarray, shape (N, p)
+    """
     coordinates = np.where(side == 0, x, np.arctan2(y, side * x - stadium.a))
-    return Itineraries(_symbols(side, y, coordinates), coordinates[:, 1:-1], np.stack(paths[:-1], axis=1))
+    return _symbols(side, y, coordinates), coordinates[:, 1:-1]
 
 
 def _symbols(side: Floats, y: Floats, coordinates: Floats) -> NDArray[np.uint8]:
