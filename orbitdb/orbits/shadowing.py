@@ -28,7 +28,8 @@ _LEAST = 2
 """Bounces in a row that make a shadow: one alone says nothing of the direction."""
 
 _NEAR = 0.5
-"""How far from its place p bounces before a trajectory may return, in units of the radius."""
+"""How far from its place p bounces before a trajectory may return, in units of the radius; farther where
+the tolerance is large."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ def shadows(
         Each cyclic word once, with its longest stretch.
     """
     best: dict[str, Shadow] = {}
-    for words, starts in _candidates(symbols, points, cycle):
+    for words, starts in _candidates(symbols, points, max(_NEAR, 2 * tolerance), cycle):
         for found in _stretches(stadium, words, starts, points, tolerance):
             name = least_rotation(found.word)
             if name not in best or _rank(found) < _rank(best[name]):
@@ -93,7 +94,9 @@ def _rank(shadow: Shadow) -> tuple[float, float, int, str]:
     return -shadow.turns, shadow.distance, shadow.first, shadow.word
 
 
-def _candidates(symbols: Symbols, points: Floats, cycle: Symbols | None) -> Iterator[tuple[Symbols, Rows]]:
+def _candidates(
+    symbols: Symbols, points: Floats, near: float, cycle: Symbols | None
+) -> Iterator[tuple[Symbols, Rows]]:
     """Yield words of one order each, shape (N, p), and the indices at which they begin, shape (N,)."""
     if cycle is not None:
         root = from_strings([primitive_root(to_strings(cycle[None])[0])])
@@ -103,7 +106,7 @@ def _candidates(symbols: Symbols, points: Floats, cycle: Symbols | None) -> Iter
         starts = np.arange(len(symbols) - p + 1)
         returns = np.full(len(starts), 0.0)
         returns[:-1] = np.hypot(*(points[p:] - points[:-p]).T)
-        starts = starts[returns <= _NEAR]
+        starts = starts[returns <= near]
         words = np.lib.stride_tricks.sliding_window_view(symbols, p)[starts]
         kept = (rules_broken(words) == 0) & _primitive(words)
         if kept.any():

@@ -280,7 +280,7 @@ class Catalogue(Reader):
         --------
         >>> found = catalogue.identify(start=(0, 0.001, 0))
         >>> [(each.orbit.code, each.first, each.bounces) for each in found.shadowed[:1]]
-        [('31', 0, 3)]
+        [('31', -1, 4)]
         >>> [(each.code, each.repetitions) for each in catalogue.identify(length=20.8)]
         [('13', 2)]
         """
