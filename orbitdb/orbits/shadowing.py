@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.billiard.stadium import Stadium
+from orbitdb.billiard.stadium import SIDE, STRAIGHT, Stadium
+from orbitdb.billiard.writing import written
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import EXISTING
 from orbitdb.symbols.pruning import rules_broken
@@ -60,7 +61,7 @@ class Shadow:
 
 
 def shadows(
-    stadium: Stadium, symbols: Symbols, points: Floats, tolerance: float, cycle: Symbols | None = None
+    stadium: Stadium, symbols: Symbols, points: Floats, tolerance: float, whole: bool = False
 ) -> list[Shadow]:
     """Find the orbits that a trajectory shadows, those it goes round most often first.
 
@@ -73,8 +74,8 @@ def shadows(
         Cartesian.
     tolerance : float
         How far a bounce may be from that of the orbit, in units of the radius.
-    cycle : ndarray of uint8, shape (T,), optional
-        The symbols as those of a closed polygon: one more word to try.
+    whole : bool, optional
+        Whether to try all bounces as one cycle, too, as of a polygon.
 
     Returns
     -------
@@ -82,7 +83,7 @@ def shadows(
         Each cyclic word once, with its longest stretch.
     """
     best: dict[str, Shadow] = {}
-    for words, starts in _candidates(symbols, points, max(_NEAR, 2 * tolerance), cycle):
+    for words, starts in _candidates(stadium, symbols, points, max(_NEAR, 2 * tolerance), whole):
         for found in _stretches(stadium, words, starts, points, tolerance):
             name = least_rotation(found.word)
             if name not in best or _rank(found) < _rank(best[name]):
@@ -95,22 +96,35 @@ def _rank(shadow: Shadow) -> tuple[float, float, int, str]:
 
 
 def _candidates(
-    symbols: Symbols, points: Floats, near: float, cycle: Symbols | None
+    stadium: Stadium, symbols: Symbols, points: Floats, near: float, whole: bool
 ) -> Iterator[tuple[Symbols, Rows]]:
     """Yield words of one order each, shape (N, p), and the indices at which they begin, shape (N,)."""
-    if cycle is not None:
-        root = from_strings([primitive_root(to_strings(cycle[None])[0])])
-        if not rules_broken(root).any():
-            yield root, np.zeros(1, np.intp)
     for p in range(2, min(LONGEST, len(symbols)) + 1):
-        starts = np.arange(len(symbols) - p + 1)
-        returns = np.full(len(starts), 0.0)
-        returns[:-1] = np.hypot(*(points[p:] - points[:-p]).T)
-        starts = starts[returns <= near]
-        words = np.lib.stride_tricks.sliding_window_view(symbols, p)[starts]
+        back = np.hypot(*(points[p:] - points[:-p]).T) <= near
+        starts = np.flatnonzero(
+            np.append(back, True) | np.insert(back, 0, True)
+        )  # the same backwards in time
+        words = _closed(stadium, symbols, points, starts, p)
         kept = (rules_broken(words) == 0) & _primitive(words)
         if kept.any():
             yield words[kept], starts[kept]
+    if whole and len(symbols) >= 2:
+        start = np.zeros(1, np.intp)
+        words = _closed(stadium, symbols, points, start, len(symbols))
+        root = from_strings([primitive_root(to_strings(words)[0])])
+        if not rules_broken(root).any():
+            yield root, start
+
+
+def _closed(stadium: Stadium, symbols: Symbols, points: Floats, starts: Rows, p: int) -> Symbols:
+    """Return pieces of a trajectory as words, the first bounce of each behind the last, shape (N, p).
+
+    What is single, or in a run that goes up or down, may differ where a piece is cut out of a run.
+    """
+    around = starts[:, None] + np.arange(-1, p + 1) % p
+    here = symbols[around]
+    x, y = np.moveaxis(points[around], -1, 0)
+    return written(stadium, x, np.where(STRAIGHT[here], here - 1.0, y), SIDE[here])[0]
 
 
 def _primitive(words: Symbols) -> NDArray[np.bool_]:

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import HALF_PI, Stadium
+from orbitdb.billiard.writing import written
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
-from orbitdb.trajectories.rays import Rays, bounce, written
+from orbitdb.trajectories.rays import Rays, bounce
 
 Floats = NDArray[np.float64]
 
@@ -41,14 +42,11 @@ class Trace(ByValue):
     symbols : ndarray of uint8, shape (T,)
     points : ndarray, shape (T, 2)
         Cartesian, from the middle of the stadium, in units of the radius.
-    cycle : ndarray of uint8, shape (T,), or None
-        The symbols if the last bounce is followed by the first one; None for a trajectory from a start.
     """
 
     first: int
     symbols: NDArray[np.uint8]
     points: Floats
-    cycle: NDArray[np.uint8] | None = None
 
     def __len__(self) -> int:
         return len(self.symbols)
@@ -199,8 +197,7 @@ def trace_points(stadium: Stadium, points: Any, tolerance: float) -> Trace:
     side = np.where(np.abs(x) > stadium.a, np.sign(x), 0.0)
     y = np.where(side == 0, np.copysign(1.0, y), y)
     alone = [np.pad(row, 1)[None] for row in (x, y, side)]  # beside it nothing of a run: a straight wall
-    around = [np.pad(row, 1, mode="wrap")[None] for row in (x, y, side)]
-    return Trace(1, written(stadium, *alone)[0][0], found, written(stadium, *around)[0][0])
+    return Trace(1, written(stadium, *alone)[0][0], found)
 
 
 def _check_on_boundary(stadium: Stadium, points: Floats, tolerance: float) -> None:

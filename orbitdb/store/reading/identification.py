@@ -173,7 +173,7 @@ def identify_trajectory(
     near = _measure("tolerance", NEAR if tolerance is None else tolerance, _MOST_TOLERANCE)
     most = _count(SHOWN if limit is None else limit)
     path = trace(stadium, start, points, near, bounces)
-    found = shadows(stadium, path.symbols, path.points, near, path.cycle)
+    found = shadows(stadium, path.symbols, path.points, near, whole=start is None)
     shadowed = tuple(_followed(each, path.first, find) for each in found[:most])
     sequence = to_strings(path.symbols[None])[0] if len(path) else ""
     return Trajectory(sequence, path.first, path.points, shadowed, len(found))
