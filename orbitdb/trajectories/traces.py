@@ -27,6 +27,9 @@ _ROUNDED = 1e-6
 _ROUNDING = 8 * float(np.finfo(float).eps)
 """Of a start and of one bounce, in units of 1 + a."""
 
+_LOST = 1e20
+"""Growth of an error beyond which nothing is known, so that numbers stay finite."""
+
 _EXACT = 1e-9
 """Where the error is below it, a bounce that cannot be told from a joint is meant to be on it."""
 
@@ -79,6 +82,8 @@ def trace_start(
     x, y, side, error = _follow(stadium, ray, bounces or BOUNCES)
     symbols, coordinates = written(stadium, *_joined(x, y, side))
     ahead, back = (_known(stadium, each, tolerance, way) for each, way in _ways(x, y, side, error))
+    if not ahead + back:
+        raise InputError(f"doubles know no bounce of this start to {tolerance:g}: give a larger tolerance")
     middle = x.shape[1] - 1
     kept = slice(middle - back, middle + ahead)
     points = stadium.points(symbols, coordinates)
@@ -128,8 +133,8 @@ def _follow(stadium: Stadium, rays: Rays, bounces: int) -> tuple[Floats, Floats,
     for _ in range(bounces + 1):
         hit = bounce(rays, stadium.a)
         rays = hit.rays
-        offset = offset + hit.path * slope
-        slope = slope - hit.kick * offset
+        offset = np.clip(offset + hit.path * slope, -_LOST, _LOST)
+        slope = np.clip(slope - np.minimum(hit.kick, _LOST) * offset, -_LOST, _LOST)
         steepness = np.where(rays.side == 0, np.abs(rays.vy), 2 / np.maximum(hit.kick, 2.0))
         grown = np.abs(offset).sum(axis=0) / np.maximum(steepness, _ROUNDING)
         rows.append((rays.x, rays.y, rays.side, _ROUNDING * (1 + stadium.a) * (1 + grown)))

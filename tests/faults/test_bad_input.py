@@ -47,7 +47,7 @@ COMMANDS = {
              "--method": bad.TEXTS, "--code": ["7", "", "(", "1^", "\udcff"]},
     "info": {"--format": bad.FORMATS},
     "identify": {"--length": bad.NUMBERS, "--points": ["", ".", "missing", "/dev/null", "-", "\udcff"],
-                 "--start": [*bad.TEXTS, "0,0,1,2", "0,0,½", "0,0,1e400", "1e400,0,0", "0,0,nan", "1.6,1,-1"]},
+                 "--start": [*bad.TEXTS, "0,0,1,2", "0,0,½", "0,0,1e400", "0,0,nan", "1.6,1,-1"]},
     "identify --length 10": {"--tolerance": bad.NUMBERS, "--limit": bad.INTEGERS, "--a": bad.NUMBERS},
     "identify --start 0,0,1": {"--tolerance": bad.NUMBERS, "--bounces": bad.INTEGERS, "--a": bad.NUMBERS},
 }  # fmt: skip

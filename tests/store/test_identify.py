@@ -179,6 +179,7 @@ REFUSED = [
     ({"start": START, "bounces": 0}, "give 1 to 1000"),
     ({"start": START, "tolerance": 0}, "tolerance 0"),
     ({"start": START, "tolerance": math.nan}, "tolerance nan"),
+    ({"start": START, "tolerance": 1e-20}, "larger tolerance"),
     ({"start": START, "limit": -1}, "limit -1"),
     ({"start": START, "a": -1}, "not a half length"),
     ({"points": []}, "no points"),
@@ -213,6 +214,12 @@ def test_a_start_on_the_boundary_has_its_own_bounce_as_number_0(catalogue):
         found = catalogue.identify(start=start, limit=1)
         assert math.dist(found.points[-found.first], orbit.points[0]) < 1e-5
         assert name(found.shadowed[0]) == least_rotation("1232131")
+
+
+def test_a_thousand_bounces_are_followed_as_far_as_they_are_known(catalogue):
+    found = catalogue.identify(start=START, bounces=1000, limit=0)
+    assert 40 < len(found.points) < 80
+    assert np.array_equal(found.points, catalogue.identify(start=START, limit=0).points)
 
 
 def test_between_the_walls_there_is_no_orbit(catalogue):

@@ -35,6 +35,8 @@ _LEAST_LENGTH = 4.0
 
 _MOST_TOLERANCE = 1.0
 _MOST_LENGTH = 1e12
+_ALL = 2**63 - 1
+"""SQLite's largest integer."""
 
 
 @dataclass(frozen=True)
@@ -230,4 +232,4 @@ def _measure(name: str, value: float, most: float, zero: bool = False) -> float:
 def _count(limit: int) -> int:
     if limit < 0:
         raise InputError(f"limit {limit}: give 0 or more")
-    return limit
+    return min(limit, _ALL)
