@@ -71,7 +71,14 @@ def test_the_relaxation_takes_its_own_time(tmp_path):
 
 @pytest.mark.parametrize(
     ("seconds", "said"),
-    [(0.034, "0.034 s"), (119, "119 s"), (120, "2 minutes"), (21_000, "5.8 hours"), (1e6, "12 days")],
+    [
+        (0.034, "0.034 s"),
+        (1.4, "1 s"),
+        (119, "119 s"),
+        (120, "2 minutes"),
+        (21_000, "5.8 hours"),
+        (1e6, "12 days"),
+    ],
 )
 def test_times_are_told_in_their_units(seconds, said):
     assert duration(seconds) == said
