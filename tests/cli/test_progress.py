@@ -1,8 +1,12 @@
 """The line that says how far a command is: its text, its rate, its time left."""
 
+from types import SimpleNamespace
+
 import pytest
 
+from orbitdb.cli.commands.fill import show_steps
 from orbitdb.cli.pace import Pace, State, clock, frame, in_ascii
+from orbitdb.filling.periods import Progress
 
 
 def paced(*steps: tuple[float, float], total: float = 1000.0, text: str = "words, p =  9 of 11") -> Pace:
@@ -69,4 +73,18 @@ def test_times_are_read_at_a_glance():
         "1:01",
         "1:00:00",
         "100:00:00",
+    ]
+
+
+def test_a_fill_of_several_periods_is_one_way():
+    """What is stored of a period adds to all of those before it, whether they were filled now or not."""
+    told = []
+    shown = SimpleNamespace(tell=lambda text, done, total: told.append((text, done, total)))
+    steps = [Progress(p, words, total) for p, words, total in ((3, 2, 8), (3, 8, 8), (5, 96, 96))]
+    show_steps(shown, steps, "words", {2: 1, 3: 8, 5: 96}, known=1)
+    assert told == [
+        ("words", 1, 105),
+        ("words, p =  3 of 5", 3, 105),
+        ("words, p =  3 of 5", 9, 105),
+        ("words, p =  5 of 5", 105, 105),
     ]

@@ -374,6 +374,8 @@ def test_an_empty_place_greets_and_is_filled(tmp_path, size):
 
     async def steps(app, pilot):
         assert "Press f" in shown(app)
+        await press(pilot, "y")  # there is no word to copy yet
+        assert app.clipboard == ""
         await ask(pilot, "c", "13")
         assert "10.4 ±" in shown(app)
         await press(pilot, "f")
