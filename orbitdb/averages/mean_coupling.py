@@ -40,6 +40,9 @@ _ROUNDS = 16
 _NARROW = 0.25
 """Of a: the first panels where the number of bounces changes."""
 
+_NARROWEST = 1e-5
+"""No first panel is narrower: what happens within it weighs less than the tolerance."""
+
 _GROWTH = 1.25
 """From panel to panel away from there: one that is as wide as its distance overlooks a kink at its end."""
 
@@ -84,10 +87,10 @@ def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
 def _first_ends(a: float) -> Floats:
     """Return the ends of the first panels of t, which shrink towards every t = pi/2k down to a share of a."""
     places = np.concatenate([[0.0], np.pi / (2 * np.arange(_LONGEST + 1, 0, -1.0))])
-    found = [places]
+    found, least = [places], max(_NARROW * a, _NARROWEST)
     for low, high in zip(places[:-1].tolist(), places[1:].tolist(), strict=True):
         half = (high - low) / 2
-        count = math.ceil(math.log(max(half / (_NARROW * a), 1.0)) / math.log(_GROWTH))
+        count = math.ceil(math.log(max(half / least, 1.0)) / math.log(_GROWTH))
         steps = half / _GROWTH ** np.arange(count + 1.0)
         found += [low + steps, high - steps]
     return np.unique(np.concatenate(found))

@@ -26,7 +26,7 @@ from orbitdb.version import __version__
 Floats = NDArray[np.float64]
 
 _LEAST = 1 << 15
-_BLOCKS = 1 << 10
+_BLOCKS = 1 << 8
 """Blocks of a high period, about: they grow with it, so that their overhead does not."""
 
 _PART = 1 << 15

@@ -23,7 +23,6 @@ from orbitdb.billiard.bounces import slack_changes, smooth_slacks
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
-    centre_directions,
     derivatives,
     direction_limits,
     following,
@@ -37,16 +36,10 @@ from orbitdb.orbits.continuation import motion
 from orbitdb.orbits.newton import minus_hessian, newton, solve_cyclic
 
 Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 _ROUNDING = 1e-10
 _WIDER = 1 + 1e-9
 _BEYOND_LIMITS = 12
-_FIRST, _HALVINGS, _MOST = 0.07, 24, 1500
-"""Radius of the first cells in ln a, how often a cell is halved, and how many of a word are at most.
-
-As a goes to 0 some slacks go like a^5: there cells would be as small as a^(5/2), and are given up.
-"""
 _SHARE, _LEAST = 0.1, 0.01
 _ROOM = 1.25
 """How much farther than foreseen the directions may move before a cell is given up."""
@@ -123,7 +116,55 @@ def judge(legs: Chain, cells: Cells) -> tuple[NDArray[np.int8], Floats, Floats]:
     """
     a, r = np.exp(cells.x), cells.radius
     box = _box(legs, a, r)
-    alpha = _maximum(legs, a, cells.start, box)
+    middle = _middle(legs, a, cells.start, box)
+    return _kinds(legs, r, middle, _bounded(legs, a, r, box, middle)), middle.alpha, middle.drift
+
+
+@dataclass(frozen=True, eq=False)
+class _Middle(ByValue):
+    """Words in the middle of their cells, shape (m, N) each.
+
+    Attributes
+    ----------
+    alpha, off : ndarray
+        Directions, and how far the maximum may be from them.
+    drift : ndarray
+        d alpha/dx where nothing is pressed.
+    v, u : ndarray
+        Positive vectors for the bounds on the first and the second derivative.
+    """
+
+    alpha: Floats
+    off: Floats
+    drift: Floats
+    v: Floats
+    u: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class _Bounds(ByValue):
+    """How the maximum moves all over a cell.
+
+    Attributes
+    ----------
+    sound, free : ndarray of bool, shape (N,)
+        Whether the bounds hold, and whether no direction is pressed anywhere in the cell.
+    speed, second : ndarray, shape (m, N)
+        Most of the first derivative of the directions in x, and, where free, of the second.
+    wrong : ndarray, shape (m, N)
+        How far off the drift in the middle may be, where free.
+    """
+
+    sound: NDArray[np.bool_]
+    free: NDArray[np.bool_]
+    speed: Floats
+    second: Floats
+    wrong: Floats
+
+
+def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -> _Middle:
+    """Solve for the middle of the cells."""
+    alpha = _maximum(legs, a, start, box)
     slopes = derivatives(legs, a, alpha)
     pressed = ((alpha <= box[0]) & (slopes.gradient < 0)) | ((alpha >= box[1]) & (slopes.gradient > 0))
     off = direction_errors(legs, a, alpha, slopes, pressed)
@@ -134,39 +175,46 @@ def judge(legs: Chain, cells: Cells) -> tuple[NDArray[np.int8], Floats, Floats]:
     kicks = np.abs(bend) * sigma**2
     forcing = np.abs(pull) + 4 * a * np.cos(alpha) * np.abs(drift) + np.abs(slopes.lean) * drift**2
     forcing += kicks + following(kicks)
-    v, u = solve_cyclic(
-        diagonal, -np.abs(beside), np.stack([_lifted(np.abs(pull), slopes), _lifted(forcing, slopes)])
-    )
-    room = _ROOM * v * r + 4 * off
+    rhs = np.stack([_lifted(np.abs(pull), slopes), _lifted(forcing, slopes)])
+    v, u = solve_cyclic(diagonal, -np.abs(beside), rhs)
+    return _Middle(alpha, off, drift, v, u)
+
+
+def _bounded(legs: Chain, a: Floats, r: Floats, box: tuple[Floats, Floats], middle: _Middle) -> _Bounds:
+    """Bound how the maximum moves in the cells."""
+    alpha, off, drift = middle.alpha, middle.off, np.abs(middle.drift)
+    room = _ROOM * middle.v * r + 4 * off
     reach = _reach(legs, a, r, alpha, room)
-    speed = v * _largest(reach.pull / _firmness(reach, v))
-    sound = (_firmness(reach, v) > 0).all(axis=0) & (_firmness(reach, u) > 0).all(axis=0)
-    sound &= (off + speed * r < room).all(axis=0)
-    slack = smooth_slacks(legs, alpha)
-    moved = _spread(legs, off + speed * r) + _ROUNDING
-    dead = (slack + moved < 0).any(axis=(0, 1))
-    free = sound & ((alpha - room > box[0]) & (alpha + room < box[1])).all(axis=0)
-    wrong = u * _largest(_second(reach, np.abs(drift), off) / _firmness(reach, u)) + _ROUNDING * (
-        1 + np.abs(drift)
-    )
-    second = u * _largest(_forcing(legs, reach, speed) / _firmness(reach, u))
+    q_v, q_u = _firmness(reach, middle.v), _firmness(reach, middle.u)
+    speed = middle.v * _largest(reach.pull / q_v)
+    sound: NDArray[np.bool_] = np.all((q_v > 0) & (q_u > 0) & (off + speed * r < room), axis=0)
+    free: NDArray[np.bool_] = sound & np.all((alpha - room > box[0]) & (alpha + room < box[1]), axis=0)
+    wrong = middle.u * _largest(_second(reach, drift, off) / q_u) + _ROUNDING * (1 + drift)
+    second = middle.u * _largest(_forcing(reach, speed) / q_u)
     for _ in range(2):
-        along = np.minimum(speed, np.abs(drift) + wrong + r * second)
-        second = np.minimum(second, u * _largest(_forcing(legs, reach, along) / _firmness(reach, u)))
-    slope = slack_changes(legs, drift)
-    loose, bent = _spread(legs, wrong), _spread(legs, second)
-    away = _spread(legs, off) + (np.abs(slope) + loose) * r + bent * r**2 / 2 + _ROUNDING
+        along = np.minimum(speed, drift + wrong + r * second)
+        second = np.minimum(second, middle.u * _largest(_forcing(reach, along) / q_u))
+    return _Bounds(sound, free, speed, second, wrong)
+
+
+def _kinds(legs: Chain, r: Floats, middle: _Middle, bounds: _Bounds) -> NDArray[np.int8]:
+    """Tell what the slacks do in the cells."""
+    slack, slope = smooth_slacks(legs, middle.alpha), slack_changes(legs, middle.drift)
+    moved = _spread(legs, middle.off + bounds.speed * r) + _ROUNDING
+    loose, bent = _spread(legs, bounds.wrong), _spread(legs, bounds.second)
+    away = _spread(legs, middle.off) + (np.abs(slope) + loose) * r + bent * r**2 / 2 + _ROUNDING
     touched = (slack - np.minimum(moved, away) <= 0) & np.isfinite(slack)
     play = (loose + bent * r) * _WIDER + _ROUNDING
     rising = (~touched | (slope - play > 0)).all(axis=(0, 1))
     falling = (~touched | (slope + play < 0)).all(axis=(0, 1))
-    dead |= free & (slack + away < 0).any(axis=(0, 1))
-    kind = np.select(
-        [~sound, dead, free & ~touched.any(axis=(0, 1)), free & rising, free & falling],
+    dead = (slack + moved < 0).any(axis=(0, 1)) | (bounds.free & (slack + away < 0).any(axis=(0, 1)))
+    alive = ~touched.any(axis=(0, 1))
+    kind: NDArray[np.int8] = np.select(
+        [~bounds.sound, dead, bounds.free & alive, bounds.free & rising, bounds.free & falling],
         [Kind.OPEN, Kind.DEAD, Kind.ALIVE, Kind.RISING, Kind.FALLING],
         Kind.OPEN,
     ).astype(np.int8)
-    return kind, alpha, drift
+    return kind
 
 
 def _maximum(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -> Floats:
@@ -246,7 +294,7 @@ def _second(reach: _Reach, drift: Floats, off: Floats) -> Floats:
     return reach.drag * off + reach.lean * off * drift + kicks + following(kicks)
 
 
-def _forcing(legs: Chain, reach: _Reach, speed: Floats) -> Floats:
+def _forcing(reach: _Reach, speed: Floats) -> Floats:
     """Bound the right side of the equations of the second derivative, given that of the first."""
     kicks = reach.bend * (preceding(speed) + speed) ** 2
     found: Floats = reach.pull + 2 * reach.drag * speed + reach.lean * speed**2 + kicks + following(kicks)
@@ -259,78 +307,3 @@ def _spread(legs: Chain, bound: Floats) -> Floats:
     incoming = preceding(bound)
     first, last, tilt = far * incoming + near * bound, near * incoming + far * bound, 2 * bound
     return np.stack([first, first, last, last, last + tilt, following(first) + tilt]) * _WIDER
-
-
-@dataclass(frozen=True, eq=False)
-class Stretches(ByValue):
-    """What is proved of N words on stretches of x = ln a, one entry a stretch, by word and rising x.
-
-    Attributes
-    ----------
-    word : ndarray of int, shape (K,)
-    low, high : ndarray, shape (K,)
-        From where to where in ln a.
-    kind : ndarray of int8, shape (K,)
-        Values of `Kind`.
-    cells : int
-        How many cells were looked at.
-    """
-
-    word: NDArray[np.intp]
-    low: Floats
-    high: Floats
-    kind: NDArray[np.int8]
-    cells: int
-
-
-def stretches(legs: Chain, low: float, high: float) -> Stretches:
-    """Cut [low, high] in ln a into cells in which something is proved of each word, as far as that goes.
-
-    Parameters
-    ----------
-    legs : Chain
-        N words.
-    low, high : float
-    """
-    count = int(np.ceil((high - low) / (2 * _FIRST)))
-    middle = np.tile(low + (np.arange(count) + 0.5) * (high - low) / count, len(legs))
-    word = np.repeat(np.arange(len(legs)), count)
-    a = np.exp(middle)
-    part = legs.chain(word)
-    cells = Cells(word, middle, np.full(len(word), (high - low) / (2 * count)), centre_directions(part, a))
-    known: list[tuple[NDArray[np.intp], Floats, Floats, NDArray[np.int8]]] = []
-    looked = 0
-    for halved in range(_HALVINGS + 1):
-        kind, alpha, drift = judge(legs.chain(cells.word), cells)
-        looked += len(kind)
-        many = np.bincount(cells.word, kind == Kind.OPEN, minlength=len(legs)) > _MOST
-        told = (kind != Kind.OPEN) | many[cells.word] | (halved == _HALVINGS)
-        known.append((cells.word[told], cells.x[told], cells.radius[told], kind[told]))
-        open_ = np.flatnonzero(~told)
-        if not len(open_):
-            break
-        cells = _halves(cells, open_, alpha, drift)
-    x, radius = (np.concatenate([part[i] for part in known]) for i in (1, 2))
-    word, kind = np.concatenate([part[0] for part in known]), np.concatenate([part[3] for part in known])
-    return _joined(Stretches(word, x - radius, x + radius, kind, looked))
-
-
-def _halves(cells: Cells, chosen: NDArray[np.intp], alpha: Floats, drift: Floats) -> Cells:
-    """Cut some cells in two."""
-    r = cells.radius[chosen] / 2
-    shift = np.clip(drift.take(chosen, axis=1), -1, 1) * r
-    here = alpha.take(chosen, axis=1)
-    x, word = cells.x[chosen], cells.word[chosen]
-    start = np.concatenate([here - shift, here + shift], axis=1)
-    return Cells(np.tile(word, 2), np.concatenate([x - r, x + r]), np.tile(r, 2), start)
-
-
-def _joined(cells: Stretches) -> Stretches:
-    """Join neighbouring cells of one kind, in order."""
-    order = np.lexsort((cells.low, cells.word))
-    word, low, high, kind = cells.word[order], cells.low[order], cells.high[order], cells.kind[order]
-    fresh = np.ones(len(word), bool)
-    fresh[1:] = (word[1:] != word[:-1]) | (kind[1:] != kind[:-1])
-    first = np.flatnonzero(fresh)
-    last = np.append(first[1:], len(word)) - 1
-    return Stretches(word[first], low[first], high[last], kind[first], cells.cells)

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from orbitdb.orbits.batches import Batch
 from orbitdb.orbits.brackets import statuses
-from orbitdb.orbits.cells import Kind, stretches
+from orbitdb.orbits.cells import Kind
 from orbitdb.orbits.newton import newton
+from orbitdb.orbits.stretches import stretches
 
 LOW, HIGH = 0.02, 1000.0
 """Between these it is tried: some slacks go like a^5 as a goes to 0, and there no cell is small enough."""

@@ -63,28 +63,30 @@ def plain(values: Any) -> list[Any]:
     return [None if value != value or value == "" else value for value in listed]
 
 
-def rows_of(catalogue: Catalogue, a: float, chosen: np.ndarray | None = None, **criteria: Any) -> Columns:
+def rows_of(catalogue: Catalogue, a: float, **criteria: Any) -> Columns:
     """The columns of ``query`` and ``export`` from the arrays of a subset."""
     subset = catalogue.select(a=a, **criteria)
-    rows = np.arange(len(subset)) if chosen is None else chosen
     names = ("representative", "p", "status", "length", "lyapunov", "lambda_d", "lambda_c", "time_reversal",
-             "class_size", "margin", "residual", "error")  # fmt: skip
-    columns = {name: plain(getattr(subset, name)[rows]) for name in names}
-    words = subset.words[rows].tolist()
+             "class_size", "margin", "residual", "error", "length_error", "lyapunov_error",
+             "symmetry")  # fmt: skip
+    columns = {name: plain(getattr(subset, name)) for name in names}
+    words = subset.words.tolist()
     masks = [int(rules_broken(from_strings([word]))[0]) for word in words]
     columns["rules"] = [[n for n in range(1, 7) if mask >> (n - 1) & 1] for mask in masks]
     columns["class_size"] = [size or None for size in columns["class_size"]]
+    columns["solver"] = [size and "newton" for size in columns["class_size"]]
     return {"code": words, "a": [a] * len(words), **columns}
 
 
 KEYS = ("code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
         "time_reversal", "class_size", "margin", "residual", "error")  # fmt: skip
+MORE = ("length_error", "lyapunov_error", "symmetry", "solver")
 
 
-def queried(**criteria: Any) -> Callable[[Catalogue], Columns]:
+def queried(a: float = 1.6, **criteria: Any) -> Callable[[Catalogue], Columns]:
     def call(catalogue: Catalogue) -> Columns:
-        found = rows_of(catalogue, criteria.pop("a", 1.6), **criteria)
-        return {name: found[name] for name in KEYS}
+        found = rows_of(catalogue, a, **criteria)
+        return {name: found[name] for name in (*KEYS, *MORE)}
 
     return call
 
@@ -95,13 +97,16 @@ def words_of(*words: str) -> Callable[[Catalogue], Columns]:
     def call(catalogue: Catalogue) -> Columns:
         orbits = [solve_word(word, 1.6) for word in words]
         columns: Columns = {
-            name: [getattr(orbit, name) for orbit in orbits] for name in KEYS if name != "status"
+            name: [getattr(orbit, name) for orbit in orbits]
+            for name in (*KEYS, *MORE)
+            if name not in ("status", "solver")
         }
         columns |= {
             "status": [str(orbit.status) for orbit in orbits],
             "rules": [list(o.rules) for o in orbits],
         }
-        columns = {name: columns[name] for name in KEYS}
+        columns["solver"] = [o.solver if hasattr(o, "solver") else "newton" for o in orbits]
+        columns = {name: columns[name] for name in (*KEYS, *MORE)}
         columns["coordinates"] = [None if o.coordinates is None else o.coordinates.tolist() for o in orbits]
         columns["stored"] = [word in catalogue for word in words]
         columns["exists"] = [[list(life) for life in existence(word)] for word in words]
@@ -297,6 +302,21 @@ def of_table(text: str) -> list[dict[str, Any]]:
     return [dict(zip(cells[0], row, strict=True)) for row in cells[1:]]
 
 
+def of_exponents(text: str) -> list[dict[str, Any]]:
+    """Cells of the two tables of ``lyapunov``, named as elsewhere; 0.884(49) is a value and its error."""
+    found: list[dict[str, Any]] = []
+    for kind, block in zip("dc", text.split("\n\n"), strict=True):
+        for i, row in enumerate(of_table(block)):
+            value, _, error = row.pop("sum_rule", "").rstrip(")").partition("(")
+            places = len(value.partition(".")[2])
+            cells = {name if name in ("p", "z0", f"lambda_{kind}") else f"lambda_{kind}_{name}": cell
+                     for name, cell in row.items()}  # fmt: skip
+            off = error and f"{int(error) / 10**places:.{places}f}"
+            cells |= {f"lambda_{kind}_sum_rule": value, f"lambda_{kind}_sum_rule_error": off}
+            found[i : i + 1] = [(found[i] if kind == "c" else {}) | cells]
+    return [{name: row[name] for name in (*LYAPUNOV, *SUM_RULES)} for row in found]
+
+
 READERS: dict[str, Callable[[str], list[dict[str, Any]]]] = {
     "csv": of_csv,
     "tsv": lambda text: of_csv(text, "\t"),
@@ -372,7 +392,8 @@ def test_a_command_writes_what_the_library_says(case, forms, stored, cli, same_c
             continue  # other columns; facts of words
         if case.line == "info" and form == "table":
             text = text.partition("\n\n")[2]
-        rows = READERS[form](text)
+        exponents = form == "table" and "lambda_d_pair" in expected
+        rows = (of_exponents if exponents else READERS[form])(text)
         assert done.code == 0, done.err
         names = [name for name in expected if form != "table" or not name.endswith("_trajectory")]
         assert [list(row) for row in rows] == [names] * count, form

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from orbitdb.billiard.bounces import slacks
 from orbitdb.billiard.legs import cut, turns
+from orbitdb.entropy import clamped
 from orbitdb.entropy.clamped import corner, solve_corner
 from orbitdb.entropy.letters import IN_RUN, MIRROR, STARTS_LEG, X, code_of, edge_words
 from orbitdb.entropy.verdicts import Verdict, decide
@@ -149,6 +150,17 @@ def test_conditions_stay_within_their_errors():
             for enough in (1.0, 1e-2, 1e-4):
                 rough = solve_corner(pushed, a, np.full(len(chains), enough))
                 assert (np.abs(rough.value - exact.value) <= rough.error + exact.error).all()
+
+
+def test_what_is_too_close_to_call_is_undecided(monkeypatch):
+    """With a rounding error of 0.2 in f no window is decided whose f comes nearer to 0 than that."""
+    windows, _, _ = stretches(np.concatenate(list(admissible_words(6))), 4, 4)
+    low, high = ranges(windows, 1.6)
+    plain = decide(windows, 1.6).verdict
+    monkeypatch.setattr(clamped, "_ROUNDING", 0.2)
+    rough = decide(windows, 1.6).verdict
+    assert (rough[(low < 0.2) & (high > -0.2)] == Verdict.UNDECIDED).all()
+    assert {*plain[rough != plain]} == {Verdict.ALLOWED, Verdict.FORBIDDEN}
 
 
 @pytest.mark.parametrize(

@@ -210,6 +210,11 @@ def test_numbers_of_any_two_directions(row):
     assert row.at_least <= found <= 1
 
 
+def test_lambda_has_no_bound_where_a_drift_may_vanish():
+    alpha = np.array([[1.52], [0.1]])
+    assert bounds_of(BENT, 0.05, alpha, np.array([[1.5], [0.0]]))["lambda"] == [np.inf]
+
+
 class Worse:
     """NumPy with sines, cosines and arcsinh that are rounded one way, as far off as is assumed of them."""
 

@@ -6,9 +6,10 @@ from solutions import representatives
 
 from orbitdb.billiard.legs import cut
 from orbitdb.orbits.births import find_changes
-from orbitdb.orbits.cells import Kind, _reach, stretches
+from orbitdb.orbits.cells import Kind, _reach
 from orbitdb.orbits.completeness import Verdict, prove_all, walk
 from orbitdb.orbits.newton import solve
+from orbitdb.orbits.stretches import stretches
 from orbitdb.symbols.words import from_strings
 
 DYING = "010203113"
