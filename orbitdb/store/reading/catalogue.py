@@ -252,7 +252,8 @@ class Catalogue(Reader):
             the x axis (radians). The trajectory is followed ahead and back.
         points : array-like, shape (N, 2), optional
             x, y of 3 to 1000 successive bounces; the last may be the first again. As a whole they are one
-            more word to try, of any period.
+            more word to try, of any period. One nearer to a joint of wall and semicircle than it is
+            measured may be taken for a bounce on the other side of it, and then hides the word.
         length : float, optional
             In units of the radius.
         tolerance : float, optional
