@@ -95,7 +95,8 @@ def test_a_mirrored_and_a_reversed_start_find_the_images(catalogue):
     assert plain.total
     for element, start in turned.items():
         found = catalogue.identify(start=start, bounces=8, limit=99)
-        assert found.sequence == symmetry.images_of(plain.sequence)[element]
+        inner = symmetry.images_of(plain.sequence)[element][1:-1]  # the ends are no neighbours
+        assert found.sequence[1:-1] == inner
         expected = {
             (
                 least_rotation(symmetry.images_of(each.orbit.code)[element]),
