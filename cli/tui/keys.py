@@ -25,7 +25,7 @@ MAIN: tuple[Group, ...] = (
     ("looking", (
         ("space", "run a particle"),
         ("v", "phase space"),
-        ("< >", "follow it in a"),
+        ("< >", "follow it, and the rows, in a"),
         ("m M", "compare, none"),
         ("S", "statistics"),
     )),
