@@ -47,6 +47,7 @@ class MainScreen(FollowingScreen):
         Binding(
             "greater_than_sign", "follow(True)", "greater a, the orbit followed", show=False, key_display=">"
         ),
+        Binding("enter", "whole", "the whole orbit", show=False),
         Binding("f", "fill", "fill"),
         Binding("S", "statistics", "stats"),
         Binding("e", "export", "export"),
@@ -182,6 +183,14 @@ class MainScreen(FollowingScreen):
         """Send a particle along the orbit, or stop it."""
         self.view = View.STADIUM
         self.query_one(OrbitDrawing).toggle_particle()
+
+    def action_whole(self) -> None:
+        """Open all that is known of the orbit."""
+        self.catch_up()
+        if self.orbit is not None:
+            from orbitdb.cli.tui.whole_orbit import WholeOrbitScreen
+
+            self.app.push_screen(WholeOrbitScreen(self.orbit))
 
     def action_compare(self) -> None:
         """Mark the orbit to be compared in phase space, or unmark it."""
