@@ -34,6 +34,7 @@ from orbitdb.store.asking.selection import Selection
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.fills import Fill
+    from orbitdb.store.reading.lives import Lives
     from orbitdb.store.reading.pages import Index
 
 _SECONDS_BETWEEN_LOOKS = 2.0
@@ -139,14 +140,17 @@ class BrowseApp(App[None]):
         stored = self.catalogue.find(word, a) if self.catalogue is not None else None
         return solve_word(word, Stadium(a)) if stored is None else stored
 
-    def follow(self, orbit: Orbit, up: bool) -> Orbit:
-        """Return what becomes of an orbit a step farther in a, with its lives."""
+    def follow(self, orbit: Orbit, up: bool, home: float) -> Orbit:
+        """Return what becomes of an orbit a step farther in a, with its lives; ``home`` is a stop."""
         from orbitdb.cli.tui.following import next_a
         from orbitdb.filling.single_word import with_existence
-        from orbitdb.orbits.newton import solve_word
 
         lives = with_existence(orbit).exists if orbit.exists is None else orbit.exists
-        return replace(solve_word(orbit.code, next_a(lives or (), orbit.a, up)), exists=lives)
+        return self.find_at(orbit.code, next_a(lives or (), orbit.a, up, home), lives)
+
+    def find_at(self, word: str, a: float, lives: "Lives | None") -> Orbit:
+        """Return what is stored of a word, or solve it; its lives are known."""
+        return replace(self.find(word, a), exists=lives)
 
     def certificate(self, orbit: Orbit) -> Certificate:
         """Return the stored proof of an orbit, if there is one."""

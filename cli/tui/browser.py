@@ -9,6 +9,7 @@ from orbitdb.orbits.orbit import Orbit
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.lives import Lives
     from orbitdb.store.reading.pages import Index
 
 
@@ -35,8 +36,11 @@ class Browser(Protocol):
     def find(self, word: str, a: float) -> Orbit:
         """Return a word's stored orbit, or solve it."""
 
-    def follow(self, orbit: Orbit, up: bool) -> Orbit:
-        """Return what becomes of an orbit a step farther in a, with its lives."""
+    def follow(self, orbit: Orbit, up: bool, home: float) -> Orbit:
+        """Return what becomes of an orbit a step farther in a, with its lives; ``home`` is a stop."""
+
+    def find_at(self, word: str, a: float, lives: "Lives | None") -> Orbit:
+        """Return a word's orbit, whose lives are known."""
 
     def certificate(self, orbit: Orbit) -> Certificate:
         """Return what is proved of an orbit."""

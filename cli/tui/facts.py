@@ -1,5 +1,7 @@
 """What is known of an orbit, in words."""
 
+from collections.abc import Callable, Sequence
+from functools import partial
 from textwrap import wrap
 from typing import ClassVar
 
@@ -89,15 +91,20 @@ Line = list[tuple[str, str]]
 """A line as (text, style name), in pieces."""
 
 
-def lines_of(orbit: Orbit, certificate: Certificate, width: int) -> list[Line]:
-    """Return the facts as aligned lines of at most some width, and the bounces below them."""
-    facts = facts_of(orbit, certificate)
-    margin = max(len(name) for name, _ in facts) + 2
+def folded(facts: Sequence[tuple[str, str]], width: int) -> list[Line]:
+    """Return facts, (name, sentence) by (name, sentence), as aligned lines of at most some width."""
+    margin = max((len(name) for name, _ in facts), default=0) + 2
     lines: list[Line] = []
     for name, sentence in facts:
-        folded = wrap(sentence, max(width - margin, 8)) or [""]
-        lines.append([(name.ljust(margin), "name"), (folded[0], "")])
-        lines += [[(" " * margin + more, "")] for more in folded[1:]]
+        first, *others = wrap(sentence, max(width - margin, 8)) or [""]
+        lines.append([(name.ljust(margin), "name"), (first, "")])
+        lines += [[(" " * margin + more, "")] for more in others]
+    return lines
+
+
+def lines_of(orbit: Orbit, certificate: Certificate, width: int) -> list[Line]:
+    """Return the facts as aligned lines of at most some width, and the bounces below them."""
+    lines = folded(facts_of(orbit, certificate), width)
     if orbit.coordinates is not None and orbit.p <= _MOST_BOUNCES:
         lines += [[], [("  n  symbol   coordinate  along wall       sine", "name")]]
         bounces = zip(orbit.code, orbit.coordinates.tolist(), phase_points(orbit).tolist(), strict=True)
@@ -113,12 +120,16 @@ class FactsPanel(ScrollView, can_focus=True):
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
-        self._shown: tuple[Orbit, Certificate] | None = None
+        self._shown: Callable[[int], list[Line]] | None = None
         self._lines: list[Line] = []
 
     def show(self, orbit: Orbit | None, certificate: Certificate = None) -> None:
         """Show what is known of an orbit."""
-        self._shown = None if orbit is None else (orbit, certificate)
+        self.show_lines(None if orbit is None else partial(lines_of, orbit, certificate))
+
+    def show_lines(self, lines: Callable[[int], list[Line]] | None) -> None:
+        """Show some lines, which are asked for with the width there is."""
+        self._shown = lines
         self._fold()
         self.scroll_to(y=0, animate=False, immediate=True)
 
@@ -128,7 +139,7 @@ class FactsPanel(ScrollView, can_focus=True):
 
     def _fold(self) -> None:
         width = self.scrollable_content_region.width
-        self._lines = [] if self._shown is None else lines_of(*self._shown, width)
+        self._lines = [] if self._shown is None else self._shown(width)
         height = max(len(self._lines), self.size.height)  # a change of it lays the whole screen out
         self.virtual_size = Size(width, height)
         self.refresh()

@@ -10,16 +10,26 @@ Lives = Sequence[tuple[float, float | None]]
 STEP = 0.02
 """Of ln a, at a key."""
 _BESIDE = 1e-9
+_SAME = 1e-12
+"""Steps up and down again end so near to where they began."""
 _LEAST, _MOST = 0.05, 20.0
 """The ends of the bar."""
 _ALIVE, _DEAD, _HERE = "━", "·", "┃"
 
 
-def next_a(lives: Lives, a: float, up: bool) -> float:
+def next_a(lives: Lives, a: float, up: bool, home: float | None = None) -> float:
     """Return the a that follows in steps of `STEP`; a birth or death in between is told from both sides.
 
-    So an orbit is seen with its last margin before it is gone.
+    So an orbit is seen with its last margin before it is gone. Nor is ``home`` passed over.
     """
+    new = _next_of(lives, a, up)
+    way = 1 if up else -1
+    if home is not None and way * (home - a) > 0 and way * (new - home) > -_SAME * home:
+        return home
+    return new
+
+
+def _next_of(lives: Lives, a: float, up: bool) -> float:
     way = 1 if up else -1
     new = min(max(a * math.exp(way * STEP), MIN_A), MAX_A)
     ends = sorted((end for life in lives for end in life if end), reverse=not up)

@@ -23,9 +23,10 @@ MAIN: tuple[Group, ...] = (
         ("escape", "back to the row"),
     )),
     ("looking", (
+        ("enter", "the whole orbit"),
         ("space", "run a particle"),
         ("v", "phase space"),
-        ("< >", "follow it in a"),
+        ("< >", "follow it, and the rows, in a"),
         ("m M", "compare, none"),
         ("S", "statistics"),
     )),
@@ -60,15 +61,29 @@ STATISTICS: tuple[Group, ...] = (
     ("orbitdb", (("ctrl+p", "all actions, themes"), ("?", "these keys"))),
 )  # fmt: skip
 
+WHOLE: tuple[Group, ...] = (
+    ("the whole orbit", (
+        ("j k ↓ ↑", "line by line"),
+        ("pgdn pgup", "a page"),
+        ("g G", "top, end"),
+        ("space", "run a particle"),
+        ("v", "phase space"),
+        ("escape q", "back to the orbits"),
+    )),
+    ("orbitdb", (("ctrl+p", "all actions, themes"), ("?", "these keys"))),
+)  # fmt: skip
+
+_ELSEWHERE = {"StatisticsScreen": STATISTICS, "WholeOrbitScreen": WHOLE}
+
 
 def groups_for(screen: Screen[object]) -> Sequence[Group]:
     """Return the keys that matter on a screen."""
-    return STATISTICS if type(screen).__name__ == "StatisticsScreen" else MAIN
+    return _ELSEWHERE.get(type(screen).__name__, MAIN)
 
 
 def columns_for(screen: Screen[object]) -> Group | None:
     """Return what the columns are that a filter may name, with the heading of those that have another."""
-    if type(screen).__name__ == "StatisticsScreen":
+    if type(screen).__name__ in _ELSEWHERE:
         return None
     headings = {column.name: column.heading for column in COLUMNS}
     return "columns, as a filter names them", [

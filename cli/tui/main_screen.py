@@ -16,8 +16,7 @@ from orbitdb.cli.tui.facts import FactsPanel
 from orbitdb.cli.tui.fill_dialog import FillDialog
 from orbitdb.cli.tui.filling import FillState
 from orbitdb.cli.tui.filter_dialog import FilterDialog
-from orbitdb.cli.tui.following import told
-from orbitdb.cli.tui.orbit_screen import OrbitScreen
+from orbitdb.cli.tui.following_screen import FollowingScreen
 from orbitdb.cli.tui.source import Ordering
 from orbitdb.cli.tui.table import COLUMNS, PagedTable
 from orbitdb.errors import InputError, StoreError
@@ -33,7 +32,7 @@ _ELEMENTS = {REVERSE: "time reverse", MIRROR_X: "mirror image left to right",
              MIRROR_Y: "mirror image upside down"}  # fmt: skip
 
 
-class MainScreen(OrbitScreen):
+class MainScreen(FollowingScreen):
     """Look at orbits and choose them."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -48,6 +47,7 @@ class MainScreen(OrbitScreen):
         Binding(
             "greater_than_sign", "follow(True)", "greater a, the orbit followed", show=False, key_display=">"
         ),
+        Binding("enter", "whole", "the whole orbit", show=False),
         Binding("f", "fill", "fill"),
         Binding("S", "statistics", "stats"),
         Binding("e", "export", "export"),
@@ -84,7 +84,7 @@ class MainScreen(OrbitScreen):
         same = least_rotation(word) == least_rotation(self.orbit.code)
         name = _ELEMENTS[element]
         told = f"its own {name}" if same else f"{name} of {self.orbit.code[:20]}"
-        self.go_to(self.browser.find(word, self.orbit.a))
+        self.go_to(self.browser.find_at(word, self.orbit.a, self.orbit.exists))
         self.query_one(FactsPanel).border_title = told
 
     def action_code(self) -> None:
@@ -184,15 +184,13 @@ class MainScreen(OrbitScreen):
         self.view = View.STADIUM
         self.query_one(OrbitDrawing).toggle_particle()
 
-    def action_follow(self, up: bool) -> None:
-        """Follow the orbit to a greater or smaller a, past its births and deaths."""
+    def action_whole(self) -> None:
+        """Open all that is known of the orbit."""
         self.catch_up()
-        if self.orbit is None:
-            return
-        before = self.orbit
-        self.orbit = followed = self.browser.follow(before, up)
-        if happened := told(followed.exists or (), before.a, followed.a):
-            self.notify(happened)
+        if self.orbit is not None:
+            from orbitdb.cli.tui.whole_orbit import WholeOrbitScreen
+
+            self.app.push_screen(WholeOrbitScreen(self.orbit))
 
     def action_compare(self) -> None:
         """Mark the orbit to be compared in phase space, or unmark it."""

@@ -88,6 +88,16 @@ class OrbitScreen(Screen[None]):
         self.periods: list[int] = []
 
     @property
+    def here(self) -> float:
+        """The a at which words are shown."""
+        return self.selection.a
+
+    @property
+    def rows_title(self) -> str:
+        """What the rows are."""
+        return "sequences"
+
+    @property
     def browser(self) -> Browser:
         """The application, which holds the catalogue."""
         return cast(Browser, self.app)
@@ -102,6 +112,7 @@ class OrbitScreen(Screen[None]):
             with Vertical(id="rows"):
                 yield PagedTable(id="table")
                 yield Static(id="unfilled", markup=False)
+                yield Static(id="standing", markup=False)
                 yield Position(id="position")
             with Vertical(id="side"):
                 yield OrbitDrawing(self.selection.a, id="drawing").data_bind(
@@ -157,7 +168,7 @@ class OrbitScreen(Screen[None]):
         self._wanted = self._caught_up = None
         self.orbit, self.compared = None, ()
         self._say_gaps([], None)
-        self.query_one(PagedTable).show(Head([]))
+        self.query_one(PagedTable).show(Head([], NAMES))
 
     def watch_ordering(self) -> None:
         """Sort the subset."""
@@ -179,7 +190,7 @@ class OrbitScreen(Screen[None]):
             self._read_rows(self.selection, self.ordering)
 
     def _say_reading(self, what: str) -> None:
-        self.query_one("#rows").border_title = what or "sequences"
+        self.query_one("#rows").border_title = what or self.rows_title
 
     def _say_gaps(self, partial: list[int], unfilled: str | None) -> None:
         """Say which of the periods asked for are stored in part, and which are not filled."""
@@ -222,22 +233,26 @@ class OrbitScreen(Screen[None]):
             return
         table = self.query_one(PagedTable)
         table.ordering = message.ordering
-        self._say_reading("")
         self._say_gaps(message.partial, message.unfilled)
         word = self._wanted or (table.row[0] if table.row and table.cursor else None)
         place = message.source.position(word) if word else None
         self._wanted = self._caught_up = None
         if not len(message.source) and self.orbit is not None and self.orbit.stored:
             self.orbit = None
-        table.show(message.source, place or 0)
+        self.show_rows(message.source, place or 0)
         self.report = f"{len(message.source):,} of {len(message.source.index):,} sequences"
+
+    def show_rows(self, rows: Pages, cursor: int) -> None:
+        """Show the rows that have been read."""
+        self.query_one(PagedTable).show(rows, cursor)
+        self._say_reading("")
 
     def on_orbit_screen_rows_failed(self, message: RowsFailed) -> None:
         """Show no rows, as those that are shown are of another subset, and say what went wrong."""
         if message.selection == self.selection:
             self._wanted = None
             self._say_reading("")
-            self.query_one(PagedTable).show(Head([]))
+            self.query_one(PagedTable).show(Head([], NAMES))
             self.report = message.reason
             if isinstance(self.app.screen, OrbitScreen):  # a filter line says it itself
                 self.notify(message.reason, severity="error")
@@ -265,16 +280,20 @@ class OrbitScreen(Screen[None]):
 
     def show_word(self, word: str, anew: bool = False) -> None:
         """Show a word, as a least rotation; what is shown of it in another rotation stays, unless anew."""
-        if not anew and self.orbit is not None and self.orbit.a == self.selection.a:
-            shown = self.orbit.code
-            if len(shown) == len(word) and least_rotation(shown) == word and self.orbit.stored:
+        if not anew and self.orbit is not None and self.orbit.a == self.here:
+            shown, known = self.orbit.code, self.orbit.stored or self.here != self.selection.a
+            if len(shown) == len(word) and least_rotation(shown) == word and known:
                 return
         try:
             need_words([word], [len(word)])
-            self.orbit = self.browser.find(word, self.selection.a)
+            self.orbit = self.look_up(word)
         except StoreError as error:
             self.orbit = None
             self.notify(str(error), severity="error")
+
+    def look_up(self, word: str) -> Orbit:
+        """Return the orbit of a word where words are shown."""
+        return self.browser.find(word, self.here)
 
     def watch_orbit(self, orbit: Orbit | None) -> None:
         """Write what is known of the orbit."""
@@ -302,7 +321,7 @@ class OrbitScreen(Screen[None]):
         table = self.query_one(PagedTable)
         self.orbit = orbit
         word = least_rotation(orbit.code)
-        place = table.source.position(word) if orbit.a == self.selection.a else None
+        place = table.source.position(word) if orbit.a == self.here else None
         if place is not None:
             self._caught_up = word
             table.cursor = place
@@ -318,7 +337,7 @@ class OrbitScreen(Screen[None]):
         if root != word:
             self.notify(repeats(word, root))
         self._say_solving(root)
-        self._find(root, self.selection.a)
+        self._find(root, self.here)
 
     def _say_solving(self, word: str | None) -> None:
         """Say that a word is looked up or solved, which may take a while; None: no more."""
@@ -347,7 +366,7 @@ class OrbitScreen(Screen[None]):
         """Show the orbit, unless another stadium is shown by now, and say where it comes from."""
         if message.orbit.code == self._solving:
             self._say_solving(None)
-        if message.orbit.a != self.selection.a or self.go_to(message.orbit):
+        if message.orbit.a != self.here or self.go_to(message.orbit):
             return
         told = "it is not in the chosen subset" if message.orbit.stored else "not stored: solved on the spot"
         self.notify(told, timeout=4)

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.pages import Index, Keys
 
@@ -15,6 +18,7 @@ Row = tuple[Any, ...]
 
 _BLOCK = 64
 _KEPT = 32
+_OF_ONE_A = ("length", "lambda_d", "lambda_c", "lyapunov", "margin", "error")
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,7 @@ class Head:
     """
 
     rows: list[Row]
+    columns: Sequence[str]
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -94,9 +99,53 @@ class Pages:
         return self.index.position(self.keys, word)
 
 
-Source = Head | Pages
+@dataclass(frozen=True)
+class Followed:
+    """The rows of a subset as they are at another a: what is not known there is blank.
+
+    Attributes
+    ----------
+    pages : Pages
+        The rows, as they are where they are stored.
+    a : float
+        The stadium that is looked at.
+    standing : ndarray of uint8, shape (len(pages),)
+        A `Standing` a row.
+    """
+
+    pages: Pages
+    a: float
+    standing: "NDArray[np.uint8]"
+
+    @property
+    def columns(self) -> Sequence[str]:
+        """The columns that are known at any a."""
+        return [name for name in self.pages.columns if name not in _OF_ONE_A]
+
+    def __len__(self) -> int:
+        return len(self.pages)
+
+    def row(self, place: int) -> Row | None:
+        """Return one row; None if it has gone."""
+        stored = self.pages.row(place)
+        if stored is None:
+            return None
+        now = dict.fromkeys(_OF_ONE_A) | {"status": self._words(place)}
+        return tuple(now.get(name, value) for name, value in zip(self.pages.columns, stored, strict=True))
+
+    def _words(self, place: int) -> str:
+        from orbitdb.store.reading.standings import Standing
+
+        return Standing(self.standing[place]).words
+
+    def position(self, word: str) -> int | None:
+        """Return where a word stands."""
+        return self.pages.position(word)
+
+
+Source = Head | Pages | Followed
 
 
 def head_of(catalogue: "Catalogue", selection: Selection, columns: Sequence[str], rows: int) -> Head:
     """Read the first rows in the order of period and word."""
-    return Head(list(catalogue.rows(selection, columns, limit=rows)))
+    return Head(list(catalogue.rows(selection, columns, limit=rows)), columns)

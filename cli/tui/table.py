@@ -86,7 +86,7 @@ class PagedTable(ScrollView, can_focus=True):
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
-        self.source: Source = Head([])
+        self.source: Source = Head([], NAMES)
 
     def show(self, source: Source, cursor: int = 0) -> None:
         """Show other rows, with the cursor on one of them."""
@@ -158,7 +158,7 @@ class PagedTable(ScrollView, can_focus=True):
 
     def action_shift(self, steps: int) -> None:
         """Show the columns further right or left; the code stays."""
-        last = len(COLUMNS) - max(len(self._shown()) - 1, 1)
+        last = len(self._known()) - max(len(self._shown()) - 1, 1)
         self.first_column = max(1, min(self.first_column + steps, last))
 
     def on_click(self, event: events.Click) -> None:
@@ -182,12 +182,17 @@ class PagedTable(ScrollView, can_focus=True):
         code = COLUMNS[0]
         shown = [(code, min(max(code.width, widest), _LONGEST_CODE))]
         room = self.scrollable_content_region.width - shown[0][1]
-        for column in COLUMNS[self.first_column :]:
+        known = self._known()
+        for column in known[min(self.first_column, len(known) - 1) :]:
             room -= column.width + 1
             if room < 0:
                 break
             shown.append((column, column.width))
         return shown
+
+    def _known(self) -> list[Column]:
+        """Return the columns of which the rows know something."""
+        return [column for column in COLUMNS if column.name in self.source.columns]
 
     def _places(self) -> range:
         top = self.scroll_offset.y

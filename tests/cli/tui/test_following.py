@@ -1,11 +1,36 @@
 """An orbit followed in a by keys, past its death and its rebirth."""
 
+import numpy as np
 import pytest
-from screens import drive, press, settle, shown
+from screens import LARGE, drive, press, settle, shown, table_of
 
 from orbitdb.cli.tui.following import bar, next_a, told
+from orbitdb.cli.tui.source import Followed, Pages
+from orbitdb.filling.births import fill_births
+from orbitdb.filling.periods import fill_geometric, fill_periods
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.lives import counts_at
+from orbitdb.store.reading.pages import load_index
+from orbitdb.store.reading.standings import Standing, Standings, load_standings, periods_without
+from orbitdb.symbols.words import least_rotation
 
 LIVES = [(0.386252501738, 0.473270308236), (0.605684335145, None)]
+
+
+@pytest.fixture(scope="module")
+def born(tmp_path_factory):
+    """Return a catalogue with p = 2..5 at a = 1.6, births of p = 5, and some pruned words."""
+    path = tmp_path_factory.mktemp("born") / "orbits.db"
+    Catalogue.create(path)
+    for steps in (
+        fill_periods(path, 1.6, range(2, 6)),
+        fill_births(path, [5]),
+        fill_geometric(path, [3]),
+    ):
+        for _ in steps:
+            pass
+    return path
 
 
 def test_a_step_stops_on_both_sides_of_a_change():
@@ -21,6 +46,17 @@ def test_a_step_stops_on_both_sides_of_a_change():
     assert told(LIVES, beside[3], beside[2]) == "gone at a = 0.605684335145"
     assert told(LIVES, beside[2], beside[3]) == "born at a = 0.605684335145"
     assert told(LIVES, 1.0, 1.1) is None
+
+
+def test_a_step_does_not_pass_over_the_stadium_of_the_rows():
+    down = next_a((), 1.6, False, 1.6)
+    assert down < 1.59
+    assert next_a((), down, True) != 1.6  # but for rounding
+    assert next_a((), down, True, 1.6) == 1.6
+    assert next_a((), 1.59, True, 1.6) == 1.6
+    birth = [(1.6, None)]
+    assert next_a(birth, 1.59, True, 1.6) < 1.6
+    assert next_a(birth, next_a(birth, 1.59, True, 1.6), True, 1.6) == 1.6
 
 
 def test_the_bar_shows_lives_and_place():
@@ -48,3 +84,73 @@ def test_the_orbit_is_followed_until_it_dies(filled):
         assert screen.orbit.a == 1.6
 
     drive(filled, steps, (160, 48))
+
+
+def test_words_stand_at_any_a_as_counts_from_births_have_them(born):
+    catalogue = Catalogue(born)
+    index = load_index(catalogue, 1.6)
+    standings = load_standings(catalogue, index, index.keys)
+    periods = np.array([len(index.word(key)) for key in index.keys.tolist()])
+    assert periods_without(index, index.keys, standings) == [2, 3, 4]
+    for a in (0.2, 0.5, 1.0, 1.2345, 1.6, 2.0):
+        found = standings.at(a)
+        assert set(found[(periods < 5) & (index.cycles > 0)]) == {Standing.UNKNOWN}
+        with catalogue.reading() as connection:
+            counted = counts_at(connection, a, 5)
+        here = np.bincount(found[periods == 5], minlength=len(Standing))
+        assert (here[Standing.ORBIT], here[Standing.BOUNDARY]) == (counted.n_c, counted.boundary)
+    pruned = [place for place, number in enumerate(index.cycles) if number == 0]
+    assert len(pruned) > 0
+    assert set(found[pruned]) == {Standing.GEOMETRIC}
+
+
+def test_a_word_that_died_may_be_born_again():
+    a = np.array([end for life in LIVES for end in life if end])
+    cycles, starts = np.array([int("1010203113", 8)]), np.zeros(1, int)
+    word = Standings(cycles, starts, a, np.full(3, 1e-15), np.array([True, False, True]), np.zeros(1, int))
+    found = [Standing(word.at(here)[0]) for here in (0.3, 0.4, 0.5, 0.61)]
+    assert found == [Standing.NOT_YET, Standing.ORBIT, Standing.NO_LONGER, Standing.ORBIT]
+
+
+@pytest.mark.parametrize("size", [(80, 24), pytest.param(LARGE, marks=pytest.mark.slow)])
+def test_the_table_follows_the_orbit_in_a_and_comes_back(born, size):
+    async def steps(app, pilot):
+        screen, table, catalogue = app.screen, table_of(app), app.catalogue
+        stored = [table.source.row(place) for place in range(len(table.source))]
+        await press(pilot, "less_than_sign", "less_than_sign")
+        assert table.source.a == screen.orbit.a == screen.here < 1.54
+        await press(pilot, "G", "T")
+        assert screen.orbit.a == screen.here < 1.54
+        assert least_rotation(screen.orbit.code) == table.row[0]
+        await press(pilot, "R")
+        assert isinstance(table.source, Followed)
+        await press(pilot, "R", "g", "greater_than_sign", "greater_than_sign")
+        assert isinstance(table.source, Pages)
+        assert screen.orbit.a == 1.6
+        assert screen.orbit.stored
+        assert [table.source.row(place) for place in range(len(table.source))] == stored
+        assert "orbits at a" not in shown(app)
+        screen.orbit = app.find("13", 0.7)
+        await press(pilot, "less_than_sign")
+        rows = [table.source.row(place) for place in range(len(table.source))]
+        alive = [row[0] for row in rows if row[3] == "orbit"]
+        with catalogue.reading() as connection:
+            assert len(alive) == counts_at(connection, screen.here, 5).n_c
+        assert all(row[2] is row[4] is row[10] is None for row in rows)
+        assert f"{len(alive)} orbits at a = {screen.here:.9g}" in shown(app)
+        assert f"{sum(row[3] == 'not yet' for row in rows)} not yet, " in shown(app)
+        assert "births of periods 2-4" in shown(app)
+        await press(pilot, "escape")
+        assert isinstance(table.source, Pages)
+        assert screen.orbit.a == screen.here == 1.6
+        screen.selection = Selection(where="p = 3")
+        await settle(pilot)
+        for _ in range(2):
+            await press(pilot, "greater_than_sign")
+            assert isinstance(table.source, Pages)
+            assert "the rows stay at a = 1.6" in shown(app)
+        await press(pilot, "j")
+        assert screen.orbit.a == 1.6
+        assert "the rows stay" not in shown(app)
+
+    drive(born, steps, size)

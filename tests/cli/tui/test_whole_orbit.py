@@ -1,0 +1,61 @@
+"""The screen that shows the whole of an orbit."""
+
+import pytest
+from screens import LARGE, SMALL, drive, press, shown
+
+from orbitdb.cli.tui.dialogs import KeysDialog
+from orbitdb.cli.tui.main_screen import MainScreen
+from orbitdb.cli.tui.whole_orbit import WholeOrbitScreen, whole_lines
+from orbitdb.orbits.lives import solve_word
+from orbitdb.symbols.symmetry import members
+
+
+def text_of(orbit, partners=()):
+    lines = whole_lines(orbit, (2e-30, 128), partners, 70)
+    texts = ["".join(piece for piece, _ in line) for line in lines]
+    assert max(map(len, texts)) <= 70
+    return texts
+
+
+def test_everything_known_of_an_orbit_is_in_the_lines():
+    orbit = solve_word("01552", 1.6, exists=True)
+    [(born, _)] = orbit.exists
+    texts = text_of(orbit, [(born * (1 + 1e-15), ["01234"])])
+    text = " ".join(" ".join(texts).split())
+    assert ", 128 bits" in text
+    assert "born a = 1.15470053838 = 2 sqrt(3)/3, recognised numerically; one path there with 01234" in text
+    part = texts[texts.index("symmetry class") + 1 : texts.index("bounces") - 1]
+    assert {line.split()[0] for line in part if line[0] != " "} == set(members("01552"))
+    bounces = [line.split() for line in texts[texts.index("bounces") + 2 :]]
+    assert "".join(row[1] for row in bounces) == "01552"
+    assert [float(row[2]) for row in bounces] == pytest.approx(orbit.coordinates, abs=1e-6)
+    assert float(bounces[0][4]) == -1  # symbol 0 is the bottom wall
+
+
+def test_a_pruned_word_and_a_long_one_have_what_there_is():
+    texts = text_of(solve_word("00123", 1.6, exists=True))
+    assert any("hits one straight wall twice" in line for line in texts)
+    assert not {"life", "symmetry class", "bounces"} & set(texts)
+    code = "1" * 40 + "3"
+    assert code in "".join(text_of(solve_word(code, 1.6)))
+
+
+@pytest.mark.parametrize("size", [SMALL, pytest.param(LARGE, marks=pytest.mark.slow)])
+def test_enter_opens_the_whole_orbit(filled_once, size):
+    async def steps(app, pilot):
+        await press(pilot, "j", "enter")
+        assert isinstance(app.screen, WholeOrbitScreen)
+        assert "013 at a = 1.6" in shown(app)
+        await press(pilot, "G")
+        assert "for every a" not in shown(app)
+        assert "bounces" in shown(app)
+        await press(pilot, "question_mark")
+        assert isinstance(app.screen, KeysDialog)
+        assert "back to the orbits" in shown(app)
+        await press(pilot, "escape", "v")
+        assert "phase space" in shown(app)
+        await press(pilot, "enter")
+        assert isinstance(app.screen, MainScreen)
+        assert app.screen.orbit.code == "013"
+
+    drive(filled_once, steps, size)
