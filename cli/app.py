@@ -16,6 +16,7 @@ from orbitdb.cli.commands import (
     columns,
     export,
     fill,
+    identify,
     info,
     plot,
     query,
@@ -36,8 +37,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 for module in (
-    fill, sweep, births, query, browse, table, averages, bounds, simulate, plot, export, sql, columns, verify,
-    bench, info,
+    fill, sweep, births, query, identify, browse, table, averages, bounds, simulate, plot, export, sql,
+    columns, verify, bench, info,
 ):  # fmt: skip
     module.register(app)
 

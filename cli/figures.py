@@ -23,7 +23,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.leg_terms import sum_rules_of, why_no_sum_rules
 from orbitdb.store.reading.references import best_reference
-from orbitdb.store.reading.whole_periods import WholePeriods, read_whole, why_missing
+from orbitdb.store.reading.whole_periods import WholePeriods, read_whole
 from orbitdb.symbols.symmetry import REVERSE, images_of
 from orbitdb.symbols.words import run_notation
 
@@ -148,7 +148,7 @@ def _read(catalogue: Catalogue, chosen: Selection) -> WholePeriods:
     if not len(subset.classes):
         raise _nothing(catalogue, chosen)
     if subset.missing:
-        note(f"averages lack the orbits of p = {why_missing(subset.missing, subset.selection)}")
+        note(f"averages lack the orbits of p = {subset.why_missing()}")
     return subset
 
 

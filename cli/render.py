@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 _DECIMALS = {
     "a": 6,
     "length": 7,
+    "total": 7,
+    "turns": 2,
     "lyapunov": 7,
     "lambda_d": 6,
     "share": 2,
@@ -37,7 +39,7 @@ _BOUNDS = {"lower": ROUND_FLOOR, "upper": ROUND_CEILING}
 LONG_CODE = 40
 """Codes of more symbols are shown in run notation."""
 
-_TINY = ("residual", "_max", "_median", "setting", "worst")
+_TINY = ("residual", "distance", "difference", "_max", "_median", "setting", "worst")
 """Endings of the names of numbers of which only the size matters."""
 
 _TIMES = ("seconds", "enumeration", "classification", "cutting", "newton", "assessment", "balls")

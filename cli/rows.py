@@ -22,7 +22,7 @@ COLUMNS_HELP = "\n".join([
 """The columns for the end of a command's help, a line each, which is not to be wrapped."""
 
 
-_WORDS = ("code", "word", "representative")
+_WORDS = ("code", "word", "representative", "sequence")
 
 
 def with_marks(names: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:

@@ -92,6 +92,7 @@ def _figure(command: str) -> Callable[[Path], str]:
     """Return what draws a figure by a command that writes figure.svg."""
 
     def draw(folder: Path) -> str:
+        (folder / "figure.svg").unlink(missing_ok=True)
         said = Session(folder).command(f"{command} figure.svg")
         if not (folder / "figure.svg").exists():
             raise SystemExit(said)

@@ -311,10 +311,8 @@ def _write(subset: "WholePeriods", names: Sequence[str], columns: dict[str, list
 
 def _note_faults(subset: "WholePeriods", fault: str) -> None:
     """Say what is missing to the zeta function, and where it has no zero that can be used."""
-    from orbitdb.store.reading.whole_periods import why_missing
-
     if subset.missing:
-        note(f"the zeta function lacks the periods {why_missing(subset.missing, subset.selection)}")
+        note(f"the zeta function lacks the periods {subset.why_missing()}")
     if fault:
         note(fault)
 

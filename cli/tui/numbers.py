@@ -46,6 +46,8 @@ class Statistics:
         None for a part of the orbits, where they have no meaning.
     proved : (Enclosure, str) or None
         Stored bounds on the entropy of all orbits, and a line that tells of them.
+    unborn : tuple of int
+        Chosen periods that are left out as the subset depends on their births, and none are stored.
     """
 
     selection: Selection
@@ -58,6 +60,7 @@ class Statistics:
     partial: tuple[int, ...]
     sum_rules: SumRules | None
     proved: "tuple[Enclosure, str] | None" = None
+    unborn: tuple[int, ...] = ()
 
 
 def statistics(
@@ -74,7 +77,9 @@ def statistics(
         selection = replace(selection, statuses=(Status.ORBIT,))
     with catalogue.at_one_moment() as still:
         partial = tuple(fill.p for fill in still.partial(selection))
+        unborn = tuple(still.without_births(selection))
         fills = [fill for fill in still.fills(selection.a) if fill.whole and selection.includes(fill.p)]
+        fills = [fill for fill in fills if fill.p not in unborn]
         proved = enclosure(still, selection.a)
         parts: list[ClassRows] = []
         sums: list[LegSums] = []
@@ -101,6 +106,7 @@ def statistics(
                     partial=partial,
                     sum_rules=_sum_rules(rows, sums, fill.p, selection.a) if held else None,
                     proved=proved,
+                    unborn=unborn,
                 )
 
 
@@ -122,7 +128,7 @@ COLUMNS = (
 
 def notes_of(found: Statistics) -> list[str]:
     """Return what is to be said of the numbers: what is not there, and what is proved."""
-    lost = why_missing(found.missing, found.selection, found.partial)
+    lost = why_missing([*found.missing, *found.unborn], found.selection, found.partial, found.unborn)
     notes = [f"without the periods {lost}" if lost else ""]
     notes += [faults_of(each, found.words) for each in (found.entropy, found.lyapunov)]
     notes.append(found.proved[1] if found.proved else "")

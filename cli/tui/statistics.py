@@ -108,6 +108,7 @@ class StatisticsScreen(Screen[None]):
                 self.post_message(self.Computed(found))
             if found is None and not worker.is_cancelled:
                 unfilled = self._catalogue.unfilled(self._selection)
+                unfilled = unfilled or self._catalogue.lacking_births(self._selection)
                 self.post_message(self.Failed(unfilled or "no orbit of a whole period is chosen"))
         except (InputError, StoreError, ValueError) as error:
             self.post_message(self.Failed(str(error)))

@@ -18,6 +18,7 @@ from orbitdb.averages.leg_sums import LegSums, terms_of_legs
 from orbitdb.averages.sum_rules import SumRules, averages_by_period, tilts_by_period
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltedSums, TiltMoments
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
 from orbitdb.orbits.exponents import Exponents, exponents
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import least_words
@@ -39,8 +40,8 @@ _LEAST_FRACTION = 1e-6
 _ROUNDING = 1e-14
 
 
-@dataclass(frozen=True)
-class Beginning:
+@dataclass(frozen=True, eq=False)
+class Beginning(ByValue):
     """The orbits up to some period, and their tilts.
 
     Attributes

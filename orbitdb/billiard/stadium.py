@@ -25,7 +25,8 @@ ANTICLOCKWISE = np.array([1.0, -1.0, -1.0, 1.0, -1.0, 1.0])
 """+1 where a coordinate grows anticlockwise along the boundary, -1 where clockwise, by symbol."""
 _WALL_Y = np.array([-1.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 _SEGMENT = np.array([0, 1, 2, 3, 1, 3])
-_OUTWARD = np.array([0.0, -1.0, 0.0, 1.0, -1.0, 1.0])
+SIDE = np.array([0.0, -1.0, 0.0, 1.0, -1.0, 1.0])
+"""-1 on the left semicircle, +1 on the right one, 0 on a straight wall, by symbol."""
 
 
 class StadiumError(InputError):
@@ -98,7 +99,7 @@ class Stadium:
 
     def frames(self, symbols: NDArray[np.uint8], coordinates: NDArray[np.float64]) -> tuple[Pair, Pair]:
         """Return the components x, y of `points` and those of `tangents`, each of the symbols' shape."""
-        straight, outward = STRAIGHT[symbols], _OUTWARD[symbols]
+        straight, outward = STRAIGHT[symbols], SIDE[symbols]
         cos, sin = np.cos(coordinates), np.sin(coordinates)
         point = (
             np.where(straight, coordinates, outward * (self.a + cos)),

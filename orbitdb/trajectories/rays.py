@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import HALF_PI, Stadium
+from orbitdb.billiard.writing import written
 from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
@@ -176,15 +177,4 @@ def itineraries(stadium: Stadium, rays: Rays, steps: int) -> Itineraries:
         xs.append(rays.x)
         paths.append(hit.path)
     side, y, x = (np.stack(rows, axis=1) for rows in (sides, heights, xs))
-    coordinates = np.where(side == 0, x, np.arctan2(y, side * x - stadium.a))
-    return Itineraries(_symbols(side, y, coordinates), coordinates[:, 1:-1], np.stack(paths[:-1], axis=1))
-
-
-def _symbols(side: Floats, y: Floats, coordinates: Floats) -> NDArray[np.uint8]:
-    """Write bounces as symbols, but the first and the last of each row."""
-    same = (side[:, 1:] == side[:, :-1]) & (side[:, 1:] != 0)
-    falls = same & (coordinates[:, 1:] < coordinates[:, :-1])
-    down = falls[:, 1:] | falls[:, :-1]
-    here, height = side[:, 1:-1], y[:, 1:-1]
-    curved = np.where(here < 0, 1 + 3 * down, 3 + 2 * down)
-    return np.where(here == 0, 1 + height, curved).astype(np.uint8)
+    return Itineraries(*written(stadium, x, y, side), np.stack(paths[:-1], axis=1))

@@ -66,7 +66,11 @@ MEANS_OF_C2 = {
 
 
 @pytest.mark.parametrize(
-    "a", [pytest.param(a, marks=[pytest.mark.slow] if a < 0.005 else []) for a in MEANS_OF_C2]
+    "a",
+    [
+        pytest.param(a, marks=[pytest.mark.fuzz] if a < 0.0005 else [pytest.mark.slow] if a < 0.01 else [])
+        for a in MEANS_OF_C2
+    ],
 )
 def test_mean_of_c2_is_as_exact_as_it_says(a):
     """Also where wide panels would overlook what happens next to t = pi/2k, and where D is short."""

@@ -150,3 +150,20 @@ def test_verify_compares_births_with_fills(cli, tmp_path):
         assert outcome.code == 1, damage
         assert "births: not every row keeps that births and deaths take turns" in outcome.err
         (tmp_path / "orbits.db").write_bytes(before)
+
+
+def test_averages_leave_out_periods_whose_births_nobody_knows(cli, tmp_path):
+    from orbitdb import Catalogue
+    from orbitdb.cli.tui.numbers import notes_of, statistics
+    from orbitdb.store.asking.selection import Selection
+
+    cli("births", "--p", "4")
+    cli("fill", "--p", "6")
+    found = cli("entropy", "--exists", "0.8", "--json")
+    assert [row["p"] for row in json.loads(found.out)] == [2, 3, 4]
+    assert found.err.startswith("births of periods 5-6 are not found")
+    assert cli("lyapunov", "--where", "born < 1", "--p", "5-6").code == 1
+    with closing(Catalogue(tmp_path / "orbits.db")) as catalogue:
+        *_, last = statistics(catalogue, Selection(exists=(0.8,)))
+    assert list(last.words) == [2, 3, 4]
+    assert notes_of(last) == ["without the periods 5, 6 (births not found, left out)"]

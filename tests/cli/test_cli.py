@@ -435,6 +435,7 @@ def test_a_geometric_fill_keeps_the_pruned_words(cli):
     chosen = ("query", "--status", "geometric", "--p", "2-4", "--limit", "1000", "--json")
     cli("fill", "--p", "4")
     assert json.loads(cli(*chosen).out) == []
+    assert "p = 2..3 at a = 1.6: 9 sequences, 9 orbits, " in cli("fill", "--p", "3").err
     done = cli("fill", "--p", "4", "--geometric")
     assert done.code == 0
     rows = json.loads(cli(*chosen).out)

@@ -125,7 +125,7 @@ def test_each_kind_of_command(varied, tmp_path):
 
 @pytest.mark.slow
 def test_what_fills(tmp_path):
-    on_screens_as_in_files(FILLING, [], tmp_path, (80, 200))
+    on_screens_as_in_files(FILLING, [], tmp_path)
 
 
 @pytest.mark.slow
@@ -171,7 +171,7 @@ PLAIN = [  # where data, bars and notes meet
 )
 @pytest.mark.slow
 def test_each_stream_alone_on_the_terminal(varied, tmp_path, commands, colour):
-    runs = [runs_of(commands, tmp_path / (to or "s"), 200, to) for to in ("oe", "o", "e", "")]
+    runs = [runs_of(commands, tmp_path / (to or "s"), 250, to) for to in ("oe", "o", "e", "")]
     everything = [*chain.from_iterable(runs)]
     found = run_several_in_terminal(everything, ORBITDB_DB=str(varied), NO_COLOR=colour)
     parts = [found[start : start + len(commands)] for start in range(0, len(found), len(commands))]

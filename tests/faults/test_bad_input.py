@@ -46,6 +46,10 @@ COMMANDS = {
     "fill": {"--p": bad.INTEGERS, "--from": bad.INTEGERS, "--a": ["0", "nan", "½", "1e400"],
              "--method": bad.TEXTS, "--code": ["7", "", "(", "1^", "\udcff"]},
     "info": {"--format": bad.FORMATS},
+    "identify": {"--length": bad.NUMBERS, "--points": ["", ".", "missing", "/dev/null", "-", "\udcff"],
+                 "--start": [*bad.TEXTS, "0,0,1,2", "0,0,½", "0,0,1e400", "0,0,nan", "1.6,1,-1"]},
+    "identify --length 10": {"--tolerance": bad.NUMBERS, "--limit": bad.INTEGERS, "--a": bad.NUMBERS},
+    "identify --start 0,0,1": {"--tolerance": bad.NUMBERS, "--bounces": bad.INTEGERS, "--a": bad.NUMBERS},
 }  # fmt: skip
 SUPPLIED = {"plot sheet": ["--p", "3"], "plot orbit": ["--code", "013"], "verify": ["--sample", "99"],
             "fill": ["--dry-run"], "simulate": ["--no-store"]}  # fmt: skip

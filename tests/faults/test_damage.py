@@ -114,7 +114,7 @@ def test_damage_is_told_in_one_line(filled, cli, harm):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("harm", "times"),
-    [(truncated, 2), (noisy_page, 3), (empty_page, 3), pytest.param(flipped_bit, 8, marks=pytest.mark.fuzz)],
+    [(truncated, 1), (noisy_page, 1), (empty_page, 1), pytest.param(flipped_bit, 8, marks=pytest.mark.fuzz)],
 )
 def test_verify_finds_damage_or_there_is_none(filled, harm, times):
     moments, data, sound = seeded(2026), filled.read_bytes(), checked_rows(filled)

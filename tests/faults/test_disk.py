@@ -79,7 +79,9 @@ def test_a_disk_that_gets_full_during_a_fill(filled, disk, size):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("size", [0, 50_000, 150_000, 225_000])
+@pytest.mark.parametrize(
+    "size", [0, *(pytest.param(size, marks=pytest.mark.fuzz) for size in (50_000, 225_000)), 150_000]
+)
 def test_wherever_a_fill_is_starved_it_goes_on(filled, tmp_path, size):
     """The sizes meet the creation, blocks of several periods, and the journal."""
     path = tmp_path / "new.db"
@@ -205,7 +207,9 @@ def locked(filled: Path) -> Iterator[Path]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("file", "folder"), [(0o444, 0o755), (0o444, 0o555), (0o644, 0o555)])
+@pytest.mark.parametrize(
+    ("file", "folder"), [pytest.param(0o444, 0o755, marks=pytest.mark.fuzz), (0o444, 0o555), (0o644, 0o555)]
+)
 def test_every_command_knows_what_it_may(locked, file, folder):
     before = content(locked)
     locked.chmod(file)

@@ -126,7 +126,16 @@ ATTACKS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", slow_but([*ATTACKS][::3], ATTACKS))
+LONG_ONES = {"many signs", "many brackets that fit", "a long name"}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *slow_but([*ATTACKS][::3], [name for name in ATTACKS if name not in LONG_ONES]),
+        *(pytest.param(name, marks=pytest.mark.fuzz) for name in sorted(LONG_ONES)),
+    ],
+)
 def test_an_expression_does_nothing_but_choose(varied, name):
     before = varied.read_bytes()
     catalogue, chosen = Catalogue(varied), Selection(where=ATTACKS[name])
@@ -501,7 +510,7 @@ def try_altered(own: Path, cli, statements: list[str], sound: bytes) -> None:
             )
 
 
-@pytest.mark.parametrize("share", slow_but([300], [300, 60]))
+@pytest.mark.parametrize("share", [300, pytest.param(60, marks=pytest.mark.fuzz)])
 def test_altered_rows_are_shown_or_refused(own, cli, monkeypatch, tmp_path, share):
     monkeypatch.chdir(tmp_path)
     try_altered(own, cli, alterations()[::share], own.read_bytes())

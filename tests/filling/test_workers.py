@@ -163,7 +163,7 @@ if __name__ == "__main__":
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "how",
-    [signal.SIGINT, signal.SIGKILL, signal.SIGTERM],
+    [pytest.param(signal.SIGINT, marks=pytest.mark.fuzz), signal.SIGKILL, signal.SIGTERM],
 )
 def test_no_process_is_left_behind(tmp_path, how):
     path = tmp_path / "orbits.db"

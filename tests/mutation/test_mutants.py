@@ -89,13 +89,13 @@ FILES = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 def test_who_notices_is_told(tmp_path, capsys, monkeypatch):
     """A good test, through another process; a blind one; lines that nobody executes; a loop without end."""
     for name, text in FILES.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
-    monkeypatch.setattr("mutate._START", 3.0)
+    monkeypatch.setattr("mutate._START", 10.0)
     main(["far", "--jobs", "1"], tmp_path)
     told = capsys.readouterr().out
     assert (tmp_path / "far/seen.py").read_text() == FILES["far/seen.py"]

@@ -6,7 +6,7 @@ from solutions import representatives
 
 from orbitdb.billiard.legs import cut
 from orbitdb.orbits.births import find_changes
-from orbitdb.orbits.cells import Kind
+from orbitdb.orbits.cells import Kind, _reach
 from orbitdb.orbits.completeness import Verdict, prove_all, walk
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.stretches import stretches
@@ -75,3 +75,11 @@ def test_segments_are_walked_by_rising_a():
     assert verdict([dead, rising, alive], [(0.5, True)]) is Verdict.WRONG
     assert verdict([alive], [], None) is Verdict.PROVED
     assert verdict([alive], []) is Verdict.WRONG
+
+
+def test_a_run_that_may_be_hit_head_on_is_as_stiff_as_one_that_is():
+    """The sine of the turn is largest inside the range, at neither of its ends."""
+    ((_, legs),) = cut(from_strings(["13"]))
+    reach = _reach(legs, np.array([1.6]), np.array([0.01]), np.zeros((2, 1)), np.full((2, 1), 0.3))
+    assert (reach.stiff >= 0.5).all()
+    assert (reach.soft <= np.sin(np.pi / 2 - 0.3) / 2).all()

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from quick import slow_but
 
 from orbitdb.filling.blocks import METHODS, Method
-from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.filling.single_word import fill_word
 from orbitdb.orbits.newton import solve
 from orbitdb.store.asking.conditions import answering, conditions_of
@@ -123,3 +123,15 @@ def test_bad_expressions_are_refused(filled):
         for ask in (Catalogue(filled).count, lambda chosen: list(Catalogue(filled).rows(chosen))):
             with pytest.raises(SelectionError):
                 ask(choose(where=where))
+
+
+def test_pruned_words_of_a_period_in_the_making_count_once(tmp_path):
+    path = tmp_path / "orbits.db"
+    Catalogue.create(path)
+    for _ in fill_geometric(path, [3]):
+        pass
+    going = fill_periods(path, 1.6, [3])
+    next(step for step in going if step.words)
+    going.close()  # all its words are stored, but not that these are all
+    catalogue = Catalogue(path)
+    assert catalogue.count(choose()) == len(list(catalogue.rows(choose(), ("code",)))) == 70

@@ -1,6 +1,7 @@
 """What a fill needs, said before it begins, and what a catalogue takes."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 
@@ -70,7 +71,14 @@ def test_the_relaxation_takes_its_own_time(tmp_path):
 
 @pytest.mark.parametrize(
     ("seconds", "said"),
-    [(0.034, "0.034 s"), (119, "119 s"), (120, "2 minutes"), (21_000, "5.8 hours"), (1e6, "12 days")],
+    [
+        (0.034, "0.034 s"),
+        (1.4, "1 s"),
+        (119, "119 s"),
+        (120, "2 minutes"),
+        (21_000, "5.8 hours"),
+        (1e6, "12 days"),
+    ],
 )
 def test_times_are_told_in_their_units(seconds, said):
     assert duration(seconds) == said
@@ -91,6 +99,13 @@ def test_a_disk_that_is_too_small_is_told_before_anything_is_written(cli, tmp_pa
     assert not (tmp_path / "orbits.db").exists()
     with pytest.raises(StoreError, match="on another disk"):
         check_room(tmp_path / "missing" / "folders" / "orbits.db", Need(1, 10**18, 1.0))
+
+
+def test_the_journal_needs_room_beside_the_rows(tmp_path, monkeypatch):
+    monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=150))
+    check_room(tmp_path / "orbits.db", Need(1, 75, 1.0))
+    with pytest.raises(StoreError, match="no room for"):
+        check_room(tmp_path / "orbits.db", Need(1, 76, 1.0))
 
 
 def test_a_large_fill_says_first_what_it_takes(cli):

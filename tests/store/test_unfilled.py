@@ -133,7 +133,7 @@ def test_nothing_found_is_said_of_what_is_stored(cli, varied):
 
 @pytest.mark.parametrize(
     "command",
-    slow_but(["table"], [*READERS[:6], "query --code 13", "plot orbit --code 13 -o f.svg"]),
+    slow_but(["table"], [*READERS[:6], "query --code 13", "plot orbit --code 13 --force -o f.svg"]),
 )
 def test_commands_ask_at_the_only_a(cli, tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)

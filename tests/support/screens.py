@@ -17,6 +17,7 @@ def drive(path, steps, size=SMALL, selection=None, code=None, notifications=Fals
 
     async def run():
         app = BrowseApp(path, selection or Selection(), code)
+        app.NOTIFICATION_TIMEOUT = 600.0  # so that a slow machine still finds them
         async with app.run_test(size=size, notifications=notifications) as pilot:
             await settle(pilot)
             await steps(app, pilot)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, Unpack
+from typing import TYPE_CHECKING, Any, Self, Unpack, overload
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, StoreError
@@ -26,7 +26,10 @@ from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from orbitdb.store.reading.chosen_classes import ChosenClasses
+    from orbitdb.store.reading.identification import Candidate, Trajectory
     from orbitdb.store.reading.subset import Subset
 
 _SHOWN = 4
@@ -197,6 +200,104 @@ class Catalogue(Reader):
         with self.reading() as connection:
             return find_word(connection, symbols, at)
 
+    @overload
+    def identify(
+        self,
+        *,
+        start: Sequence[float],
+        tolerance: float | None = None,
+        bounces: int | None = None,
+        limit: int | None = None,
+        a: float | None = None,
+    ) -> "Trajectory": ...
+    @overload
+    def identify(
+        self,
+        *,
+        points: "ArrayLike",
+        tolerance: float | None = None,
+        limit: int | None = None,
+        a: float | None = None,
+    ) -> "Trajectory": ...
+    @overload
+    def identify(
+        self,
+        *,
+        length: float,
+        tolerance: float | None = None,
+        limit: int | None = None,
+        a: float | None = None,
+    ) -> "tuple[Candidate, ...]": ...
+    def identify(
+        self,
+        *,
+        start: Sequence[float] | None = None,
+        points: "ArrayLike | None" = None,
+        length: float | None = None,
+        tolerance: float | None = None,
+        bounces: int | None = None,
+        limit: int | None = None,
+        a: float | None = None,
+    ) -> "Trajectory | tuple[Candidate, ...]":
+        """Find orbits by what one has: a start, points of a trajectory, or a length.
+
+        A trajectory is written in symbols; the pieces of it between near returns, of up to 24 bounces, are
+        closed to words and solved, stored or not, and the orbits told that it stays with for two bounces or
+        more. A length is compared with those of the stored orbits, and their repetitions.
+
+        Parameters
+        ----------
+        start : (float, float, float), optional
+            x, y from the middle of the stadium, in it or on its boundary, and the angle of the path from
+            the x axis (radians). The trajectory is followed ahead and back.
+        points : array-like, shape (N, 2), optional
+            x, y of 3 to 1000 successive bounces; the last may be the first again. As a whole they are one
+            more word to try, of any period.
+        length : float, optional
+            In units of the radius.
+        tolerance : float, optional
+            How far a bounce may be from that of the orbit, 0.01 by default, and points from the boundary; or
+            how far a length may be, 0.001 by default. At most 1.
+        bounces : int, optional
+            Bounces to follow from a start, each way; by default 60. It ends where rounding may have
+            moved them by the tolerance.
+        limit : int, optional
+            Orbits at most; by default 10 that a trajectory shadows, and all of a length.
+        a : float, optional
+            The stadium, by default the catalogue's.
+
+        Returns
+        -------
+        Trajectory or tuple of Candidate
+            The orbits that a trajectory goes round most often first; of a length, the nearest.
+
+        Raises
+        ------
+        InputError
+            If not exactly one of the three is given, or it is not what it should be.
+
+        Examples
+        --------
+        >>> found = catalogue.identify(start=(0, 0.001, 0))
+        >>> [(each.orbit.code, each.first, each.bounces) for each in found.shadowed[:1]]
+        [('31', -1, 4)]
+        >>> [(each.code, each.repetitions) for each in catalogue.identify(length=20.8)]
+        [('13', 2)]
+        """
+        from orbitdb.store.reading import identification
+
+        identification.check_one(start, points, length)
+        at = Stadium(self.a if a is None else a)
+        if length is None:
+            return identification.identify_trajectory(
+                at, lambda word: self._find_or_solve(word, at.a),
+                start=start, points=points, tolerance=tolerance, bounces=bounces, limit=limit,
+            )  # fmt: skip
+        if bounces is not None:
+            raise InputError("a number of bounces goes with a start: a length has none")
+        with self.reading() as connection:
+            return identification.identify_length(connection, at.a, length, tolerance, limit)
+
     def birth_fills(self) -> list[BirthFill]:
         """Return how far births and deaths are stored, by period."""
         with self.reading() as connection:
@@ -283,11 +384,14 @@ class Catalogue(Reader):
         symbols = parse(word)
         if not is_primitive(symbols):
             raise KeyError(f"{word} repeats {primitive_root(symbols)}: ask for that")
-        if (found := self.find(symbols)) is not None:
+        return self._find_or_solve(symbols, self.a)
+
+    def _find_or_solve(self, word: str, a: float) -> Orbit:
+        if (found := self.find(word, a)) is not None:
             return found
         from orbitdb.orbits.newton import solve_word
 
-        return solve_word(symbols, self.a)
+        return solve_word(word, a)
 
     def __iter__(self) -> Iterator[str]:
         """Yield the stored words by period, as least rotations."""

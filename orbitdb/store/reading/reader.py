@@ -118,12 +118,16 @@ class Reader:
 
         They matter where the subset, the columns that are shown of it, or its order depend on them.
         """
+        return describe_lacking(self.without_births(selection, names, order))
+
+    def without_births(self, selection: Selection, names: Sequence[str] = (), order: str = "p") -> list[int]:
+        """Return the chosen periods that are filled and of which no births are stored, if they matter."""
         if not asks_of_lives(selection, names, order):
-            return None
+            return []
         with self.at_one_moment() as still, still.reading() as connection:
             filled = [fill.p for fill in still.fills(selection.a) if selection.includes(fill.p)]
             born = {each.p for each in birth_fills(connection) if each.whole}
-        return describe_lacking([p for p in filled if p <= MAX_PERIOD and p not in born])
+        return [p for p in filled if p <= MAX_PERIOD and p not in born]
 
     def rows(
         self,

@@ -32,6 +32,8 @@ class WholePeriods:
         The sums over chosen periods of which no rows are stored.
     moments : sequence
         What sum rules need of them (`orbitdb.store.reading.sweeps.moments_of`).
+    unborn : tuple of int
+        The chosen periods that are left out as the subset depends on their births, and none are stored.
     """
 
     selection: Selection
@@ -40,6 +42,7 @@ class WholePeriods:
     classes: ChosenClasses
     swept: Mapping[int, PeriodSums] = field(default_factory=dict)
     moments: Sequence[Mapping[int, TiltMoments]] = ()
+    unborn: tuple[int, ...] = ()
 
     @cached_property
     def periods(self) -> list[int]:
@@ -65,6 +68,10 @@ class WholePeriods:
         """The periods below the highest that are not there, without which a zeta function is not whole."""
         return missing_periods(self.highest, self.periods)
 
+    def why_missing(self) -> str:
+        """Return the `missing` periods, and why they are not there (`why_missing`)."""
+        return why_missing(self.missing, self.selection, unborn=self.unborn)
+
 
 def read_whole(catalogue: Catalogue, selection: Selection, swept: bool = False) -> WholePeriods:
     """Return the chosen classes of the whole periods, all of one moment.
@@ -81,7 +88,8 @@ def read_whole(catalogue: Catalogue, selection: Selection, swept: bool = False) 
         selection = replace(selection, statuses=(Status.ORBIT,))
     with catalogue.at_one_moment() as still:
         fills = [fill for fill in still.fills(selection.a) if selection.includes(fill.p)]
-        whole = tuple(fill for fill in fills if fill.whole)
+        unborn = tuple(still.without_births(selection))
+        whole = tuple(fill for fill in fills if fill.whole and fill.p not in unborn)
         known = still.sweeps(selection.a) if swept else []
         sums = {each.p: each.sums for each in known if each.sums is not None and selection.includes(each.p)}
         for fill in whole:
@@ -89,14 +97,16 @@ def read_whole(catalogue: Catalogue, selection: Selection, swept: bool = False) 
         partial = tuple(fill for fill in fills if not fill.whole and fill.p not in sums)
         spans = tuple((fill.p, fill.p) for fill in whole) or ((0, 0),)
         classes = still.classes(replace(selection, periods=spans))
-        return WholePeriods(selection, whole, partial, classes, sums, moments_of(known))
+        return WholePeriods(selection, whole, partial, classes, sums, moments_of(known), unborn)
 
 
 def _all_orbits(a: float) -> Selection:
     return Selection(a, statuses=(Status.ORBIT,))
 
 
-def why_missing(periods: Sequence[int], selection: Selection, partial: Iterable[int] = ()) -> str:
+def why_missing(
+    periods: Sequence[int], selection: Selection, partial: Iterable[int] = (), unborn: Sequence[int] = ()
+) -> str:
     """Return periods that are not among those averaged over, and why; empty if there are none.
 
     Parameters
@@ -106,10 +116,13 @@ def why_missing(periods: Sequence[int], selection: Selection, partial: Iterable[
         What was chosen.
     partial : iterable of int, optional
         Chosen periods that are stored in part, and left out.
+    unborn : sequence of int, optional
+        Chosen periods that are left out for want of births.
     """
     incomplete = set(partial)
     reasons: dict[str, list[int]] = {}
     for p in sorted({*periods, *incomplete}):
-        chosen = "partial, left out" if p in incomplete else "not filled"
+        lacking = "births not found, left out" if p in unborn else "not filled"
+        chosen = "partial, left out" if p in incomplete else lacking
         reasons.setdefault(chosen if selection.includes(p) else "not chosen", []).append(p)
     return "; ".join(f"{', '.join(map(str, orders))} ({reason})" for reason, orders in reasons.items())

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from orbitdb.averages.period_sums import PeriodSums
 from orbitdb.averages.tilt_moments import TiltMoments, from_bytes, to_bytes
+from orbitdb.equality import ByValue
 from orbitdb.orbits.tally import Tally
 from orbitdb.store.file.schema import DONE, FILLING, SWEPT, run, sweep, sweep_block
 from orbitdb.store.writing.cursors import OvertakenError, end_of
@@ -16,8 +17,8 @@ from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.enumeration import Span
 
 
-@dataclass(frozen=True)
-class SweepCursor:
+@dataclass(frozen=True, eq=False)
+class SweepCursor(ByValue):
     """How far a sweep of one period at one a has come.
 
     Attributes

@@ -7,7 +7,7 @@ from terminal import ended, spawn
 HABITS = [
     pytest.param((1, 1), {}, id="1x1"),
     pytest.param((20, 8), {"TERM": "dumb", "LC_ALL": "C"}, id="dumb"),
-    pytest.param((160, 48), {"TERM": ""}, id="no TERM"),
+    pytest.param((160, 48), {"TERM": ""}, id="no TERM", marks=pytest.mark.fuzz),
 ]
 
 

@@ -1,0 +1,235 @@
+"""Orbits by what one has: a trajectory that stays near them, or a length."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any
+
+import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
+from orbitdb.errors import InputError
+from orbitdb.orbits.orbit import Orbit, Status
+from orbitdb.orbits.shadowing import Shadow, shadows
+from orbitdb.store.reading.class_view import class_view
+from orbitdb.symbols.words import to_strings
+from orbitdb.trajectories.traces import Trace, trace_points, trace_start
+
+Floats = NDArray[np.float64]
+
+NEAR = 1e-2
+"""How far bounces may be from those of an orbit, unless said otherwise, in units of the radius."""
+
+SAME_LENGTH = 1e-3
+"""How far a length may be from that of an orbit, unless said otherwise."""
+
+SHOWN = 10
+"""Orbits that a trajectory shadows, at most, unless said otherwise."""
+
+_LEAST_LENGTH = 4.0
+"""No orbit is shorter: 13 has 4 (1 + a)."""
+
+_MOST_TOLERANCE = 1.0
+_MOST_LENGTH = 1e12
+_ALL = 2**63 - 1
+"""SQLite's largest integer."""
+
+
+@dataclass(frozen=True)
+class Followed:
+    """An orbit and the stretch of a trajectory that stays with it.
+
+    Attributes
+    ----------
+    orbit : Orbit
+        In the rotation that begins with the first bounce of the stretch.
+    first : int
+        Number of that bounce on the trajectory.
+    bounces : int
+        Bounces in a row, from the first, that are within the tolerance of the orbit's.
+    distance : float
+        The least distance of one of them from the orbit's, in units of the radius.
+    """
+
+    orbit: Orbit
+    first: int
+    bounces: int
+    distance: float
+
+    @property
+    def last(self) -> int:
+        """Number of the last bounce of the stretch."""
+        return self.first + self.bounces - 1
+
+    @property
+    def turns(self) -> float:
+        """How often the stretch goes round the orbit."""
+        return self.bounces / self.orbit.p
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory(ByValue):
+    """What a trajectory is in symbols, and which periodic orbits it shadows.
+
+    Attributes
+    ----------
+    sequence : str
+        The symbols of its bounces, which is no cyclic word.
+    first : int
+        Number of the first of them; number 1 is the first one behind a start, or the first point.
+    points : ndarray, shape (T, 2)
+        The bounces, from the middle of the stadium, in units of the radius.
+    shadowed : tuple of Followed
+        The orbits, those that it goes round most often first; empty if there are none.
+    total : int
+        How many there are in all.
+    """
+
+    sequence: str
+    first: int
+    points: Floats
+    shadowed: tuple[Followed, ...]
+    total: int
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A symmetry class of stored orbits of which a number of repetitions has a length.
+
+    Attributes
+    ----------
+    code : str
+        The least word of the class.
+    p, class_size : int
+        Its period, and number of cyclic words.
+    repetitions : int
+        r, the number of traversals.
+    length, length_error, lyapunov : float
+        Of one traversal; ``length_error`` is None where none is known (the paper's relaxation).
+    difference : float
+        r times the length, less the length that was asked for.
+    """
+
+    code: str
+    p: int
+    class_size: int
+    repetitions: int
+    length: float
+    length_error: float | None
+    lyapunov: float
+    difference: float
+
+    @property
+    def total(self) -> float:
+        """The length of all repetitions, r times that of one."""
+        return self.repetitions * self.length
+
+
+def check_one(start: object, points: object, length: object) -> None:
+    """Refuse a question that does not have exactly one of the three.
+
+    Raises
+    ------
+    InputError
+        If it does not.
+    """
+    if sum(each is not None for each in (start, points, length)) != 1:
+        raise InputError("identify takes exactly one of start, points and length")
+
+
+def trace(
+    stadium: Stadium, start: Sequence[float] | None, points: Any, tolerance: float, bounces: int | None
+) -> Trace:
+    """Return the bounces of a trajectory that is given by a start or, if there is none, by points."""
+    if start is not None:
+        return trace_start(stadium, start, tolerance, bounces)
+    if bounces is not None:
+        raise InputError("a number of bounces goes with a start: points are as many as they are")
+    return trace_points(stadium, points, tolerance)
+
+
+def identify_trajectory(
+    stadium: Stadium,
+    find: Callable[[str], Orbit],
+    *,
+    start: Sequence[float] | None = None,
+    points: Any = None,
+    tolerance: float | None = None,
+    bounces: int | None = None,
+    limit: int | None = None,
+) -> Trajectory:
+    """Find the orbits that a trajectory shadows (`Catalogue.identify`).
+
+    Parameters
+    ----------
+    stadium : Stadium
+    find : callable
+        From a word to its orbit, stored or solved.
+    start, points, tolerance, bounces, limit : optional
+        As in `Catalogue.identify`; one of the first two.
+    """
+    near = _measure("tolerance", NEAR if tolerance is None else tolerance, _MOST_TOLERANCE)
+    most = _count(SHOWN if limit is None else limit)
+    path = trace(stadium, start, points, near, bounces)
+    found = shadows(stadium, path.symbols, path.points, near, whole=start is None)
+    shadowed = tuple(_followed(each, path.first, find) for each in found[:most])
+    sequence = to_strings(path.symbols[None])[0] if len(path) else ""
+    return Trajectory(sequence, path.first, path.points, shadowed, len(found))
+
+
+def _followed(shadow: Shadow, first: int, find: Callable[[str], Orbit]) -> Followed:
+    return Followed(find(shadow.word), first + shadow.first, shadow.bounces, shadow.distance)
+
+
+def identify_length(
+    connection: sa.Connection,
+    a: float,
+    length: float,
+    tolerance: float | None = None,
+    limit: int | None = None,
+) -> tuple[Candidate, ...]:
+    """Find the stored orbits that have a length, repeated or not (`Catalogue.identify`).
+
+    The nearest come first. The bounds on the stored lengths are added to the tolerance, so none is lost to
+    rounding. As it is at most a quarter of the least length, one number of repetitions is the nearest.
+    """
+    wanted = _measure("length", length, _MOST_LENGTH)
+    within = _measure(
+        "tolerance", SAME_LENGTH if tolerance is None else tolerance, _MOST_TOLERANCE, zero=True
+    )
+    classes = class_view()
+    one, error = classes.c.length, sa.func.coalesce(classes.c.length_error, 0.0)
+    times = sa.func.round(wanted / one).label("repetitions")
+    off = times * one - wanted
+    names = ("representative", "p", "class_size", "length", "length_error", "lyapunov")
+    query = (
+        sa.select(*(classes.c[name] for name in names), times, off.label("difference"))
+        .where(classes.c.a == a, classes.c.status == Status.ORBIT.value, one >= _LEAST_LENGTH, times >= 1)
+        .where(sa.func.abs(off) <= within + times * error + 4 * math.ulp(wanted))
+        .order_by(sa.func.abs(off), classes.c.p, classes.c.representative)
+        .limit(None if limit is None else _count(limit))
+    )
+    return tuple(
+        Candidate(row.representative, row.p, row.class_size, int(row.repetitions), row.length,
+                  row.length_error, row.lyapunov, row.difference)
+        for row in connection.execute(query)
+    )  # fmt: skip
+
+
+def _measure(name: str, value: float, most: float, zero: bool = False) -> float:
+    """Return a positive number that is not too large."""
+    number = isinstance(value, Real) and not isinstance(value, bool)
+    if number and (0 < value <= most or (zero and value == 0)):
+        return float(value)
+    least = "0" if zero else "more than 0"
+    raise InputError(f"{name} {value!s:.40}: give a number from {least} to {most:g}")
+
+
+def _count(limit: int) -> int:
+    if limit < 0:
+        raise InputError(f"limit {limit}: give 0 or more")
+    return min(limit, _ALL)

@@ -1,0 +1,218 @@
+"""One trajectory as a symbol sequence: followed from a start both ways, or measured as points."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.stadium import HALF_PI, Stadium
+from orbitdb.billiard.writing import written
+from orbitdb.equality import ByValue
+from orbitdb.errors import InputError
+from orbitdb.trajectories.rays import Rays, bounce
+
+Floats = NDArray[np.float64]
+
+BOUNCES = 60
+"""Followed each way if no number is named, where rounding allows as many."""
+
+MOST_BOUNCES = 1000
+_LEAST_POINTS = 3
+_ROUNDED = 1e-6
+"""A start that is given with six digits may lie this far outside."""
+
+_ROUNDING = 8 * float(np.finfo(float).eps)
+"""Of a start and of one bounce, in units of 1 + a."""
+
+_LOST = 1e20
+"""Growth of an error beyond which nothing is known, so that numbers stay finite."""
+
+_EXACT = 1e-9
+"""Where the error is below it, a bounce that cannot be told from a joint is meant to be on it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trace(ByValue):
+    """The bounces of one trajectory.
+
+    Attributes
+    ----------
+    first : int
+        Number of its first bounce; number 1 is the first one behind a start, or the first point.
+    symbols : ndarray of uint8, shape (T,)
+    points : ndarray, shape (T, 2)
+        Cartesian, from the middle of the stadium, in units of the radius.
+    """
+
+    first: int
+    symbols: NDArray[np.uint8]
+    points: Floats
+
+    def __len__(self) -> int:
+        return len(self.symbols)
+
+
+def trace_start(
+    stadium: Stadium, start: Sequence[float], tolerance: float, bounces: int | None = None
+) -> Trace:
+    """Follow a trajectory from its start, ahead and back, as far as rounding leaves its bounces known.
+
+    Parameters
+    ----------
+    stadium : Stadium
+    start : (float, float, float)
+        x, y from the middle of the stadium, and the angle of the path from the x axis (radians).
+    tolerance : float
+        Error of a bounce, as an estimate, at which to stop.
+    bounces : int, optional
+        At most so many each way; `BOUNCES` by default.
+
+    Raises
+    ------
+    InputError
+        If the start is no three numbers or outside the stadium, the number of bounces is none, or the
+        path runs through a joint of wall and semicircle.
+    """
+    if bounces is not None and not 1 <= bounces <= MOST_BOUNCES:
+        raise InputError(f"bounces {bounces}: give 1 to {MOST_BOUNCES}")
+    ray = _both_ways(stadium, start)
+    x, y, side, error = _follow(stadium, ray, bounces or BOUNCES)
+    symbols, coordinates = written(stadium, *_joined(x, y, side))
+    ahead, back = (_known(stadium, each, tolerance, way) for each, way in _ways(x, y, side, error))
+    if not ahead + back:
+        raise InputError(f"doubles know no bounce of this start to {tolerance:g}: give a larger tolerance")
+    middle = x.shape[1] - 1
+    kept = slice(middle - back, middle + ahead)
+    points = stadium.points(symbols, coordinates)
+    return Trace(1 - back, symbols[0, kept], points[0, kept])
+
+
+def _both_ways(stadium: Stadium, start: Sequence[float]) -> Rays:
+    """Return the ray of a start and the one that leaves it backwards."""
+    values = _numbers(start, "a start is x,y,angle, such as 0,0.5,1.2")
+    if values.shape != (3,):
+        raise InputError("a start is x,y,angle: three numbers, such as 0,0.5,1.2")
+    x, y, angle = values.tolist()
+    centre = min(max(x, -stadium.a), stadium.a)
+    off = math.hypot(x - centre, y)
+    if off > 1 + _ROUNDED:
+        raise InputError(
+            f"the start ({x:g}, {y:g}) lies {off - 1:.2g} outside the stadium at a = {stadium.a:g}: "
+            "x and y count from its middle, in units of the radius"
+        )
+    scale = 1 / max(1.0, off)
+    xs, ys = np.full(2, centre + (x - centre) * scale), np.full(2, y * scale)
+    way = np.array([1.0, -1.0])
+    return Rays(xs, ys, way * math.cos(angle), way * math.sin(angle), np.zeros(2))
+
+
+def _numbers(values: Any, help: str) -> Floats:
+    """Return finite numbers as an array."""
+    try:
+        found = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(help) from None
+    if not np.isfinite(found).all():
+        raise InputError(f"{help}; nan and inf are no places")
+    return found
+
+
+def _follow(stadium: Stadium, rays: Rays, bounces: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return x, y and side of the bounces, and about how far off they may be along the wall.
+
+    Notes
+    -----
+    An error across the path and one of its direction grow as tangent vectors do
+    (`orbitdb.trajectories.ensemble.follow`); what later bounces add grows less.
+    """
+    offset, slope = np.eye(2)[:, :, None] * np.ones(len(rays))
+    rows = []
+    for _ in range(bounces + 1):
+        hit = bounce(rays, stadium.a)
+        rays = hit.rays
+        offset = np.clip(offset + hit.path * slope, -_LOST, _LOST)
+        slope = np.clip(slope - np.minimum(hit.kick, _LOST) * offset, -_LOST, _LOST)
+        steepness = np.where(rays.side == 0, np.abs(rays.vy), 2 / np.maximum(hit.kick, 2.0))
+        grown = np.abs(offset).sum(axis=0) / np.maximum(steepness, _ROUNDING)
+        rows.append((rays.x, rays.y, rays.side, _ROUNDING * (1 + stadium.a) * (1 + grown)))
+    x, y, side, error = (np.stack(part, axis=1) for part in zip(*rows, strict=True))
+    return x, y, side, error
+
+
+def _joined(*rows: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return what is known of the bounces ahead, each of shape (1, T), behind those back in time."""
+    x, y, side = (np.concatenate([row[1, ::-1], row[0]])[None] for row in rows)
+    return x, y, side
+
+
+def _ways(*rows: Floats) -> list[tuple[list[Floats], int]]:
+    return [([row[0] for row in rows], 1), ([row[1] for row in rows], -1)]
+
+
+def _known(stadium: Stadium, rows: list[Floats], tolerance: float, way: int) -> int:
+    """Return how many bounces one way are known, but the last that was followed; refuse a joint."""
+    x, y, side, error = rows
+    angle = np.arctan2(y, side * x - stadium.a)
+    room = np.where(side == 0, stadium.a - np.abs(x), HALF_PI - np.abs(angle))
+    ends = np.flatnonzero((error > tolerance) | (room <= error))
+    count = int(ends[0]) if len(ends) else len(x)
+    if count < len(x) and room[count] <= error[count] < _EXACT:
+        number = count + 1 if way > 0 else -count
+        fewer = f", or follow {count} bounces" if count else ""
+        raise InputError(
+            f"the trajectory runs through a joint of wall and semicircle at bounce {number}, where its "
+            f"symbol is not defined: move the start{fewer}"
+        )
+    return min(count, len(x) - 1)
+
+
+def trace_points(stadium: Stadium, points: Any, tolerance: float) -> Trace:
+    """Write measured bounces as symbols.
+
+    Parameters
+    ----------
+    stadium : Stadium
+    points : array-like, shape (N, 2)
+        x, y of N >= 3 successive bounces; the last may be the first again, which closes a polygon.
+    tolerance : float
+        How far from the boundary they may lie.
+
+    Raises
+    ------
+    InputError
+        If they are no such points.
+    """
+    found = _numbers(points, "points are pairs x,y, one a bounce")
+    if found.size == 0:
+        raise InputError("there are no points: give x,y of at least three bounces, one pair a line")
+    if found.ndim != 2 or found.shape[1] != 2:
+        raise InputError("points are pairs x,y, one a bounce")
+    if not _LEAST_POINTS <= len(found) <= MOST_BOUNCES:
+        raise InputError(f"{len(found)} points: give {_LEAST_POINTS} to {MOST_BOUNCES}, one a bounce")
+    _check_on_boundary(stadium, found, tolerance)
+    same = np.flatnonzero((found[1:] == found[:-1]).all(axis=1))
+    if len(same):
+        raise InputError(f"points {same[0] + 1} and {same[0] + 2} are the same: give each bounce once")
+    if math.dist(found[0], found[-1]) <= tolerance:
+        found = found[:-1]
+    x, y = found.T
+    side = np.where(np.abs(x) > stadium.a, np.sign(x), 0.0)
+    y = np.where(side == 0, np.copysign(1.0, y), y)
+    alone = [np.pad(row, 1)[None] for row in (x, y, side)]  # beside it nothing of a run: a straight wall
+    return Trace(1, written(stadium, *alone)[0][0], found)
+
+
+def _check_on_boundary(stadium: Stadium, points: Floats, tolerance: float) -> None:
+    """Refuse points that are no bounces."""
+    x, y = points.T
+    off = np.hypot(np.maximum(np.abs(x) - stadium.a, 0), y) - 1
+    worst = int(np.abs(off).argmax())
+    if abs(off[worst]) > tolerance:
+        where = "outside" if off[worst] > 0 else "inside"
+        raise InputError(
+            f"point {worst + 1}, ({x[worst]:g}, {y[worst]:g}), lies {abs(off[worst]):.2g} {where} the "
+            f"stadium at a = {stadium.a:g}, more than the tolerance {tolerance:g}: points are bounces"
+        )

@@ -1,0 +1,122 @@
+"""`identify`, as a user calls it; what it finds is tested in tests/store/test_identify.py."""
+
+import io
+import json
+
+import pytest
+
+from orbitdb import Catalogue, solve_word
+
+ORBIT = solve_word("1232131", 1.6)
+LINES = "\n".join(f"{x!r},{y!r}" for x, y in ORBIT.points.tolist())
+
+
+@pytest.fixture
+def stdin(monkeypatch):
+    return lambda text: monkeypatch.setattr("sys.stdin", io.StringIO(text))
+
+
+FILES = {
+    "pairs": LINES,
+    "blanks": "# bounces\n\n" + LINES.replace(",", " "),
+    "names": "n,y,x\n" + "\n".join(f"{n},{y},{x}" for n, (x, y) in enumerate(ORBIT.points.tolist())),
+    "json": json.dumps(ORBIT.points.tolist()),
+    "objects": json.dumps([{"x": x, "y": y} for x, y in ORBIT.points.tolist()]),
+    "lines": "\n".join(json.dumps({"x": x, "y": y}) for x, y in ORBIT.points.tolist()),
+}
+
+
+@pytest.mark.parametrize("form", FILES)
+def test_points_are_read_as_they_are_written(cli, tmp_path, stdin, form):
+    """No catalogue is needed."""
+    stdin(FILES[form])
+    (tmp_path / "points").write_text(FILES[form], encoding="utf-8-sig")
+    for place in ("-", str(tmp_path / "points")):
+        done = cli("identify", "--points", place, "--json")
+        (row, *_) = json.loads(done.out)
+        assert (row["code"], row["first"], row["last"], row["turns"]) == ("1232131", 1, 7, 1.0)
+        assert row["stored"] is False
+        assert row["sequence"] == "1232131"
+
+
+def test_what_query_and_identify_write_goes_into_identify(cli, filled, stdin):
+    for form in ("csv", "tsv", "json", "jsonl"):
+        stdin(cli("query", "1232131", "--bounces", "--format", form, "--db", str(filled)).out)
+        done = cli("identify", "--points", "-", "--limit", "1", "--format", form, "--db", str(filled))
+        assert done.code == 0, done.err
+        assert "1232131" in done.out
+        assert done.err == "1 orbit is shadowed\n"
+
+
+def test_a_table_tells_the_sequence_and_the_orbits(cli, filled):
+    done = cli("identify", "--start", "0,0.001,0", "--limit", "1", "--db", str(filled))
+    found = Catalogue(filled).identify(start=(0, 0.001, 0))
+    before, sequence, _, head, row = done.out.splitlines()
+    assert f"{before.split()[1]}{sequence.split()[1]}" == found.sequence
+    assert head.split() == ["code", "p", "status", "first", "last", "bounces", "turns", "distance", "length",
+                            "lambda_d"]  # fmt: skip
+    assert row.split() == ["31", "2", "orbit", "-1", "2", "4", "2.00", "1.0e-03", "10.4000000", "2.113748"]
+    assert f"followed from bounce {found.first} to" in done.err
+    assert f"{found.total} orbits are shadowed; 1 shown, --limit {found.total} shows all" in done.err
+
+
+def test_a_length_is_told_with_its_repetitions(cli, filled):
+    done = cli("identify", "--length", "21.7", "--tolerance", "2e-3", "--db", str(filled))
+    assert [line.split()[:4] for line in done.out.splitlines()] == [
+        ["code", "p", "class_size", "repetitions"],
+        ["013", "3", "4", "2"],
+    ]
+    assert "1 candidate among periods 2-8 at a = 1.6" in done.err
+    marked = cli("identify", "--length", "21.7", "--tolerance", "2e-3", "--format", "csv", "--mark-words",
+                 "--db", str(filled))  # fmt: skip
+    assert marked.out.splitlines()[1].startswith("w013,3,4,2,10.85")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ("--length 5", "no candidates among periods 2-8"),
+        ("--start 0.2,0,1.5707963267948966", "between the walls"),
+        ("--start 0,0.5,1.2 --tolerance 1e-12", "no orbit is shadowed"),
+        ("--length 5 --a 3", "nothing is filled at a = 3"),
+    ],
+)
+def test_nothing_found_ends_with_1_and_says_so(cli, filled, arguments, told):
+    done = cli("identify", *arguments.split(), "--json", "--db", str(filled))
+    assert (done.code, done.out) == (1, "[]\n")
+    assert told in done.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "given", "told"),
+    [
+        ("", "", "exactly one of --start, --points and --length"),
+        ("--start 0,0,1 --length 3", "", "exactly one"),
+        ("--start 0,0", "", "three numbers"),
+        ("--start 0,0,½", "", "'½' is not a number"),
+        ("--start 0,3,1", "", "2 outside the stadium"),
+        ("--start 1.6,1,-1", "", "joint of wall and semicircle at bounce 0"),
+        ("--length 3 --bounces 5", "", "--bounces does nothing with --length"),
+        ("--points - --bounces 5", LINES, "--bounces does nothing with --points"),
+        ("--length nan", "", "length nan"),
+        ("--length 3 --mark-words", "", "--mark-words is for csv and tsv"),
+        ("--points nowhere", "", "nowhere cannot be read"),
+        ("--points -", "", "no points"),
+        ("--points -", "2.6,0\n-2.6,0", "2 points"),
+        ("--points -", "2.6,0\n-2.6\n2.6,0", "line 2 has not two numbers"),
+        ("--points -", "x,y\n2.6,0\n-2.6,zero", "line 3: 'zero' is not a number"),
+        ("--points -", "2.6,0\nnan,0\n2.6,0", "no places"),
+        ("--points -", "[[2.6, 0], [", "line 1 is no json"),
+        ("--points -", '{"x": 1, "y": 2}\n{"x": 1}', "an object has no x and y"),
+        ("--points -", "[" * 100_000, "write x,y of one bounce a line"),
+        ("--points -", '[["x", "y"]]', "pairs x,y"),
+        ("--points /dev/zero", "", "more than 1000000 characters"),
+    ],
+)
+def test_bad_questions_end_with_2_and_one_line(cli, filled, stdin, arguments, given, told):
+    stdin(given)
+    done = cli("identify", *arguments.split(), "--db", str(filled))
+    assert (done.code, done.out) == (2, "")
+    assert done.err.startswith("orbitdb: ")
+    assert told in done.err
+    assert done.err.count("\n") == 1

@@ -1,0 +1,240 @@
+"""Orbits found by a trajectory near them, or by a length."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from quick import slow_but
+
+from orbitdb import Catalogue, InputError, Stadium, solve_word
+from orbitdb.orbits.shadowing import shadows
+from orbitdb.symbols import symmetry
+from orbitdb.symbols.words import from_strings, least_rotation, to_strings
+from orbitdb.trajectories.rays import itineraries, random_rays
+from orbitdb.trajectories.traces import trace_points, trace_start
+
+STADIUM = Stadium(1.6)
+WORDS = ["13", "033244", "1232131"]
+MORE = ["013", "2443", "03321", "0102313", "0103155", "01033132", "010301132", "0102304423", "01020313123"]
+
+
+@pytest.fixture
+def catalogue(filled_once):
+    with Catalogue(filled_once, 1.6) as opened:
+        yield opened
+
+
+def start_of(points, turn=0.0):
+    """A start at the first of some bounces towards the second, turned a little."""
+    x, y = points[1] - points[0]
+    return (*points[0], math.atan2(y, x) + turn)
+
+
+def name(found):
+    return least_rotation(found.orbit.code)
+
+
+@pytest.mark.parametrize("word", slow_but(WORDS, WORDS + MORE))
+def test_a_start_beside_an_orbit_finds_it_first(catalogue, word):
+    """It stays for about ln(tolerance / displacement) / lambda_d bounces ahead."""
+    orbit = solve_word(word, STADIUM)
+    lasts = []
+    for turn in (1e-6, 1e-9):
+        found = catalogue.identify(start=start_of(orbit.points, turn), limit=1)
+        best = found.shadowed[0]
+        assert name(best) == least_rotation(word)
+        assert best.distance < 3 * turn
+        assert best.first <= 0
+        assert np.allclose(best.orbit.length, orbit.length, rtol=1e-14)
+        lasts.append(best.last)
+        assert abs(best.last - math.log(1e-2 / turn) / orbit.lambda_d) <= 1 + orbit.p / 2
+    assert abs(lasts[1] - lasts[0] - math.log(1e3) / orbit.lambda_d) <= 1 + orbit.p / 2
+
+
+@pytest.mark.parametrize("word", slow_but(WORDS[1:2], WORDS + MORE))
+def test_what_is_told_of_an_exact_start_is_the_orbit_to_the_end(word):
+    """So the trace ends in time: all that is told of it lies within the tolerance."""
+    orbit = solve_word(word, STADIUM)
+    path = trace_start(STADIUM, start_of(orbit.points), 1e-2)
+    best = shadows(STADIUM, path.symbols, path.points, 1e-2)[0]
+    assert best.bounces == len(path)
+    assert len(path) > 2 * (26 / orbit.lambda_d - 2)
+    assert least_rotation(best.word) == least_rotation(word)
+
+
+def test_random_trajectories_are_those_of_the_reference(catalogue):
+    """And what is said of every orbit holds: within the tolerance as long as is told, and no longer."""
+    rays = random_rays(STADIUM, 2, np.random.default_rng(5))
+    expected = to_strings(itineraries(STADIUM, rays, 12).symbols)
+    for x, y, vx, vy, word in zip(rays.x, rays.y, rays.vx, rays.vy, expected, strict=True):
+        found = catalogue.identify(start=(x, y, math.atan2(vy, vx)), tolerance=0.03, limit=12)
+        assert found.sequence[1 - found.first :].startswith(word)
+        assert len(found.shadowed) == min(found.total, 12) > 0
+        turns = [each.turns for each in found.shadowed]
+        assert turns == sorted(turns, reverse=True)
+        for each in found.shadowed:
+            at = each.first - found.first
+            steps = np.arange(-1, each.bounces + 1)
+            steps = steps[(steps >= -at) & (at + steps < len(found.points))]
+            off = np.hypot(*(found.points[at + steps] - each.orbit.points[steps % each.orbit.p]).T)
+            inside = (steps >= 0) & (steps < each.bounces)
+            assert ((off <= 0.03) == inside).all()
+            assert off.min() == pytest.approx(each.distance)
+            assert each.orbit.stored == (each.orbit.p <= 8)
+
+
+def test_a_mirrored_and_a_reversed_start_find_the_images(catalogue):
+    x, y, angle = 0.3, -0.45, 1.2
+    plain = catalogue.identify(start=(x, y, angle), bounces=12, limit=99)
+    turned = {
+        1: (-x, y, math.pi - angle),
+        2: (x, -y, -angle),
+        4: (x, y, angle + math.pi),
+    }
+    assert plain.total
+    for element, start in turned.items():
+        found = catalogue.identify(start=start, bounces=12, limit=99)
+        assert found.sequence == symmetry.images_of(plain.sequence)[element]
+        expected = {
+            (
+                least_rotation(symmetry.images_of(each.orbit.code)[element]),
+                1 - each.last if element == 4 else each.first,
+                each.bounces,
+            )
+            for each in plain.shadowed
+        }
+        assert {(name(each), each.first, each.bounces) for each in found.shadowed} == expected
+
+
+@pytest.mark.parametrize("word", ["13", "1232131", "1" * 20 + "5" * 20])
+def test_the_bounces_of_an_orbit_name_it(catalogue, word):
+    """Closed or not, measured with errors, mirrored, or read backwards; of any period."""
+    orbit = solve_word(word, STADIUM)
+    once, points = np.random.default_rng(1), orbit.points
+    closed = np.concatenate([points, points[:1]])
+    for given, element in [
+        (closed, 0),
+        (closed + once.normal(0, 1e-3, closed.shape), 0),
+        (closed * [-1, 1], 1),
+        (closed[::-1], 4),
+        *([(points, 0)] if orbit.p > 2 else []),
+    ]:
+        found = catalogue.identify(points=given)
+        best = found.shadowed[0]
+        assert name(best) == least_rotation(symmetry.images_of(word)[element])
+        assert (best.first, best.bounces, best.turns) == (1, orbit.p, 1.0)
+        assert best.orbit.representative == orbit.representative
+
+
+def test_points_along_a_longer_trajectory_name_what_it_passes():
+    orbit = solve_word("033244", STADIUM)
+    path = trace_start(STADIUM, start_of(orbit.points, 1e-6), 1e-2)
+    again = trace_points(STADIUM, path.points, 1e-2)
+    assert (again.symbols[1:-1] == path.symbols[1:-1]).all()
+    best = shadows(STADIUM, again.symbols, again.points, 1e-2, whole=True)[0]
+    assert least_rotation(best.word) == "033244"
+    assert best.bounces >= 12
+
+
+def test_lengths_are_those_of_stored_orbits_and_their_repetitions(catalogue):
+    """Against all lengths, one by one."""
+    known = catalogue.select(status="orbit")
+    lengths = dict(zip(known.representative.tolist(), known.length.tolist(), strict=True))
+    for length, tolerance in [(10.4, 1e-3), (31.2, 0.2), (21.7, 5e-3), (65.5, 0.05), (10.4, 0), (1e4, 0.02)]:
+        expected = {}
+        for word, one in lengths.items():
+            times = [r for r in range(1, int(length / one) + 3) if abs(r * one - length) <= tolerance + 1e-11]
+            expected |= {word: times[0]} if times else {}
+        found = catalogue.identify(length=length, tolerance=tolerance)
+        assert {each.code: each.repetitions for each in found} == expected
+        off = [abs(each.difference) for each in found]
+        assert off == sorted(off)
+        for each in found:
+            assert each.length == lengths[each.code]
+            assert each.difference == pytest.approx(each.total - length, abs=1e-9)
+            assert each.class_size == len(symmetry.members(each.code))
+    assert [each.code for each in catalogue.identify(length=31.2, tolerance=0.2, limit=1)] == ["13"]
+
+
+def test_a_length_of_a_repetition_is_found_at_its_own_rounding(catalogue):
+    for word in ("13", "0103155", "013"):
+        one = catalogue[word]
+        for times in (1, 3, 7, 1001):
+            found = catalogue.identify(length=times * one.length, tolerance=0)
+            assert (one.representative, times) in [(each.code, each.repetitions) for each in found]
+
+
+START, PATH = (0, 0.5, 1.2), [[2.6, 0], [-2.6, 0], [2.6, 0]]
+REFUSED = [
+    ({}, "exactly one"),
+    ({"start": START, "length": 3}, "exactly one"),
+    ({"start": START, "points": PATH}, "exactly one"),
+    ({"start": (0, 0)}, "three numbers"),
+    ({"start": (0, 0, math.nan)}, "no places"),
+    ({"start": (0, 1.1, 0)}, "0.1 outside the stadium at a = 1.6"),
+    ({"start": "0,0,1"}, "x,y,angle"),
+    ({"start": (1.6, 1, -1)}, "joint of wall and semicircle at bounce 0"),
+    ({"start": (0, 0, math.atan2(1, 1.6))}, "joint .* at bounce 1"),
+    ({"start": START, "bounces": 0}, "give 1 to 1000"),
+    ({"start": START, "tolerance": 0}, "tolerance 0"),
+    ({"start": START, "tolerance": math.nan}, "tolerance nan"),
+    ({"start": START, "tolerance": 1e-20}, "larger tolerance"),
+    ({"start": START, "limit": -1}, "limit -1"),
+    ({"start": START, "a": -1}, "not a half length"),
+    ({"points": []}, "no points"),
+    ({"points": PATH[:2]}, "2 points: give 3"),
+    ({"points": [*PATH, [1]]}, "pairs x,y"),
+    ({"points": [1, 2, 3]}, "pairs x,y"),
+    ({"points": [[10**400, 0]] * 3}, "pairs x,y"),
+    ({"points": [PATH[0], [math.inf, 0], PATH[1]]}, "no places"),
+    ({"points": [PATH[0], [2.7, 0], PATH[1]]}, "point 2, .* lies 0.1 outside"),
+    ({"points": [PATH[0], [0, 0], PATH[1]]}, "point 2, .* lies 1 inside"),
+    ({"points": [PATH[0], PATH[1], PATH[1]]}, "points 2 and 3 are the same"),
+    ({"points": PATH, "bounces": 3}, "goes with a start"),
+    ({"length": 3, "bounces": 3}, "goes with a start"),
+    ({"length": 0}, "length 0"),
+    ({"length": "10.4"}, "length 10.4"),
+    ({"length": 3, "tolerance": 1.5}, "tolerance 1.5"),
+]
+
+
+@pytest.mark.parametrize(("asked", "told"), REFUSED)
+def test_bad_questions_are_refused_in_one_line(catalogue, asked, told):
+    with pytest.raises(InputError, match=told) as refused:
+        catalogue.identify(**asked)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_start_on_the_boundary_has_its_own_bounce_as_number_0(catalogue):
+    """Given with six digits it may lie outside."""
+    orbit = catalogue["1232131"]
+    x, y, angle = (round(value, 6) for value in start_of(orbit.points))
+    for start in ((x * 1.0000001, y, angle), (x * 0.9999999, y, angle)):
+        found = catalogue.identify(start=start, limit=1)
+        assert math.dist(found.points[-found.first], orbit.points[0]) < 1e-5
+        assert name(found.shadowed[0]) == least_rotation("1232131")
+
+
+def test_a_thousand_bounces_are_followed_as_far_as_they_are_known(catalogue):
+    found = catalogue.identify(start=START, bounces=1000, limit=0)
+    assert 40 < len(found.points) < 80
+    assert np.array_equal(found.points, catalogue.identify(start=START, limit=0).points)
+
+
+def test_between_the_walls_there_is_no_orbit(catalogue):
+    found = catalogue.identify(start=(0.2, 0, math.pi / 2))
+    assert (found.shadowed, found.total, set(found.sequence)) == ((), 0, {"0", "2"})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("a", [0.02, 0.5, 20.0])
+def test_orbits_are_found_in_other_stadiums(a):
+    stadium = Stadium(a)
+    for word in ("13", "11113333", "0202123"):
+        orbit = solve_word(word, stadium)
+        if orbit.coordinates is not None and orbit.margin > 1e-3:
+            path = trace_start(stadium, start_of(orbit.points, 1e-6), 1e-2)
+            best = shadows(stadium, path.symbols, path.points, 1e-2)[0]
+            assert least_rotation(best.word) == least_rotation(word)
+    assert all(from_strings([one]).shape == from_strings([two]).shape for one, two in pairwise(["13", "31"]))
