@@ -6,14 +6,10 @@ from orbitdb.orbits.orbit import Status
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
 
-_STATUSES: tuple[tuple[Status, ...], ...] = (
-    (),
-    (Status.ORBIT,),
-    (Status.DYNAMICAL,),
-    (Status.BOUNDARY,),
-    (Status.GEOMETRIC,),
-    (Status.UNRESOLVED,),
-)
+SHOWN = (Status.ORBIT, Status.DYNAMICAL, Status.BOUNDARY, Status.GEOMETRIC, Status.UNRESOLVED)
+"""The statuses that rows may have."""
+
+_STATUSES: tuple[tuple[Status, ...], ...] = ((), *((status,) for status in SHOWN))
 _REVERSALS = (None, "self", "pair")
 
 

@@ -8,9 +8,9 @@ from textual.message import Message
 from textual.widgets import Static
 
 from orbitdb.cli.tui.following import told
-from orbitdb.cli.tui.orbit_screen import OrbitScreen
 from orbitdb.cli.tui.source import Followed, Pages
 from orbitdb.cli.tui.table import PagedTable
+from orbitdb.cli.tui.word_screen import WordScreen
 from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.selection import Selection
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _ORBIT = "orbit"
 
 
-class FollowingScreen(OrbitScreen):
+class FollowingScreen(WordScreen):
     """The main screen, looked at for another a than that of its rows."""
 
     @dataclass

@@ -18,6 +18,7 @@ from orbitdb.cli.tui.filling import FillState
 from orbitdb.cli.tui.filter_dialog import FilterDialog
 from orbitdb.cli.tui.following_screen import FollowingScreen
 from orbitdb.cli.tui.source import Ordering
+from orbitdb.cli.tui.status_dialog import StatusDialog, Statuses
 from orbitdb.cli.tui.table import COLUMNS, PagedTable
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
@@ -53,6 +54,7 @@ class MainScreen(FollowingScreen):
         Binding("e", "export", "export"),
         Binding("y", "copy", "copy the word", show=False),
         Binding("o", "status", "status: all, orbits, pruned ..", show=False),
+        Binding("O", "statuses", "statuses from a list", show=False),
         Binding("r", "reversal", "self-retracing or not", show=False),
         Binding("right_square_bracket", "period(1)", "next period", show=False, key_display="]"),
         Binding("left_square_bracket", "period(-1)", "period before", show=False, key_display="["),
@@ -133,6 +135,15 @@ class MainScreen(FollowingScreen):
     def action_status(self) -> None:
         """Choose the next status."""
         self.selection = choices.next_status(self.selection)
+
+    def action_statuses(self) -> None:
+        """Pick statuses from a list."""
+
+        def take(statuses: Statuses | None) -> None:
+            if statuses is not None:
+                self.selection = replace(self.selection, statuses=statuses)
+
+        self.app.push_screen(StatusDialog(self.selection.statuses), take)
 
     def action_reversal(self) -> None:
         """Choose self-retracing orbits, the others, or all."""

@@ -12,7 +12,6 @@ from textual.screen import Screen
 from textual.widgets import Footer, Header, Static
 from textual.worker import get_current_worker
 
-from orbitdb.cli.render import code_text, repeats
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.browser import Browser
 from orbitdb.cli.tui.drawing import OrbitDrawing, View
@@ -23,7 +22,7 @@ from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.soundness import need_words
-from orbitdb.symbols.words import least_rotation, parse, primitive_root
+from orbitdb.symbols.words import least_rotation
 
 GREETING = """\
 [b]Nothing is stored here yet.[/b]
@@ -67,24 +66,16 @@ class OrbitScreen(Screen[None]):
         selection: Selection
 
     @dataclass
-    class OrbitFound(Message):
-        """A worker has found, or solved, a word that was asked for."""
-
-        orbit: Orbit
-
-    @dataclass
     class Failed(Message):
         """A worker could not do what it should."""
 
         reason: str
 
-    def __init__(self, selection: Selection, code: str | None = None) -> None:
+    def __init__(self, selection: Selection) -> None:
         super().__init__()
         self.set_reactive(OrbitScreen.selection, selection)
-        self._code = code
         self._wanted: str | None = None
         self._caught_up: str | None = None
-        self._solving: str | None = None
         self.periods: list[int] = []
 
     @property
@@ -96,6 +87,12 @@ class OrbitScreen(Screen[None]):
     def rows_title(self) -> str:
         """What the rows are."""
         return "sequences"
+
+    @property
+    def facts_title(self) -> str:
+        """What the facts are, and at which a if that is not the rows' own."""
+        elsewhere = self.orbit is not None and self.orbit.a != self.selection.a
+        return f"facts at a = {self.orbit.a:.9g}" if self.orbit is not None and elsewhere else "facts"
 
     @property
     def browser(self) -> Browser:
@@ -127,8 +124,6 @@ class OrbitScreen(Screen[None]):
         self._show_head()
         self.refresh_catalogue()
         self.query_one(PagedTable).focus()
-        if self._code is not None:
-            self.ask_for(self._code)
 
     def _show_head(self) -> None:
         """Show the first rows in the first frame, where that takes no search."""
@@ -260,7 +255,6 @@ class OrbitScreen(Screen[None]):
     def on_orbit_screen_failed(self, message: Failed) -> None:
         """Say what went wrong."""
         self._say_reading("")
-        self._say_solving(None)
         self.notify(message.reason, severity="error")
 
     def on_paged_table_moved(self, message: PagedTable.Moved) -> None:
@@ -299,7 +293,7 @@ class OrbitScreen(Screen[None]):
         """Write what is known of the orbit."""
         if not self.is_mounted:
             return
-        self._entitle_facts()
+        self.query_one(FactsPanel).border_title = self.facts_title
         self.query_one(OrbitDrawing).a = self.selection.a if orbit is None else orbit.a
         if orbit is None:
             self.query_one(FactsPanel).show(None)
@@ -313,60 +307,3 @@ class OrbitScreen(Screen[None]):
         row = self.query_one(PagedTable).row
         if row is not None:
             self.show_word(row[0], anew=True)
-
-    # one word
-
-    def go_to(self, orbit: Orbit) -> bool:
-        """Show an orbit in its rotation, the cursor on its row; return whether it has one."""
-        table = self.query_one(PagedTable)
-        self.orbit = orbit
-        word = least_rotation(orbit.code)
-        place = table.source.position(word) if orbit.a == self.here else None
-        if place is not None:
-            self._caught_up = word
-            table.cursor = place
-        elif isinstance(table.source, Head):
-            self._wanted = word
-            return True
-        return place is not None
-
-    def ask_for(self, code: str) -> None:
-        """Look a code up, or solve it, in a worker."""
-        word = parse(code)
-        root = primitive_root(word)
-        if root != word:
-            self.notify(repeats(word, root))
-        self._say_solving(root)
-        self._find(root, self.here)
-
-    def _say_solving(self, word: str | None) -> None:
-        """Say that a word is looked up or solved, which may take a while; None: no more."""
-        self._solving = word
-        self._entitle_facts()
-        if word is None:
-            self.say_choices()
-        else:
-            self.sub_title = f"solving {code_text(word)} …"
-
-    def _entitle_facts(self) -> None:
-        elsewhere = self.orbit is not None and self.orbit.a != self.selection.a
-        facts = f"facts at a = {self.orbit.a:.9g}" if self.orbit is not None and elsewhere else "facts"
-        self.query_one(FactsPanel).border_title = facts if self._solving is None else "solving …"
-
-    @work(thread=True, exclusive=True, group="find", exit_on_error=False)
-    def _find(self, word: str, a: float) -> None:
-        try:
-            orbit = self.browser.find(word, a)
-        except (InputError, StoreError) as error:
-            self.post_message(self.Failed(str(error)))
-            return
-        self.post_message(self.OrbitFound(orbit))
-
-    def on_orbit_screen_orbit_found(self, message: OrbitFound) -> None:
-        """Show the orbit, unless another stadium is shown by now, and say where it comes from."""
-        if message.orbit.code == self._solving:
-            self._say_solving(None)
-        if message.orbit.a != self.here or self.go_to(message.orbit):
-            return
-        told = "it is not in the chosen subset" if message.orbit.stored else "not stored: solved on the spot"
-        self.notify(told, timeout=4)

@@ -6,6 +6,7 @@ import pytest
 from screens import ask, drive, press, settle, shown, table_of, until
 
 from orbitdb.cli.tui.dialogs import LineDialog
+from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.confinement import Patience
 from orbitdb.store.asking.expressions import check, unfinished
 from orbitdb.store.asking.selection import Selection, SelectionError
@@ -180,3 +181,24 @@ def test_a_line_that_may_go_on_is_told_from_one_that_is_wrong(where, expected):
     with pytest.raises(SelectionError) as refused:
         check(where, {})
     assert unfinished(where, str(refused.value)) is expected
+
+
+def test_statuses_are_picked_from_a_list(filled_once):
+    async def steps(app, pilot):
+        main, everything = app.screen, len(table_of(app).source)
+        await press(pilot, "O")
+        assert "marked: none" in shown(app)
+        await press(pilot, "space", "j", "j", "space")
+        assert "its fixed point leaves the stadium at this a" in shown(app)
+        assert "marked: orbit, boundary" in shown(app)
+        await press(pilot, "enter")
+        assert app.screen is main
+        assert main.selection.statuses == (Status.ORBIT, Status.BOUNDARY)
+        assert len(table_of(app).source) == app.catalogue.count(main.selection) < everything
+        await press(pilot, "O", "j", "space", "escape")
+        assert main.selection.statuses == (Status.ORBIT, Status.BOUNDARY)
+        await press(pilot, "O", "space", "j", "j", "space", "enter")
+        assert main.selection.statuses == ()
+        assert len(table_of(app).source) == everything
+
+    drive(filled_once, steps)

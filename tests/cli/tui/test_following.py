@@ -92,7 +92,8 @@ def test_words_stand_at_any_a_as_counts_from_births_have_them(born):
     standings = load_standings(catalogue, index, index.keys)
     periods = np.array([len(index.word(key)) for key in index.keys.tolist()])
     assert periods_without(index, index.keys, standings) == [2, 3, 4]
-    for a in (0.2, 0.5, 1.0, 1.2345, 1.6, 2.0):
+    at_a_birth = catalogue.birth_fills()[0].least
+    for a in (0.2, at_a_birth, 1.0, 1.2345, 1.6, 2.0):
         found = standings.at(a)
         assert set(found[(periods < 5) & (index.cycles > 0)]) == {Standing.UNKNOWN}
         with catalogue.reading() as connection:
