@@ -190,3 +190,7 @@ def test_words_that_do_not_exist_are_named_so(cli):
         (["--exists", "2", "--not-at", "1"], "that exist at a = 2 and not at a = 1"),
     ):
         assert said in cli("query", *asked).err
+
+
+def test_no_zero_has_a_sign_in_a_table(cli):
+    assert "-0.000000000000" not in cli("query", "13", "--bounces").out
