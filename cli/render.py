@@ -80,7 +80,7 @@ def number(name: str, value: Any) -> str:
         if name == "K_0":
             return f"{math.floor(value * 1000) / 1000:.3f}"  # cut, not rounded, as in the paper
         decimals = _DECIMALS.get(name, 6)
-        return f"{value:g}" if name == "a" else f"{value:.{decimals}f}"
+        return f"{value:g}" if name == "a" else f"{value:z.{decimals}f}"
     if isinstance(value, list | tuple):
         return " ".join(number(name, item) for item in value)
     return printable(str(value))
@@ -193,6 +193,7 @@ _LEFT_ALIGNED = _CODES | {
     "method",
     "wall",
     "sum_rule",
+    "exists",
 }
 
 

@@ -43,6 +43,7 @@ def register(app: typer.Typer) -> None:
 
 
 def births(
+    context: typer.Context,
     p: Annotated[int | None, count_option("--p", help="The highest period to find births of.")] = None,
     first: Annotated[int, count_option("--from", help="The lowest period to find births of.")] = 2,
     deaths: Annotated[
@@ -67,7 +68,9 @@ def births(
     from orbitdb.symbols.enumeration import MAX_PERIOD
 
     path = db or default_path()
-    if p is not None:
+    if p is None:
+        options.refuse_idle(context, "without --p", "jobs")
+    else:
         if not 2 <= first <= p <= MAX_PERIOD:
             raise InputError(
                 f"periods {first} to {p}: find births from 2 or more to {MAX_PERIOD} or less, in rising order"
@@ -76,15 +79,16 @@ def births(
     form = options.chosen(format_, json)
     with closing(Catalogue(path)) as opened, opened.at_one_moment() as catalogue:
         found = [each for each in catalogue.birth_fills() if first <= each.p <= (p or MAX_PERIOD)]
-        ended = _ended(catalogue, [each.p for each in found]) if deaths else []
+        ended = _ended(catalogue, [each.p for each in found if each.whole]) if deaths else []
     for each in found:
         if not each.whole:
             note(f"births of period {each.p} are partial: 'orbitdb births --p {each.p}' completes them")
-    rows = [[getattr(each, name) for name in COLUMNS] for each in found if each.whole]
+    found = [each for each in found if each.whole]
+    rows = [[getattr(each, name) for name in COLUMNS] for each in found]
     if deaths and rows:
         write(LIFE_COLUMNS, ended, form)
         note(f"{len(ended)} lives end, of {sum(each.classes or 0 for each in found)} classes")
-    elif not write(COLUMNS, rows, form):
+    elif not write(LIFE_COLUMNS if deaths else COLUMNS, rows, form):
         note(f"no births in {path}: 'orbitdb births --p 11' finds them")
         raise typer.Exit(1)
 

@@ -42,7 +42,7 @@ def browse(
     path, chosen = db or default_path(), choice.at(options.USUAL_A if a is None else a)
     if code is not None:
         parse(code)
-    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+    if not all(stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr)):  # it draws on stderr
         raise InputError("browse needs a terminal: use 'orbitdb query' where there is none")
     from orbitdb.cli.tui.app import BrowseApp
 

@@ -144,7 +144,8 @@ def _show_words(
             write_facts(facts(orbit, born_with(catalogue, orbit)))
             write_bounces(orbit)
         return
-    rows = (tuple(_value(orbit, key) for key in keys) for orbit in found)
+    value = _told if form in options.FOR_PEOPLE else _value
+    rows = (tuple(value(orbit, key) for key in keys) for orbit in found)
     write(keys, with_marks(keys, rows) if mark else rows, form)
     if not found:
         raise typer.Exit(1)
@@ -201,3 +202,12 @@ def _keys(text: str | None, otherwise: tuple[str, ...]) -> tuple[str, ...]:
 def _value(orbit: "Orbit", key: str) -> Any:
     value = getattr(orbit, key)
     return value.tolist() if key == "coordinates" and value is not None else value
+
+
+def _told(orbit: "Orbit", key: str) -> Any:
+    """Return a value for people, who are told in words where an orbit exists."""
+    from orbitdb.cli.word import lives_text
+
+    if key == "exists" and orbit.exists is not None:
+        return lives_text(orbit.exists) or "for no a"
+    return _value(orbit, key)

@@ -167,3 +167,30 @@ def test_averages_leave_out_periods_whose_births_nobody_knows(cli, tmp_path):
         *_, last = statistics(catalogue, Selection(exists=(0.8,)))
     assert list(last.words) == [2, 3, 4]
     assert notes_of(last) == ["without the periods 5, 6 (births not found, left out)"]
+
+
+def test_what_does_nothing_without_p_is_refused(cli):
+    cli("births", "--p", "3")
+    assert cli("births", "--jobs", "2").err == "orbitdb: --jobs does nothing without --p: leave it out\n"
+
+
+def test_where_a_word_exists_is_told_in_words(cli):
+    words = ["0131", "13", "010203113", "1^200 (02)^50 3"]
+    lines = cli("query", *words, "-c", "exists").out.splitlines()
+    assert lines[1:3] == ["for no a", "for every a"]
+    assert lines[3].startswith("from a = 0.386252501738 to 0.473270308236, and from")
+    assert lines[4] == ""  # too long to be followed: not known
+
+
+def test_words_that_do_not_exist_are_named_so(cli):
+    cli("births", "--p", "3")
+    cli("fill", "--p", "3")
+    for asked, said in (
+        (["--not-at", "1"], "that do not exist at a = 1"),
+        (["--exists", "2", "--not-at", "1"], "that exist at a = 2 and not at a = 1"),
+    ):
+        assert said in cli("query", *asked).err
+
+
+def test_no_zero_has_a_sign_in_a_table(cli):
+    assert "-0.000000000000" not in cli("query", "13", "--bounces").out

@@ -163,3 +163,10 @@ def test_a_cut_with_too_many_terms_is_told_one_that_is_taken(cli, filled, monkey
     cut = refused.err.split("give ")[1].split()[0]
     assert 0 < float(cut) < 9
     assert cli("lyapunov", "--weight", "det", "--cut", cut).code == 0
+
+
+def test_browse_needs_the_stream_that_it_draws_on(cli, monkeypatch):
+    for name in ("stdin", "stdout"):
+        monkeypatch.setattr(f"sys.{name}.isatty", lambda: True, raising=False)
+    outcome = cli("browse")
+    assert (outcome.code, outcome.err.split(":")[1]) == (2, " browse needs a terminal")

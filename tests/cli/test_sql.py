@@ -62,3 +62,8 @@ def test_a_select_that_takes_too_long_is_stopped(varied, cli, monkeypatch):
     done = cli("sql", endless, "--db", str(varied))
     assert done.code == 2
     assert "it took more than 0.1 s" in done.err
+
+
+def test_a_blob_is_its_hexadecimal_digits(varied, cli):
+    found = cli("sql", "SELECT x'00ff' AS b", "--json", "--db", str(varied))
+    assert (found.code, json.loads(found.out)) == (0, [{"b": "00ff"}])

@@ -135,9 +135,9 @@ class Selection(ByValue):
             shown = self.contains if len(self.contains) <= _SHOWN else f"{self.contains[:_SHOWN]}..."
             parts.append(f"containing {shown}")
         if self.exists or self.not_at:
-            known = (("", self.exists), ("not ", self.not_at))
+            known = (("", self.exists), ("not " if self.exists else "", self.not_at))
             spans = [f"{no}at a = {', '.join(f'{a:g}' for a in values)}" for no, values in known if values]
-            parts.append(f"that exist {' and '.join(spans)}")
+            parts.append(f"that {'exist' if self.exists else 'do not exist'} {' and '.join(spans)}")
         bounded = {name: bounds for name, bounds in self.ranges.items() if any(b is not None for b in bounds)}
         parts += [f"with {_span(name, *bounds)}" for name, bounds in bounded.items()]
         if self.where:

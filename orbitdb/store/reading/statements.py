@@ -57,7 +57,12 @@ def _fetched(
             block = result.fetchmany(_BLOCK)
         if not block:
             return
-        yield from map(tuple, block)
+        yield from (tuple(_legible(value) for value in row) for row in block)
+
+
+def _legible(value: Any) -> Any:
+    """Return a value of SQL as what every format can write: a blob as its hexadecimal digits."""
+    return value.hex() if isinstance(value, bytes) else value
 
 
 def _check(statement: str, parameters: free.Parameters) -> None:
