@@ -110,6 +110,7 @@ def test_query_names_who_is_born_with_a_word(cli):
         assert f"from a = {a.strip()[:7]}" in cli("query", "--code", word).out
 
 
+@pytest.mark.slow
 def test_a_stored_orbit_knows_its_life(cli):
     cli("fill", "--p", "5")
     bare = json.loads(cli("query", "--code", "01552", "--json").out)
@@ -152,6 +153,7 @@ def test_verify_compares_births_with_fills(cli, tmp_path):
         (tmp_path / "orbits.db").write_bytes(before)
 
 
+@pytest.mark.slow
 def test_averages_leave_out_periods_whose_births_nobody_knows(cli, tmp_path):
     from orbitdb import Catalogue
     from orbitdb.cli.tui.numbers import notes_of, statistics

@@ -63,7 +63,8 @@ def test_a_grid_is_logarithmic_and_can_be_typed_again():
     assert [float(f"{a:g}") for a in found] == found.tolist()
 
 
-@pytest.mark.parametrize("jobs", [(), pytest.param(("--jobs", "2", "--prove"), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("jobs", [(), pytest.param(("--jobs", "2", "--prove"))])
+@pytest.mark.slow
 def test_a_grid_shows_the_last_bounds_of_every_a_and_keeps_all(cli, jobs, tmp_path):
     asked = ("bounds", "--a", "1:4:3", "--window", "5")
     found = cli(*asked, *jobs, "--store", "--json")

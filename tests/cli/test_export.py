@@ -71,6 +71,7 @@ def assert_is_provenance(metadata, varied):
     assert metadata["date"].endswith("+00:00")
 
 
+@pytest.mark.slow
 def test_csv_comes_back_through_pandas(exported, subset, varied):
     import pandas as pd
 

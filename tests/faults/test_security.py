@@ -126,7 +126,7 @@ ATTACKS = {
 }  # fmt: skip
 
 
-LONG_ONES = {"many signs", "many brackets that fit", "a long name"}
+LONG_ONES = {"much denied", "many signs", "many brackets that fit", "a long name"}
 
 
 @pytest.mark.parametrize(

@@ -86,6 +86,7 @@ def test_the_dynamics_stops_when_all_forces_are_below_epsilon():
     np.testing.assert_allclose(force, relaxed.residual, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_batch_does_what_single_words_do():
     words, _ = representatives(4)
     stadium = Stadium(0.5)
@@ -106,6 +107,7 @@ def test_a_word_that_is_given_up_is_unresolved():
     assert (relaxed.iterations[late] == 100).all()
 
 
+@pytest.mark.slow
 def test_it_goes_on_where_it_stopped():
     words, _ = representatives(4)
     stadium = Stadium(1.0)
@@ -116,6 +118,7 @@ def test_it_goes_on_where_it_stopped():
     np.testing.assert_array_equal(first.iterations + second.iterations, whole.iterations)
 
 
+@pytest.mark.slow
 def test_random_starts_on_the_right_sections_lead_to_the_same_orbit():
     stadium = Stadium(1.0)
     words = np.repeat(from_strings(["0123", "1233", "0213"]), 8, axis=0)

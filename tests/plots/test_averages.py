@@ -57,6 +57,7 @@ def test_only_zeta_values_that_stand_are_drawn(filled, kind):
         assert 8 not in points
 
 
+@pytest.mark.slow
 def test_no_line_is_drawn_across_a_period_that_is_not_there(filled):
     made = drawn(Catalogue(filled), "lyapunov", p="3,5,7")
     p, values = made.axes[0].lines[0].get_xydata().T

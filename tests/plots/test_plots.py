@@ -207,6 +207,7 @@ def test_json_is_not_a_figure(varied, tmp_path, cli):
     assert json.dumps("f.json").strip('"') in done.err
 
 
+@pytest.mark.slow
 def test_orbits_and_subsets_draw_themselves_into_axes(varied):
     from matplotlib import pyplot
 

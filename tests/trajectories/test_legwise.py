@@ -62,7 +62,7 @@ def test_averages_are_those_of_a_hundred_times_as_many_bounces(a, lambda_l):
     assert found.bounces == pytest.approx(1_000_000, rel=0.1)
 
 
-@pytest.mark.parametrize("a", [1.0, 0.005])
+@pytest.mark.parametrize("a", [1.0, pytest.param(0.005, marks=pytest.mark.slow)])
 def test_tangent_vectors_grow_as_legs_say(a):
     growth = exact_means(a).growth
     legwise = simulate_legs(Stadium(a), 300_000, (growth.value, growth.error))

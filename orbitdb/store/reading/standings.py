@@ -8,6 +8,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.conditions import NEAR
 from orbitdb.store.file.schema import BORN, change
@@ -45,7 +46,7 @@ _SOLVED = {
 
 
 @dataclass(frozen=True, eq=False)
-class Standings:
+class Standings(ByValue):
     """The births and deaths of the classes of some words.
 
     Attributes
