@@ -8,16 +8,17 @@ import typer
 
 from orbitdb import __version__
 from orbitdb.cli.commands import (
-    averages,
     bench,
     births,
     bounds,
     browse,
     columns,
+    entropy,
     export,
     fill,
     identify,
     info,
+    lyapunov,
     plot,
     query,
     simulate,
@@ -37,8 +38,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 for module in (
-    fill, sweep, births, query, identify, browse, table, averages, bounds, simulate, plot, export, sql,
-    columns, verify, bench, info,
+    fill, sweep, births, query, identify, browse, table, entropy, lyapunov, bounds, simulate, plot, export,
+    sql, columns, verify, bench, info,
 ):  # fmt: skip
     module.register(app)
 

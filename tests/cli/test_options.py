@@ -155,9 +155,9 @@ def test_closed_streams(filled, tmp_path, command, streams, code, err):
 
 
 def test_a_cut_with_too_many_terms_is_told_one_that_is_taken(cli, filled, monkeypatch):
-    from orbitdb.cli.commands import averages
+    from orbitdb.cli.commands import lyapunov
 
-    monkeypatch.setattr(averages, "_MOST_FACTORS", 40)
+    monkeypatch.setattr(lyapunov, "_MOST_FACTORS", 40)
     refused = cli("lyapunov", "--weight", "det", "--cut", "9")
     assert refused.code == 2
     cut = refused.err.split("give ")[1].split()[0]

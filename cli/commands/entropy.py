@@ -1,0 +1,143 @@
+"""``orbitdb entropy``: the topological entropy over a chosen subset of orbits."""
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from orbitdb.cli import enclosed, options
+from orbitdb.cli.averaging import note_divisors, note_faults, read_classes, write_periods
+from orbitdb.cli.options import Format
+from orbitdb.cli.progress import progress
+from orbitdb.cli.reading import averaged, note_gaps, reading
+from orbitdb.cli.render import note, write
+
+if TYPE_CHECKING:
+    from orbitdb.store.asking.selection import Selection
+    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.counted import Counted
+    from orbitdb.store.reading.enclosures import Enclosure
+
+EXAMPLES = """
+Examples:
+
+  orbitdb entropy
+
+  orbitdb entropy --p 2-9 --reversal self --json
+"""
+COLUMNS = ("p", "N", "K_0", "h_zeta", "h_zeta_change")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(epilog=EXAMPLES)(entropy)
+
+
+@options.with_choice
+def entropy(
+    *,
+    a: options.StoredHalfLength = None,
+    choice: options.Choice,
+    format_: options.OutputFormat = Format.TABLE,
+    json: options.Json = False,
+    db: options.Database = None,
+) -> None:
+    """Compute the topological entropy of the chosen orbits, by period.
+
+    N: points on orbits of period p and its divisors; K_0 = ln N / p; h_zeta: from the leading zero of
+    the zeta function cut off at p, which converges much faster, with its change from p - 1. The proved
+    bounds are those that 'orbitdb bounds' has stored.
+    """
+    from orbitdb.averages import by_period
+    from orbitdb.averages.standing import faults_of, standing
+
+    with progress("reading orbits") as shown:
+        with reading(db, a, averaged(choice)) as (catalogue, chosen):
+            counted = _counted(catalogue, chosen)
+            proved = enclosed.enclosure(catalogue, chosen.a)
+            if counted is not None:
+                note_gaps(catalogue, chosen, left_out=True, counted=counted)
+                _write_counted(counted, options.chosen(format_, json), proved)
+                return
+            _note_uncounted(catalogue, chosen)
+            subset = read_classes(catalogue, chosen)
+        shown.tell("expanding the zeta function")
+        found = by_period.entropy(subset.classes.rows(), subset.highest)
+    form = options.chosen(format_, json)
+    note(subset.selection.describe())
+    if form is Format.TABLE:
+        _note_proved(subset.selection.a, proved)
+    note_faults(subset, faults_of(found, subset.periods))
+    note_divisors(subset.periods)
+    columns = standing(found, subset.periods)
+    columns |= _proved_columns(proved, len(columns["p"]), form)
+    write_periods(subset, _names(columns), columns, form)
+
+
+def _note_proved(a: float, proved: "tuple[Enclosure, str] | None") -> None:
+    """Say what is known of the entropy of all orbits by proof."""
+    from orbitdb.entropy.letters import geometric_entropy
+    from orbitdb.store.reading.fills import exact
+
+    most = f"at most {math.ceil(geometric_entropy() * 1e6) / 1e6:.6f} at any a"
+    if proved is None:
+        note(f"of all orbits it is {most}: 'orbitdb bounds --a {exact(a)}' encloses it")
+    else:
+        note(f"{proved[1]}; {most}")
+
+
+def _proved_columns(
+    proved: "tuple[Enclosure, str] | None", count: int, form: Format
+) -> dict[str, list[float | str]]:
+    """Return proved bounds as columns, where no note tells of them."""
+    return enclosed.columns_of(None if proved is None or form is Format.TABLE else proved[0], count)
+
+
+def _names(columns: dict[str, list[Any]]) -> list[str]:
+    """Return the names of the columns of entropies that there are."""
+    return [*COLUMNS, *(name for name in enclosed.COLUMNS if name in columns)]
+
+
+def _counted(catalogue: "Catalogue", chosen: "Selection") -> "Counted | None":
+    """Return counts in which sweeps and births stand for fills, where all orbits of periods are chosen."""
+    if replace(chosen, periods=()) != type(chosen)(chosen.a):
+        return None
+    counted = catalogue.counts(chosen)
+    return counted if counted.without_rows else None
+
+
+def _note_uncounted(catalogue: "Catalogue", chosen: "Selection") -> None:
+    """Say why births do not answer for a subset of the orbits of periods that only they know."""
+    all_of_them = type(chosen)(chosen.a, chosen.periods)
+    if chosen != all_of_them and (counted := catalogue.counts(all_of_them)).from_births:
+        note(
+            f"births tell how many orbits of {counted.from_births_written()} there are at a = {chosen.a:g}, "
+            "and not which of them are chosen: leave out all but --p, or fill them"
+        )
+
+
+def _write_counted(counted: "Counted", form: Format, proved: "tuple[Enclosure, str] | None") -> None:
+    """Write the entropies of counts, and what is proved beside them."""
+    import numpy as np
+
+    from orbitdb.averages import by_period
+    from orbitdb.averages.fixed_points import missing_periods
+    from orbitdb.averages.standing import faults_of, standing
+
+    cycles = np.zeros(max(counted.chosen) + 1, dtype=np.int64)
+    for p in counted.chosen:
+        cycles[p] = counted.known[p].n_c
+    found = by_period.entropy_of_counts(cycles)
+    if missing := missing_periods(max(counted.chosen), counted.chosen):
+        note(f"the zeta function lacks the periods {', '.join(map(str, missing))}")
+    if form is Format.TABLE:
+        _note_proved(counted.a, proved)
+    if fault := faults_of(found, counted.chosen):
+        note(fault)
+    note_divisors(counted.chosen)
+    columns = standing(found, counted.chosen)
+    columns |= _proved_columns(proved, len(columns["p"]), form)
+    names = _names(columns)
+    rows = [list(row) for row in zip(*(columns[name] for name in names), strict=True)]
+    write(names, [row for row in rows if row[0] in counted.chosen], form)
