@@ -1,7 +1,7 @@
 """The panels of the main screen: the chosen subset as a table, and the orbit under the cursor."""
 
 from dataclasses import dataclass
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 from textual import work
 from textual.app import ComposeResult
@@ -23,6 +23,9 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.soundness import need_words
 from orbitdb.symbols.words import least_rotation
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
 
 GREETING = """\
 [b]Nothing is stored here yet.[/b]
@@ -54,7 +57,7 @@ class OrbitScreen(Screen[None]):
 
         source: Pages
         partial: list[int]
-        unfilled: str | None
+        gaps: str
         selection: Selection
         ordering: Ordering
 
@@ -131,7 +134,7 @@ class OrbitScreen(Screen[None]):
         if catalogue is not None and self.selection == Selection(self.selection.a):
             with catalogue.at_one_moment() as still:
                 partial = [fill.p for fill in still.partial(self.selection)]
-                self._say_gaps(partial, still.unfilled(self.selection))
+                self._say_gaps(partial, _gaps(still, self.selection))
                 self.query_one(PagedTable).show(head_of(still, self.selection, NAMES, _HEAD))
 
     def refresh_catalogue(self) -> None:
@@ -162,7 +165,7 @@ class OrbitScreen(Screen[None]):
         self.query_one(OrbitDrawing).a = self.selection.a
         self._wanted = self._caught_up = None
         self.orbit, self.compared = None, ()
-        self._say_gaps([], None)
+        self._say_gaps([], "")
         self.query_one(PagedTable).show(Head([], NAMES))
 
     def watch_ordering(self) -> None:
@@ -187,14 +190,14 @@ class OrbitScreen(Screen[None]):
     def _say_reading(self, what: str) -> None:
         self.query_one("#rows").border_title = what or self.rows_title
 
-    def _say_gaps(self, partial: list[int], unfilled: str | None) -> None:
-        """Say which of the periods asked for are stored in part, and which are not filled."""
+    def _say_gaps(self, partial: list[int], gaps: str) -> None:
+        """Say which of the periods asked for are stored in part, and what of the others is not known."""
         listed = ", ".join(map(str, partial))
         verb = "are" if len(partial) > 1 else "is"
         self.query_one("#rows").border_subtitle = f"p = {listed} {verb} partial" if partial else ""
         note = self.query_one("#unfilled", Static)
-        note.display = unfilled is not None
-        note.update(f"{unfilled}, and so does the key f" if unfilled else "")
+        note.display = bool(gaps)
+        note.update(gaps)
 
     @work(thread=True, exclusive=True, group="rows", exit_on_error=False)
     def _read_rows(self, selection: Selection, ordering: Ordering) -> None:
@@ -209,7 +212,7 @@ class OrbitScreen(Screen[None]):
 
         try:
             with catalogue.at_one_moment() as still:
-                partial, unfilled = [fill.p for fill in still.partial(selection)], still.unfilled(selection)
+                partial, gaps = [fill.p for fill in still.partial(selection)], _gaps(still, selection)
                 index = self.browser.index(still, selection.a)
                 keys = chosen_keys(still, index, selection, ordering.column, ordering.descending, cancelled)
         except CancelledError:
@@ -220,7 +223,7 @@ class OrbitScreen(Screen[None]):
             return
         if not worker.is_cancelled:
             pages = Pages(catalogue, index, keys, NAMES)
-            self.post_message(self.RowsRead(pages, partial, unfilled, selection, ordering))
+            self.post_message(self.RowsRead(pages, partial, gaps, selection, ordering))
 
     def on_orbit_screen_rows_read(self, message: RowsRead) -> None:
         """Show the rows; the cursor stays on its word if it is among them, and at the top if it was there."""
@@ -228,7 +231,7 @@ class OrbitScreen(Screen[None]):
             return
         table = self.query_one(PagedTable)
         table.ordering = message.ordering
-        self._say_gaps(message.partial, message.unfilled)
+        self._say_gaps(message.partial, message.gaps)
         word = self._wanted or (table.row[0] if table.row and table.cursor else None)
         place = message.source.position(word) if word else None
         self._wanted = self._caught_up = None
@@ -307,3 +310,10 @@ class OrbitScreen(Screen[None]):
         row = self.query_one(PagedTable).row
         if row is not None:
             self.show_word(row[0], anew=True)
+
+
+def _gaps(catalogue: "Catalogue", selection: Selection) -> str:
+    """Say which of the periods asked for are not filled, or lack the births that the subset depends on."""
+    unfilled, lacking = catalogue.unfilled(selection), catalogue.lacking_births(selection)
+    parts = [f"{unfilled}, and so does the key f" if unfilled else "", lacking or ""]
+    return "; ".join(filter(None, parts))

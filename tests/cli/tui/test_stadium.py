@@ -112,3 +112,11 @@ def test_a_first_fill_shows_the_stadium_that_it_fills(tmp_path):
         assert app.screen.query_one("#a").value == "0.7500000001"  # not 0.75, another stadium
 
     drive(tmp_path / "new.db", steps)
+
+
+def test_rows_that_want_births_say_that_there_are_none(at_one):
+    async def steps(app, pilot):
+        assert len(table_of(app).source) == 0
+        assert "births of periods 2-" in shown(app)
+
+    drive(at_one, steps, (220, 48), Selection(a=1.0, exists=(2.0,)))
