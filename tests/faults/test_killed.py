@@ -40,7 +40,7 @@ def test_eight_kills_lose_nothing(filled, tmp_path):
     assert run("verify", "--db", path).returncode == 0
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 def test_the_plain_command_is_killed_and_goes_on(tmp_path):
     killed, whole = tmp_path / "killed.db", tmp_path / "whole.db"
     arguments = ("fill", "--p", "11", "--jobs", "2", "--db")

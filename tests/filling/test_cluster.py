@@ -69,7 +69,7 @@ def test_rows_are_those_of_a_fill_here_and_nothing_stays_on_the_cluster(tmp_path
     wait_until(lambda: not local_cluster.scheduler.tasks)
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 @pytest.mark.usefixtures("small_blocks")
 def test_rows_are_the_same_though_workers_are_killed(tmp_path, local_cluster):
     from distributed import Client

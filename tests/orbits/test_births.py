@@ -158,7 +158,7 @@ def test_what_makes_no_sense_is_not_passed_on(monkeypatch):
         find_changes(from_strings(["010203113"]))
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 def test_deaths_to_period_11():
     dying = {9: 2, 10: 0, 11: 7}
     for p, count in dying.items():
