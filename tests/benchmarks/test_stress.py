@@ -87,6 +87,7 @@ def test_orbits_that_almost_touch_a_joint():
     assert outcome.passed
 
 
+@pytest.mark.slow
 def test_sums_of_weights_far_apart():
     (outcome,) = weighted_sums(1_000_000)
     assert outcome.passed

@@ -134,6 +134,7 @@ def test_forces_are_the_derivative_of_the_length_anywhere():
 
 
 @pytest.mark.parametrize("p", slow_but(range(2, 10), range(2, 12)))
+@pytest.mark.slow
 def test_lambda_against_fifty_digits(p):
     words = np.concatenate(list(admissible_words(p))) if p > 8 else representatives(p)
     orbits = solve(words[:: 1 + len(words) // 12], Stadium(1.6))

@@ -99,6 +99,7 @@ def test_jsonl_comes_back_line_by_line(exported, subset, varied):
     assert_is_provenance(json.loads(files.metadata_path(target).read_text()), varied)
 
 
+@pytest.mark.slow
 def test_parquet_comes_back_through_pyarrow_and_pandas(exported, subset, varied):
     import pandas as pd
     from pyarrow import parquet

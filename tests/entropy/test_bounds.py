@@ -136,6 +136,7 @@ LONGEST = pytest.mark.parametrize("longest", [8, pytest.param(11, marks=pytest.m
 
 @LONGEST
 @pytest.mark.parametrize("a", [0.2, 0.5, 1.0, 1.6, 3.0, 10.0])
+@pytest.mark.slow
 def test_orbits_avoid_forbidden_windows_and_words_of_allowed_ones_are_orbits(a, longest):
     seeking = automaton(patterns(a, longest))
     orbits, counted = np.zeros((2, longest + 1), dtype=np.int64)

@@ -511,6 +511,7 @@ def try_altered(own: Path, cli, statements: list[str], sound: bytes) -> None:
 
 
 @pytest.mark.parametrize("share", [300, pytest.param(60, marks=pytest.mark.fuzz)])
+@pytest.mark.slow
 def test_altered_rows_are_shown_or_refused(own, cli, monkeypatch, tmp_path, share):
     monkeypatch.chdir(tmp_path)
     try_altered(own, cli, alterations()[::share], own.read_bytes())
@@ -594,6 +595,7 @@ def test_tables_for_spreadsheets_hold_no_formulas(own, cli, tmp_path, form):
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".tsv", ".json", ".jsonl"])
+@pytest.mark.slow
 def test_what_the_terminal_ui_writes_is_as_safe(own, tmp_path, suffix):
     evil(own)
     path = tmp_path / f"shown{suffix}"

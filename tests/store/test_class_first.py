@@ -81,6 +81,7 @@ def test_rows_without_a_value_are_last(ragged, order, limit):
 
 
 @given(choices)
+@pytest.mark.slow
 def test_counts_are_those_of_a_pass(ragged, chosen):
     selection, catalogue = choose(**chosen), Catalogue(ragged)
     with catalogue.reading() as connection, answering(connection, selection, Patience()):

@@ -63,6 +63,7 @@ def test_what_is_told_of_an_exact_start_is_the_orbit_to_the_end(word):
     assert least_rotation(best.word) == least_rotation(word)
 
 
+@pytest.mark.slow
 def test_random_trajectories_are_those_of_the_reference(catalogue):
     """And what is said of every orbit holds: within the tolerance as long as is told, and no longer."""
     rays = random_rays(STADIUM, 2, np.random.default_rng(5))
@@ -218,6 +219,7 @@ def test_a_start_on_the_boundary_has_its_own_bounce_as_number_0(catalogue):
         assert name(found.shadowed[0]) == least_rotation("1232131")
 
 
+@pytest.mark.slow
 def test_a_thousand_bounces_are_followed_as_far_as_they_are_known(catalogue):
     found = catalogue.identify(start=(0, 0, 1), bounces=1000, limit=0)
     assert 40 < len(found.points) < 80

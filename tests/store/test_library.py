@@ -208,6 +208,7 @@ def test_parts_of_a_subset_are_subsets(catalogue):
             subset[wrong]
 
 
+@pytest.mark.slow
 def test_a_subset_as_a_data_frame_and_as_an_arrow_table_is_what_is_exported(varied, catalogue, cli, tmp_path):
     from pyarrow import parquet
 

@@ -335,6 +335,7 @@ def test_a_solution_has_the_same_bits_in_any_batch(a, p):
 
 
 @pytest.mark.parametrize("a", [0.5, pytest.param(1.6, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_orbits_of_the_relaxation_get_bounds_that_hold(a):
     """The true error is that against Newton's method, a million times better; bounds are not far above it."""
     stadium, words = Stadium(a), representatives(6)

@@ -184,6 +184,7 @@ def test_a_line_that_may_go_on_is_told_from_one_that_is_wrong(where, expected):
     assert unfinished(where, str(refused.value)) is expected
 
 
+@pytest.mark.slow
 def test_statuses_are_picked_from_a_list(filled_once):
     async def steps(app, pilot):
         main, everything = app.screen, len(table_of(app).source)

@@ -59,6 +59,7 @@ PAIRS = [  # every column with one selection, and every selection with one colum
     [pytest.param(*pair, marks=pytest.mark.slow if i % 2 else []) for i, pair in enumerate(PAIRS)],
     ids=lambda value: value if isinstance(value, str) else value.describe(),
 )
+@pytest.mark.slow
 def test_keys_have_the_order_of_the_catalogue(catalogues, selection, column):
     for catalogue in catalogues:
         index = load_index(catalogue, selection.a)

@@ -71,6 +71,7 @@ def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(at_one, t
     drive(path, steps, (220, 48), Selection(a=2.0))
 
 
+@pytest.mark.slow
 def test_another_stadium_takes_everything_with_it(varied):
     async def steps(app, pilot):
         await press(pilot, "j", "m", "j", "m")
@@ -114,6 +115,7 @@ def test_a_first_fill_shows_the_stadium_that_it_fills(tmp_path):
     drive(tmp_path / "new.db", steps)
 
 
+@pytest.mark.slow
 def test_rows_that_want_births_say_that_there_are_none(at_one):
     async def steps(app, pilot):
         assert len(table_of(app).source) == 0
