@@ -1,6 +1,7 @@
 """How a command ends before its time: Ctrl-C, a signal to terminate, a pipe that nobody reads."""
 
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -35,6 +36,7 @@ def end_as_users_expect() -> None:
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
+        sys.unraisablehook = _unraisable
 
 
 def end_undisturbed() -> None:
@@ -58,10 +60,20 @@ class _InterruptOnce:
 _interrupt = _InterruptOnce()
 
 
+def _unraisable(told: "sys.UnraisableHookArgs") -> None:
+    """Say nothing of a Ctrl-C that came where nothing can be raised, as while objects are collected.
+
+    It is remembered (`interrupted`).
+    """
+    if not issubclass(told.exc_type, KeyboardInterrupt):
+        sys.__unraisablehook__(told)
+
+
 def interrupted() -> bool:
     """Tell whether Ctrl-C has been pressed.
 
-    It may be lost on its way: NumPy clears whatever is raised while it looks for attributes.
+    It may be lost on its way: NumPy clears whatever is raised while it looks for attributes, and Python what
+    is raised while objects are collected.
     """
     return _interrupt.pressed
 

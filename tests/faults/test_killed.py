@@ -99,6 +99,22 @@ def test_ctrl_c_ends_at_once_with_one_line(tmp_path, options):
     agrees(path)
 
 
+LOST = """
+import signal, weakref
+from orbitdb.cli.endings import end_as_users_expect, interrupted
+end_as_users_expect()
+kept = {1}
+watch = weakref.ref(kept, lambda _: signal.raise_signal(signal.SIGINT))
+del kept
+print(interrupted())
+"""
+
+
+def test_ctrl_c_while_objects_are_collected_is_remembered_without_a_word():
+    done = run(command=[sys.executable, "-P", "-c", LOST])
+    assert (done.returncode, done.stdout, done.stderr) == (0, "True\n", "")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("turn", range(4))
 def test_ctrl_c_at_any_moment(tmp_path, turn):
