@@ -71,6 +71,7 @@ def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
     """Return where the catalogue is and what it takes, in words."""
     from orbitdb.filling.estimate import gigabytes
     from orbitdb.store.file.schema import SCHEMA_VERSION
+    from orbitdb.store.reading.fills import written_periods
     from orbitdb.store.reading.size import room
 
     taken = room(catalogue)
@@ -84,6 +85,8 @@ def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
         ("orbits", taken.orbits, taken.per_orbit),
     ):
         facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
+    if born := [each.p for each in catalogue.birth_fills() if each.whole]:
+        facts.append(("births", written_periods(born)))
     return facts + _enclosures(catalogue)
 
 

@@ -17,6 +17,7 @@ def test_births_are_found_once_and_shown(cli):
     assert first.err.startswith("births, p = 2..6: ")
     again = cli("births", "--json")
     assert again.err == ""
+    assert "\nbirths     periods 2-6\n" in cli("info").out
     rows = json.loads(again.out)
     assert [list(row) for row in rows] == [KEYS] * 5
     assert rows[0]["least"] is None
