@@ -1,16 +1,13 @@
 """What a word can do inside a cell of x = ln a: bounds that hold at every a in it.
 
 Around the middle of a cell, a solution in doubles, the maximum of the length moves by what the first and
-the second derivative of its directions in x allow. Both solve a system with the matrix A = -H, and the
-absolute values of a solution are no larger than v max(|b_i| / q_i), for any v > 0 with
-
-    q_i = D_i v_i + w_i (v_i - v_{i-1}) + w_{i+1} (v_i - v_{i+1}) > 0,
-
-D and w the curvatures of leg and run, wherever in the cell these are taken (docs/proof.md). So it is told
+the second derivative of its directions in x allow. Both solve a system with the matrix A = -H, whose
+solutions are bounded by the worst of the curvatures in the cell (`orbitdb.orbits.reaches`). So it is told
 of a whole cell, and not of points in it, that a word is an orbit all over it, or none, or that the slacks
 that could be zero in it all rise, so that it can be born there once and cannot die, or that all fall.
 
-All quantities are computed in doubles, good to `_ROUNDING` of their size; bounds are widened by that.
+What rounding does to sums and products is far below the 1e-10 and the parts in 1e9 that bounds are widened
+by. What it does to solutions is not: they are put into their equations, and what is left over counts.
 """
 
 from dataclasses import dataclass
@@ -29,16 +26,20 @@ from orbitdb.billiard.legs import (
     preceding,
     turns,
 )
-from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.equality import ByValue
 from orbitdb.orbits.bounds import direction_errors
 from orbitdb.orbits.continuation import motion
 from orbitdb.orbits.newton import minus_hessian, newton, solve_cyclic
+from orbitdb.orbits.reaches import ROUNDING, WIDER, displaced, firmness, forcing, reach_of
 
 Floats = NDArray[np.float64]
 
-_ROUNDING = 1e-10
-_WIDER = 1 + 1e-9
+_TERMS = 1e-13
+"""Rounding of a sum of terms of A x = b, of the sizes of which they are made."""
+
+_EDGE = 1e-14
+"""Rounding of ln a: so much farther cells reach."""
+
 _BEYOND_LIMITS = 12
 _SHARE, _LEAST = 0.1, 0.01
 _ROOM = 1.25
@@ -75,29 +76,6 @@ class Cells(ByValue):
     start: Floats
 
 
-@dataclass(frozen=True, eq=False)
-class _Reach(ByValue):
-    """What may be said of all points of a cell, shape (m, N) each.
-
-    Attributes
-    ----------
-    beyond, stiff, soft : ndarray
-        Least D, and most and least w.
-    lean, pull, drag : ndarray
-        Most of \\|dD/dalpha\\|, of 2 a \\|sin alpha\\| and of 2 a cos alpha.
-    bend : ndarray
-        Most of \\|d w/d(alpha_in + alpha_out)\\|.
-    """
-
-    beyond: Floats
-    stiff: Floats
-    soft: Floats
-    lean: Floats
-    pull: Floats
-    drag: Floats
-    bend: Floats
-
-
 def judge(legs: Chain, cells: Cells) -> tuple[NDArray[np.int8], Floats, Floats]:
     """Tell what is proved of words in their cells.
 
@@ -114,7 +92,7 @@ def judge(legs: Chain, cells: Cells) -> tuple[NDArray[np.int8], Floats, Floats]:
     alpha, drift : ndarray, shape (m, N)
         Directions in the middle, and d alpha/dx there where nothing is pressed.
     """
-    a, r = np.exp(cells.x), cells.radius
+    a, r = np.exp(cells.x), cells.radius + _EDGE
     box = _box(legs, a, r)
     middle = _middle(legs, a, cells.start, box)
     return _kinds(legs, r, middle, _bounded(legs, a, r, box, middle)), middle.alpha, middle.drift
@@ -130,6 +108,8 @@ class _Middle(ByValue):
         Directions, and how far the maximum may be from them.
     drift : ndarray
         d alpha/dx where nothing is pressed.
+    left_over : ndarray
+        How far that is from solving its equations, at most.
     v, u : ndarray
         Positive vectors for the bounds on the first and the second derivative.
     """
@@ -137,6 +117,7 @@ class _Middle(ByValue):
     alpha: Floats
     off: Floats
     drift: Floats
+    left_over: Floats
     v: Floats
     u: Floats
 
@@ -177,34 +158,47 @@ def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -
     forcing += kicks + following(kicks)
     rhs = np.stack([_lifted(np.abs(pull), slopes), _lifted(forcing, slopes)])
     v, u = solve_cyclic(diagonal, -np.abs(beside), rhs)
-    return _Middle(alpha, off, drift, v, u)
+    return _Middle(alpha, off, drift, _left_over(legs, a, diagonal, beside, pull, drift), v, u)
+
+
+def _left_over(
+    legs: Chain, a: Floats, diagonal: Floats, beside: Floats, pull: Floats, drift: Floats
+) -> Floats:
+    """Bound what is left over of the equations of the drift, A drift = -pull, rounding included."""
+    size = np.abs(drift)
+    neighbours = size + preceding(size) + following(size)
+    rounding = _TERMS * (2 * a + np.abs(legs.lift) + 3) * (1 + neighbours)
+    total = diagonal * drift + beside * preceding(drift) + following(beside) * following(drift) + pull
+    found: Floats = np.abs(total) + rounding
+    return found
 
 
 def _bounded(legs: Chain, a: Floats, r: Floats, box: tuple[Floats, Floats], middle: _Middle) -> _Bounds:
     """Bound how the maximum moves in the cells."""
     alpha, off, drift = middle.alpha, middle.off, np.abs(middle.drift)
     room = _ROOM * middle.v * r + 4 * off
-    reach = _reach(legs, a, r, alpha, room)
-    q_v, q_u = _firmness(reach, middle.v), _firmness(reach, middle.u)
+    reach = reach_of(legs, a, r, alpha, room)
+    q_v, q_u = firmness(reach, middle.v), firmness(reach, middle.u)
     speed = middle.v * _largest(reach.pull / q_v)
     sound: NDArray[np.bool_] = np.all((q_v > 0) & (q_u > 0) & (off + speed * r < room), axis=0)
     free: NDArray[np.bool_] = sound & np.all((alpha - room > box[0]) & (alpha + room < box[1]), axis=0)
-    wrong = middle.u * _largest(_second(reach, drift, off) / q_u) + _ROUNDING * (1 + drift)
-    second = middle.u * _largest(_forcing(reach, speed) / q_u)
+    unsolved = displaced(reach, drift, off) + middle.left_over
+    wrong = middle.u * _largest(unsolved / q_u) + ROUNDING * (1 + drift)
+    second = middle.u * _largest(forcing(reach, speed) / q_u)
     for _ in range(2):
         along = np.minimum(speed, drift + wrong + r * second)
-        second = np.minimum(second, middle.u * _largest(_forcing(reach, along) / q_u))
+        second = np.minimum(second, middle.u * _largest(forcing(reach, along) / q_u))
     return _Bounds(sound, free, speed, second, wrong)
 
 
 def _kinds(legs: Chain, r: Floats, middle: _Middle, bounds: _Bounds) -> NDArray[np.int8]:
     """Tell what the slacks do in the cells."""
     slack, slope = smooth_slacks(legs, middle.alpha), slack_changes(legs, middle.drift)
-    moved = _spread(legs, middle.off + bounds.speed * r) + _ROUNDING
+    moved = _spread(legs, middle.off + bounds.speed * r) + ROUNDING
     loose, bent = _spread(legs, bounds.wrong), _spread(legs, bounds.second)
-    away = _spread(legs, middle.off) + (np.abs(slope) + loose) * r + bent * r**2 / 2 + _ROUNDING
+    away = _spread(legs, middle.off) + (np.abs(slope) + loose) * r + bent * r**2 / 2 + ROUNDING
     touched = (slack - np.minimum(moved, away) <= 0) & np.isfinite(slack)
-    play = (loose + bent * r) * _WIDER + _ROUNDING
+    play = (loose + bent * r) * WIDER + ROUNDING
     rising = (~touched | (slope - play > 0)).all(axis=(0, 1))
     falling = (~touched | (slope + play < 0)).all(axis=(0, 1))
     dead = (slack + moved < 0).any(axis=(0, 1)) | (bounds.free & (slack + away < 0).any(axis=(0, 1)))
@@ -238,7 +232,7 @@ def _lifted(forces: Floats, slopes: Derivatives) -> Floats:
 
 def _largest(values: Floats) -> Floats:
     """Return the largest value of each word, no less for rounding, shape (N,); infinite if there is none."""
-    found: Floats = np.where(np.isfinite(values), values, np.inf).max(axis=0) * _WIDER
+    found: Floats = np.where(np.isfinite(values), values, np.inf).max(axis=0) * WIDER
     return found
 
 
@@ -254,56 +248,9 @@ def _turning(legs: Chain, change: Floats) -> Floats:
     return total
 
 
-def _reach(legs: Chain, a: Floats, r: Floats, alpha: Floats, room: Floats) -> _Reach:
-    """Bound curvatures and forces where directions are within some distance, and x within r."""
-    low, high = a * np.exp(-r) / _WIDER, a * np.exp(r) * _WIDER
-    size = np.abs(alpha)
-    least, most = np.maximum(size - room, 0.0), np.minimum(size + room, HALF_PI)
-    lift = np.abs(legs.lift)
-    half, spread = turns(legs, alpha).half, (preceding(room) + room) / (2 * legs.k)
-    under, over = np.maximum(half - spread, 0.0), np.minimum(half + spread, np.pi / legs.k)
-    sines = np.sin(under), np.sin(over)
-    stiff = np.where((under < HALF_PI) & (over > HALF_PI), 1.0, np.maximum(*sines))
-    bend = np.maximum(np.abs(np.cos(under)), np.abs(np.cos(over))) / (4 * legs.k**2)
-    pull, drag = 2 * high * np.sin(most), 2 * high * np.cos(least)
-    return _Reach(
-        beyond=(2 * low * np.cos(most) + lift * np.sin(least)) / _WIDER,
-        stiff=stiff * _WIDER / (2 * legs.k),
-        soft=np.minimum(*sines) / _WIDER / (2 * legs.k),
-        lean=np.maximum(lift * np.cos(least), pull) * _WIDER,
-        pull=pull * _WIDER,
-        drag=drag * _WIDER,
-        bend=bend * _WIDER,
-    )
-
-
-def _firmness(reach: _Reach, v: Floats) -> Floats:
-    """Return the least q of the module's docstring, a little less for rounding."""
-    behind, ahead = v - preceding(v), v - following(v)
-    stiff, soft = reach.stiff, reach.soft
-    held = reach.beyond * v
-    held = held + np.where(behind > 0, soft, stiff) * behind
-    held = held + np.where(ahead > 0, following(soft), following(stiff)) * ahead
-    total: Floats = held - _ROUNDING * (reach.beyond + stiff + following(stiff)) * v
-    return total
-
-
-def _second(reach: _Reach, drift: Floats, off: Floats) -> Floats:
-    """Bound what an error of the directions changes in the equations of the drift."""
-    kicks = reach.bend * (preceding(off) + off) * (preceding(drift) + drift)
-    return reach.drag * off + reach.lean * off * drift + kicks + following(kicks)
-
-
-def _forcing(reach: _Reach, speed: Floats) -> Floats:
-    """Bound the right side of the equations of the second derivative, given that of the first."""
-    kicks = reach.bend * (preceding(speed) + speed) ** 2
-    found: Floats = reach.pull + 2 * reach.drag * speed + reach.lean * speed**2 + kicks + following(kicks)
-    return found
-
-
 def _spread(legs: Chain, bound: Floats) -> Floats:
     """Bound the change of the smooth slacks, shape (6, m, N), where the directions change by so much."""
     near, far = 1 / (2 * legs.k), 1 - 1 / (2 * legs.k)
     incoming = preceding(bound)
     first, last, tilt = far * incoming + near * bound, near * incoming + far * bound, 2 * bound
-    return np.stack([first, first, last, last, last + tilt, following(first) + tilt]) * _WIDER
+    return np.stack([first, first, last, last, last + tilt, following(first) + tilt]) * WIDER

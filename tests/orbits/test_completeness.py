@@ -5,10 +5,12 @@ import pytest
 from solutions import representatives
 
 from orbitdb.billiard.legs import cut
+from orbitdb.orbits import cells
 from orbitdb.orbits.births import find_changes
-from orbitdb.orbits.cells import Kind, _reach
+from orbitdb.orbits.cells import Kind
 from orbitdb.orbits.completeness import Verdict, prove_all, walk
 from orbitdb.orbits.newton import solve
+from orbitdb.orbits.reaches import reach_of
 from orbitdb.orbits.stretches import stretches
 from orbitdb.symbols.words import from_strings
 
@@ -36,9 +38,9 @@ def test_all_births_of_a_period_are_there():
     changes = find_changes(words)
     mine = [[each for each, word in zip(known(changes), changes.word.tolist(), strict=True) if word == row]
             for row in range(len(words))]  # fmt: skip
-    verdict, cells = prove_all(words, mine)
+    verdict, number = prove_all(words, mine)
     assert (verdict == Verdict.PROVED).all()
-    assert cells > 100 * len(words)
+    assert number > 100 * len(words)
 
 
 SLOW = [pytest.param(a, marks=pytest.mark.slow) for a in (0.021, 0.11, 0.9, 1.7, 40.0)]
@@ -55,6 +57,33 @@ def test_what_is_said_of_a_cell_holds_at_its_points(a):
         for kind, word in zip(found.kind[here].tolist(), found.word[here].tolist(), strict=True):
             if kind in (Kind.ALIVE, Kind.DEAD):
                 assert (status[rows[word]] == "orbit") == (kind == Kind.ALIVE)
+
+
+@pytest.mark.parametrize("a", [0.05, 1.6])
+def test_a_drift_that_is_badly_solved_is_known_to_be(monkeypatch, a):
+    """Off by a part in 10^6, as no rounding makes it: its own bound tells."""
+
+    def middle_and_bounds():
+        box = cells._box(legs, here, r)
+        middle = cells._middle(legs, here, start, box)
+        return middle, cells._bounded(legs, here, r, box, middle)
+
+    def badly(diagonal, beside, rhs):
+        return solve_cyclic(diagonal, beside, rhs) * (1 + 1e-6)
+
+    solve_cyclic = cells.solve_cyclic
+    for rows, legs in cut(representatives(6)):
+        here, r, start = np.full(len(rows), a), np.full(len(rows), 1e-5), np.zeros((len(legs.k), len(rows)))
+        exact, well = middle_and_bounds()
+        assert (exact.left_over < 1e-9).all()
+        monkeypatch.setattr(cells, "solve_cyclic", badly)
+        found, bounds = middle_and_bounds()
+        monkeypatch.undo()
+        free = bounds.free & well.free
+        assert free.any()
+        off = np.abs(found.drift - exact.drift)[:, free]
+        assert (off <= bounds.wrong[:, free]).all()
+        assert (off > well.wrong[:, free]).any()
 
 
 def test_segments_are_walked_by_rising_a():
@@ -80,6 +109,6 @@ def test_segments_are_walked_by_rising_a():
 def test_a_run_that_may_be_hit_head_on_is_as_stiff_as_one_that_is():
     """The sine of the turn is largest inside the range, at neither of its ends."""
     ((_, legs),) = cut(from_strings(["13"]))
-    reach = _reach(legs, np.array([1.6]), np.array([0.01]), np.zeros((2, 1)), np.full((2, 1), 0.3))
+    reach = reach_of(legs, np.array([1.6]), np.array([0.01]), np.zeros((2, 1)), np.full((2, 1), 0.3))
     assert (reach.stiff >= 0.5).all()
     assert (reach.soft <= np.sin(np.pi / 2 - 0.3) / 2).all()

@@ -1,0 +1,93 @@
+"""The worst of curvatures and forces all over a cell, and what it bounds (`orbitdb.orbits.cells`).
+
+The absolute values of a solution of A x = b, A = -H, are no larger than v max(|b_i| / q_i), for any v > 0
+with
+
+    q_i = D_i v_i + w_i (v_i - v_{i-1}) + w_{i+1} (v_i - v_{i+1}) > 0,
+
+D and w the curvatures of leg and run, wherever in the cell these are taken (docs/every-a.md).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.legs import Chain, following, preceding, turns
+from orbitdb.billiard.stadium import HALF_PI
+from orbitdb.equality import ByValue
+
+Floats = NDArray[np.float64]
+
+ROUNDING = 1e-10
+WIDER = 1 + 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Reach(ByValue):
+    """What may be said of all points of a cell, shape (m, N) each.
+
+    Attributes
+    ----------
+    beyond, stiff, soft : ndarray
+        Least D, and most and least w.
+    lean, pull, drag : ndarray
+        Most of \\|dD/dalpha\\|, of 2 a \\|sin alpha\\| and of 2 a cos alpha.
+    bend : ndarray
+        Most of \\|d w/d(alpha_in + alpha_out)\\|.
+    """
+
+    beyond: Floats
+    stiff: Floats
+    soft: Floats
+    lean: Floats
+    pull: Floats
+    drag: Floats
+    bend: Floats
+
+
+def reach_of(legs: Chain, a: Floats, r: Floats, alpha: Floats, room: Floats) -> Reach:
+    """Bound curvatures and forces where directions are within some distance, and x within r."""
+    low, high = a * np.exp(-r) / WIDER, a * np.exp(r) * WIDER
+    size = np.abs(alpha)
+    least, most = np.maximum(size - room, 0.0), np.minimum(size + room, HALF_PI)
+    lift = np.abs(legs.lift)
+    half, spread = turns(legs, alpha).half, (preceding(room) + room) / (2 * legs.k)
+    under, over = np.maximum(half - spread, 0.0), np.minimum(half + spread, np.pi / legs.k)
+    sines = np.sin(under), np.sin(over)
+    stiff = np.where((under < HALF_PI) & (over > HALF_PI), 1.0, np.maximum(*sines))
+    bend = np.maximum(np.abs(np.cos(under)), np.abs(np.cos(over))) / (4 * legs.k**2)
+    pull, drag = 2 * high * np.sin(most), 2 * high * np.cos(least)
+    return Reach(
+        beyond=(2 * low * np.cos(most) + lift * np.sin(least)) / WIDER,
+        stiff=stiff * WIDER / (2 * legs.k),
+        soft=np.minimum(*sines) / WIDER / (2 * legs.k),
+        lean=np.maximum(lift * np.cos(least), pull) * WIDER,
+        pull=pull * WIDER,
+        drag=drag * WIDER,
+        bend=bend * WIDER,
+    )
+
+
+def firmness(reach: Reach, v: Floats) -> Floats:
+    """Return the least q of the module's docstring, a little less for rounding."""
+    behind, ahead = v - preceding(v), v - following(v)
+    stiff, soft = reach.stiff, reach.soft
+    held = reach.beyond * v
+    held = held + np.where(behind > 0, soft, stiff) * behind
+    held = held + np.where(ahead > 0, following(soft), following(stiff)) * ahead
+    total: Floats = held - ROUNDING * (reach.beyond + stiff + following(stiff)) * v
+    return total
+
+
+def displaced(reach: Reach, drift: Floats, off: Floats) -> Floats:
+    """Bound what an error of the directions changes in the equations of the drift."""
+    kicks = reach.bend * (preceding(off) + off) * (preceding(drift) + drift)
+    return reach.drag * off + reach.lean * off * drift + kicks + following(kicks)
+
+
+def forcing(reach: Reach, speed: Floats) -> Floats:
+    """Bound the right side of the equations of the second derivative, given that of the first."""
+    kicks = reach.bend * (preceding(speed) + speed) ** 2
+    found: Floats = reach.pull + 2 * reach.drag * speed + reach.lean * speed**2 + kicks + following(kicks)
+    return found
