@@ -1,4 +1,4 @@
-"""Where a fill is solved: in this process, in several, or on a dask cluster, as its options say."""
+"""Where fills and sweeps are solved: in this process, in several, or on a dask cluster, as options say."""
 
 import logging
 import warnings
@@ -6,8 +6,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
+import typer
+
+from orbitdb.cli.options import count_option
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 
@@ -25,6 +28,22 @@ class Executor(StrEnum):
 
     PROCESSES = "processes"
     DASK = "dask"
+
+
+Jobs = Annotated[
+    int | None, count_option("--jobs", help="Processes that solve [default: all cores where it pays].")
+]
+ExecutorOption = Annotated[
+    Executor | None,
+    typer.Option("--executor", help="Solve in processes here [default], or on a dask cluster."),
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler", metavar="ADDRESS|FILE", help="The scheduler of the dask cluster, or its file."
+    ),
+]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would be done.")]
 
 
 @dataclass(frozen=True)

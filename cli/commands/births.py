@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.commands.info import bring
 from orbitdb.cli.endings import until_interrupted, with_other_processes
 from orbitdb.cli.executors import Solvers
 from orbitdb.cli.options import Format, count_option
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note, write
+from orbitdb.cli.storing import bring
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.commands.info import bring
 from orbitdb.cli.endings import until_interrupted, with_other_processes
 from orbitdb.cli.executors import Solvers
 from orbitdb.cli.grid import lengths
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note, write
+from orbitdb.cli.storing import bring
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:

@@ -1,24 +1,21 @@
 """``orbitdb fill``: enumerate, solve and store."""
 
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from orbitdb.cli.codes import given_codes, primitive
-from orbitdb.cli.commands.info import bring
 from orbitdb.cli.endings import until_interrupted, with_other_processes
-from orbitdb.cli.executors import Executor, Solvers
-from orbitdb.cli.options import Database, HalfLength, count_option, refuse_idle, takes_only
-from orbitdb.cli.progress import Progress, progress
+from orbitdb.cli.executors import DryRun, ExecutorOption, Jobs, Scheduler, Solvers
+from orbitdb.cli.options import Database, HalfLength, count_option, takes_only
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import code_text, note
+from orbitdb.cli.storing import asked_periods, bring, show_steps, written
 from orbitdb.errors import InputError
-
-if TYPE_CHECKING:
-    from orbitdb.filling.periods import Progress as Step
 
 EXAMPLES = """
 Examples:
@@ -33,9 +30,6 @@ Examples:
 
   orbitdb fill --code '1^20(02)^5 3'
 """
-
-_LEAST = 2
-"""No orbit has fewer bounces."""
 
 
 def register(app: typer.Typer) -> None:
@@ -64,21 +58,10 @@ def fill(
     method: Annotated[
         str, typer.Option("--method", help="newton or relaxation (the paper's, slow).")
     ] = "newton",
-    jobs: Annotated[
-        int | None,
-        count_option("--jobs", help="Processes that solve [default: all cores where it pays]."),
-    ] = None,
-    executor: Annotated[
-        Executor | None,
-        typer.Option("--executor", help="Solve in processes here [default], or on a dask cluster."),
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            "--scheduler", metavar="ADDRESS|FILE", help="The scheduler of the dask cluster, or its file."
-        ),
-    ] = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would be done.")] = False,
+    jobs: Jobs = None,
+    executor: ExecutorOption = None,
+    scheduler: Scheduler = None,
+    dry_run: DryRun = False,
     db: Database = None,
 ) -> None:
     """Fill a catalogue: all symbol sequences of every period, and the orbits among them.
@@ -99,57 +82,6 @@ def fill(
     if p is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
     _fill_periods(asked_periods(context, p, first), a, geometric, method, solvers, db, dry_run)
-
-
-def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]:
-    """Return the periods that --p and --from ask for, in rising order.
-
-    Raises
-    ------
-    InputError
-        If they cannot be read, or one of them cannot be filled.
-    """
-    from orbitdb.store.asking.selection import parse_periods
-
-    if "-" in p[1:] or "," in p:
-        refuse_idle(context, f"with --p {p}", "first")
-        return _all_of(parse_periods(p))
-    return _all_of(((first, _highest(p)),))
-
-
-def written(periods: Sequence[int]) -> str:
-    """Write periods in rising order, as a range if none is left out."""
-    gapless = len(periods) == periods[-1] - periods[0] + 1
-    return f"{periods[0]}..{periods[-1]}" if gapless else ", ".join(map(str, periods))
-
-
-def _highest(text: str) -> int:
-    from orbitdb.numerals import whole
-
-    try:
-        return whole(text)
-    except ValueError:
-        raise InputError(f"--p {text!r:.40}: write periods as 11, 2-8 or 2,3,5-7") from None
-
-
-def _all_of(spans: Sequence[tuple[int, int]]) -> tuple[int, ...]:
-    """Return periods to fill in rising order.
-
-    Raises
-    ------
-    InputError
-        If one of them cannot be filled, or a range runs backwards.
-    """
-    from orbitdb.symbols.enumeration import MAX_PERIOD
-
-    for first, last in spans:
-        if (least := min(first, last)) < _LEAST:
-            raise InputError(f"period {least}: the least period is {_LEAST}")
-        if (most := max(first, last)) > MAX_PERIOD:
-            raise InputError(f"period {most}: fill periods of {MAX_PERIOD} or less")
-        if first > last:
-            raise InputError(f"periods {first} to {last} run backwards: give --from {last} or less")
-    return tuple(sorted({p for first, last in spans for p in range(first, last + 1)}))
 
 
 def _fill_periods(
@@ -193,17 +125,6 @@ def _fill_periods(
         fills = [fill for fill in catalogue.fills(a) if fill.p in periods]
     sequences, orbits = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))
     note(f"{span}: {sequences} sequences, {orbits} orbits, {time.monotonic() - start:.1f} s, in {path}")
-
-
-def show_steps(
-    shown: Progress, steps: "Iterable[Step]", what: str, totals: Mapping[int, int], known: int = 0
-) -> None:
-    """Take the steps of a fill, and show how far all its periods are, of which some words were known."""
-    total = sum(totals.values())
-    shown.tell(what, known, total)
-    for step in steps:
-        before = sum(count for p, count in totals.items() if p < step.p)
-        shown.tell(f"{what}, p = {step.p:>2} of {max(totals)}", before + step.words, total)
 
 
 def _fill_words(codes: Iterable[str], a: float, method: str, db: Path | None, dry_run: bool) -> None:

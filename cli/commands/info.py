@@ -1,17 +1,15 @@
 """``orbitdb info`` and ``orbitdb migrate``: where and what the database is."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
-from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note, write, write_facts
+from orbitdb.cli.storing import bring
 
 if TYPE_CHECKING:
-    from orbitdb.store.file.migrate import Migration
     from orbitdb.store.reading.catalogue import Catalogue
 
 INFO_EXAMPLES = """
@@ -117,14 +115,3 @@ def migrate(db: options.Database = None) -> None:
         note(f"{path}: schema {after}, the newest; nothing to do")
     elif not before:
         note(f"{path}: made, schema {after}")
-
-
-def bring(path: Path) -> "Migration":
-    """Make a catalogue, or bring an older one to the newest schema and say where its copy is."""
-    from orbitdb.store.file.migrate import migrate
-
-    with progress("bringing the catalogue to the newest schema"):
-        done = migrate(path)
-    if done.backup is not None:
-        note(f"{path}: schema {done.before} -> {done.after}; as it was, it is kept in {done.backup}")
-    return done

@@ -108,6 +108,7 @@ def plot(
         from orbitdb.cli.birth_figures import draw_life
 
         options.takes_only(context, f"in plot {kind}", "kind", "output", "code")
+        options.refuse_idle(context, f"in plot {kind}", "db")
         if code is None:
             raise InputError(f"name the orbit to draw: plot {kind} --code 1232131")
         with progress("following"):

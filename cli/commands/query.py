@@ -1,5 +1,6 @@
 """``orbitdb query``: one word, or rows of the catalogue."""
 
+from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -144,7 +145,8 @@ def _show_words(
             write_facts(facts(orbit, born_with(catalogue, orbit)))
             write_bounces(orbit)
         return
-    value = _told if form in options.FOR_PEOPLE else _value
+    separated = _in_a_cell if form in (Format.CSV, Format.TSV) else _value
+    value = _told if form in options.FOR_PEOPLE else separated
     rows = (tuple(value(orbit, key) for key in keys) for orbit in found)
     write(keys, with_marks(keys, rows) if mark else rows, form)
     if not found:
@@ -202,6 +204,13 @@ def _keys(text: str | None, otherwise: tuple[str, ...]) -> tuple[str, ...]:
 def _value(orbit: "Orbit", key: str) -> Any:
     value = getattr(orbit, key)
     return value.tolist() if key == "coordinates" and value is not None else value
+
+
+def _in_a_cell(orbit: "Orbit", key: str) -> Any:
+    """Return a value for a cell, which tells an orbit that never exists from one of which that is unknown."""
+    if key == "exists" and orbit.exists is not None:
+        return dumps(orbit.exists)
+    return _value(orbit, key)
 
 
 def _told(orbit: "Orbit", key: str) -> Any:

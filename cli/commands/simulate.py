@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.commands.info import bring
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note, with_error, write
+from orbitdb.cli.storing import bring
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:

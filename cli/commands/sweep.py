@@ -9,13 +9,12 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.commands.fill import asked_periods, show_steps, written
-from orbitdb.cli.commands.info import bring
 from orbitdb.cli.endings import until_interrupted, with_other_processes
-from orbitdb.cli.executors import Executor, Solvers
+from orbitdb.cli.executors import DryRun, ExecutorOption, Jobs, Scheduler, Solvers
 from orbitdb.cli.options import Database, Format, HalfLength, count_option
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note, write
+from orbitdb.cli.storing import asked_periods, bring, show_steps, written
 
 EXAMPLES = """
 Examples:
@@ -43,21 +42,10 @@ def sweep(
     ],
     first: Annotated[int, count_option("--from", help="The lowest period to sweep.")] = 2,
     a: HalfLength = 1.6,
-    jobs: Annotated[
-        int | None,
-        count_option("--jobs", help="Processes that solve [default: all cores where it pays]."),
-    ] = None,
-    executor: Annotated[
-        Executor | None,
-        typer.Option("--executor", help="Solve in processes here [default], or on a dask cluster."),
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            "--scheduler", metavar="ADDRESS|FILE", help="The scheduler of the dask cluster, or its file."
-        ),
-    ] = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would be done.")] = False,
+    jobs: Jobs = None,
+    executor: ExecutorOption = None,
+    scheduler: Scheduler = None,
+    dry_run: DryRun = False,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
     db: Database = None,

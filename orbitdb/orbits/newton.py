@@ -101,27 +101,7 @@ def solve_admissible(words: NDArray[np.uint8], stadium: Stadium, tolerance: floa
 
 
 def solve_word(word: str, stadium: Stadium | float) -> Orbit:
-    """Find what becomes of one primitive word of any order, in any rotation.
-
-    Parameters
-    ----------
-    word : str
-        Symbols 0..5 or run notation; words that are pruned geometrically are not solved.
-    stadium : Stadium or float
-        The stadium, or its a.
-
-    Returns
-    -------
-    Orbit
-        With the coordinates in the order of the word.
-
-    Raises
-    ------
-    WordError
-        If it is no word, or repeats a shorter one.
-    StadiumError
-        If there is no such stadium.
-    """
+    """Find what becomes of one word, as `orbitdb.orbits.lives.solve_word` does, its lives apart."""
     word, stadium = parse_primitive(word), as_stadium(stadium)
     if (pruned := pruned_word(word, stadium.a)) is not None:
         return pruned

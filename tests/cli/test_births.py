@@ -1,5 +1,6 @@
 """``orbitdb births``, and what other commands say of an a that is not filled."""
 
+import csv
 import json
 import sqlite3
 from contextlib import closing
@@ -183,6 +184,22 @@ def test_where_a_word_exists_is_told_in_words(cli):
     assert lines[1:3] == ["for no a", "for every a"]
     assert lines[3].startswith("from a = 0.386252501738 to 0.473270308236, and from")
     assert lines[4] == ""  # too long to be followed: not known
+
+
+def test_cells_tell_never_from_unknown(cli):
+    words = ["--code", "13", "--code", "010203113", "--code", "0131", "--code", "1^200 (02)^50 3"]
+    for form, mark in (("csv", ","), ("tsv", "\t")):
+        text = cli("query", *words, "-c", "code,exists", "--format", form).out
+        lives = [row["exists"] for row in csv.DictReader(text.splitlines(), delimiter=mark)]
+        assert [life and json.loads(life) for life in lives] == [
+            [[0.0, None]],
+            [
+                [pytest.approx(0.386252501738), pytest.approx(0.473270308236)],
+                [pytest.approx(0.605684335145), None],
+            ],
+            [],
+            "",
+        ]
 
 
 def test_words_that_do_not_exist_are_named_so(cli):

@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from offered import commands
 from processes import COMMAND
 
 from orbitdb import Catalogue
@@ -28,14 +29,6 @@ KEYS = [
     "time_reversal", "class_size", "margin", "residual", "error",
     "length_error", "lyapunov_error", "symmetry", "solver",
 ]  # fmt: skip
-
-
-def commands() -> list[str]:
-    from orbitdb.cli.app import app
-
-    return [
-        command.name or command.callback.__name__ for command in app.registered_commands if not command.hidden
-    ]
 
 
 def test_fill_table_query(cli):

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from orbitdb.cli.commands.fill import show_steps
 from orbitdb.cli.pace import Pace, State, clock, frame, in_ascii
+from orbitdb.cli.storing import show_steps
 from orbitdb.filling.periods import Progress
 
 

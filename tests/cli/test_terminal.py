@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pexpect
 import pytest
+from offered import commands
 from processes import COMMAND, small_blocks
 from quick import slow_but
 from terminal import Run, Session, ended, run_in_terminal, run_several_in_terminal, spawn
@@ -28,12 +29,15 @@ FILLING = [
     ("simulate", "--bounces", "300000", *NEW),
     ("verify", "--rigorous", "--p", "2-4", *NEW),
     ("migrate", "--db", "{folder}/empty.db"),
+    ("births", "--p", "5", *NEW),
+    ("sweep", "--p", "7", *NEW),
 ]
 READING = [
     ("verify", "--p", "2-5", "--format", "csv"),
     ("export", "{folder}/rows.csv"),
     ("export", "{folder}/rows.parquet", "--coordinates", "--a", "1"),
     ("plot", "lengths", "-o", "{folder}/lengths.svg"),
+    ("plot", "life", "--code", "013", "-o", "{folder}/life.svg"),
     ("entropy",),
     ("lyapunov",),
     ("lyapunov", "--cut", "4", "--p", "2-4", "--json"),
@@ -51,6 +55,10 @@ QUIET = [
     ("query", "--p", "2,3", "--format", "tsv"),
     ("table",),
     ("info",),
+    ("columns",),
+    ("sql", "SELECT p, count(*) AS words FROM catalogue GROUP BY p"),
+    ("identify", "--length", "10.4"),
+    ("identify", "--start", "0.3,0.2,1"),
     ("query", "--code", "9"),
     ("table", "--a", "9"),
     ("fill",),
@@ -70,9 +78,7 @@ EACH_QUIET_KIND = [
     ("query", "--code", "9"),
     ("nothing",),
 ]
-COMMANDS = ("fill", "query", "browse", "table", "entropy", "lyapunov", "simulate", "plot", "export", "verify",
-            "bench", "info", "migrate")  # fmt: skip
-HELP = [("--help",), ("--version",), *((name, "--help") for name in COMMANDS)]
+HELP = [("--help",), ("--version",), *((name, "--help") for name in commands())]
 
 
 def same(text: str) -> str:

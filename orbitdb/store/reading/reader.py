@@ -138,25 +138,7 @@ class Reader:
         offset: int = 0,
         cancelled: Callable[[], bool] = never,
     ) -> Iterator[tuple[Any, ...]]:
-        """Yield rows of a chosen subset, one a symbol sequence.
-
-        Parameters
-        ----------
-        selection : Selection
-        columns : sequence of str, optional
-            Some of `COLUMNS`.
-        order : str, optional
-            Columns with commas between, each with ``desc`` behind it or ``-`` before it to fall.
-        limit, offset : int, optional
-            How many rows at most, and how many to pass over first.
-        cancelled : callable, optional
-            Asked now and then, while there is a free expression, whether to stop.
-
-        Raises
-        ------
-        SelectionError
-            If a column is not known or ``where`` is refused.
-        """
+        """Yield rows of a chosen subset, one a symbol sequence, as `Catalogue.rows` does."""
         query = sa.select(*(column_of(name) for name in columns)).order_by(*ordering_of(order))
         if limit is not None or offset:
             query = query.limit(-1 if limit is None else min(limit, _ALL)).offset(min(offset, _ALL))
