@@ -1,5 +1,6 @@
 """All commands of ``orbitdb``: one module a group of commands."""
 
+import logging
 from collections.abc import Sequence
 from functools import cache
 from typing import Annotated, Any
@@ -58,6 +59,8 @@ def _options(
 ) -> None:
     pass
 
+
+logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its fonts is nobody's concern here
 
 _command = cache(typer.main.get_command)  # built once, however many commands one process runs
 
