@@ -85,6 +85,7 @@ def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
     assert after.known[p].boundary == boundary
 
 
+@pytest.mark.slow
 def test_words_are_chosen_by_their_lives(born):
     """As solving them tells, at an a where paths run through joints, too."""
     for _ in fill_periods(born, 3.0, [6]):

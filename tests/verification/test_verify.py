@@ -477,6 +477,7 @@ def test_a_sample_still_checks_all_counts(filled):
     assert "counts" in broken(filled, sample=1)
 
 
+@pytest.mark.slow
 def test_all_stored_a_are_checked(small, cli):
     alter(small, "UPDATE orbit SET length = length + 1e-6 WHERE stadium = 2 AND status = 'orbit'")
     assert cli("verify").code == 1

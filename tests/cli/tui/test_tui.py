@@ -39,7 +39,7 @@ TAKEN_WITH = "8.2"
 
 both_sizes = pytest.mark.parametrize(
     "size",
-    [pytest.param(SMALL, id="80x24"), pytest.param(LARGE, id="160x48", marks=pytest.mark.slow)],
+    [pytest.param(SMALL, id="80x24"), pytest.param(LARGE, id="160x48", marks=pytest.mark.fuzz)],
 )
 
 
@@ -53,6 +53,7 @@ def filled(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 @both_sizes
 def test_it_opens_with_the_first_orbit(filled, size):
     async def steps(app, pilot):
