@@ -1,4 +1,4 @@
-"""What is allowed in the checks of stored orbits: all that the rows' own error bounds allow, and little more."""
+"""What the checks of stored orbits let pass: all that the rows' own bounds allow, and little more."""
 
 from dataclasses import replace
 
