@@ -33,6 +33,13 @@ def workers_of(process: int) -> list[int]:
     return [int(line) for line in listed.split() if is_worker(int(line))]
 
 
+def blocked_signals(process: int) -> int:
+    """Return the mask of the signals that would not reach a process."""
+    status = Path(f"/proc/{process}/status")
+    lines = status.read_text().splitlines() if status.exists() else []
+    return sum(int(line.split()[1], 16) for line in lines if line.startswith("SigBlk"))
+
+
 @pytest.mark.usefixtures("small_blocks")
 @pytest.mark.parametrize(
     ("jobs", "periods"), [(2, (5, 6)), pytest.param(3, (7, 8), marks=pytest.mark.slow)], ids=["2", "3"]
@@ -42,6 +49,7 @@ def test_rows_do_not_depend_on_the_number_of_processes(tmp_path, jobs, periods):
     with Processes(jobs) as workers:
         shared = filled_by(workers, tmp_path / "shared.db", periods=periods)
         assert rows(shared) == rows(alone)
+        assert 0 in map(blocked_signals, workers_of(os.getpid()))  # one may be starting still
         filled_by(workers, shared, a=1.0, periods=periods)  # from the classes that are stored
     assert rows(shared) == rows(filled_by(HERE, alone, a=1.0, periods=periods))
 
