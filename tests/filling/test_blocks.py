@@ -29,6 +29,11 @@ def test_blocks_of_births_hold_every_class_once_and_small_periods_together(jobs,
     assert sum(map(len, admissible_words(*cut[9][0]))) < 8000 / jobs + 1000
 
 
+def test_a_block_of_births_is_filled_to_the_last_word():
+    assert len(list(birth_blocks([(p, -1) for p in range(2, 7)], 389, 1))) == 1
+    assert len(list(birth_blocks([(p, -1) for p in range(2, 7)], 388, 1))) > 1
+
+
 def test_what_was_begun_is_a_block_of_its_own():
     begun, *rest = birth_blocks([(4, 200), (5, -1), (6, -1)], 390, 1)
     assert begun.spans == (Span.whole(4, 200),)

@@ -119,6 +119,11 @@ def is_worker(process: int) -> bool:
     return command.exists() and "spawn_main" in command.read_text()
 
 
+def test_what_fails_before_there_is_a_block_is_told_as_it_is():
+    with pytest.raises(KeyError), Processes(2):
+        raise KeyError
+
+
 @pytest.mark.slow
 def test_a_block_that_kills_every_worker_is_given_up():
     with Processes(1) as workers, pytest.raises(WorkError, match="died 3 times"):
