@@ -51,6 +51,7 @@ def test_rows_do_not_depend_on_the_number_of_processes(tmp_path, jobs, periods):
         assert rows(shared) == rows(alone)
         assert 0 in map(blocked_signals, workers_of(os.getpid()))  # one may be starting still
         filled_by(workers, shared, a=1.0, periods=periods)  # from the classes that are stored
+    assert not workers_of(os.getpid())
     assert rows(shared) == rows(filled_by(HERE, alone, a=1.0, periods=periods))
 
 
