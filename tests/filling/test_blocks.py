@@ -4,8 +4,14 @@ from itertools import groupby, pairwise
 
 import pytest
 
-from orbitdb.filling.birth_blocks import birth_blocks
-from orbitdb.filling.blocks import cut_into_blocks
+from orbitdb import __version__
+from orbitdb.arithmetic import arithmetic
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.entropy.bounds import search
+from orbitdb.filling.birth_blocks import BirthBlock, birth_blocks
+from orbitdb.filling.blocks import Block, cut_into_blocks
+from orbitdb.filling.enclosures import EnclosureTask
+from orbitdb.filling.swept_blocks import SweptBlock
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span, admissible_words
 from orbitdb.symbols.least_words import least_words
@@ -49,3 +55,26 @@ def test_for_several_jobs_a_period_is_cut_smaller_down_to_a_quarter():
     assert count_admissible(12) / counts[1] < 1 << 16
     behind = next(cut_into_blocks(1.6, "newton", 12, 10**9, 8)).span
     assert behind.after == 10**9
+
+
+@pytest.mark.parametrize(
+    "block",
+    [
+        Block(1.6, "newton", Span.whole(3)),
+        BirthBlock((Span.whole(3),)),
+        SweptBlock(1.6, Span.whole(3)),
+        EnclosureTask(1.6, 3),
+    ],
+    ids=lambda block: type(block).__name__,
+)
+def test_what_is_solved_apart_says_who_has_solved_it(block):
+    found = block.solved()
+    assert (found.version, found.arithmetic) == (__version__, arithmetic())
+
+
+@pytest.mark.parametrize("prove", [False, True])
+def test_a_task_encloses_the_entropy_as_a_search_does(prove):
+    found = EnclosureTask(1.6, 4, prove=prove).solved()
+    assert found.levels == tuple(search(Stadium(1.6), 4))
+    assert (found.proved > 0, found.seconds > 0, found.left_open) == (prove, prove, 0)
+    assert len(EnclosureTask(1.6, width=0.5, prove=prove).solved().levels) < len(found.levels)
