@@ -6,6 +6,7 @@ import pytest
 from orbitdb.benchmarks.representatives import representatives
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
+from orbitdb.orbits import relaxation
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import relax, starting_points
@@ -146,3 +147,19 @@ def test_every_atom_starts_inside_its_own_section(a):
     rising = np.roll(start, -1, axis=1) > start
     runs = again & ~STRAIGHT[words]
     assert (rising == (words < 4))[runs].all()
+
+
+def test_steps_are_of_fourth_order(monkeypatch):
+    words, stadium = from_strings(["1232131", "0132031"]), Stadium(1.6)
+    start = solve(words, stadium).coordinates.T + 0.03
+
+    def after(steps: int) -> np.ndarray:
+        x = start
+        monkeypatch.setattr(relaxation, "STEP", 0.2 / steps)
+        for _ in range(steps):
+            x = relaxation._runge_kutta_step(stadium, words.T, x, relaxation._velocity(stadium, words.T, x))
+        return x
+
+    exact = after(64)
+    coarse, fine = (np.abs(after(steps) - exact).max() for steps in (2, 4))
+    assert 12 < coarse / fine < 24
