@@ -68,7 +68,7 @@ def info(
 def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
     """Return where the catalogue is and what it takes, in words."""
     from orbitdb.filling.estimate import gigabytes
-    from orbitdb.store.file.schema import SCHEMA_VERSION
+    from orbitdb.store.file.layout import SCHEMA_VERSION
     from orbitdb.store.reading.fills import written_periods
     from orbitdb.store.reading.size import room
 
