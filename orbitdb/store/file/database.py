@@ -196,6 +196,21 @@ def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
 
 
 @contextmanager
+def asking(path: Path) -> Iterator[sqlite3.Connection]:
+    """Give a catalogue for a few questions, in one read transaction, without what SQLAlchemy costs to load.
+
+    Raises
+    ------
+    StoreError
+        If there is no catalogue there, or it cannot be read by this version.
+    """
+    need_newest(path)
+    with plain_errors(path), closing(to_read(path)()) as connection:
+        waiting(lambda: connection.execute("BEGIN"))
+        yield connection
+
+
+@contextmanager
 def plain_errors(path: Path) -> Iterator[None]:
     """Turn what SQLite or the file system raises into a `StoreError` with a remedy."""
     try:

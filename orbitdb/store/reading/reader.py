@@ -20,7 +20,7 @@ from orbitdb.store.asking.conditions import (
 from orbitdb.store.asking.confinement import Patience, never
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import default_path, need_newest, plain_errors
-from orbitdb.store.file.engines import reading_engine
+from orbitdb.store.file.engines import driver, reading_engine
 from orbitdb.store.file.schema import catalogue, fill, stadium
 from orbitdb.store.reading.class_first import few_words
 from orbitdb.store.reading.fills import Fill, as_fill, describe_unfilled
@@ -106,7 +106,7 @@ class Reader:
     def gaps(self, selection: Selection) -> str | None:
         """Say in one line which of the chosen periods are not filled, None if all that are named are."""
         with self.at_one_moment() as still, still.reading() as connection:
-            known, elsewhere = still.fills(selection.a), a_filled(connection)
+            known, elsewhere = still.fills(selection.a), a_filled(driver(connection))
         return describe_unfilled(known, selection.periods, selection.a, elsewhere)
 
     def lacking_births(self, selection: Selection, names: Sequence[str] = (), order: str = "p") -> str | None:
