@@ -196,7 +196,7 @@ def _find(codes: list[str], a: float | None, db: Path | None) -> tuple[list["Orb
 
 def _keys(text: str | None, otherwise: tuple[str, ...]) -> tuple[str, ...]:
     """Read the names of what is known of a word, stored or not."""
-    from orbitdb.store.asking.conditions import parse_names
+    from orbitdb.store.asking.names import parse_names
 
     return otherwise if text is None else parse_names(text, WORD_KEYS)
 

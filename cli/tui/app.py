@@ -34,7 +34,7 @@ from orbitdb.store.asking.selection import Selection
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.fills import Fill
-    from orbitdb.store.reading.lives import Lives
+    from orbitdb.store.reading.lookup import Lives
     from orbitdb.store.reading.pages import Index
 
 _SECONDS_BETWEEN_LOOKS = 2.0
