@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed, interrupted
+from orbitdb.cli.garbage import collect_later, collect_no_more
 from orbitdb.cli.streams import stand_in_for_closed
 from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
 from orbitdb.plaintext import line
@@ -20,10 +21,12 @@ _KEPT = "nothing that was stored is lost"
 
 def run() -> None:
     """Run the command line; every failure becomes one line on stderr and an exit code."""
+    collect_later()
     end_as_users_expect()
     stand_in_for_closed()
     code = _run(sys.argv[1:] or ["--help"])
     end_undisturbed()
+    collect_no_more()
     try:
         sys.stdout.flush()
     except OSError as error:

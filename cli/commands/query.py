@@ -134,7 +134,7 @@ def _show_words(
     codes: list[str], a: float | None, db: Path | None, columns: str | None, form: Format, mark: bool
 ) -> None:
     from orbitdb.cli.word import facts, write_bounces
-    from orbitdb.filling.single_word import born_with, with_existence
+    from orbitdb.store.reading.one_word import born_with, with_existence
 
     keys = _keys(columns, TABLE_COLUMNS if form in (Format.MARKDOWN, Format.LATEX) else WORD_KEYS)
     found, catalogue = _find(codes, a, db)
@@ -177,8 +177,8 @@ def _show_bounces(
 
 def _find(codes: list[str], a: float | None, db: Path | None) -> tuple[list["Orbit"], Path | None]:
     """Return what becomes of words, and the catalogue that was asked, if there is one."""
-    from orbitdb.filling.single_word import find_or_solve
     from orbitdb.store.file.database import check_file, default_path
+    from orbitdb.store.reading.one_word import find_or_solve
     from orbitdb.symbols.words import parse
 
     path = db or default_path()
@@ -196,7 +196,7 @@ def _find(codes: list[str], a: float | None, db: Path | None) -> tuple[list["Orb
 
 def _keys(text: str | None, otherwise: tuple[str, ...]) -> tuple[str, ...]:
     """Read the names of what is known of a word, stored or not."""
-    from orbitdb.store.asking.conditions import parse_names
+    from orbitdb.store.asking.names import parse_names
 
     return otherwise if text is None else parse_names(text, WORD_KEYS)
 

@@ -12,6 +12,7 @@ from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Criteria, Selection, SelectionError, choose, with_criteria
 from orbitdb.store.file.database import default_path
+from orbitdb.store.file.engines import driver
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading import enclosures, lives, sweeps
 from orbitdb.store.reading.class_first import count_rows
@@ -91,7 +92,7 @@ class Catalogue(Reader):
     def _contents(self) -> str:
         """Say in one line what is filled, at its own a first."""
         with self.at_one_moment() as still, still.reading() as connection:
-            values = a_stored(connection)
+            values = a_stored(driver(connection))
             try:
                 own = [meant(values) if self._a is None else self._a]
             except InputError:
@@ -122,7 +123,7 @@ class Catalogue(Reader):
         """
         if self._a is None:
             with self.reading() as connection:
-                self._a = meant(a_stored(connection))
+                self._a = meant(a_stored(driver(connection)))
         return self._a
 
     def fills(self, a: float | None = None) -> list[Fill]:
@@ -198,7 +199,7 @@ class Catalogue(Reader):
         """
         symbols, at = parse(word), self.a if a is None else a
         with self.reading() as connection:
-            return find_word(connection, symbols, at)
+            return find_word(driver(connection), symbols, at)
 
     @overload
     def identify(
