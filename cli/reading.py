@@ -133,7 +133,7 @@ def note_gaps(
     if counted is not None and counted.without_rows:
         note(str(counted.describe()))
         partial = [fill for fill in partial if fill.p not in counted.without_rows]
-        rest = _without(chosen, counted.chosen)
+        rest = without(chosen, counted.chosen)
         unfilled = None if rest is None else catalogue.unfilled(rest)
     else:
         unfilled = catalogue.unfilled(chosen)
@@ -144,7 +144,7 @@ def note_gaps(
     return bool(partial) or unfilled is not None
 
 
-def _without(chosen: "Selection", known: tuple[int, ...]) -> "Selection | None":
+def without(chosen: "Selection", known: tuple[int, ...]) -> "Selection | None":
     """Return a subset without some of the periods that it names; None if it names no other."""
     from orbitdb.symbols.enumeration import MAX_PERIOD
 
