@@ -12,7 +12,7 @@ from orbitdb.cli.options import Format
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import without
 from orbitdb.cli.render import note, note_partial, write
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, StoreError
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
@@ -163,7 +163,10 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, form:
 
 def _unfilled(catalogue: "Catalogue", chosen: "Selection") -> str | None:
     """Say which of the periods asked for are neither filled nor swept."""
-    swept = tuple(each.p for each in catalogue.sweeps(chosen.a))
+    try:
+        swept = tuple(each.p for each in catalogue.sweeps(chosen.a))
+    except StoreError:
+        return None  # it is among what is checked
     rest = without(chosen, swept) if swept else chosen
     return None if rest is None else catalogue.unfilled(rest)
 
