@@ -60,9 +60,11 @@ def _run(arguments: list[str]) -> int:
 def _consolation(arguments: Sequence[str]) -> str:
     """Say of a command that stores what becomes of that when it ends before its time."""
     match arguments[0]:
+        case "births" if not any(argument.startswith("--p") for argument in arguments):
+            return ""
         case "verify" if "--rigorous" not in arguments:
             return ""
-        case "fill" | "sweep" | "verify" if "--again" not in arguments:
+        case "fill" | "sweep" | "births" | "verify" if "--again" not in arguments:
             return f"; {_KEPT}, the same command goes on from there"
         case "fill" | "verify" | "simulate" | "bounds" | "browse" | "tui":
             return f"; {_KEPT}"
