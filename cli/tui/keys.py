@@ -69,6 +69,16 @@ STATISTICS: tuple[Group, ...] = (
     ("orbitdb", (("ctrl+p", "all actions, themes"), ("?", "these keys"))),
 )  # fmt: skip
 
+COUNTS: tuple[Group, ...] = (
+    ("counts", (
+        ("j k ↓ ↑", "scroll the counts"),
+        ("s", "histogram of another column"),
+        ("[ ]", "the column before, the next"),
+        ("escape q", "back to the orbits"),
+    )),
+    ("orbitdb", (("ctrl+p", "all actions, themes"), ("?", "these keys"))),
+)  # fmt: skip
+
 WHOLE: tuple[Group, ...] = (
     ("the whole orbit", (
         ("j k ↓ ↑", "line by line"),
@@ -81,7 +91,7 @@ WHOLE: tuple[Group, ...] = (
     ("orbitdb", (("ctrl+p", "all actions, themes"), ("?", "these keys"))),
 )  # fmt: skip
 
-_ELSEWHERE = {"StatisticsScreen": STATISTICS, "WholeOrbitScreen": WHOLE}
+_ELSEWHERE = {"StatisticsScreen": STATISTICS, "WholeOrbitScreen": WHOLE, "CountsScreen": COUNTS}
 
 
 def groups_for(screen: Screen[object]) -> Sequence[Group]:

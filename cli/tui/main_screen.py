@@ -52,6 +52,7 @@ class MainScreen(KeepingScreen):
         Binding("enter", "whole", "the whole orbit", show=False),
         Binding("f", "fill", "fill"),
         Binding("S", "statistics", "stats"),
+        Binding("d", "counts", "counts"),
         Binding("e", "export", "export"),
         Binding("y", "copy", "copy the word", show=False),
         Binding("o", "status", "status: all, orbits, pruned ..", show=False),
@@ -264,6 +265,14 @@ class MainScreen(KeepingScreen):
 
         if self.browser.catalogue is not None:
             self.app.push_screen(StatisticsScreen(self.browser.catalogue, self.selection))
+
+    def action_counts(self) -> None:
+        """Open the counts of the chosen subset; the histogram is that of the column it is sorted by."""
+        from orbitdb.cli.tui.counts_screen import CountsScreen
+
+        if self.browser.catalogue is not None:
+            column = "length" if self.ordering == Ordering() else self.ordering.column
+            self.app.push_screen(CountsScreen(self.browser.catalogue, self.selection, column))
 
     def action_export(self) -> None:
         """Ask for a file and write what is shown to it."""
