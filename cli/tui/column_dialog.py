@@ -58,8 +58,7 @@ class ColumnDialog(ModalScreen[Names | None]):
 
     def _told(self, name: str) -> Text:
         mark = "x" if name in self._marked else " "
-        told = f"[{mark}] {name:{_WIDTH}}  {_BRIEF[name]}"
-        return Text(told, no_wrap=True, overflow="ellipsis")
+        return Text(f"[{mark}] {name:{_WIDTH}}  {_BRIEF[name]}")
 
     @property
     def _list(self) -> OptionList:

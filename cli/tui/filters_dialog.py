@@ -46,7 +46,7 @@ class FiltersDialog(ModalScreen[str | None]):
             box.border_subtitle = "enter takes it, x forgets it"
             yield OptionList(
                 Option("keep the present one …"),
-                *(Option(Text(name, no_wrap=True, overflow="ellipsis")) for name in self._filters),
+                *(Option(Text(name)) for name in self._filters),
             )
             yield Label("", classes="complaint -note", markup=False)
 

@@ -7,7 +7,7 @@ from textual.binding import Binding, BindingType
 
 from orbitdb.cli.tui.following_screen import FollowingScreen
 from orbitdb.cli.tui.jumping import place_of
-from orbitdb.cli.tui.source import Followed, Head
+from orbitdb.cli.tui.source import Followed, Head, Pages
 from orbitdb.cli.tui.table import PagedTable
 from orbitdb.store.asking.selection import Selection
 
@@ -27,6 +27,7 @@ class JumpingScreen(FollowingScreen):
         super().__init__(selection, code)
         self._typed = self._led_to = ""
         self._typed_at = 0.0
+        self._waits = False
         self._begun_at: int | None = None
         self._landed: int | None = None
 
@@ -60,13 +61,20 @@ class JumpingScreen(FollowingScreen):
         else:
             super().action_back()
 
+    def show_rows(self, rows: Pages, cursor: int) -> None:
+        """Show the rows that have been read, and go where digits lead that came too early."""
+        super().show_rows(rows, cursor)
+        if self._waits and self._jumps:
+            self._jump(self._typed)
+
     def _jump(self, typed: str) -> None:
         table = self.query_one(PagedTable)
         pages = table.source.pages if isinstance(table.source, Followed) else table.source
+        self._typed, self._waits = typed, isinstance(pages, Head)
         if isinstance(pages, Head):  # the other rows are still being read
-            return
-        place, self._led_to = place_of(pages, typed) if typed else (self._begun_at, "")
-        self._typed = typed
+            place, self._led_to = None, f"{typed} …"
+        else:
+            place, self._led_to = place_of(pages, typed) if typed else (self._begun_at, "")
         self._landed = table.cursor if place is None else place
         table.cursor = self._landed
         self.say_position()

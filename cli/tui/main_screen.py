@@ -42,7 +42,7 @@ class MainScreen(KeepingScreen):
         Binding("c", "code", "code"),
         Binding("s", "sort", "sort"),
         Binding("v", "view", "view"),
-        Binding("space", "particle", "run"),
+        Binding("space", "particle", "run a particle", show=False),
         Binding(
             "less_than_sign", "follow(False)", "smaller a, the orbit followed", show=False, key_display="<"
         ),

@@ -137,8 +137,7 @@ def _round_edges(low: float, high: float, bins: int) -> NDArray[np.float64]:
 
 def _multiples(low: float, high: float, step: float) -> NDArray[np.float64]:
     first, last = math.floor(low / step), math.floor(high / step) + 1
-    multiples: NDArray[np.float64] = step * np.arange(first, last + 1)
-    return multiples
+    return np.asarray(step * np.arange(first, last + 1), dtype=np.float64)
 
 
 def _bin(value: sa.ColumnElement[Any], inner: Sequence[float]) -> sa.ColumnElement[Any]:
