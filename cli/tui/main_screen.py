@@ -284,7 +284,10 @@ class MainScreen(KeepingScreen):
                 self._write(Path(name).expanduser(), self.selection, self.ordering, self.orbit)
 
         self.app.push_screen(
-            LineDialog("export to a file", f"{word or 'orbits'}.svg", "orbits.csv", _check_export), take
+            LineDialog(
+                "export to a file", f"{word or 'orbits'}.svg", "orbits.csv, .parquet ..", _check_export
+            ),
+            take,
         )
 
     @work(thread=True, group="export", exit_on_error=False)

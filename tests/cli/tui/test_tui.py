@@ -507,7 +507,13 @@ def test_copy_and_export(filled, tmp_path):
     assert "<polygon" in (tmp_path / "orbit.svg").read_text()
 
 
-@pytest.mark.parametrize("name", ["rows.tsv", "rows.json", "rows.jsonl", "orbit.svg", "orbit.png"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("rows.tsv", "rows.json", "rows.jsonl", "orbit.svg", "orbit.png"),
+        pytest.param("rows.parquet", marks=pytest.mark.slow),
+    ],
+)
 def test_every_kind_of_export(filled, tmp_path, name):
     if name.endswith("png"):
         pytest.importorskip("matplotlib")
@@ -522,6 +528,14 @@ def test_every_kind_of_export(filled, tmp_path, name):
         assert [row["length"] for row in rows] == sorted((row["length"] for row in rows), reverse=True)
     elif name == "rows.jsonl":
         assert [json.loads(line)["p"] for line in path.read_text().splitlines()].count(4) == 32
+    elif name == "rows.parquet":
+        from pyarrow.parquet import read_table
+
+        table = read_table(path)
+        assert table["code"].to_pylist() == [
+            code for (code,) in catalogue.rows(Selection(periods=((2, 4),)), ("code",), "length desc")
+        ]
+        assert b"of period 2 to 4" in table.schema.metadata[b"selection"]
     elif name == "rows.tsv":
         assert len(path.read_text().splitlines()) == 42
     elif name == "orbit.svg":
