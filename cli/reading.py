@@ -41,7 +41,7 @@ def reading_all(
     with closing(Catalogue(db, values[0] if values else None)) as opened, opened.at_one_moment() as catalogue:
         _note_rotations(chosen)
         if values is None:
-            values = half_lengths.stored(catalogue) if asked else (_told(catalogue, None),)
+            values = half_lengths.stored(catalogue) if asked else (_told(catalogue.a, catalogue.path),)
         yield catalogue, tuple(replace(chosen, a=a) for a in values)
 
 

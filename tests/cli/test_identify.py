@@ -86,6 +86,7 @@ def test_nothing_found_ends_with_1_and_says_so(cli, filled, arguments, told):
     done = cli("identify", *arguments.split(), "--json", "--db", str(filled))
     assert (done.code, done.out) == (1, "[]\n")
     assert told in done.err
+    assert ("candidates" in done.err) == ("candidates" in told)  # none where nothing was looked through
 
 
 @pytest.mark.parametrize(
