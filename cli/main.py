@@ -11,6 +11,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed, interrupted
+from orbitdb.cli.garbage import collect_later, collect_no_more
 from orbitdb.cli.streams import escape_what_has_no_code, stand_in_for_closed
 from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
 from orbitdb.plaintext import line
@@ -25,11 +26,13 @@ _KEPT = "nothing that was stored is lost"
 
 def run() -> None:
     """Run the command line; every failure becomes one line on stderr and an exit code."""
+    collect_later()
     end_as_users_expect()
     stand_in_for_closed()
     escape_what_has_no_code()
     code = _run(sys.argv[1:] or ["--help"])
     end_undisturbed()
+    collect_no_more()
     try:
         sys.stdout.flush()
     except OSError as error:
@@ -63,9 +66,11 @@ def _run(arguments: list[str]) -> int:
 def _consolation(arguments: Sequence[str]) -> str:
     """Say of a command that stores what becomes of that when it ends before its time."""
     match arguments[0]:
+        case "births" if not any(argument.startswith("--p") for argument in arguments):
+            return ""
         case "verify" if "--rigorous" not in arguments:
             return ""
-        case "fill" | "sweep" | "verify" if "--again" not in arguments:
+        case "fill" | "sweep" | "births" | "verify" if "--again" not in arguments:
             return f"; {_KEPT}, the same command goes on from there"
         case "fill" | "verify" | "simulate" | "bounds" | "browse" | "tui":
             return f"; {_KEPT}"
@@ -94,8 +99,8 @@ def _failed(error: Exception) -> int:
 
 def _advice(error: "ParsingError") -> str:
     """Return what to do about arguments that cannot be read."""
-    before_command = error.ctx is not None and error.ctx.parent is None and hasattr(error, "option_name")
-    if before_command:
+    context = getattr(error, "ctx", None)
+    if context is not None and context.parent is None and hasattr(error, "option_name"):
         return "options stand behind a command, as in 'orbitdb table --db PATH'"
     return "--help shows the options"
 

@@ -191,8 +191,9 @@ def _show_length(
     length: float, asked: dict[str, Any], a: float | None, db: Path | None, form: Format, mark: bool
 ) -> int:
     """Write the stored orbits that have a length; return how many there are."""
+    from orbitdb.numerals import exact
     from orbitdb.orbits.orbit import Status
-    from orbitdb.store.reading.fills import describe_fills, exact
+    from orbitdb.store.reading.fills import describe_fills
 
     names = LENGTH_COLUMNS if form in options.FOR_PEOPLE else LENGTH_KEYS
     cut = asked["limit"] is None and form is Format.TABLE

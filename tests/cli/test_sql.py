@@ -18,6 +18,9 @@ def test_a_select_groups_and_joins(varied, cli):
     assert (
         cli("sql", "SELECT count(*) AS n FROM life", "--format", "csv", "--db", str(varied)).out == "n\n0\n"
     )
+    texts = cli("sql", "SELECT status AS s, p AS n, symmetry AS y FROM catalogue WHERE p = 3 AND a = 1",
+                "--format", "latex", "--db", str(varied)).out  # fmt: skip
+    assert texts.startswith(r"\begin{tabular}{lrl}")  # whatever a column is called
     nothing = cli("sql", "SELECT code FROM catalogue WHERE p > 99", "--db", str(varied))
     assert nothing == (1, "", "no rows\n")
 

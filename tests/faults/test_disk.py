@@ -215,7 +215,12 @@ def locked(filled: Path) -> Iterator[Path]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("file", "folder"), [pytest.param(0o444, 0o755, marks=pytest.mark.fuzz), (0o444, 0o555), (0o644, 0o555)]
+    ("file", "folder"),
+    [
+        (0o444, 0o555),
+        pytest.param(0o444, 0o755, marks=pytest.mark.fuzz),
+        pytest.param(0o644, 0o555, marks=pytest.mark.fuzz),
+    ],
 )
 def test_every_command_knows_what_it_may(locked, file, folder):
     before = content(locked)

@@ -11,7 +11,8 @@ from typing import Any
 import sqlalchemy as sa
 
 from orbitdb.arithmetic import arithmetic
-from orbitdb.store.file.database import plain_errors, writing_engine
+from orbitdb.store.file.database import plain_errors
+from orbitdb.store.file.engines import writing_engine
 from orbitdb.store.file.schema import run, stadium
 from orbitdb.version import __version__
 
