@@ -1,5 +1,6 @@
 """All commands of ``orbitdb``: one module a group of commands, loaded when one of them is called."""
 
+import logging
 from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
@@ -33,6 +34,9 @@ def _options(
     ] = False,
 ) -> None:
     pass
+
+
+logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its fonts is nobody's concern here
 
 
 def program(rooms: Sequence[str] = _ROOMS) -> typer.Typer:

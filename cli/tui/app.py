@@ -25,6 +25,7 @@ from orbitdb.cli.tui.facts import Certificate
 from orbitdb.cli.tui.fill_dialog import FillDialog
 from orbitdb.cli.tui.filling import FillState, Wish
 from orbitdb.cli.tui.filling import work as fill_steps
+from orbitdb.cli.tui.kept import Kept
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
@@ -53,6 +54,8 @@ class BrowseApp(App[None]):
         The subset to begin with.
     code : str, optional
         The word to begin with.
+    state : Path, optional
+        The file that keeps columns, filters and marked words; by default they last for this session.
     """
 
     TITLE = "orbitdb"
@@ -81,9 +84,11 @@ class BrowseApp(App[None]):
             super().__init__()
             self.state = state
 
-    def __init__(self, path: Path, selection: Selection, code: str | None = None) -> None:
+    def __init__(
+        self, path: Path, selection: Selection, code: str | None = None, state: Path | None = None
+    ) -> None:
         super().__init__()
-        self.path = path
+        self.path, self.kept = path, Kept(state)
         self.title = printable(f"orbitdb {path.name}")
         self.catalogue = _opened(path)
         self._selection, self._code = selection, code
@@ -284,11 +289,20 @@ class BrowseApp(App[None]):
         self.push_screen(QuestionDialog(question, "Stop it and quit", "Stay"), take)
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """Give every action of the screen, and Textual's own."""
-        yield from super().get_system_commands(screen)
+        """Give every action of the screen, and those of Textual's own that are none of these, each once."""
+        own: dict[str, SystemCommand] = {}
+        for command in self._actions_of(screen):
+            own.setdefault(command.title, command)  # an action may have several keys
+        yield from own.values()
+        for command in super().get_system_commands(screen):
+            if command.title not in own:
+                yield command
+
+    def _actions_of(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         for active in screen.active_bindings.values():
             binding = active.binding
-            if binding.description and active.enabled and not binding.system:
+            useful = binding.description and "command_palette" not in binding.action
+            if useful and active.enabled and not binding.system:
                 action, node = binding.action, active.node
                 yield SystemCommand(
                     binding.description[:1].upper() + binding.description[1:],

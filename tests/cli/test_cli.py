@@ -397,6 +397,8 @@ def test_ctrl_c_ends_with_130_and_goes_on(tmp_path):
         ("query --code 13", ""),
         ("verify", ""),
         ("export x.csv", ""),
+        ("births", ""),
+        ("births --p 9", "; nothing that was stored is lost, the same command goes on from there"),
         ("simulate", "; nothing that was stored is lost"),
         ("verify --rigorous", "; nothing that was stored is lost, the same command goes on from there"),
     ],

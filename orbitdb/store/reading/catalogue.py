@@ -91,8 +91,8 @@ class Catalogue(Reader):
 
     def _contents(self) -> str:
         """Say in one line what is filled, at its own a first."""
-        with self.at_one_moment() as still, still.reading() as connection:
-            values = a_stored(driver(connection))
+        with self.at_one_moment() as still:
+            values = still.stadiums()
             try:
                 own = [meant(values) if self._a is None else self._a]
             except InputError:
@@ -122,9 +122,13 @@ class Catalogue(Reader):
             If none was given, and the catalogue has orbits at several, but none at 1.6.
         """
         if self._a is None:
-            with self.reading() as connection:
-                self._a = meant(a_stored(driver(connection)))
+            self._a = meant(self.stadiums())
         return self._a
+
+    def stadiums(self) -> list[float]:
+        """Return the values of a at which there are orbits, be it of single words, or sums of them."""
+        with self.reading() as connection:
+            return a_stored(driver(connection))
 
     def fills(self, a: float | None = None) -> list[Fill]:
         """Return what is filled at one a, by default the catalogue's, by period."""

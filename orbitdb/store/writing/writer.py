@@ -49,6 +49,17 @@ class Writer:
             raise
         self._written = True
 
+    def try_to_write(self) -> None:
+        """Write nothing, as a check that something could be written.
+
+        Raises
+        ------
+        StoreError
+            If nothing can.
+        """
+        with self.writing() as connection:
+            connection.execute(sa.delete(run).where(sa.false()))
+
     def close(self) -> None:
         """Close the file, with all that was written in it and not in the journal, whoever reads it still."""
         if self._written:
