@@ -140,7 +140,7 @@ def test_the_first_block_is_soon_stored():
     """All small periods in it would take seconds, and be lost where they are stopped."""
     blocks = list(birth_blocks([(p, -1) for p in range(2, 12)], BLOCK, 1))
     words = [sum(count_admissible(span.p) for span in block.spans) for block in blocks[:2]]
-    assert [span.p for block in blocks[:2] for span in block.spans] == list(range(2, 11))
+    assert [span.p for block in blocks[:2] for span in block.spans] == list(range(2, 12))
     assert BLOCK / 16 < words[0] < BLOCK / 8 < words[1] < BLOCK
 
 
