@@ -57,6 +57,7 @@ def test_one_row_a_period(born):
     assert [(each.classes, each.births, each.deaths, each.always) for each in found.values()] == [
         (1, 0, 0, 1), (2, 0, 0, 2), (8, 0, 0, 8), (17, 13, 0, 4), (47, 33, 0, 14), (107, 101, 0, 6)
     ]  # fmt: skip
+    assert all(each.seconds > 0 for each in found.values())
     assert found[4].least is None
     assert found[7].largest == pytest.approx(4.773733293664)
 
