@@ -25,8 +25,8 @@ def half_lengths(context: typer.Context, incomplete: str) -> list[str]:
     from contextlib import closing
 
     from orbitdb.errors import InputError, StoreError
+    from orbitdb.numerals import exact
     from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.fills import exact
 
     try:
         with closing(Catalogue(context.params.get("db"))) as catalogue:

@@ -44,10 +44,8 @@ def named(asked: Sequence[str] | None) -> tuple[float, ...] | None:
 def stored(catalogue: "Catalogue") -> tuple[float, ...]:
     """Return every a of which the catalogue has orbits, or sums of them; if there is none, the usual one."""
     from orbitdb.cli.options import USUAL_A
-    from orbitdb.store.reading.stadiums import a_stored
 
-    with catalogue.reading() as connection:
-        return tuple(a_stored(connection)) or (USUAL_A,)
+    return tuple(catalogue.stadiums()) or (USUAL_A,)
 
 
 def with_a(names: Sequence[str]) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from orbitdb.cli import half_lengths
 from orbitdb.cli.options import USUAL_A, Choice
 from orbitdb.cli.render import note, note_partial
 from orbitdb.errors import InputError
+from orbitdb.numerals import exact
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
@@ -25,7 +26,7 @@ def reading(db: Path | None, a: float | None, choice: Choice) -> "Iterator[tuple
     chosen = choice.at(USUAL_A if a is None else a)  # so that a wrong option is told first
     with closing(Catalogue(db, a)) as opened, opened.at_one_moment() as catalogue:
         _note_rotations(chosen)
-        yield catalogue, replace(chosen, a=_told(catalogue, a))
+        yield catalogue, replace(chosen, a=_told(catalogue.a, catalogue.path) if a is None else catalogue.a)
 
 
 @contextmanager
@@ -40,7 +41,7 @@ def reading_all(
     with closing(Catalogue(db, values[0] if values else None)) as opened, opened.at_one_moment() as catalogue:
         _note_rotations(chosen)
         if values is None:
-            values = half_lengths.stored(catalogue) if asked else (_told(catalogue, None),)
+            values = half_lengths.stored(catalogue) if asked else (_told(catalogue.a, catalogue.path),)
         yield catalogue, tuple(replace(chosen, a=a) for a in values)
 
 
@@ -97,23 +98,20 @@ def meant(path: Path, a: float | None) -> float:
     """Return the a that is meant where a single word is asked for, in a catalogue or without one."""
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.file.database import check_file
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.one_word import a_meant
 
     if a is not None:
         return Stadium(a).a
     if check_file(path) is None:
         return USUAL_A
-    with closing(Catalogue(path)) as catalogue:
-        return _told(catalogue, a)
+    return _told(a_meant(path), path)
 
 
-def _told(catalogue: "Catalogue", a: float | None) -> float:
-    """Return the a that is meant; say so where it is neither named nor the usual one."""
-    from orbitdb.store.reading.fills import exact
-
-    if a is None and catalogue.a != USUAL_A:
-        note(f"a = {exact(catalogue.a)}, the only one in {catalogue.path}")
-    return catalogue.a
+def _told(a: float, path: Path) -> float:
+    """Return the a that is meant where none is named; say so where it is not the usual one."""
+    if a != USUAL_A:
+        note(f"a = {exact(a)}, the only one in {path}")
+    return a
 
 
 def note_gaps(

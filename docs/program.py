@@ -36,9 +36,9 @@ def command_list(hidden: bool = False) -> list[tuple[str, Any]]:
     """Return the commands with their names, in the order of ``orbitdb --help``; other names, if hidden."""
     import typer
 
-    from orbitdb.cli.app import app
+    from orbitdb.cli.app import program
 
-    known = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    known = typer.main.get_command(program()).commands  # type: ignore[attr-defined]
     return [(name, command) for name, command in known.items() if hidden or not command.hidden]
 
 

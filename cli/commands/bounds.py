@@ -199,7 +199,8 @@ def _at_many(
 def _keeping(db: Path | None, store: bool | None, prove: bool, asked: dict[str, Any]) -> "Iterator[Keep]":
     """Give what keeps bounds in the catalogue; it does nothing where there is none, and none is asked for."""
     from orbitdb.store.file.database import check_file, default_path
-    from orbitdb.store.file.schema import BALLS, DOUBLES, SCHEMA_VERSION
+    from orbitdb.store.file.layout import SCHEMA_VERSION
+    from orbitdb.store.file.schema import BALLS, DOUBLES
 
     path = db or default_path()
     if store is False or (store is None and check_file(path) != SCHEMA_VERSION):

@@ -89,7 +89,7 @@ def _at_one(
 def _note_proved(a: float, many: bool, proved: "tuple[Enclosure, str] | None") -> None:
     """Say what is known of the entropy of all orbits by proof."""
     from orbitdb.entropy.letters import geometric_entropy
-    from orbitdb.store.reading.fills import exact
+    from orbitdb.numerals import exact
 
     most = f"at most {math.ceil(geometric_entropy() * 1e6) / 1e6:.6f} at any a"
     if proved is None:

@@ -81,7 +81,7 @@ def _periods(catalogue: "Catalogue", a: float) -> list[tuple[Any, ...]]:
 def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
     """Return where the catalogue is and what it takes, in words."""
     from orbitdb.filling.estimate import gigabytes
-    from orbitdb.store.file.schema import SCHEMA_VERSION
+    from orbitdb.store.file.layout import SCHEMA_VERSION
     from orbitdb.store.reading.fills import written_periods
     from orbitdb.store.reading.size import room
 
@@ -104,7 +104,7 @@ def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
 def _enclosures(catalogue: "Catalogue") -> list[tuple[str, str]]:
     """Return the proved bounds on the entropy, a line an a; of many, where periods are filled."""
     from orbitdb.cli.enclosed import between
-    from orbitdb.store.reading.fills import exact
+    from orbitdb.numerals import exact
 
     curve, filled = catalogue.entropy_curve(), [a for a in catalogue.a_values() if catalogue.fills(a)]
     told = [each for each in curve if len(curve) <= _FEW or each.a in filled]

@@ -473,10 +473,10 @@ def test_shells_are_offered_values(varied, tmp_path, monkeypatch, typed, offered
     """Those of a are of the catalogue that --db names, or of the user's."""
     import typer
 
-    from orbitdb.cli.app import app
+    from orbitdb.cli.app import program
 
     monkeypatch.setenv("ORBITDB_DB", str(tmp_path / "none.db" if named else varied))
-    command = typer.main.get_command(app)
+    command = typer.main.get_command(program())
     with command.make_context("orbitdb", typed[:1], resilient_parsing=True) as top:
         called = command.commands[typed[0]]
         db = ["--db", str(varied)] if named else []

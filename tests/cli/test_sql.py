@@ -67,6 +67,16 @@ def test_a_select_that_takes_too_long_is_stopped(varied, cli, monkeypatch):
     assert "it took more than 0.1 s" in done.err
 
 
+def test_a_word_is_found_in_any_rotation_or_told_to_be_none(varied, cli):
+    counted = "SELECT count(*) AS n FROM catalogue WHERE a = 1.6 AND"
+    found = cli("sql", f"{counted} code(:w)", "-P", "w=310", "--format", "csv", "--db", str(varied))
+    assert found == (0, "n\n1\n", "")
+    missed = cli("sql", f"{counted} code = '310'", "--format", "csv", "--db", str(varied))
+    assert missed.out == "n\n0\n"
+    assert missed.err == "no row has code = '310', only least rotations: write code('310')\n"
+    assert "symbol '9'" in cli("sql", f"{counted} code('19')", "--db", str(varied)).err
+
+
 def test_a_blob_is_its_hexadecimal_digits(varied, cli):
     found = cli("sql", "SELECT x'00ff' AS b", "--json", "--db", str(varied))
     assert (found.code, json.loads(found.out)) == (0, [{"b": "00ff"}])

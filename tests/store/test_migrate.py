@@ -14,8 +14,8 @@ from processes import start
 from orbitdb.errors import StoreError
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.single_word import fill_word
+from orbitdb.store.file.layout import SCHEMA_VERSION
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.file.schema import SCHEMA_VERSION
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.words import least_rotation, parse
 

@@ -212,6 +212,8 @@ def parse_bound(text: str) -> tuple[str, Bounds]:
             raise ValueError(text)
     except ValueError:
         raise SelectionError(f"range {text!r}: write it as {name}=3:10, {name}=3: or {name}=:10") from None
+    if low is not None and high is not None and low > high:
+        raise SelectionError(f"range {text!r} runs backwards: write {name.strip()}={high:g}:{low:g}")
     return name.strip(), (low, high)
 
 
@@ -389,4 +391,6 @@ def _pair(name: str, bounds: object) -> Bounds:
     if len(pair) != 2 or not all(isinstance(bound, Real) and bound == bound for bound in numbers):
         raise SelectionError(f"{name} = {bounds!r:.40}: give two numbers such as (3, 10), or None for one")
     low, high = pair
+    if len(numbers) == len(pair) and low > high:
+        raise SelectionError(f"{name} = {bounds!r:.40} runs backwards: give {(high, low)}")
     return low, high
