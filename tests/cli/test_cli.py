@@ -203,12 +203,13 @@ def test_formats_agree(cli):
 
 
 def test_columns_are_told_once_and_everywhere(cli):
+    from orbitdb.cli.commands.identify import LENGTH_KEYS, SHADOW_KEYS
     from orbitdb.cli.commands.query import WORD_KEYS
     from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS
     from orbitdb.store.asking.conditions import COLUMNS
 
     told = {row["column"]: row for row in json.loads(cli("columns", "--json").out)}
-    assert set(told) == {*COLUMNS, *WORD_KEYS, *BOUNCE_COLUMNS}
+    assert set(told) == {*COLUMNS, *WORD_KEYS, *BOUNCE_COLUMNS, *SHADOW_KEYS, *LENGTH_KEYS}
     assert (told["length"]["unit"], told["length"]["bound"]) == ("radius", "length_error")
     assert {row["bound"] for row in told.values() if row["bound"].endswith("error")} - {"both errors"} <= set(
         told
