@@ -1,5 +1,7 @@
 """What all words of a symmetry class share: the view of the classes, and which subsets it answers."""
 
+from functools import cache
+
 import sqlalchemy as sa
 
 from orbitdb.orbits.orbit import NUMBERS
@@ -9,6 +11,7 @@ from orbitdb.store.file.schema import ENDS, change, cycle, orbit, stadium
 from orbitdb.store.file.schema import catalogue as view
 
 
+@cache
 def class_view() -> sa.Subquery:
     """Return the columns of the view that all words of a class share, one row a stadium and class."""
     return (
