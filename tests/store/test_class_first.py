@@ -14,13 +14,14 @@ from orbitdb.store.asking.conditions import answering, conditions_of
 from orbitdb.store.asking.confinement import Patience
 from orbitdb.store.asking.selection import SelectionError, choose
 from orbitdb.store.file.schema import catalogue as view
-from orbitdb.store.reading import class_first, reader
+from orbitdb.store.reading import class_first, first_rows, places, reader
 from orbitdb.store.reading.catalogue import Catalogue
 
 NAMES = ("code", "p", "status", "length", "lambda_c", "rules")
 ORDERS = ("p,code", "length", "length desc,code", "lambda_c", "-p,length", "status,length", "code",
-          "margin desc", "class_size desc,lyapunov", "element,word")  # fmt: skip
-WHERE = ("lambda_c < 0.5", "length is null", "class_size = 2 or margin < 0.1", "p % 2", "word like '1%'",
+          "margin desc", "class_size desc,lyapunov", "element,word", "-code", "element desc,length",
+          "time_reversal,lambda_c desc", "lambda_c,status", "-p,status,code", "walls,margin")  # fmt: skip
+WHERE = ("lambda_c < 0.5", "length is null", "class_size = 2 or margin < 0.1", "p % 2", "word like '1%'", "element = 3", "element & 1 and length > 9",
          "representative = word", "status = 'geometric'", "upper(margin is not null) < p")  # fmt: skip
 
 choices = st.fixed_dictionaries(
@@ -62,13 +63,19 @@ def ragged(varied, tmp_path_factory):
     return path
 
 
-@given(choices, st.sampled_from(ORDERS), limits, st.integers(0, 5))
-def test_rows_are_those_of_a_pass(ragged, chosen, order, limit, offset):
-    selection, catalogue = choose(**chosen), Catalogue(ragged)
-    found = list(catalogue.rows(selection, NAMES, order, limit, offset))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reader, "few_words", lambda *_: None)
-        assert found == list(catalogue.rows(selection, NAMES, order, limit, offset))
+@pytest.mark.parametrize("most", [4, 2000])
+@given(chosen=choices, order=st.sampled_from(ORDERS), limit=limits, offset=st.integers(0, 5) | st.integers(0, 400))
+def test_rows_are_those_of_a_pass(ragged, varied, most, chosen, order, limit, offset):
+    selection = choose(**chosen)
+    for catalogue in (Catalogue(ragged), Catalogue(varied)):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(first_rows, "_STEPS", (most // 4, most))
+            for room in (first_rows, places):
+                patch.setattr(room, "MOST", most)
+            patch.setattr(class_first, "_FEW", most // 2)
+            found = list(catalogue.rows(selection, NAMES, order, limit, offset))
+            patch.setattr(reader, "place_of", lambda *_: None)
+            assert found == list(catalogue.rows(selection, NAMES, order, limit, offset))
 
 
 @pytest.mark.parametrize("order", ["length", "length desc", "-lambda_c,p", "margin,length", "rules"])

@@ -5,12 +5,13 @@ words, and those of many are counted by their classes, without a pass over all t
 """
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import sqlalchemy as sa
 
 from orbitdb.orbits.orbit import Status
-from orbitdb.store.asking.conditions import answering, conditions_of, parse_order, sort_key
+from orbitdb.store.asking.conditions import answering, conditions_of, containing, parse_order, sort_key
 from orbitdb.store.asking.confinement import Patience
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import DONE, fill, sequence, stadium
@@ -35,6 +36,8 @@ _MANY = 100_000
 def count_rows(connection: sa.Connection, selection: Selection) -> int:
     """Return the number of rows in a subset."""
     scanned = sa.select(sa.func.count()).select_from(view)
+    if selection.contains is not None and (count := _count_containing(connection, selection)) is not None:
+        return count
     if not _class_first(connection, selection):
         with answering(connection, selection, Patience()):
             return connection.scalar(scanned.where(*conditions_of(selection))) or 0
@@ -48,6 +51,21 @@ def count_rows(connection: sa.Connection, selection: Selection) -> int:
             found = (found or 0) + (connection.scalar(rest) or 0)
     pruned = pruned_words(connection, selection)
     return (found or 0) + sum(count for p, count in pruned.items() if p not in ragged)
+
+
+def _count_containing(connection: sa.Connection, selection: Selection) -> int | None:
+    """Count the words of chosen classes that contain a factor, None if that takes a pass over the view."""
+    chosen = replace(selection, contains=None)
+    if not _class_first(connection, chosen) or ragged_periods(connection) or pruned_words(connection, chosen):
+        return None
+    classes, here = class_view().c, sa.select(sa.func.count()).select_from(sequence)
+    periods = sequence.c.p.in_([p for p in orders(connection) if selection.includes(p)])
+    with answering(connection, selection, Patience()):
+        conditions = conditions_of(chosen, classes)
+        claimed = connection.scalar(sa.select(sa.func.sum(classes.class_size)).where(*conditions))
+        if claimed != connection.scalar(here.where(periods)):
+            periods &= sequence.c.cycle.in_(sa.select(classes.cycle).where(*conditions))
+        return connection.scalar(here.where(periods, containing(sequence.c.word, selection.contains or "")))
 
 
 def few_words(
@@ -170,8 +188,9 @@ def orders_with_pruned(connection: sa.Connection, selection: Selection) -> Itera
             *(sa.null().label(name) for name in names),
         ).subquery(view.name)
         with answering(connection, selection, Patience()):
-            if connection.scalar(sa.select(word.c.p).where(*conditions_of(selection, word.c))) is not None:
-                yield p
+            chosen = connection.scalar(sa.select(word.c.p).where(*conditions_of(selection, word.c)))
+        if chosen is not None:
+            yield p
 
 
 def orders(connection: sa.Connection) -> list[int]:
