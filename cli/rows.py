@@ -1,9 +1,13 @@
 """Rows of the catalogue for other programs, and what their columns are, in short."""
 
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from orbitdb.columns import IN_CATALOGUE
+
+if TYPE_CHECKING:
+    from orbitdb.store.asking.selection import Selection
+    from orbitdb.store.reading.catalogue import Catalogue
 
 KEYS = (
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
@@ -47,3 +51,29 @@ def with_rules(names: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> Itera
     place = names.index("rules")
     for row in rows:
         yield (*row[:place], rules_of(row[place]), *row[place + 1 :])
+
+
+def lines_or_rows(
+    catalogue: "Catalogue",
+    chosen: "Selection",
+    names: tuple[str, ...],
+    order: str,
+    form: str,
+    mark: bool,
+    limit: int | None = None,
+    offset: int = 0,
+) -> Iterator[Any]:
+    """Return rows of a subset for a writer, as ready lines where a text gets very many of them."""
+    from orbitdb.export import LINES
+    from orbitdb.store.reading.spread import spread_lines
+
+    def with_all(rows: Iterable[Any]) -> Iterator[tuple[Any, ...]]:
+        told = with_rules(names, (tuple(row) for row in rows))
+        return with_marks(names, told) if mark else told
+
+    if form in LINES and limit is None and not offset:
+        make = LINES[form]
+        lines = spread_lines(catalogue, chosen, names, order, lambda rows: make(names, with_all(rows)))
+        if lines is not None:
+            return lines
+    return with_all(catalogue.rows(chosen, names, order, limit, offset))

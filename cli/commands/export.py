@@ -14,7 +14,7 @@ from orbitdb.cli import options
 from orbitdb.cli.progress import Progress, progress
 from orbitdb.cli.reading import note_gaps, note_nothing, reading
 from orbitdb.cli.render import note
-from orbitdb.cli.rows import COLUMNS_HELP, KEYS, with_marks, with_rules
+from orbitdb.cli.rows import COLUMNS_HELP, KEYS, lines_or_rows, with_marks, with_rules
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -117,15 +117,17 @@ def export(
             names, rows = _with_bounces(catalogue, chosen, names, order, limit)
         elif coordinates:
             names, rows = _with_coordinates(catalogue, chosen, names, order, limit)
+            rows = _with_lists(rows) if kind in files.TEXT_WRITERS else rows
         else:
-            rows = with_rules(names, catalogue.rows(chosen, names, order, limit))
+            rows = lines_or_rows(catalogue, chosen, names, order, kind, mark_words, limit)
+        if mark_words and (bounces or coordinates):
+            rows = with_marks(names, rows)
         with progress("sorting"):
             first = next(rows, None)
         if first is None:
             note_nothing(catalogue, chosen, ": nothing is written")
             raise typer.Exit(1)
         everything: Iterator[Row] = chain([first], rows)
-        everything = with_marks(names, everything) if mark_words else everything
         with progress("writing", to_stdout=file is None) as shown:
             written = _watched(everything, shown)
             if file is None:
@@ -177,8 +179,12 @@ def _with_coordinates(
 ) -> tuple[tuple[str, ...], Iterator[Row]]:
     """Return columns and rows with the coordinates of all bounces behind them, None where there are none."""
     found = _placed(catalogue, chosen, names, order, limit)
-    rows = ((*row, None if place is None else place.tolist()) for _, row, place in chain.from_iterable(found))
-    return (*names, "coordinates"), rows
+    return (*names, "coordinates"), ((*row, place) for _, row, place in chain.from_iterable(found))
+
+
+def _with_lists(rows: Iterator[Row]) -> Iterator[Row]:
+    """Give arrays, which are last in rows, as lists."""
+    return ((*row, None if place is None else place.tolist()) for *row, place in rows)
 
 
 def _with_bounces(

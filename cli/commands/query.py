@@ -11,7 +11,7 @@ from orbitdb.cli.codes import given_codes, primitive
 from orbitdb.cli.options import Format
 from orbitdb.cli.reading import meant, note_gaps, note_nothing, reading
 from orbitdb.cli.render import code_text, note, write, write_facts
-from orbitdb.cli.rows import COLUMNS_HELP, KEYS, with_marks, with_rules
+from orbitdb.cli.rows import COLUMNS_HELP, KEYS, lines_or_rows, with_marks
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -108,8 +108,8 @@ def query(
     shown = _ON_SCREEN if on_screen else limit
     with reading(db, a, choice) as (catalogue, chosen):
         note_gaps(catalogue, chosen, names=names, order=order)
-        rows = with_rules(names, catalogue.rows(chosen, names, order, shown, offset))
-        count = write(names, with_marks(names, rows) if mark_words else rows, form)
+        rows = lines_or_rows(catalogue, chosen, names, order, form, mark_words, shown, offset)
+        count = write(names, rows, form)
         cut = offset or count == shown
         total = catalogue.count(chosen) if cut and (form is Format.TABLE or not count) else count
         if not total:

@@ -59,13 +59,17 @@ def _count_containing(connection: sa.Connection, selection: Selection) -> int | 
     if not _class_first(connection, chosen) or ragged_periods(connection) or pruned_words(connection, chosen):
         return None
     classes, here = class_view().c, sa.select(sa.func.count()).select_from(sequence)
-    periods = sequence.c.p.in_([p for p in orders(connection) if selection.includes(p)])
+    chosen_words: sa.ColumnElement[bool] = sequence.c.p.in_(
+        [p for p in orders(connection) if selection.includes(p)]
+    )
     with answering(connection, selection, Patience()):
         conditions = conditions_of(chosen, classes)
         claimed = connection.scalar(sa.select(sa.func.sum(classes.class_size)).where(*conditions))
-        if claimed != connection.scalar(here.where(periods)):
-            periods &= sequence.c.cycle.in_(sa.select(classes.cycle).where(*conditions))
-        return connection.scalar(here.where(periods, containing(sequence.c.word, selection.contains or "")))
+        if claimed != connection.scalar(here.where(chosen_words)):
+            chosen_words &= sequence.c.cycle.in_(sa.select(classes.cycle).where(*conditions))
+        return connection.scalar(
+            here.where(chosen_words, containing(sequence.c.word, selection.contains or ""))
+        )
 
 
 def few_words(

@@ -102,7 +102,7 @@ class Asked:
         """Return those of which a column has one value."""
         return replace(self, fixed=(*self.fixed, (name, value)))
 
-    def all(self, query: sa.Select[Any]) -> Sequence[sa.Row[Any]]:
+    def all(self, query: sa.Select[Any]) -> Sequence[Any]:
         """Return the answer to a query over the subset."""
         with answering(self.connection, self.selection, self.patience):
             return self.connection.execute(query).all()
@@ -129,7 +129,11 @@ class Asked:
         if name in _NAMES:
             return self._by_name(falling, wanted)
         if name in class_view().c and name not in OF_FEW_VALUES:
-            return self._by_class(name, falling, rest, wanted) if self.by_class else self._walk(name, falling, wanted)
+            return (
+                self._by_class(name, falling, rest, wanted)
+                if self.by_class
+                else self._walk(name, falling, wanted)
+            )
         if name == "element" or name in OF_FEW_VALUES:
             return self._by_value(name, falling, rest, wanted) if self.by_class else None
         return None
@@ -167,13 +171,15 @@ class Asked:
         if name in class_view().c:
             column = class_view().c[name]
             query = self.classes(column, sa.func.count()).group_by(column)
-            known: dict[Any, int] = {value: count for value, count in self.all(query)}
+            known: dict[Any, int] = dict(map(tuple, self.all(query)))
         else:
             known = dict.fromkeys(range(_ELEMENTS), 0)
         if pruned:
             of_pruned = {"p": pruned, "status": [Status.GEOMETRIC.value]}.get(name, [None])
             known |= dict.fromkeys(of_pruned, 0)
-        yield from ((each, known[each]) for each in sorted((v for v in known if v is not None), reverse=falling))
+        yield from (
+            (each, known[each]) for each in sorted((v for v in known if v is not None), reverse=falling)
+        )
         if None in known:
             yield None, known[None]
 
