@@ -6,7 +6,8 @@ is stored twice.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,6 +42,7 @@ from orbitdb.symbols.words import (
     to_strings,
     unpack,
 )
+from orbitdb.verification.blocks import ClassBlock
 from orbitdb.verification.check import Check, Step, judged, shown
 
 if TYPE_CHECKING:
@@ -113,8 +115,27 @@ def _wrong_counts(
         yield f"{solved} of {classes} classes have a row"
 
 
-def check_words(connection: "sa.Connection", chosen: Iterable[Ids]) -> Iterator[Step]:
-    """Check the words and classes of all that is chosen at some a."""
+@dataclass(frozen=True, eq=False)
+class WordBlock(ClassBlock):
+    """Classes of which the words are to be checked.
+
+    Attributes
+    ----------
+    cursor : str or None
+        The words of the period behind this one may not be stored yet.
+    """
+
+    cursor: str | None
+
+    def checked(self, connection: "sa.Connection") -> Step:
+        """Return what is found in the rows that a connection reads."""
+        rows = load_classes(connection, self.ids)
+        checks = tuple(_classes(connection, self.p, rows, self.cursor))
+        return Step(f"words, p = {self.p}", self.done, self.total, checks)
+
+
+def word_blocks(connection: "sa.Connection", path: Path, chosen: Iterable[Ids]) -> Iterator[WordBlock]:
+    """Yield blocks of all classes that are chosen at some a."""
     ids: Ids = {}
     for part in chosen:
         for p, those in part.items():
@@ -125,9 +146,7 @@ def check_words(connection: "sa.Connection", chosen: Iterable[Ids]) -> Iterator[
     cursors = {fill["p"]: fill["cursor"] or "" for fill in fills if fill["p"] not in done}
     total = sum(map(len, ids.values()))
     for p, block, before in blocks(ids):
-        rows = load_classes(connection, block)
-        checks = tuple(_classes(connection, p, rows, cursors.get(p)))
-        yield Step(f"words, p = {p}", before + len(block), total, checks)
+        yield WordBlock(path, p, block, before, total, cursors.get(p))
 
 
 def _classes(

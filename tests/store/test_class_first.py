@@ -21,7 +21,8 @@ NAMES = ("code", "p", "status", "length", "lambda_c", "rules")
 ORDERS = ("p,code", "length", "length desc,code", "lambda_c", "-p,length", "status,length", "code",
           "margin desc", "class_size desc,lyapunov", "element,word", "-code", "element desc,length",
           "time_reversal,lambda_c desc", "lambda_c,status", "-p,status,code", "walls,margin")  # fmt: skip
-WHERE = ("lambda_c < 0.5", "length is null", "class_size = 2 or margin < 0.1", "p % 2", "word like '1%'", "element = 3",
+WHERE = ("lambda_c < 0.5", "length is null", "class_size = 2 or margin < 0.1", "p % 2", "word like '1%'",
+         "element = 3",
          "element & 1 and length > 9",
          "representative = word", "status = 'geometric'", "upper(margin is not null) < p")  # fmt: skip
 
