@@ -43,7 +43,7 @@ from orbitdb.symbols.words import (
     unpack,
 )
 from orbitdb.verification.blocks import ClassBlock
-from orbitdb.verification.check import Check, Step, judged, shown
+from orbitdb.verification.check import Check, Step, judged
 
 if TYPE_CHECKING:
     import sqlalchemy as sa
@@ -155,7 +155,7 @@ def _classes(
     """Check classes of one period and all their words; behind a cursor words may not be stored yet."""
     words = [row["word"] for row in rows]
     sound = sound_words(words, p)
-    yield judged("classes", [shown(word) for word in words], ~np.isin(np.arange(len(words)), sound))
+    yield judged("classes", words, ~np.isin(np.arange(len(words)), sound))
     rows = [rows[i] for i in sound]
     families = class_members([words[i] for i in sound], p)
     wrong = [
@@ -168,7 +168,7 @@ def _classes(
         or row["symmetry"] != symmetry.label(stabiliser)
         for row, (images, stabiliser) in zip(rows, families, strict=True)
     ]
-    found = judged("classes", [shown(row["word"]) for row in rows], wrong)
+    found = judged("classes", [row["word"] for row in rows], wrong)
     yield replace(found, rows=0)  # the rows are counted above
     expected = [
         (word, (row["id"], element, None))
@@ -178,7 +178,7 @@ def _classes(
     ]
     stored = load_sequences(connection, p, [word for word, _ in expected])
     differ = [stored.get(word) != entry for word, entry in expected]
-    yield judged("sequences", [shown(word) for word, _ in expected], differ)
+    yield judged("sequences", [word for word, _ in expected], differ)
 
 
 def class_members(words: Sequence[str], p: int) -> list[tuple[dict[str, int], int]]:
@@ -230,4 +230,4 @@ def _rules(block: Sequence[tuple[int, str, str]]) -> Step:
         or not is_primitive(word)
         for (_, word, stored), ok in zip(block, written, strict=True)
     ]
-    return Step(f"pruned words, p = {p}", 0, 1, (judged("rules", [shown(word) for word in words], wrong),))
+    return Step(f"pruned words, p = {p}", 0, 1, (judged("rules", words, wrong),))

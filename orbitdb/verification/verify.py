@@ -20,12 +20,11 @@ from orbitdb.orbits.orbit import EXISTING, Orbits
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.soundness import is_whole
-from orbitdb.store.reading.stored_blocks import Ids, StoredBlock, blocks, choose, load_orbits, whole_rows
+from orbitdb.store.reading.stored_blocks import Ids, blocks, choose, load_orbits, whole_rows
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.births import check_births
 from orbitdb.verification.blocks import ClassBlock, Workers, steps_of
-from orbitdb.verification.check import Check, Step, judged, measured, shown
+from orbitdb.verification.check import Check, Step, judged, measured
 from orbitdb.verification.completeness import check_counts, check_file, check_pruned, word_blocks
 from orbitdb.verification.enclosures import check_enclosures
 from orbitdb.verification.invariants import check_consistency, with_bounds
@@ -162,8 +161,9 @@ class OrbitBlock(ClassBlock):
         if number is None:
             return Step(stage, self.done, self.total, ())
         stored, stadium = load_orbits(connection, number, self.ids), Stadium(self.a)
-        checks = [_values(stored, self.p)]
-        rows = whole_rows(stored, self.p)
+        whole = stored.whole(self.p)
+        checks = [judged("values", stored.words, np.logical_not(whole))]
+        rows = whole_rows(stored, self.p, whole)
         if rows:
             details = [stored.rows[i] for i in rows]
             with np.errstate(all="ignore"):  # what is stored may be any number
@@ -195,12 +195,7 @@ def _block(
     existing = np.flatnonzero(np.isin(stored.status, EXISTING) & np.isfinite(stored.error))
     yield from check_consistency(stored.rows(existing), stadium)
     proofs = [i for i, row in enumerate(rows) if row["radius"] is not None]
-    labels = [shown(word) for word in to_strings(stored.words[proofs])]
+    labels = to_strings(stored.words[proofs])
     radius = np.array([rows[i]["radius"] for i in proofs])
     allowed = np.where(np.isfinite(stored.error[proofs]), stored.error[proofs], 0.0)
     yield measured("radii", labels, radius, allowed)
-
-
-def _values(stored: StoredBlock, p: int) -> Check:
-    wrong = [not is_whole(row, p) for row in stored.rows]
-    return judged("values", [shown(word) for word in stored.words], wrong)
