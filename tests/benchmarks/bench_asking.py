@@ -1,8 +1,8 @@
 """What is asked of a large catalogue: processor time and memory of whole commands, one after the other.
 
 Run it as ``python tests/benchmarks/bench_asking.py DATABASE [asking | exports | verify] [OPTIONS ...]`` with
-orbitdb installed, on Linux or macOS; options such as ``--p 13`` go to every command. Processor time counts all
-processes of a command, memory is that of the largest one.
+orbitdb installed, on Linux or macOS; options such as ``--p 13`` go to every command. Processor time counts
+all processes of a command, memory is that of the largest one.
 """
 
 import os

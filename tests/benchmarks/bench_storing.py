@@ -1,7 +1,8 @@
 """How near storing is to SQLite: rows of one period inserted again by SQLite's own driver, and nothing else.
 
-Run it as ``python tests/benchmarks/bench_storing.py DATABASE [PERIOD]``; it prints processor time a sequence for
-each table, with the settings of a fill (WAL, synchronous = NORMAL, 64 rows a statement, one transaction a block).
+Run it as ``python tests/benchmarks/bench_storing.py DATABASE [PERIOD]``; it prints processor time a sequence
+for each table, with the settings of a fill (WAL, synchronous = NORMAL, 64 rows a statement, one transaction a
+block), and what the fill of DATABASE took to store them.
 """
 
 import sqlite3
@@ -16,14 +17,15 @@ from pathlib import Path
 ROWS_A_STATEMENT = 64
 BLOCK = 1 << 15
 TABLES = ("cycle", "sequence", "orbit")
+INTO = dict(zip(TABLES, TABLES, strict=True)) | {"sequence": "sequence (p, word, cycle, element)"}
 
 
 def read(database: Path, p: int) -> tuple[dict[str, list[tuple]], list[str], float]:
-    """Return the rows of a period by table, in order, what makes the tables, and what a fill took to store them."""
+    """Return the rows of a period by table, in order, what makes the tables, and the time of the fill."""
     low, high = 1 << 3 * p, (1 << 3 * p + 1) - 1
     queries = {
         "cycle": "SELECT * FROM cycle WHERE id BETWEEN :low AND :high ORDER BY id",
-        "sequence": "SELECT * FROM sequence WHERE p = :p ORDER BY word",
+        "sequence": "SELECT p, word, cycle, element FROM sequence WHERE p = :p ORDER BY word",
         "orbit": "SELECT * FROM orbit WHERE stadium = 1 AND cycle BETWEEN :low AND :high ORDER BY cycle",
     }
     values = {"p": p, "low": low, "high": high}
@@ -65,7 +67,7 @@ def store(rows: dict[str, list[tuple]], made: list[str], path: Path) -> dict[str
             target.execute("BEGIN IMMEDIATE")
             for name in TABLES:
                 clock = time.thread_time()
-                insert(target, name, block[name])
+                insert(target, INTO[name], block[name])
                 spent[name] += time.thread_time() - clock
             clock = time.thread_time()
             target.execute("COMMIT")

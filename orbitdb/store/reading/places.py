@@ -14,12 +14,13 @@ from orbitdb.columns import kind_of
 from orbitdb.store.asking.conditions import answering
 from orbitdb.store.asking.confinement import Patience
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.schema import sequence
+from orbitdb.store.file.schema import DONE, fill, sequence, stadium
 from orbitdb.store.reading.class_first import (
     OF_FEW_VALUES,
     few_classes,
     few_words,
     is_long,
+    orders,
     pruned_words,
     ragged_periods,
     words_of,
@@ -96,12 +97,25 @@ def _shifted(place: Place | None, rows: int) -> Place | None:
 
 def _in_order_of_table(asked: Asked, limit: int, offset: int) -> Iterator[str]:
     """Yield the words of rows behind an offset."""
-    for p, rows in _rows_of_values(asked, "p", False):
+    for p, rows in _rows_filled(asked) or _rows_of_values(asked, "p", False):
         if offset < rows and limit > 0:
             found = _words_behind(asked, p, rows, limit, offset)
             limit -= len(found)
             yield from found
         offset = max(offset - rows, 0)
+
+
+def _rows_filled(asked: Asked) -> list[tuple[int, int]] | None:
+    """Return how many words the periods have, if all of them are asked for and filled."""
+    selection = asked.selection
+    if asked.fixed or replace(selection, periods=()) != Selection(selection.a):
+        return None
+    here = (
+        sa.select(fill.c.p, fill.c.n_t).join(stadium).where(stadium.c.a == selection.a, fill.c.state == DONE)
+    )
+    filled = dict(map(tuple, asked.connection.execute(here)))
+    wanted = [p for p in orders(asked.connection) if selection.includes(p)]
+    return [(p, filled[p]) for p in wanted] if filled.keys() >= set(wanted) else None
 
 
 def _words_behind(asked: Asked, p: int, rows: int, limit: int, offset: int) -> list[str]:
