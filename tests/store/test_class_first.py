@@ -16,14 +16,15 @@ from orbitdb.store.asking.selection import SelectionError, choose
 from orbitdb.store.file.schema import catalogue as view
 from orbitdb.store.reading import class_first, first_rows, places, reader
 from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.class_view import class_part
 
 NAMES = ("code", "p", "status", "length", "lambda_c", "rules")
 ORDERS = ("p,code", "length", "length desc,code", "lambda_c", "-p,length", "status,length", "code",
           "margin desc", "class_size desc,lyapunov", "element,word", "-code", "element desc,length",
           "time_reversal,lambda_c desc", "lambda_c,status", "-p,status,code", "walls,margin")  # fmt: skip
 WHERE = ("lambda_c < 0.5", "length is null", "class_size = 2 or margin < 0.1", "p % 2", "word like '1%'",
-         "element = 3",
-         "element & 1 and length > 9",
+         "element = 3", "element & 1 and length > 9", "word > '02' and (p = 4 or length > 9) AND margin > 0",
+         "element between 1 and 3 and length > 9", "code like '%31' or length > 9 and p > 3",
          "representative = word", "status = 'geometric'", "upper(margin is not null) < p")  # fmt: skip
 
 choices = st.fixed_dictionaries(
@@ -150,3 +151,20 @@ def test_pruned_words_of_a_period_in_the_making_count_once(tmp_path):
     going.close()  # all its words are stored, but not that these are all
     catalogue = Catalogue(path)
     assert catalogue.count(choose()) == len(list(catalogue.rows(choose(), ("code",)))) == 70
+
+
+@pytest.mark.parametrize(
+    ("where", "kept"),
+    [
+        ("element = 3 and lambda_c < :cut", "(\nlambda_c < :cut\n)"),
+        ("word like 'a and b' and (p > 3 and element) and margin > 0", "(\nmargin > 0\n)"),
+        ("element = 3 or lambda_c < :cut", None),
+        ("length between element and 9", None),
+    ],
+)
+def test_what_classes_fulfil_of_an_expression(where, kept):
+    given = {"cut": 0.38} if ":cut" in where else {}
+    part = class_part(choose(where=where, parameters=given, contains="13", status="orbit"))
+    assert part.contains is None
+    assert (part.where and part.where.replace(" \n", "\n").replace("\n ", "\n")) == kept
+    assert part.parameters == (given if kept and ":cut" in kept else {})

@@ -25,7 +25,7 @@ from orbitdb.store.reading.class_first import (
     up_to,
     words_of,
 )
-from orbitdb.store.reading.class_view import class_view, same_for_classes
+from orbitdb.store.reading.class_view import class_part, class_view, same_for_classes
 from orbitdb.symbols import symmetry
 
 Keys = Sequence[tuple[str, bool]]
@@ -114,9 +114,7 @@ class Asked:
 
     def classes(self, *columns: sa.ColumnElement[Any]) -> sa.Select[Any]:
         """Return the query for columns of the classes that have such words, perhaps among others."""
-        chosen = replace(self.selection, contains=None)
-        if not same_for_classes(chosen):
-            chosen = replace(chosen, where=None, parameters={})
+        chosen = class_part(self.selection)
         known = class_view().c
         fixed = (_is(known[name], value) for name, value in self.fixed if name in known)
         return sa.select(*columns).where(*conditions_of(chosen, known), *fixed)
