@@ -1,8 +1,9 @@
 """Rows of the catalogue for other programs, and what their columns are, in short."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
+from orbitdb.cli.half_lengths import merged
 from orbitdb.columns import IN_CATALOGUE
 
 if TYPE_CHECKING:
@@ -24,6 +25,39 @@ COLUMNS_HELP = "\n".join([
     *(f"  {each.name:{_WIDTH}}  {each.brief}" for each in IN_CATALOGUE),
 ])  # fmt: skip
 """The columns for the end of a command's help, a line each, which is not to be wrapped."""
+
+
+Row = tuple[Any, ...]
+Reading = Callable[["Selection", tuple[str, ...], int | None, int], Iterator[Row]]
+"""Gives rows of a subset at one a that begin with some columns: so many at most, others passed over first."""
+
+
+def in_order(
+    read: Reading,
+    stadiums: Sequence["Selection"],
+    names: tuple[str, ...],
+    order: str,
+    limit: int | None,
+    offset: int = 0,
+) -> Iterator[Row]:
+    """Return rows of a subset at one a, or at several as if they were one; of equal ones by a."""
+    if len(stadiums) == 1:
+        return read(stadiums[0], names, limit, offset)
+    from orbitdb.store.asking.conditions import parse_order
+
+    falling = parse_order(order)
+    for name in ("p", "code"):
+        falling.setdefault(name, False)
+    most = None if limit is None else limit + offset
+    streams = [
+        _keys_last(read(chosen, (*names, *falling), most, 0), len(names), len(falling)) for chosen in stadiums
+    ]
+    return merged(streams, list(falling.values()), limit, offset)
+
+
+def _keys_last(rows: Iterable[Row], start: int, count: int) -> Iterator[Row]:
+    end = start + count
+    return ((*row[:start], *row[end:], *row[start:end]) for row in rows)
 
 
 _WORDS = ("code", "word", "representative", "sequence")
@@ -53,27 +87,23 @@ def with_rules(names: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> Itera
         yield (*row[:place], rules_of(row[place]), *row[place + 1 :])
 
 
-def lines_or_rows(
+def ready_lines(
     catalogue: "Catalogue",
-    chosen: "Selection",
+    stadiums: Sequence["Selection"],
     names: tuple[str, ...],
     order: str,
     form: str,
     mark: bool,
-    limit: int | None = None,
-    offset: int = 0,
-) -> Iterator[Any]:
-    """Return rows of a subset for a writer, as ready lines where a text gets very many of them."""
+) -> Iterator[str] | None:
+    """Return all rows of a subset at one a as ready lines of a text; None where they are not so many."""
     from orbitdb.export import LINES
     from orbitdb.store.reading.spread import spread_lines
 
-    def with_all(rows: Iterable[Any]) -> Iterator[tuple[Any, ...]]:
-        told = with_rules(names, (tuple(row) for row in rows))
-        return with_marks(names, told) if mark else told
+    if form not in LINES or len(stadiums) > 1:
+        return None
 
-    if form in LINES and limit is None and not offset:
-        make = LINES[form]
-        lines = spread_lines(catalogue, chosen, names, order, lambda rows: make(names, with_all(rows)))
-        if lines is not None:
-            return lines
-    return with_all(catalogue.rows(chosen, names, order, limit, offset))
+    def lines(rows: Iterable[Sequence[Any]]) -> Iterator[str]:
+        told = with_rules(names, map(tuple, rows))
+        return LINES[form](names, with_marks(names, told) if mark else told)
+
+    return spread_lines(catalogue, stadiums[0], names, order, lines)

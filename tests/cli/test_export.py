@@ -423,7 +423,7 @@ def test_lines_that_words_of_a_class_share_are_those_of_rows(
     monkeypatch.setattr(class_first, "_MANY", 0)
     monkeypatch.setattr(spread, "_BLOCK", 7)
     columns, catalogue = columns or cli_rows.KEYS, Catalogue(varied)
-    lines = list(cli_rows.lines_or_rows(catalogue, choose(**chosen), columns, "p,code", form, mark))
-    rows = list(cli_rows.lines_or_rows(catalogue, choose(**chosen), columns, "p,code", "parquet", mark))
-    assert isinstance(lines[0], str)
-    assert lines == list(files.LINES[form](columns, rows))
+    lines = cli_rows.ready_lines(catalogue, [choose(**chosen)], columns, "p,code", form, mark)
+    rows = cli_rows.with_rules(columns, catalogue.rows(choose(**chosen), columns))
+    rows = cli_rows.with_marks(columns, rows) if mark else rows
+    assert list(lines) == list(files.LINES[form](columns, rows)) != []

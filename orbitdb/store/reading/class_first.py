@@ -38,7 +38,7 @@ def count_rows(connection: sa.Connection, selection: Selection) -> int:
     scanned = sa.select(sa.func.count()).select_from(view)
     if selection.contains is not None and (count := _count_containing(connection, selection)) is not None:
         return count
-    if not _class_first(connection, selection):
+    if not goes_by_class(connection, selection):
         with answering(connection, selection, Patience()):
             return connection.scalar(scanned.where(*conditions_of(selection))) or 0
     ragged = ragged_periods(connection)
@@ -56,7 +56,11 @@ def count_rows(connection: sa.Connection, selection: Selection) -> int:
 def _count_containing(connection: sa.Connection, selection: Selection) -> int | None:
     """Count the words of chosen classes that contain a factor, None if that takes a pass over the view."""
     chosen = replace(selection, contains=None)
-    if not _class_first(connection, chosen) or ragged_periods(connection) or pruned_words(connection, chosen):
+    if (
+        not goes_by_class(connection, chosen)
+        or ragged_periods(connection)
+        or pruned_words(connection, chosen)
+    ):
         return None
     classes, here = class_view().c, sa.select(sa.func.count()).select_from(sequence)
     chosen_words: sa.ColumnElement[bool] = sequence.c.p.in_(
@@ -92,7 +96,7 @@ def few_words(
     list of str or None
         Least rotations; None if only a pass over all words can tell.
     """
-    if not _class_first(connection, selection):
+    if not goes_by_class(connection, selection):
         return None
     few, limits = few_classes(connection), list[sa.ColumnElement[bool]]()
     classes = class_view().c
@@ -120,7 +124,7 @@ def words_of(classes: Iterable[Sequence[Any]]) -> list[str]:
     return [word for representative, _ in least for word in symmetry.members(representative)]
 
 
-def _class_first(connection: sa.Connection, selection: Selection) -> bool:
+def goes_by_class(connection: sa.Connection, selection: Selection) -> bool:
     """Tell whether a subset takes all words of a class or none, and a pass over all words would be long."""
     return selection.contains is None and is_long(connection) and same_for_classes(selection)
 
