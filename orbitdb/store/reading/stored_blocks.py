@@ -22,6 +22,7 @@ Ids = dict[int, NDArray[np.int64]]
 SYMBOLS_A_BLOCK = 1 << 17
 
 _BLOCK = 4096
+_PAIR = np.dtype("i8,i8")
 
 
 def choose(reader: Reader, selection: Selection, sample: int | None, rng: np.random.Generator) -> Ids:
@@ -58,7 +59,9 @@ def _class_ids(connection: sa.Connection, a: float) -> Ids:
         .join(stadium, stadium.c.id == orbit.c.stadium)
         .where(stadium.c.a == a)
     )
-    return by_period(connection.execute(query).all())
+    cursor = connection.execute(query).cursor
+    pairs = np.fromiter(iter(cursor.fetchone, None), _PAIR)  # a million tuples would take 200 MB
+    return {int(p): np.unique(pairs["f1"][pairs["f0"] == p]) for p in np.unique(pairs["f0"])}
 
 
 def by_period(pairs: Sequence[Any]) -> dict[int, NDArray[np.int64]]:
