@@ -153,11 +153,27 @@ def _name(name: str, thing: Any) -> str:
     return "\n".join([f"## {name}", "", "```{eval-rst}", *lines, "```"])
 
 
+def keys() -> str:
+    """Return the keys of the screens of the terminal UI, as its help tells them."""
+    from orbitdb.cli.tui.keys import COUNTS, MAIN, STATISTICS, WHOLE
+
+    parts = []
+    for groups in (MAIN, COUNTS, STATISTICS, WHOLE):
+        for title, told in groups if groups is MAIN else groups[:1]:
+            rows = [
+                f"| {' '.join(f'`{key}`' for key in names.split())} | {_plain(means)} |"
+                for names, means in told
+            ]
+            parts.append("\n".join([f"| {title} | |", "|---|---|", *rows]))
+    return "\n\n".join(parts)
+
+
 _SPECIAL = ("__contains__", "__getitem__", "__iter__", "__len__")
 
 _TEXTS: dict[str, Callable[[], str]] = {
     "commands": commands,
     "names": names,
+    "keys": keys,
     "columns_of_words": lambda: columns(OF_WORDS),
     "columns_of_orbits": lambda: columns(OF_ORBITS),
     "columns_of_bounces": lambda: columns(OF_BOUNCES),

@@ -6,6 +6,7 @@ cannot reach it.
 """
 
 import asyncio
+import logging
 import os
 import secrets
 import shlex
@@ -25,6 +26,7 @@ from orbitdb.cli.endings import TERMINATING, Terminated, with_other_processes
 from orbitdb.errors import InputError
 
 HOST = "127.0.0.1"
+_LOG = logging.getLogger("textual-serve")
 _SECONDS = 5.0
 """How long a session may take to end."""
 _REFUSAL = "this address lacks the token: open the one that 'orbitdb browse --web' has shown\n"
@@ -115,6 +117,7 @@ class TokenServer(Server):
         told: asyncio.Future[int] = asyncio.get_running_loop().create_future()
 
         def end(number: int) -> None:
+            _LOG.disabled = True  # of sessions that end as they are told
             if not told.done():
                 told.set_result(number)
 
@@ -128,7 +131,7 @@ class TokenServer(Server):
             tell(self.address)
             return await told
         finally:
-            with redirect_stdout(StringIO()):  # of sessions that end as they are told
+            with redirect_stdout(StringIO()):
                 await runner.cleanup()
 
     async def guarded(self) -> web.Application:
