@@ -157,15 +157,12 @@ def keys() -> str:
     """Return the keys of the screens of the terminal UI, as its help tells them."""
     from orbitdb.cli.tui.keys import COUNTS, MAIN, STATISTICS, WHOLE
 
-    parts = []
-    for groups in (MAIN, COUNTS, STATISTICS, WHOLE):
-        for title, told in groups if groups is MAIN else groups[:1]:
-            rows = [
-                f"| {' '.join(f'`{key}`' for key in names.split())} | {_plain(means)} |"
-                for names, means in told
-            ]
-            parts.append("\n".join([f"| {title} | |", "|---|---|", *rows]))
-    return "\n\n".join(parts)
+    lines = ["| | key | does |", "|---|---|---|"]
+    for title, told in (*MAIN, COUNTS[0], STATISTICS[0], WHOLE[0]):
+        for place, (names, means) in enumerate(told):
+            shown = " ".join(f"`{each}`" for each in names.split())
+            lines.append(f"| {'' if place else title} | {shown} | {_plain(means)} |")
+    return "\n".join(lines)
 
 
 _SPECIAL = ("__contains__", "__getitem__", "__iter__", "__len__")
