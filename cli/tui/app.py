@@ -35,7 +35,7 @@ from orbitdb.store.asking.selection import Selection
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.fills import Fill
-    from orbitdb.store.reading.lives import Lives
+    from orbitdb.store.reading.lookup import Lives
     from orbitdb.store.reading.pages import Index
 
 _SECONDS_BETWEEN_LOOKS = 2.0
@@ -149,7 +149,7 @@ class BrowseApp(App[None]):
     def follow(self, orbit: Orbit, up: bool, home: float) -> Orbit:
         """Return what becomes of an orbit a step farther in a, with its lives; ``home`` is a stop."""
         from orbitdb.cli.tui.following import next_a
-        from orbitdb.filling.single_word import with_existence
+        from orbitdb.store.reading.one_word import with_existence
 
         lives = with_existence(orbit).exists if orbit.exists is None else orbit.exists
         return self.find_at(orbit.code, next_a(lives or (), orbit.a, up, home), lives)

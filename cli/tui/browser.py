@@ -10,7 +10,7 @@ from orbitdb.orbits.orbit import Orbit
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.lives import Lives
+    from orbitdb.store.reading.lookup import Lives
     from orbitdb.store.reading.pages import Index
 
 

@@ -240,7 +240,7 @@ class MainScreen(KeepingScreen):
         if not self.browser.writable():
             self.notify(f"{self.browser.path} is read-only: copy it, or name another file with --db")
             return
-        from orbitdb.store.reading.fills import exact
+        from orbitdb.numerals import exact
         from orbitdb.symbols.enumeration import MAX_PERIOD
 
         wanted = [high for _, high in self.selection.periods if high not in self.periods]
