@@ -33,9 +33,9 @@ from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.class_index import Index
     from orbitdb.store.reading.fills import Fill
     from orbitdb.store.reading.lives import Lives
-    from orbitdb.store.reading.pages import Index
 
 _SECONDS_BETWEEN_LOOKS = 2.0
 _WIDTHS = [(0, "-slim"), (76, "-narrow"), (140, "-wide")]
@@ -118,7 +118,7 @@ class BrowseApp(App[None]):
 
     def index(self, catalogue: "Catalogue", a: float) -> "Index":
         """Return the index of the sequences at one a; it is read anew when a fill has come further."""
-        from orbitdb.store.reading.pages import load_index
+        from orbitdb.store.reading.index_reading import load_index
 
         fills = catalogue.fills(a)
         if self._known is None or self._known[0] != fills or self._known[1].a != a:

@@ -9,8 +9,8 @@ from orbitdb.orbits.orbit import Orbit
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.class_index import Index
     from orbitdb.store.reading.lives import Lives
-    from orbitdb.store.reading.pages import Index
 
 
 class Browser(Protocol):
