@@ -193,7 +193,7 @@ def _classify(own: NDArray[np.int64], p: int) -> Classes:
 
 
 def packed_images(codes: NDArray[np.int64], p: int) -> list[NDArray[np.int64]]:
-    """Return the images of packed words of order p <= 20 under the eight elements, in their order, not rotated."""
+    """Return the images of packed words of order p <= 20 under the eight elements in order, not rotated."""
     images: list[NDArray[np.int64]] = []
     for one in (codes, reversed_words(codes, p)):
         sense, walls = _changes(one, p)

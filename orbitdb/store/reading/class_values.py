@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from orbitdb.columns import kind_of
 from orbitdb.orbits.orbit import NUMBERS, Status
-from orbitdb.store.asking.conditions import answering, conditions_of
+from orbitdb.store.asking.conditions import Columns, answering, conditions_of
 from orbitdb.store.asking.confinement import Patience, authorize_checked, never
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import ENDS, change, cycle, orbit, stadium
@@ -35,11 +35,17 @@ Chosen = NDArray[np.bool_]
 _PIECE = 1 << 15
 """Classes that are asked for at a time."""
 
+_PERIOD, _LOW, _HIGH = "piece p", "piece low", "piece high"
+"""Values of a query, by names that no free expression can write."""
+
 _GROUPS = [
-    m
-    for m in range(1, 256)
-    if all(m >> (g ^ h) & 1 for g in ELEMENTS for h in ELEMENTS if m >> g & m >> h & 1)
+    mask
+    for mask in range(1, 256)
+    for held in [[g for g in ELEMENTS if mask >> g & 1]]
+    if {g ^ h for g in held for h in held} == set(held)
 ]
+"""The stabilisers there are: groups."""
+
 TEXTS = {
     "symmetry": sorted({label(mask) for mask in _GROUPS}),
     "time_reversal": ["pair", "self"],
@@ -94,12 +100,15 @@ def _answers(
     connection: sa.Connection, index: Index, selection: Selection, patience: Patience
 ) -> Iterator[tuple[int, Chosen]]:
     """Yield which classes fulfil the conditions of a selection, a piece at a time."""
-    for first, rows, count in _pieces(connection, index):
+
+    def marked(rows: Columns) -> sa.Select[Any]:
         mark = sa.case((sa.and_(*conditions_of(selection, rows)), "1"), else_="0").label("mark")
         listed = sa.select(mark).order_by(rows.cycle).subquery()
-        query = sa.select(sa.func.group_concat(listed.c.mark, ""))
+        return sa.select(sa.func.group_concat(listed.c.mark, ""))
+
+    for query, values, first, count in _pieces(connection, index, marked):
         with answering(connection, selection, patience, authorize_joined):
-            marks = connection.scalar(query) or ""
+            marks = connection.scalar(query, values) or ""
         if len(marks) != count:
             raise unsound("classes without what became of them at a =", index.a)
         yield first, np.frombuffer(marks.encode(), dtype=np.uint8) == ord("1")
@@ -114,44 +123,52 @@ def authorize_joined(
     return authorize_checked(action, first, second, base, view)
 
 
-def _pieces(connection: sa.Connection, index: Index) -> Iterator[tuple[int, Any, int]]:
-    """Yield the classes that have orbits, or might, in pieces: where each begins, its rows, and their number."""
+def _pieces(
+    connection: sa.Connection, index: Index, asked: Callable[[Columns], sa.Select[Any]]
+) -> Iterator[tuple[sa.Select[Any], dict[str, Any], int, int]]:
+    """Yield a query of classes, with its values, for each piece; where that begins, and its classes.
+
+    Of pruned words, which have no class, there is none.
+    """
     here = connection.scalar(sa.select(stadium.c.id).where(stadium.c.a == index.a))
+    queries: dict[bool, sa.Select[Any]] = {}
     for part, start in zip(index.parts, index.class_starts.tolist(), strict=False):
-        numbers = part.numbers[part.statuses != _GEOMETRIC]
+        numbers, p = part.numbers[part.statuses != _GEOMETRIC], part.words.p
+        if bool(p) not in queries:
+            queries[bool(p)] = asked(_class_rows(index.a, here, not p).c)
         for begin in range(0, len(numbers), _PIECE):
             piece = numbers[begin : begin + _PIECE]
-            rows = _class_rows(index.a, here, part.words.p, int(piece[0]), int(piece[-1]))
-            yield start + begin, rows.c, len(piece)
+            values = {_LOW: int(piece[0]), _HIGH: int(piece[-1])} | ({_PERIOD: p} if p else {})
+            yield queries[bool(p)], values, start + begin, len(piece)
 
 
-def _class_rows(a: float, here: int | None, p: int, low: int, high: int) -> sa.Subquery:
+def _class_rows(a: float, here: int | None, long: bool) -> sa.Subquery:
     """Return the rows of `class_view` with numbers between two, which SQLite finds in their order.
 
     What is known of all of them is written out, and the class is looked up only where it is asked for.
     """
-    end = {name: _end(name, number) for number, name in enumerate(ENDS, 1)}
-    size = sa.cast(p, sa.Integer) if p else cycle.c.p  # cast, as of a column: texts are compared as numbers
+    known = sa.cast(sa.bindparam(_PERIOD), sa.Integer)  # cast, as of a column: it is compared with texts
+    p = cycle.c.p if long else known
     return (
         sa.select(
             sa.cast(a, sa.REAL).label("a"),
             orbit.c.cycle,
-            size.label("p"),
+            p.label("p"),
             cycle.c.word.label("representative"),
             *(cycle.c[name] for name in ("class_size", "walls", "time_reversal", "symmetry")),
             orbit.c.status,
             *(orbit.c[name] for name in (*NUMBERS, "iterations", "solver")),
-            (orbit.c.lyapunov / size).label("lambda_d"),
+            (orbit.c.lyapunov / p).label("lambda_d"),
             (orbit.c.lyapunov / orbit.c.length).label("lambda_c"),
-            *(column.label(name) for name, column in end.items()),
+            *(_end(number).label(name) for number, name in enumerate(ENDS, 1)),
         )
         .select_from(orbit.outerjoin(cycle, cycle.c.id == orbit.c.cycle))
-        .where(orbit.c.stadium == here, orbit.c.cycle.between(low, high))
+        .where(orbit.c.stadium == here, orbit.c.cycle.between(sa.bindparam(_LOW), sa.bindparam(_HIGH)))
         .subquery(view.name)
     )
 
 
-def _end(name: str, number: int) -> sa.ScalarSelect[float]:
+def _end(number: int) -> sa.ScalarSelect[float]:
     """Return the first birth or death of a class, as `class_view` has it."""
     found = sa.select(sa.func.nullif(change.c.a, 0.0)).where(change.c.cycle == orbit.c.cycle)
     return found.where(change.c.number == number).correlate(orbit).scalar_subquery()
@@ -160,7 +177,7 @@ def _end(name: str, number: int) -> sa.ScalarSelect[float]:
 def class_values(
     reader: Reader, index: Index, column: str, cancelled: Callable[[], bool] = never
 ) -> Values | None:
-    """Return a number a class that sorts as a column of it does, NaN for none; None if there are no such numbers.
+    """Return a number a class that sorts as a column of it does, NaN for none; None if there is no such.
 
     Raises
     ------
@@ -177,16 +194,39 @@ def class_values(
         return None
     found = np.full(len(index.numbers), np.nan)
     with reader.reading() as connection:
-        for first, rows, count in _pieces(connection, index):
+        pieces = _pieces(connection, index, lambda rows: _valued(rows, column))
+        for query, values, first, count in pieces:
             if cancelled():
                 raise CancelledError
-            statuses = index.statuses[first : first + count]
-            found[first : first + count] = _values(connection, rows, column, statuses)
+            here = np.arange(first, first + count)
+            if column in _OF_ORBITS:
+                here = here[np.isin(index.statuses[here], _WITH_NUMBERS)]
+            found[here] = _numbers(connection.execute(query, values).cursor, len(here), column)
     return found
 
 
+def _valued(rows: Columns, column: str) -> sa.Select[Any]:
+    """Return the query of a column's values, as numbers; without those that are known to be none."""
+    value, query = rows[column], sa.select().order_by(rows.cycle)
+    if column in TEXTS:
+        places = {text: float(place) for place, text in enumerate(TEXTS[column])}
+        value = sa.case(places, value=value, else_=None)
+    elif column in _OF_ORBITS:
+        query = query.where(rows.status.in_([STATUSES[place].value for place in _WITH_NUMBERS]))
+    return query.add_columns(sa.func.coalesce(value, sa.literal_column("9e999")))
+
+
+def _numbers(cursor: Any, count: int, column: str) -> Values:
+    """Return the numbers that a query gives, NaN where it gives none."""
+    numbers = np.fromiter(chain.from_iterable(iter(cursor.fetchone, None)), dtype=np.float64)
+    if len(numbers) != count:
+        raise unsound("classes without what became of them, sorted by", column)
+    numbers[numbers == np.inf] = np.nan
+    return numbers
+
+
 def _ranks_of_words(index: Index, column: str) -> Values | None:
-    """Return numbers that sort as the least words or the numbers of the classes do; pruned words have none."""
+    """Return numbers that sort as the least words, or the numbers, of classes do; pruned words have none."""
     if index.long_words:
         return None
     numbers = index.numbers
@@ -197,24 +237,3 @@ def _ranks_of_words(index: Index, column: str) -> Values | None:
     ranks[np.argsort(numbers)] = np.arange(len(numbers))
     ranks[index.statuses == _GEOMETRIC] = np.nan
     return ranks
-
-
-def _values(connection: sa.Connection, rows: Any, column: str, statuses: NDArray[np.uint8]) -> Values:
-    """Return the values of a piece of the classes."""
-    value, there = rows[column], np.ones(len(statuses), dtype=np.bool_)
-    query = sa.select().order_by(rows.cycle)
-    if column in TEXTS:
-        places = {text: float(place) for place, text in enumerate(TEXTS[column])}
-        value = sa.case(places, value=value, else_=None)
-    elif column in _OF_ORBITS:
-        query = query.where(rows.status.in_([STATUSES[place].value for place in _WITH_NUMBERS]))
-        there = np.isin(statuses, _WITH_NUMBERS)
-    query = query.add_columns(sa.func.coalesce(value, sa.literal_column("9e999")))
-    cursor = connection.execute(query).cursor
-    numbers = np.fromiter(chain.from_iterable(iter(cursor.fetchone, None)), dtype=np.float64)
-    if len(numbers) != there.sum():
-        raise unsound("classes without what became of them, sorted by", column)
-    numbers[numbers == np.inf] = np.nan
-    found = np.full(len(statuses), np.nan)
-    found[there] = numbers
-    return found

@@ -96,7 +96,7 @@ def _read_period(connection: sa.Connection, here: int, p: int) -> Part:
 def _classes(
     connection: sa.Connection, here: int, p: int
 ) -> Iterator[tuple[Integers, NDArray[np.uint32], NDArray[np.uint8]]]:
-    """Yield the numbers, sizes and statuses of a period's classes; `len(STATUSES)` where there is none here."""
+    """Yield numbers, sizes and statuses of a period's classes; `len(STATUSES)` where there is none here."""
     after, high = keys_of_period(p)
     while True:
         piece = sa.select(cycle.c.id, cycle.c.word, cycle.c.class_size)

@@ -1,8 +1,8 @@
 """Pages of a chosen subset in any order, without reading the rows that are not shown.
 
 Conditions and sort keys that belong to a class are asked for once a class, an eighth of the words
-(`orbitdb.store.reading.class_values`). A page is fetched by the primary keys of its rows, so it costs the same
-at the beginning and at the end of a million.
+(`orbitdb.store.reading.class_values`). A page is fetched by the primary keys of its rows, so it costs the
+same at the beginning and at the end of a million.
 """
 
 from collections.abc import Callable, Iterator, Sequence

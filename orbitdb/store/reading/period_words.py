@@ -213,7 +213,7 @@ def expand(least: Integers, p: int) -> PeriodWords:
 
 
 def _argsort(words: Integers) -> NDArray[np.int64]:
-    """Return the order of packed words that are near each other: NumPy sorts values far faster than places."""
+    """Return the order of packed words near each other; NumPy sorts values faster than it finds an order."""
     bits = max(len(words) - 1, 1).bit_length()
     low = words.min() if len(words) else np.int64(0)
     marked = (words - low).astype(np.uint64) << np.uint64(bits) | np.arange(len(words), dtype=np.uint64)
@@ -222,7 +222,7 @@ def _argsort(words: Integers) -> NDArray[np.int64]:
 
 
 class _Planes:
-    """Packed words of one period, element by element, the upper 32 bits apart from the others: six bytes each.
+    """Packed words of one period, element by element, the upper 32 bits apart: six bytes each.
 
     Parameters
     ----------
@@ -259,12 +259,13 @@ class _Planes:
     def _spans(self) -> Iterator[tuple[int, int]]:
         """Yield spans of heads of about `_PIECE` words, or of a single head."""
         widest = 1 << max(_EXTENT - self.head_bits, 0)
-        first = count = 0
-        for head, words in enumerate(self.heads.tolist()):
-            if head > first and (count + words > _PIECE or head - first >= widest):
-                if count:
-                    yield first, head
-                first, count = head, 0
+        first = last = count = 0
+        for head in np.flatnonzero(self.heads).tolist():
+            words = int(self.heads[head])
+            if count and (count + words > _PIECE or head - first >= widest):
+                yield first, last + 1
+                count = 0
+            first, last = head if not count else first, head
             count += words
         if count:
-            yield first, int(np.flatnonzero(self.heads)[-1]) + 1  # below what stands for images left out
+            yield first, last + 1  # below what stands for images left out

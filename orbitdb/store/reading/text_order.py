@@ -1,4 +1,4 @@
-"""The order of the words' texts, whatever their periods: rows are merged from all periods where they are shown.
+"""The order of the words' texts, whatever their periods: these are merged where rows are shown.
 
 Words with the same first symbols stand together in each period. How many of a subset there are is counted
 for each of these heads; the words of a head, from all periods, are sorted when they are shown.

@@ -50,7 +50,7 @@ def chosen_words(
     Returns
     -------
     ndarray of uint32 or None
-        Rising; None if other words are stored than those of the index, as there are at another a, or long ones.
+        Rising; None if other words are stored than those of the index, as some are at another a, or long ones.
 
     Raises
     ------
