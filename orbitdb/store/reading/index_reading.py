@@ -99,18 +99,16 @@ def _classes(
     """Yield numbers, sizes and statuses of a period's classes; `len(STATUSES)` where there is none here."""
     after, high = keys_of_period(p)
     while True:
-        piece = sa.select(cycle.c.id, cycle.c.word, cycle.c.class_size)
+        piece = sa.select(cycle.c.word, cycle.c.class_size)
         piece = piece.where(cycle.c.id > after, cycle.c.id <= high).order_by(cycle.c.id).limit(PIECE)
         rows = piece.subquery().c
-        count, last, words, sizes = connection.execute(
-            sa.select(sa.func.count(), sa.func.max(rows.id), _text(rows.word), _text(rows.class_size))
-        ).one()
-        if not count:
+        words, sizes = connection.execute(sa.select(_text(rows.word), _text(rows.class_size))).one()
+        if words is None:
             return
-        numbers = _keys(words, count, p)
-        if last != numbers[-1] or not (numbers[1:] > numbers[:-1]).all() or len(sizes) != count:
+        numbers = _keys(words, len(sizes), p)
+        if not (np.diff(numbers, prepend=after) > 0).all():  # the words say the numbers
             raise unsound("impossible numbers or sizes of classes, of period", p)
-        after = int(last)
+        after = int(numbers[-1])
         yield numbers, _digits(sizes).astype(np.uint32), _statuses(connection, here, numbers)
 
 

@@ -18,6 +18,10 @@ from orbitdb.store.reading.class_values import CancelledError, authorize_joined
 from orbitdb.store.reading.reader import Reader
 
 _PIECE = 1 << 16
+_PERIOD, _AFTER, _UPTO = "piece p", "piece after", "piece upto"
+"""Values of a query, by names that no free expression can write."""
+
+_BEHIND_ALL = "9"
 _COLUMNS = {"a", "p", "code", "word"}
 
 
@@ -50,7 +54,7 @@ def chosen_words(
     Returns
     -------
     ndarray of uint32 or None
-        Rising; None if other words are stored than those of the index, as some are at another a, or long ones.
+        Rising; None if other words are stored than those of the index, as they may be at another a.
 
     Raises
     ------
@@ -59,57 +63,50 @@ def chosen_words(
     CancelledError
         If it is told to stop.
     """
-    asked = Selection(
-        index.a, contains=selection.contains, where=selection.where, parameters=selection.parameters
-    )
     patience = Patience(cancelled=cancelled)
     found = [np.zeros(0, dtype=np.uint32)]
+    query = _marked(index.a, selection)
     with reader.reading() as connection:
-        for part, start, first, last in zip(
-            index.parts, index.starts.tolist(), index.class_starts, index.class_starts[1:], strict=False
-        ):
-            if not chosen[first:last].any():
-                continue
-            place = start
-            for marks in _answers(connection, part.words.p, asked, patience):
-                if cancelled():
-                    raise CancelledError
-                here = np.arange(place, place + len(marks))
-                place += len(marks)
-                if place > start + len(part.words):
-                    return None
-                marks &= chosen[index.classes(here)]
-                found.append(here[marks].astype(np.uint32))
-            if place != start + len(part.words):
+        for start, first, last, values in _pieces(index, chosen):
+            if cancelled():
+                raise CancelledError
+            with answering(connection, selection, patience, authorize_joined):
+                marks = connection.scalar(query, values) or ""
+            if len(marks) != last - first:
                 return None
+            here = np.arange(start + first, start + last)
+            fits = np.frombuffer(marks.encode(), dtype=np.uint8) == ord("1")
+            found.append(here[fits & chosen[index.classes(here)]].astype(np.uint32))
     return np.concatenate(found)
 
 
-def _answers(
-    connection: sa.Connection, p: int, selection: Selection, patience: Patience
-) -> Iterator[NDArray[np.bool_]]:
-    """Yield which of the stored words of a period fulfil the conditions, a piece at a time."""
-    after = ""
-    while True:
-        rows = _words(selection.a, p, after)
-        mark = sa.case((sa.and_(*conditions_of(selection, rows.c)), "1"), else_="0").label("mark")
-        listed = sa.select(rows.c.word, mark).order_by(rows.c.word).limit(_PIECE).subquery().c
-        query = sa.select(sa.func.group_concat(listed.mark, ""), sa.func.max(listed.word))
-        with answering(connection, selection, patience, authorize_joined):
-            marks, last = connection.execute(query).one()
-        if last is None:
-            return
-        after = last
-        yield np.frombuffer(marks.encode(), dtype=np.uint8) == ord("1")
+def _pieces(index: Index, chosen: NDArray[np.bool_]) -> Iterator[tuple[int, int, int, dict[str, Any]]]:
+    """Yield the words of periods with chosen classes in pieces: the places, and the values for `_marked`."""
+    for part, start, of_class in zip(
+        index.parts, index.starts.tolist(), index.class_starts.tolist(), strict=False
+    ):
+        if not chosen[of_class : of_class + len(part.numbers)].any():
+            continue
+        after, count = "", len(part.words)
+        for first in range(0, count, _PIECE):
+            last = min(first + _PIECE, count)
+            upto = index.word(int(part.words.keys(slice(last - 1, last))[0])) if last < count else _BEHIND_ALL
+            yield start, first, last, {_PERIOD: part.words.p, _AFTER: after, _UPTO: upto}
+            after = upto
 
 
-def _words(a: float, p: int, after: str) -> sa.Subquery:
-    """Return the words of a period behind one, as rows of the view that have no other columns."""
-    columns: list[sa.ColumnElement[Any]] = [
-        sa.cast(a, sa.REAL).label("a"),
-        sequence.c.p,
-        sequence.c.word.label("code"),
-        sequence.c.word,
-        sequence.c.cycle,
-    ]
-    return sa.select(*columns).where(sequence.c.p == p, sequence.c.word > after).subquery(view.name)
+def _marked(a: float, selection: Selection) -> sa.Select[Any]:
+    """Return the query that marks which of the words of a period, between two, fulfil the conditions."""
+    rows = (
+        sa.select(
+            sa.cast(a, sa.REAL).label("a"), sequence.c.p, sequence.c.word.label("code"), sequence.c.word,
+            sequence.c.cycle,
+        )
+        .where(sequence.c.p == sa.bindparam(_PERIOD))
+        .where(sequence.c.word > sa.bindparam(_AFTER), sequence.c.word <= sa.bindparam(_UPTO))
+        .subquery(view.name)
+    )  # fmt: skip
+    asked = Selection(a, contains=selection.contains, where=selection.where, parameters=selection.parameters)
+    mark = sa.case((sa.and_(*conditions_of(asked, rows.c)), "1"), else_="0").label("mark")
+    listed = sa.select(mark).order_by(rows.c.word).subquery()
+    return sa.select(sa.func.group_concat(listed.c.mark, ""))
