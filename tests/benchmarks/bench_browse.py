@@ -52,9 +52,7 @@ async def _measure(path: Path, steps: list[tuple[str, Selection, Ordering]]) -> 
         slow = sorted(keys)
         median, worst = (1000 * slow[len(slow) // 2], 1000 * slow[-1]) if slow else (0.0, 0.0)
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-        print(
-            f"{name:28}{rows:>12,}{now:8.2f}{work:8.2f}{median:8.0f}{worst:8.0f}{peak:7.0f}", flush=True
-        )
+        print(f"{name:28}{rows:>12,}{now:8.2f}{work:8.2f}{median:8.0f}{worst:8.0f}{peak:7.0f}", flush=True)
 
     app = BrowseApp(path, Selection())
     async with app.run_test(size=(160, 48)) as pilot:

@@ -7,6 +7,7 @@ as they are stored.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,7 +106,7 @@ class Index(ByValue):
             return key(word)
         return LONG + self.long_words.index(word) if word in self.long_words else None
 
-    def keys_at(self, places: Places) -> Integers:
+    def keys_at(self, places: NDArray[np.integer]) -> Integers:
         """Return the keys of the words at some places, in any order."""
         order = np.argsort(places)
         found = np.empty(len(places), dtype=np.int64)
@@ -189,5 +190,5 @@ def _ends(lengths: Sequence[int]) -> Integers:
     return np.concatenate([np.zeros(1, np.int64), np.cumsum(lengths, dtype=np.int64)])
 
 
-def _joined(arrays: Sequence[NDArray[np.generic]], kind: type[np.generic]) -> NDArray[np.generic]:
+def _joined(arrays: Sequence[NDArray[Any]], kind: type[np.generic]) -> NDArray[Any]:
     return np.concatenate([np.zeros(0, kind), *arrays], dtype=kind)

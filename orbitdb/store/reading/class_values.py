@@ -24,6 +24,7 @@ from orbitdb.store.file.schema import catalogue as view
 from orbitdb.store.reading.class_first import orders_with_pruned
 from orbitdb.store.reading.class_index import STATUSES, Index
 from orbitdb.store.reading.class_view import class_view
+from orbitdb.store.reading.index_reading import little_kept
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.symmetry import ELEMENTS, label
@@ -84,7 +85,7 @@ def chosen_classes(
     if replace(selection, periods=(), statuses=()) == Selection(selection.a):
         return chosen
     patience = Patience(cancelled=cancelled)
-    with reader.reading() as connection:
+    with reader.reading() as connection, little_kept(connection):
         answers = _answers(connection, index, selection, patience)
         for first, marks in answers:
             if cancelled():
@@ -193,7 +194,7 @@ def class_values(
     if column not in class_view().c or (kind_of(column) == "text" and column not in TEXTS):
         return None
     found = np.full(len(index.numbers), np.nan)
-    with reader.reading() as connection:
+    with reader.reading() as connection, little_kept(connection):
         pieces = _pieces(connection, index, lambda rows: _valued(rows, column))
         for query, values, first, count in pieces:
             if cancelled():

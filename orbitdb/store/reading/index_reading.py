@@ -42,7 +42,7 @@ def load_index(reader: Reader, a: float, known: Mapping[int, Part] | None = None
         Periods that were read before and are as they were.
     """
     known = known or {}
-    with reader.reading() as connection, _little_kept(connection):
+    with reader.reading() as connection, little_kept(connection):
         here = connection.scalar(sa.select(stadium.c.id).where(stadium.c.a == a))
         if here is None:
             return Index(a, ())
@@ -55,7 +55,7 @@ def load_index(reader: Reader, a: float, known: Mapping[int, Part] | None = None
 
 
 @contextmanager
-def _little_kept(connection: sa.Connection) -> Iterator[None]:
+def little_kept(connection: sa.Connection) -> Iterator[None]:
     """Let SQLite keep few of the pages that it reads: none of them is read twice."""
     before = connection.exec_driver_sql("PRAGMA cache_size").scalar()
     connection.exec_driver_sql(f"PRAGMA cache_size = -{_KEPT}")

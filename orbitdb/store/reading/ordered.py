@@ -53,8 +53,8 @@ class Listed:
     def position(self, word: str) -> int | None:
         """Return in which row a least rotation is, or None."""
         place = self.index.place(word)
-        found = () if place is None else np.flatnonzero(self.places == place)
-        return int(found[0]) if len(found) else None
+        rows = np.flatnonzero(self.places == (-1 if place is None else place))
+        return int(rows[0]) if len(rows) else None
 
     def first_within(self, spans: Sequence[tuple[int, int]]) -> int | None:
         """Return the first row whose key is from one number on and below another, of some spans of these."""
@@ -226,12 +226,14 @@ def by_class(
     new = np.zeros(len(classes), dtype=np.bool_)
     new[:1] = True
     if values is not None:
-        of_classes = -values[classes] if descending else values[classes]
+        of_classes = values[classes]
+        if descending:
+            np.negative(of_classes, out=of_classes)
         order = np.argsort(of_classes, kind="stable")
         classes, of_classes = classes[order], of_classes[order]
-        new[1:] = (of_classes[1:] != of_classes[:-1]) & ~(
-            np.isnan(of_classes[1:]) & np.isnan(of_classes[:-1])
-        )
+        none = np.isnan(of_classes)
+        new[1:] = (of_classes[1:] != of_classes[:-1]) & ~(none[1:] & none[:-1])
+        del order, of_classes  # of millions of classes they take more room than what is kept
     firsts = np.append(np.flatnonzero(new), len(classes))
     ends = np.concatenate([[0], np.cumsum(index.sizes[classes], dtype=np.int64)])
     return ByClass(index, classes, firsts, ends[firsts])

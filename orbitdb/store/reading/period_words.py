@@ -254,7 +254,8 @@ class _Planes:
         for first, last in self._spans():
             low, high = (np.uint64(end) << np.uint64(max(shift, 0)) for end in (first, last))
             places = np.flatnonzero((upper >= low) & (upper < high))
-            yield places, upper[places].astype(np.int64) << self.low_bits | lower[places]
+            words = upper[places].astype(np.int64) << self.low_bits
+            yield places, words | lower[places].astype(np.int64)
 
     def _spans(self) -> Iterator[tuple[int, int]]:
         """Yield spans of heads of about `_PIECE` words, or of a single head."""

@@ -15,6 +15,7 @@ from orbitdb.store.file.schema import catalogue as view
 from orbitdb.store.file.schema import sequence
 from orbitdb.store.reading.class_index import Index
 from orbitdb.store.reading.class_values import CancelledError, authorize_joined
+from orbitdb.store.reading.index_reading import little_kept
 from orbitdb.store.reading.reader import Reader
 
 _PIECE = 1 << 16
@@ -66,7 +67,7 @@ def chosen_words(
     patience = Patience(cancelled=cancelled)
     found = [np.zeros(0, dtype=np.uint32)]
     query = _marked(index.a, selection)
-    with reader.reading() as connection:
+    with reader.reading() as connection, little_kept(connection):
         for start, first, last, values in _pieces(index, chosen):
             if cancelled():
                 raise CancelledError
