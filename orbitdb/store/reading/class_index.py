@@ -7,6 +7,7 @@ as they are stored.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -95,6 +96,11 @@ class Index(ByValue):
 
     def __len__(self) -> int:
         return int(self.starts[-1])
+
+    @cached_property
+    def last_values(self) -> dict[str, NDArray[np.float64]]:
+        """The values of the column that was sorted by last (`orbitdb.store.reading.class_values`)."""
+        return {}
 
     def word(self, key: int) -> str:
         """Return the word, as a least rotation, that has a key."""

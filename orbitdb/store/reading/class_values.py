@@ -193,6 +193,18 @@ def class_values(
         return _ranks_of_words(index, column)
     if column not in class_view().c or (kind_of(column) == "text" and column not in TEXTS):
         return None
+    if column not in index.last_values:
+        index.last_values.clear()  # of millions of classes each takes some tens of megabytes
+        found = _read_values(reader, index, column, cancelled)
+        if column in ENDS:  # births may come while the fills stay
+            return found
+        index.last_values[column] = found
+        return found
+    return index.last_values[column]
+
+
+def _read_values(reader: Reader, index: Index, column: str, cancelled: Callable[[], bool]) -> Values:
+    """Return the values of a column, which are numbers or stand for texts in their order."""
     found = np.full(len(index.numbers), np.nan)
     with reader.reading() as connection, little_kept(connection):
         pieces = _pieces(connection, index, lambda rows: _valued(rows, column))
