@@ -192,7 +192,7 @@ def test_what_is_cut_into_pieces_has_the_same_order(catalogues, monkeypatch, sel
     in_small_pieces(monkeypatch)
     for catalogue in catalogues:
         index = load_index(catalogue, 1.6)
-        chosen_keys(catalogue, index, Selection(), column)  # the values of a column are kept for the next order
+        chosen_keys(catalogue, index, Selection(), column)  # its values are kept
         keys = chosen_keys(catalogue, index, selection, column, descending)
         order = f"{column} {'desc' if descending else 'asc'}"
         words = [word for (word,) in catalogue.rows(selection, ("code",), order)]
