@@ -59,7 +59,12 @@ def test_averages_are_those_of_all_orbits(monkeypatch, a):
         tilts = next_tilts(a, moments).items()
         moments.append({level: TiltMoments.of(mu, orbits.held(level)) for level, mu in tilts})
     found = sum_rules_beyond(a, moments, last + 1)
+    less = sum_rules_beyond(a, [{min(each): each[min(each)]} for each in moments], last)
     beginning.cache_clear()
+    beyond = expected.p > first
+    assert (less.level == expected.level - beyond).all()
+    np.testing.assert_allclose(less.lambda_l[beyond], expected.lambda_l_below[beyond], rtol=0, atol=1e-7)
+    assert np.isnan(less.lambda_l_below[beyond]).all()
     assert found.level[:-1].tolist() == expected.level.tolist()
     np.testing.assert_allclose(found.lambda_l[:-1], expected.lambda_l, rtol=0, atol=1e-7)
     np.testing.assert_allclose(found.lambda_l_error[:-1], expected.lambda_l_error, rtol=0, atol=1e-6)

@@ -123,10 +123,11 @@ def on_screens_as_in_files(commands, quiet, tmp_path: Path, widths=(80,), **vari
             expected = runs["both"][number].out.read_text().replace("/both/", f"/{name}/")
             assert same("".join(session.lines)) == same(expected), run
             assert session.had_bar == (number < len(commands)), run
+            assert session.erased, run
 
 
 def test_each_kind_of_command(varied, tmp_path):
-    on_screens_as_in_files(EACH_KIND, EACH_QUIET_KIND, tmp_path, ORBITDB_DB=str(varied))
+    on_screens_as_in_files(EACH_KIND, EACH_QUIET_KIND, tmp_path, (80, 200), ORBITDB_DB=str(varied))
 
 
 @pytest.mark.slow

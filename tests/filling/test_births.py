@@ -12,12 +12,17 @@ import pytest
 from orbitdb import existence
 from orbitdb.errors import StoreError
 from orbitdb.filling import births as module
+from orbitdb.filling.birth_blocks import BLOCK, birth_blocks
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.workers import Processes
 from orbitdb.orbits.newton import solve
+from orbitdb.store.asking.selection import choose
+from orbitdb.store.reading import class_first
 from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.pages import chosen_keys, load_index
 from orbitdb.store.writing import changes as writing
+from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.words import from_strings, to_strings
 
 
@@ -85,6 +90,7 @@ def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
     assert after.known[p].boundary == boundary
 
 
+@pytest.mark.slow
 def test_words_are_chosen_by_their_lives(born):
     """As solving them tells, at an a where paths run through joints, too."""
     for _ in fill_periods(born, 3.0, [6]):
@@ -103,6 +109,39 @@ def test_words_are_chosen_by_their_lives(born):
         pass
     assert "births of period 8 are not found" in (catalogue.select(p=8, exists=1.0).unfilled or "")
     assert catalogue.select(p=8).unfilled is None
+
+
+def test_births_and_deaths_of_classes_are_those_of_their_rows(born, monkeypatch):
+    """Pages and counts take them from the classes; deaths, which short words have not, by hand."""
+    with closing(sqlite3.connect(born)) as plain, plain:
+        plain.execute(
+            "INSERT INTO change SELECT cycle, 2, 2 * a, error, 'died', bounce, joint, NULL, -slope, run"
+            " FROM change WHERE a > 0 AND cycle % 3 = 0"
+        )
+    for _ in fill_periods(born, 3.0, [5, 6]):
+        pass
+    catalogue, everything = Catalogue(born), choose(a=3.0)
+    index = load_index(catalogue, 3.0)
+    for column in ("born", "dies"):
+        for order in ("asc", "desc"):
+            keys = chosen_keys(catalogue, index, everything, column, order == "desc")
+            rows = list(catalogue.rows(everything, ("code", column), f"{column} {order}"))
+            assert [index.word(key) for key in keys[:].tolist()] == [code for code, _ in rows]
+            assert len({value for _, value in rows}) > 5
+    for where in ("dies > 1", "born < 0.5", "dies is null and born > 0.3"):
+        chosen = choose(a=3.0, where=where)
+        count = len(list(catalogue.rows(chosen, ("code",))))
+        monkeypatch.setattr(class_first, "_MANY", 0)
+        assert catalogue.count(chosen) == count > 0
+        monkeypatch.undo()
+
+
+def test_the_first_block_is_soon_stored():
+    """All small periods in it would take seconds, and be lost where they are stopped."""
+    blocks = list(birth_blocks([(p, -1) for p in range(2, 12)], BLOCK, 1))
+    words = [sum(count_admissible(span.p) for span in block.spans) for block in blocks[:2]]
+    assert [span.p for block in blocks[:2] for span in block.spans] == list(range(2, 11))
+    assert BLOCK / 16 < words[0] < BLOCK / 8 < words[1] < BLOCK
 
 
 @pytest.mark.slow

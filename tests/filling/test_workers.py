@@ -33,6 +33,13 @@ def workers_of(process: int) -> list[int]:
     return [int(line) for line in listed.split() if is_worker(int(line))]
 
 
+def blocked_signals(process: int) -> int:
+    """Return the mask of the signals that would not reach a process."""
+    status = Path(f"/proc/{process}/status")
+    lines = status.read_text().splitlines() if status.exists() else []
+    return sum(int(line.split()[1], 16) for line in lines if line.startswith("SigBlk"))
+
+
 @pytest.mark.usefixtures("small_blocks")
 @pytest.mark.parametrize(
     ("jobs", "periods"), [(2, (5, 6)), pytest.param(3, (7, 8), marks=pytest.mark.slow)], ids=["2", "3"]
@@ -42,7 +49,9 @@ def test_rows_do_not_depend_on_the_number_of_processes(tmp_path, jobs, periods):
     with Processes(jobs) as workers:
         shared = filled_by(workers, tmp_path / "shared.db", periods=periods)
         assert rows(shared) == rows(alone)
+        assert 0 in map(blocked_signals, workers_of(os.getpid()))  # one may be starting still
         filled_by(workers, shared, a=1.0, periods=periods)  # from the classes that are stored
+    assert not workers_of(os.getpid())
     assert rows(shared) == rows(filled_by(HERE, alone, a=1.0, periods=periods))
 
 
@@ -109,6 +118,11 @@ def test_a_worker_that_is_killed_costs_only_its_blocks(tmp_path):
 def is_worker(process: int) -> bool:
     command = Path(f"/proc/{process}/cmdline")
     return command.exists() and "spawn_main" in command.read_text()
+
+
+def test_what_fails_before_there_is_a_block_is_told_as_it_is():
+    with pytest.raises(KeyError), Processes(2):
+        raise KeyError
 
 
 @pytest.mark.slow

@@ -136,8 +136,11 @@ def _run(tree: Tree, known: Executed, which: list[str], jobs: int) -> None:
         if code not in (0, 1) or not (folder / "tests.json").exists():
             raise SystemExit((folder / "log").read_text())
         told = json.loads((folder / "tests.json").read_text())
+        data = _combined(configuration)
+        if told and not data.measured_files():
+            raise SystemExit("nothing was measured: coverage's own .pth file must be in this environment")
         known.tests |= {test: each for test, each in told.items() if each["passed"]}
-        _add_lines(known, copy, _combined(configuration))
+        _add_lines(known, copy, data)
 
 
 def _combined(configuration: Path) -> CoverageData:

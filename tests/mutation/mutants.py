@@ -106,7 +106,7 @@ def _exchanged(items: Sequence[ast.expr]) -> Iterator[list[ast.expr]]:
 
 
 class _Finder(ast.NodeVisitor):
-    """Walks through a file; docstrings, annotations, messages of errors and ``__repr__`` are left out."""
+    """Walks through a file; docstrings, annotations, assertions, messages and ``__repr__`` are left out."""
 
     def __init__(self, path: str, source: str) -> None:
         self.path = path
@@ -310,10 +310,14 @@ class _Finder(ast.NodeVisitor):
             for args in _exchanged(node.args):
                 self._with(node, "arguments swapped", args=args)
         for k, keyword in enumerate(node.keywords):
-            if keyword.arg is not None and keyword.arg not in _WORDS:
+            if keyword.arg is not None and keyword.arg not in _WORDS and not _asserts(keyword):
                 rest = [*node.keywords[:k], *node.keywords[k + 1 :]]
                 self._with(node, "argument dropped", keywords=rest)
         self.generic_visit(node)
+
+    def visit_keyword(self, node: ast.keyword) -> None:
+        if not _asserts(node):
+            self.visit(node.value)
 
     def _display(self, node: ast.Tuple | ast.List) -> None:
         if isinstance(node.ctx, ast.Load) and len(node.elts) <= _LONG:
@@ -328,6 +332,11 @@ class _Finder(ast.NodeVisitor):
         for values in _exchanged(node.values):
             self._with(node, "values swapped", values=values)
         self.generic_visit(node)
+
+
+def _asserts(keyword: ast.keyword) -> bool:
+    """Tell whether an argument is an assertion in other words, which nothing correct depends on."""
+    return keyword.arg == "strict" and ast.unparse(keyword.value) == "True"
 
 
 def _is_text(node: ast.expr) -> bool:

@@ -47,6 +47,12 @@ def test_mistakes_of_every_kind():
     assert len(constants) == 6  # none of docstrings, annotations, messages, __repr__
 
 
+def test_assertions_are_left_alone():
+    assert {each.kind for each in mutants("a.py", "f = zip(a, b, strict=True)\nassert f\n")} == {
+        "arguments swapped"
+    }
+
+
 def test_a_mutant_knows_its_lines():
     limit, *_, last = mutants("package/a.py", SOURCE)
     assert (limit.first, limit.names) == (2, ("LIMIT",))

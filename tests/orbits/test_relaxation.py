@@ -6,6 +6,7 @@ import pytest
 from orbitdb.benchmarks.representatives import representatives
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
+from orbitdb.orbits import relaxation
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import relax, starting_points
@@ -64,6 +65,7 @@ def test_a_long_word_keeps_its_exponent_in_range():
     np.testing.assert_allclose(relaxed.lyapunov, solved.lyapunov, rtol=1e-13)
 
 
+@pytest.mark.slow
 def test_atoms_on_walls_shorten_the_path_and_atoms_on_semicircles_lengthen_it():
     stadium = Stadium()
     word = from_strings(["1232131"])
@@ -146,3 +148,21 @@ def test_every_atom_starts_inside_its_own_section(a):
     rising = np.roll(start, -1, axis=1) > start
     runs = again & ~STRAIGHT[words]
     assert (rising == (words < 4))[runs].all()
+
+
+def test_steps_are_of_fourth_order(monkeypatch):
+    stadium = Stadium(1.6)
+    orbits = solve(representatives(5)[0], stadium)
+    words = orbits.words[orbits.status == Status.ORBIT]
+    start = orbits.coordinates[orbits.status == Status.ORBIT].T + 0.01
+
+    def after(steps: int) -> np.ndarray:
+        x = start
+        monkeypatch.setattr(relaxation, "STEP", 0.2 / steps)
+        for _ in range(steps):
+            x = relaxation._runge_kutta_step(stadium, words.T, x, relaxation._velocity(stadium, words.T, x))
+        return x
+
+    exact = after(64)
+    coarse, fine = (np.abs(after(steps) - exact).max() for steps in (2, 4))
+    assert 12 < coarse / fine < 24

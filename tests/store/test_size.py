@@ -1,13 +1,25 @@
 """What a fill needs, said before it begins, and what a catalogue takes."""
 
 import json
+from contextlib import closing
 from types import SimpleNamespace
 
 import pytest
 
 from orbitdb.errors import StoreError
-from orbitdb.filling.estimate import Need, about, check_room, duration, gigabytes, need
+from orbitdb.filling.estimate import (
+    _RATES,
+    _SWEEPING,
+    Need,
+    about,
+    check_room,
+    duration,
+    gigabytes,
+    need,
+    sweep_need,
+)
 from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.size import room
@@ -22,7 +34,37 @@ def test_what_is_stored_is_not_needed_again(filled, tmp_path):
     assert need(filled, 1.0, range(2, 11), 1).sequences == everything
     elsewhere, nowhere = need(filled, 1.0, [8], 1), need(tmp_path / "none.db", 1.0, [8], 1)
     assert elsewhere.sequences == nowhere.sequences
-    assert elsewhere.seconds < nowhere.seconds  # its words need not be found again
+    enumerating, solving, storing = _RATES["newton"]
+    assert elsewhere.seconds == pytest.approx((solving + storing) * 2096)  # its words need not be found again
+    assert nowhere.seconds == pytest.approx((enumerating + solving + storing) * 2096)
+
+
+def test_several_jobs_solve_at_once_but_one_of_them_stores(tmp_path):
+    path = tmp_path / "none.db"
+    alone = need(path, 1.6, [12], 1).seconds
+    assert need(path, 1.6, [12], 2).seconds == pytest.approx(alone / 2)
+    assert need(path, 1.6, [12], 100).seconds == pytest.approx(_RATES["newton"][2] * count_admissible(12))
+
+
+def test_a_sweep_takes_what_large_sweeps_took_and_no_room(tmp_path, monkeypatch):
+    path = tmp_path / "orbits.db"
+    everything = sum(map(count_admissible, (6, 7, 8)))
+    before = sweep_need(path, 1.6, (6, 7, 8), 1)
+    assert (before.sequences, before.bytes) == (everything, 0)
+    assert before.seconds == pytest.approx(_SWEEPING * everything)
+    migrate(path)
+    for p in (7, 8):
+        for _ in sweep_periods(path, 1.0, [p]):
+            pass
+    for _ in sweep_periods(path, 1.6, [6]):
+        pass
+    monkeypatch.setattr("orbitdb.filling.estimate._ENOUGH", 500)
+    with closing(Catalogue(path)) as catalogue:
+        large = catalogue.sweeps(1.0)
+    rate = sum(each.processor for each in large) / (712 + 2096)
+    after = sweep_need(path, 1.6, (6, 7, 8), 2)
+    assert after.sequences == everything - 252
+    assert after.seconds == pytest.approx(rate * after.sequences / 2)
 
 
 @pytest.mark.usefixtures("small_blocks")
@@ -33,6 +75,7 @@ def test_half_a_period_needs_the_other_half(filled):
     assert need(filled, 1.6, [9], 1).sequences == count_admissible(9) - stored
 
 
+@pytest.mark.slow
 def test_the_room_is_estimated_to_a_factor_of_two(tmp_path):
     path = tmp_path / "orbits.db"
     expected = need(path, 1.6, range(2, 11), 1).bytes

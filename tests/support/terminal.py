@@ -15,6 +15,7 @@ from processes import COMMAND
 
 _ESCAPE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|[@-_])")
 _ERASE = "\x1b[J"
+_LEFT_STANDING = re.compile(r"\x1b\[J[^\r\x1b]+\r(?!\n|\r\x1b\[J)")
 _MODE = re.compile(r"\x1b\[\?([0-9;]+)([hl])")
 _ALTERNATE = re.compile(r"\x1b\[\?1049h.*?\x1b\[\?1049l", re.DOTALL)
 _HIGH = 2000
@@ -65,6 +66,11 @@ class Session:
     def had_bar(self) -> bool:
         """Whether a line that says how far it is was shown at some time."""
         return _ERASE in self.raw
+
+    @property
+    def erased(self) -> bool:
+        """Whether each such line was erased before anything else was written, however long that is."""
+        return not _LEFT_STANDING.search(self.raw)
 
     @property
     def restored(self) -> bool:

@@ -77,7 +77,8 @@ def small(small_once: Path, tmp_path: Path) -> Path:
 def test_a_sound_catalogue_passes_every_check(filled):
     found = checks(filled, restarts=2)
     assert {name for name, check in found.items() if check.failures} == set()
-    assert set(found) == set(PROMISES) - {"certificates", "rules", "births", "lives", "undecided", "entropy"}
+    others = {"certificates", "rules", "births", "lives", "undecided", "sweeps", "sums", "entropy"}
+    assert set(found) == set(PROMISES) - others
     rows = {name: check.rows for name, check in found.items()}
     assert rows["counts"] == rows["sequences"] == SEQUENCES
     assert rows["classes"] == rows["values"] == rows["statuses"] == rows["bits"] == CLASSES
@@ -468,6 +469,14 @@ def test_subsets_samples_and_seeds(filled, cli):
     assert cli("verify", "--sample", "100000").code == 0
 
 
+def test_counts_of_a_fill_that_goes_on_and_rules_of_words_not_chosen_are_left(small):
+    alter(small, "UPDATE fill SET state = 'filling', n_c = NULL, classes = 0 WHERE p = 6 AND stadium = 2")
+    found = checks(small, Selection(a=1.0, statuses=(Status.ORBIT,)))
+    assert not [name for name, check in found.items() if check.failures]
+    assert found["fills"].rows == 1
+    assert "rules" not in found
+
+
 def test_a_sample_still_checks_all_counts(filled):
     alter(
         filled,
@@ -477,6 +486,7 @@ def test_a_sample_still_checks_all_counts(filled):
     assert "counts" in broken(filled, sample=1)
 
 
+@pytest.mark.slow
 def test_all_stored_a_are_checked(small, cli):
     alter(small, "UPDATE orbit SET length = length + 1e-6 WHERE stadium = 2 AND status = 'orbit'")
     assert cli("verify").code == 1

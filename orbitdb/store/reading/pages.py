@@ -22,13 +22,14 @@ from orbitdb.store.file.schema import certificate, cycle, stadium
 from orbitdb.store.reading.class_index import Index
 from orbitdb.store.reading.class_values import CancelledError, Values, chosen_classes, class_values
 from orbitdb.store.reading.class_view import same_for_classes
+from orbitdb.store.reading.index_reading import load_index
 from orbitdb.store.reading.ordered import ByText, Listed, Ordered, by_class
 from orbitdb.store.reading.period_words import Integers
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.text_order import texts_of
 from orbitdb.store.reading.word_conditions import chosen_words, same_for_texts
 
-__all__ = ["CancelledError", "certificate_of", "chosen_keys", "fetch"]
+__all__ = ["CancelledError", "certificate_of", "chosen_keys", "fetch", "load_index"]
 
 _BLOCK = 4096
 _TEXTS = ("code", "word")

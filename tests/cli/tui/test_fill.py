@@ -54,6 +54,8 @@ def test_a_long_fill_is_begun_only_if_it_is_meant(tmp_path):
         await press(pilot, "f", *"2-14", "enter")
         assert isinstance(app.screen, QuestionDialog)
         assert "2,697,273 sequences to come" in shown(app)
+        assert "Leave it (n)" in shown(app)
+        assert "Fill (y)" in shown(app)
         await press(pilot, "n")
         assert isinstance(app.screen, FillDialog)
         assert app.fill_state is None

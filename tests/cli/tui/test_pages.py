@@ -137,6 +137,14 @@ def test_filters_that_hold_for_classes_are_answered_from_them(catalogues, monkey
     assert len(chosen_keys(catalogues[1], index, chosen)) == catalogues[1].count(chosen) > 0
 
 
+def test_a_factor_chooses_words_and_not_whole_classes(catalogues):
+    index, chosen = load_index(catalogues[0], 1.6), Selection(contains="0132")
+    keys = chosen_keys(catalogues[0], index, chosen, "length", True)
+    words = [code for (code,) in catalogues[0].rows(chosen, ("code",), "length desc")]
+    assert [index.word(key) for key in keys.tolist()] == words
+    assert 0 < len(words) < len(catalogues[0].select(p="4-6")) / 2
+
+
 def test_a_certificate_is_read_by_its_class(catalogues):
     catalogue = catalogues[0]
     assert certificate_of(catalogue, "013", 1.6) is None
@@ -150,6 +158,7 @@ def test_a_certificate_is_read_by_its_class(catalogues):
     assert certificate_of(catalogue, "013", 1.0) is None
 
 
+@pytest.mark.slow
 def test_empty_fields_are_last_whichever_way_the_order_goes(catalogues):
     for catalogue in catalogues:
         index = load_index(catalogue, 1.6)

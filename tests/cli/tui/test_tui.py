@@ -39,7 +39,7 @@ TAKEN_WITH = "8.2"
 
 both_sizes = pytest.mark.parametrize(
     "size",
-    [pytest.param(SMALL, id="80x24"), pytest.param(LARGE, id="160x48", marks=pytest.mark.slow)],
+    [pytest.param(SMALL, id="80x24"), pytest.param(LARGE, id="160x48", marks=pytest.mark.fuzz)],
 )
 
 
@@ -53,6 +53,7 @@ def filled(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 @both_sizes
 def test_it_opens_with_the_first_orbit(filled, size):
     async def steps(app, pilot):
@@ -97,12 +98,21 @@ def test_moving_through_the_table(filled, size):
 
 
 @pytest.mark.slow
-def test_sorting_by_key_and_by_heading(filled):
-    async def steps(app, pilot):
+def test_choices_of_one_session(filled):
+    """Sorting by key and by heading, quick choices, codes in any rotation, and moving in a class."""
+
+    async def sorting(app, pilot):
         table = table_of(app)
-        await press(pilot, "s", "j", "enter")
+        await press(pilot, *"jjjjjjj")
+        word = table.row[0]
+        await press(pilot, "R")
+        assert table.row[0] == word
+        assert table.cursor > 1000
+        assert "p▼" in shown(app)
+        await press(pilot, "R", "s", "j", "enter")
         first = [code for (code,) in app.catalogue.rows(Selection(), ("code",), "length", 3)]
         assert [table.source.row(place)[0] for place in range(3)] == first
+        assert "length▲" in shown(app)
         await press(pilot, "R", "g")
         longest = next(app.catalogue.rows(Selection(), ("code",), "length desc", 1))[0]
         assert app.screen.orbit.code == longest
@@ -111,36 +121,29 @@ def test_sorting_by_key_and_by_heading(filled):
         await settle(pilot)
         assert app.screen.ordering.column == "code"
 
-    drive(filled, steps)
+    async def moving(app, pilot):
+        await ask(pilot, "c", "3112321")
+        assert app.screen.orbit.code == "3112321"
+        assert table_of(app).row[0] == least_rotation("3112321")
+        await press(pilot, "escape")
+        assert app.screen.orbit.code == least_rotation("3112321")
+        await press(pilot, "j")
+        assert least_rotation(app.screen.orbit.code) != least_rotation("3112321")
+        await ask(pilot, "c", "0132")
+        length = app.screen.orbit.length
+        seen = {least_rotation(app.screen.orbit.code)}
+        for key in ("T", "X", "T", "Y", "T", "X", "T"):
+            await press(pilot, key)
+            assert app.screen.orbit.length == pytest.approx(length, rel=1e-12)
+            assert table_of(app).row[0] == least_rotation(app.screen.orbit.code)
+            seen.add(table_of(app).row[0])
+        assert len(seen) == app.screen.orbit.class_size == 4
+        await ask(pilot, "c", "129")
+        assert isinstance(app.screen, LineDialog)
+        assert "symbol '9'" in str(app.screen.query_one(".complaint").render())
+        await press(pilot, "escape")
 
-
-@pytest.mark.slow
-def test_keys_that_come_faster_than_the_screen_are_not_lost(filled):
-    async def steps(app, pilot):
-        for key in "jjjjmjjm":
-            app.post_message(events.Key(key, key))
-        await settle(pilot)
-        words = [code for (code,) in app.catalogue.rows(Selection(), ("code",), limit=7)]
-        assert [orbit.code for orbit in app.screen.compared] == [words[4], words[6]]
-
-    drive(filled, steps)
-
-
-@pytest.mark.slow
-def test_the_cursor_stays_on_its_word_when_the_order_changes(filled):
-    async def steps(app, pilot):
-        await press(pilot, *"jjjjjjj")
-        word = table_of(app).row[0]
-        await press(pilot, "R")
-        assert table_of(app).row[0] == word
-        assert table_of(app).cursor > 1000
-
-    drive(filled, steps)
-
-
-@pytest.mark.slow
-def test_quick_choices(filled):
-    async def steps(app, pilot):
+    async def choosing(app, pilot):
         screen = app.screen
         await press(pilot, "o")
         assert screen.selection.statuses == (Status.ORBIT,)
@@ -159,6 +162,23 @@ def test_quick_choices(filled):
         assert screen.orbit.a == 1.0
         assert "a = 1 " in shown(app)
 
+    async def steps(app, pilot):
+        await sorting(app, pilot)
+        await moving(app, pilot)
+        await choosing(app, pilot)
+
+    drive(filled, steps)
+
+
+@pytest.mark.slow
+def test_keys_that_come_faster_than_the_screen_are_not_lost(filled):
+    async def steps(app, pilot):
+        for key in "jjjjmjjm":
+            app.post_message(events.Key(key, key))
+        await settle(pilot)
+        words = [code for (code,) in app.catalogue.rows(Selection(), ("code",), limit=7)]
+        assert [orbit.code for orbit in app.screen.compared] == [words[4], words[6]]
+
     drive(filled, steps)
 
 
@@ -170,20 +190,6 @@ def test_an_empty_subset_shows_nothing(filled):
         await press(pilot, "j", "T", "y", "m", "v", "space", "space")
 
     drive(filled, steps, selection=Selection(where="length < 0"))
-
-
-@pytest.mark.slow
-def test_a_code_in_any_rotation(filled):
-    async def steps(app, pilot):
-        await ask(pilot, "c", "3112321")
-        assert app.screen.orbit.code == "3112321"
-        assert table_of(app).row[0] == least_rotation("3112321")
-        await press(pilot, "escape")
-        assert app.screen.orbit.code == least_rotation("3112321")
-        await press(pilot, "j")
-        assert least_rotation(app.screen.orbit.code) != least_rotation("3112321")
-
-    drive(filled, steps)
 
 
 @pytest.mark.slow
@@ -233,16 +239,6 @@ def test_a_word_that_is_being_solved_is_said_to_be(filled, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_bad_code_is_not_taken(filled):
-    async def steps(app, pilot):
-        await ask(pilot, "c", "129")
-        assert isinstance(app.screen, LineDialog)
-        assert "symbol '9'" in str(app.screen.query_one(".complaint").render())
-
-    drive(filled, steps)
-
-
-@pytest.mark.slow
 def test_it_opens_at_a_code_and_with_a_filter(filled):
     async def steps(app, pilot):
         assert app.screen.orbit.code == "1232131"
@@ -250,22 +246,6 @@ def test_it_opens_at_a_code_and_with_a_filter(filled):
 
     drive(filled, steps, code="1232131")
     drive(filled, steps, code="1232131", selection=Selection(periods=((7, 7),), where="lambda_c < 0.5"))
-
-
-@pytest.mark.slow
-def test_moving_in_the_class(filled):
-    async def steps(app, pilot):
-        await ask(pilot, "c", "0132")
-        length = app.screen.orbit.length
-        seen = {least_rotation(app.screen.orbit.code)}
-        for key in ("T", "X", "T", "Y", "T", "X", "T"):
-            await press(pilot, key)
-            assert app.screen.orbit.length == pytest.approx(length, rel=1e-12)
-            assert table_of(app).row[0] == least_rotation(app.screen.orbit.code)
-            seen.add(table_of(app).row[0])
-        assert len(seen) == app.screen.orbit.class_size == 4
-
-    drive(filled, steps)
 
 
 @pytest.mark.slow
@@ -507,7 +487,13 @@ def test_copy_and_export(filled, tmp_path):
     assert "<polygon" in (tmp_path / "orbit.svg").read_text()
 
 
-@pytest.mark.parametrize("name", ["rows.tsv", "rows.json", "rows.jsonl", "orbit.svg", "orbit.png"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("rows.tsv", "rows.json", "rows.jsonl", "orbit.svg", "orbit.png"),
+        pytest.param("rows.parquet", marks=pytest.mark.slow),
+    ],
+)
 def test_every_kind_of_export(filled, tmp_path, name):
     if name.endswith("png"):
         pytest.importorskip("matplotlib")
@@ -522,6 +508,14 @@ def test_every_kind_of_export(filled, tmp_path, name):
         assert [row["length"] for row in rows] == sorted((row["length"] for row in rows), reverse=True)
     elif name == "rows.jsonl":
         assert [json.loads(line)["p"] for line in path.read_text().splitlines()].count(4) == 32
+    elif name == "rows.parquet":
+        from pyarrow.parquet import read_table
+
+        table = read_table(path)
+        assert table["code"].to_pylist() == [
+            code for (code,) in catalogue.rows(Selection(periods=((2, 4),)), ("code",), "length desc")
+        ]
+        assert b"of period 2 to 4" in table.schema.metadata[b"selection"]
     elif name == "rows.tsv":
         assert len(path.read_text().splitlines()) == 42
     elif name == "orbit.svg":
@@ -543,9 +537,10 @@ def test_help_palette_and_themes(filled):
         await press(pilot, "end")
         assert "length_error            bound on the error of length (radius)" in shown(app)
         await press(pilot, "escape")
-        titles = {command.title for command in app.get_system_commands(app.screen)}
+        titles = [command.title for command in app.get_system_commands(app.screen)]
+        assert len(titles) == len(set(titles))
         actions = {b.description for b in MainScreen.BINDINGS if b.description}
-        assert {text[:1].upper() + text[1:] for text in actions} <= titles
+        assert {text[:1].upper() + text[1:] for text in actions} <= set(titles)
         await press(pilot, "ctrl+p", *"time", "enter")
         assert isinstance(app.screen, MainScreen)
         app.theme = "textual-light"

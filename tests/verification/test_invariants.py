@@ -1,0 +1,76 @@
+"""What the checks of stored orbits let pass: all that the rows' own bounds allow, and little more."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from solutions import representatives
+
+from orbitdb.billiard.stability import Links, hessian
+from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
+from orbitdb.orbits.newton import solve
+from orbitdb.orbits.orbit import Orbits
+from orbitdb.verification.invariants import check_consistency, with_bounds
+
+USED = {"margins": 0.99, "reflection": 0.7, "lengths": 0.15, "lambda": 0.05, "Hessian": 0.002}
+"""Shares of what is allowed that some of the moved rows come to."""
+
+
+def moved_by(orbits: Orbits, stadium: Stadium, move: np.ndarray) -> Orbits:
+    """Return rows whose bounces are off by what their bounds say, and whose length and lambda are exact."""
+    size, nothing = np.abs(move).max(axis=1), np.zeros(len(orbits))
+    places = orbits.coordinates + move
+    links = Links.of(stadium, orbits.words, places)
+    residual = np.abs(links.cos_in - links.cos_out).max(axis=1)
+    return replace(
+        orbits,
+        coordinates=places,
+        residual=residual,
+        error=size,
+        length_error=nothing,
+        lyapunov_error=nothing,
+    )
+
+
+@pytest.mark.parametrize(("a", "p"), [(0.3, 7), (6.0, 5)])
+@pytest.mark.parametrize("size", [1e-4, 1e-6])
+def test_rows_that_need_their_bounds_pass_and_come_near_them(a, p, size):
+    stadium = Stadium(a)
+    orbits = solve(representatives(p), stadium)
+    ends = np.where(STRAIGHT[orbits.words], a, HALF_PI) - np.abs(orbits.coordinates)
+    orbits = orbits.rows((orbits.status == "orbit") & (ends.min(axis=1) > 2 * size))
+    rng = np.random.default_rng(p)
+    largest = dict.fromkeys(USED, 0.0)
+    for _ in range(20):
+        move = size * rng.choice([-1.0, 1.0], orbits.coordinates.shape)
+        for check in check_consistency(moved_by(orbits, stadium, move), stadium):
+            assert not check.failures, check
+            if check.name in largest:
+                largest[check.name] = max(largest[check.name], check.share)
+    for name, share in USED.items():
+        assert largest[name] > share, (name, largest)
+
+
+@pytest.mark.parametrize("a", [0.5, 3.0])
+def test_bounds_that_are_made_up_for_rows_hold_and_are_near(a):
+    """Rows as the relaxation leaves them, off where the forces tell it least; others keep what they have."""
+    stadium = Stadium(a)
+    exact = solve(representatives(6), stadium)
+    exact = exact.rows(exact.status == "orbit")
+    values, vectors = np.linalg.eigh(hessian(stadium, exact.words, exact.coordinates))
+    softest = np.abs(values).argmin(axis=1)[:, None, None]
+    move = 1e-6 * np.take_along_axis(vectors, softest, axis=2)[:, :, 0]
+    rows = moved_by(exact, stadium, move)
+    bare = np.arange(len(rows)) % 5 > 0
+    none = np.where(bare, np.nan, 1e-3)
+    found = with_bounds(replace(rows, error=none, length_error=none, lyapunov_error=none), stadium)
+    for bounds in (found.error, found.length_error, found.lyapunov_error):
+        assert (bounds[~bare] == 1e-3).all()
+    found, exact, off = found.rows(bare), exact.rows(bare), np.abs(move).max(axis=1)[bare]
+    assert found.error / off == pytest.approx(2 * np.sqrt(6), rel=1e-2)
+    links = Links.of(stadium, found.words, found.coordinates)
+    short = np.abs(links.after.sum(axis=1) - exact.length)
+    assert (short <= found.length_error).all()
+    assert (found.length_error < 1e6 * found.error**2 + 1e-12).all()
+    spread = found.lyapunov_error / found.error
+    assert ((spread > 1) & (spread < 1e3)).all()
