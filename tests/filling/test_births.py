@@ -127,7 +127,7 @@ def test_births_and_deaths_of_classes_are_those_of_their_rows(born, monkeypatch)
         for order in ("asc", "desc"):
             keys = chosen_keys(catalogue, index, everything, column, order == "desc")
             rows = list(catalogue.rows(everything, ("code", column), f"{column} {order}"))
-            assert [index.word(key) for key in keys.tolist()] == [code for code, _ in rows]
+            assert [index.word(key) for key in keys[:].tolist()] == [code for code, _ in rows]
             assert len({value for _, value in rows}) > 5
     for where in ("dies > 1", "born < 0.5", "dies is null and born > 0.3"):
         chosen = choose(a=3.0, where=where)

@@ -92,7 +92,12 @@ def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = 
 
 
 @contextmanager
-def answering(connection: sa.Connection, selection: Selection, patience: Patience) -> Iterator[None]:
+def answering(
+    connection: sa.Connection,
+    selection: Selection,
+    patience: Patience,
+    authorize: free.Authorizer | None = None,
+) -> Iterator[None]:
     """Let a connection answer a query over a subset; where that has a free expression, it is confined.
 
     Parameters
@@ -102,6 +107,8 @@ def answering(connection: sa.Connection, selection: Selection, patience: Patienc
     selection : Selection
     patience : Patience
         Of the whole query.
+    authorize : callable, optional
+        What a query with a free expression may do, as in `confined`.
 
     Raises
     ------
@@ -112,7 +119,7 @@ def answering(connection: sa.Connection, selection: Selection, patience: Patienc
         yield
         return
     try:
-        with confined(connection, patience):
+        with confined(connection, patience, authorize):
             yield
     except (sa.exc.DBAPIError, sqlite3.Error) as error:
         message = str(getattr(error, "orig", error))
