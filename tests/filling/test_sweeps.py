@@ -132,6 +132,18 @@ def test_two_sweeps_at_once_do_each_block_once(tmp_path):
 
 
 @pytest.mark.usefixtures("small")
+def test_who_is_overtaken_goes_on_alone(tmp_path):
+    path = tmp_path / "orbits.db"
+    migrate(path)
+    first, second = sweep_periods(path, 1.6, [7]), sweep_periods(path, 1.6, [7])
+    assert next(first).words < next(second).words < 712
+    second.close()
+    assert [step.words for step in first][-1] == 712
+    with closing(Catalogue(path)) as catalogue:
+        assert catalogue.sweeps(1.6)[0].whole
+
+
+@pytest.mark.usefixtures("small")
 def test_blocks_are_cut_the_same_behind_any_of_them():
     blocks = [block.span for block in swept_blocks.cut_into_swept_blocks(1.6, 9)]
     assert len(blocks) > 20

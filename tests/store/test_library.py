@@ -310,6 +310,15 @@ def test_criteria_are_those_of_a_selection():
     several = choose(p=[2, 3, 5], status=["orbit", Status.BOUNDARY])
     assert several == choose(p="2,3,5", status="orbit,boundary")
     assert choose(p=range(2, 5)) == choose(p=(2, 4)) == choose(p="2-4")
+    assert choose(length=None, lambda_c=(None, None)) == Selection()
+
+
+@pytest.mark.parametrize(
+    ("periods", "remedy"), [("5-2", "write 2-5"), ("9-3", "write 3-9"), ("2-1", "the least period is 2")]
+)
+def test_periods_that_run_backwards_are_told_the_way(periods, remedy):
+    with pytest.raises(SelectionError, match=f"run backwards: {remedy}"):
+        choose(p=periods)
 
 
 def test_a_range_without_bounds_is_none(catalogue):
