@@ -318,7 +318,7 @@ run()
         "numpy",
         *(
             pytest.param(name, marks=pytest.mark.slow)
-            for name in ("orbitdb.cli.commands.fill", "numpy._core.multiarray", "sqlalchemy", "alembic")
+            for name in ("orbitdb.cli.commands.fill", "numpy._core.multiarray", "sqlalchemy")
         ),
     ],
 )

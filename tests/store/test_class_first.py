@@ -66,7 +66,7 @@ def ragged(varied, tmp_path_factory):
     return path
 
 
-@pytest.mark.parametrize("most", [4, 2000])
+@pytest.mark.parametrize("most", slow_but([4], [4, 2000]))
 @given(
     chosen=choices,
     order=st.sampled_from(ORDERS),
