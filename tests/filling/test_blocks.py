@@ -13,15 +13,16 @@ from orbitdb.filling.blocks import Block, cut_into_blocks
 from orbitdb.filling.enclosures import EnclosureTask
 from orbitdb.filling.swept_blocks import SweptBlock
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.enumeration import Span, admissible_words
+from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import least_words
 
 
-@pytest.mark.parametrize(("jobs", "blocks"), [(1, range(8, 13)), (2, range(13, 18)), (4, range(18, 24))])
+@pytest.mark.parametrize(("jobs", "blocks"), [(1, range(12, 17)), (2, range(17, 21)), (4, range(21, 30))])
 def test_blocks_of_births_hold_every_class_once_and_small_periods_together(jobs, blocks):
     periods = range(2, 12)
-    first, *rest = birth_blocks([(p, -1) for p in periods], 8000, jobs)
-    assert first.spans == tuple(map(Span.whole, range(2, 9)))  # 3197 words: with p = 9 they are too many
+    soon, small, *rest = birth_blocks([(p, -1) for p in periods], 8000, jobs)
+    assert soon.spans == tuple(map(Span.whole, range(2, 7)))  # 389 words: with p = 7 more than an eighth
+    assert small.spans == tuple(map(Span.whole, (7, 8)))
     assert all(len(block.spans) == 1 for block in rest)
     spans = [block.spans[0] for block in rest]
     assert len(spans) in blocks
@@ -30,14 +31,15 @@ def test_blocks_of_births_hold_every_class_once_and_small_periods_together(jobs,
     for p, parts in cut.items():
         assert (parts[0].after, parts[-1].upto) == (-1, Span.whole(p).upto)
         assert all(one.upto == other.after for one, other in pairwise(parts))
-    found = [sum(len(part.codes) for part in least_words(span)) for span in spans]
-    assert max(found) < 0.6 * 8000  # what is light for its words is not cut as small as the rest
-    assert sum(map(len, admissible_words(*cut[9][0]))) < 8000 / jobs + 1000
+        counts = [sum(len(each.codes) for each in least_words(span)) for span in parts]
+        assert max(counts) <= 8000 / 8
+        assert all(one + other > 8000 / 8 / min(jobs, 2) for one, other in pairwise(counts))
 
 
-def test_a_block_of_births_is_filled_to_the_last_word():
-    assert len(list(birth_blocks([(p, -1) for p in range(2, 7)], 389, 1))) == 1
-    assert len(list(birth_blocks([(p, -1) for p in range(2, 7)], 388, 1))) > 1
+def test_the_first_block_of_births_is_filled_to_the_last_word():
+    """The words of p = 2..6 are 389."""
+    assert len(list(birth_blocks([(p, -1) for p in range(2, 7)], 8 * 389, 1))) == 1
+    assert len(list(birth_blocks([(p, -1) for p in range(2, 7)], 8 * 389 - 1, 1))) == 2
 
 
 def test_what_was_begun_is_a_block_of_its_own():
@@ -46,7 +48,7 @@ def test_what_was_begun_is_a_block_of_its_own():
     assert [block.spans for block in rest] == [(Span.whole(5), Span.whole(6))]
     small, begun, *rest = birth_blocks([(3, -1), (4, 200), (5, -1), (6, -1)], 390, 1)
     assert (small.spans, begun.spans) == ((Span.whole(3),), (Span.whole(4, 200),))
-    assert [span.p for block in rest for span in block.spans][:1] == [5]
+    assert [block.spans for block in rest] == [(Span.whole(5), Span.whole(6))]
 
 
 def test_for_several_jobs_a_period_is_cut_smaller_down_to_a_quarter():
