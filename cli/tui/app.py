@@ -108,7 +108,8 @@ class BrowseApp(App[None]):
                 asyncio.get_running_loop().add_signal_handler(number, self._end, number)
 
     def _end(self, number: int) -> None:
-        self.failure = KeyboardInterrupt() if number == signal.SIGINT else Terminated(number)
+        if not self.is_web:  # there the server is told, too, and says so
+            self.failure = KeyboardInterrupt() if number == signal.SIGINT else Terminated(number)
         self.action_stop_fill()
         self._leaving = True
         self.exit()

@@ -131,6 +131,17 @@ def test_two_fills_of_the_same_periods_take_turns(filled, tmp_path):
     assert content(path) == content(filled)
 
 
+@pytest.mark.usefixtures("small_blocks")
+def test_who_is_overtaken_goes_on_alone(tmp_path):
+    path = tmp_path / "shared.db"
+    migrate(path)
+    first, second = fill_periods(path, 1.6, [6]), fill_periods(path, 1.6, [6])
+    assert next(first).words < next(second).words < 252
+    second.close()
+    assert [step.words for step in first][-1] == 252
+    assert Catalogue(path).fills(1.6)[0].whole
+
+
 @pytest.mark.slow
 def test_a_locked_database_is_named(filled, monkeypatch):
     monkeypatch.setattr("orbitdb.store.file.database.BUSY_TIMEOUT", 0.1)

@@ -91,7 +91,6 @@ def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     """They are those of the orbits, and each period's moments are around the tilts of those before it."""
     for module in (
         "averages.swept_sum_rules",
-        "store.reading.sweeps",
         "store.reading.leg_terms",
         "filling.sweeps",
     ):
@@ -130,6 +129,18 @@ def test_two_sweeps_at_once_do_each_block_once(tmp_path):
     steps = [step.words for pair in zip_longest(one, other) for step in pair if step is not None]
     assert steps == sorted(steps)
     assert found(path, periods=[7]) == found(tmp_path / "alone.db", periods=[7])
+
+
+@pytest.mark.usefixtures("small")
+def test_who_is_overtaken_goes_on_alone(tmp_path):
+    path = tmp_path / "orbits.db"
+    migrate(path)
+    first, second = sweep_periods(path, 1.6, [7]), sweep_periods(path, 1.6, [7])
+    assert next(first).words < next(second).words < 712
+    second.close()
+    assert [step.words for step in first][-1] == 712
+    with closing(Catalogue(path)) as catalogue:
+        assert catalogue.sweeps(1.6)[0].whole
 
 
 @pytest.mark.usefixtures("small")

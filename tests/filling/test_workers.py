@@ -21,7 +21,7 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.errors import WorkError
 from orbitdb.filling.blocks import Block, cut_into_blocks, solve_block
 from orbitdb.filling.periods import fill_periods
-from orbitdb.filling.workers import HERE, Processes, _signals_held_back, in_order
+from orbitdb.filling.workers import HERE, Processes, _signals_held_back, cores, in_order
 from orbitdb.store.file.migrate import migrate
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
@@ -118,6 +118,11 @@ def test_a_worker_that_is_killed_costs_only_its_blocks(tmp_path):
 def is_worker(process: int) -> bool:
     command = Path(f"/proc/{process}/cmdline")
     return command.exists() and "spawn_main" in command.read_text()
+
+
+def test_only_the_processors_that_this_process_may_use_count(monkeypatch):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {5, 7, 11}, raising=False)
+    assert cores() == 3
 
 
 def test_what_fails_before_there_is_a_block_is_told_as_it_is():

@@ -92,6 +92,10 @@ def test_the_time_is_that_of_the_large_fills_alone(filled, monkeypatch):
     spent = sum(fill.enumerating + fill.solving + fill.storing for fill in large)
     each = spent / sum(fill.words for fill in large)
     assert need(filled, 1.6, [12], 1).seconds == pytest.approx(each * count_admissible(12))
+    storing = sum(fill.storing for fill in large) / sum(fill.words for fill in large)
+    solving = sum(fill.solving for fill in large) / sum(fill.words for fill in large)
+    assert need(filled, 1.6, [12], 10**6).seconds == pytest.approx(storing * count_admissible(12))
+    assert need(filled, 1.0, [8], 1).seconds == pytest.approx((solving + storing) * 2096)
 
 
 @pytest.mark.slow

@@ -38,3 +38,34 @@ def test_a_period_in_the_making_hides_none_behind_it(begun, monkeypatch):
         ]
         (found,) = check_births(connection)
         assert (found.rows, found.failures) == (17, 0)
+
+
+def test_a_class_that_died_and_was_born_again_is_sound_and_counts_once(begun):
+    """Short words do not: by hand, as classes of p = 9 do."""
+
+    def alter(*statements: str) -> None:
+        with closing(sqlite3.connect(begun)) as plain, plain:
+            for statement in statements:
+                plain.execute(statement)
+
+    def found() -> tuple[int, int, str | None]:
+        with Catalogue(begun).reading() as connection:
+            (check,) = check_births(connection)
+        return check.rows, check.failures, check.first
+
+    insert = "INSERT INTO change SELECT cycle, {}, {} * a, error, '{}', bounce, joint, NULL, slope, run"
+    where = "FROM change WHERE a = (SELECT min(a) FROM change WHERE a > 0) AND number = 1 LIMIT 1"
+    alter(*(f"{insert.format(*values)} {where}" for values in ((2, 1.1, "died"), (3, 1.2, "born"))))
+    assert found() == (19, 2, "p = 5: births is 13 instead of 14")
+    alter("UPDATE birth_fill SET births = 14, deaths = 1 WHERE p = 5")
+    assert found() == (19, 0, None)
+    for wrong, right in (
+        ("number = 4 WHERE number = 3", "number = 3 WHERE number = 4"),
+        ("kind = 'died' WHERE number = 3", "kind = 'born' WHERE number = 3"),
+        ("error = 2 * a WHERE number = 2", "error = 0 WHERE number = 2"),
+    ):
+        alter(f"UPDATE change SET {wrong}")
+        rows, failures, _ = found()
+        assert (rows, failures > 0) == (19, True)
+        alter(f"UPDATE change SET {right}")
+        assert found() == (19, 0, None)

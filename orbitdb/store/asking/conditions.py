@@ -49,7 +49,7 @@ def conditions_of(
     if selection.symmetry:
         found.append(view.symmetry == selection.symmetry)
     if selection.contains:
-        found.append(sa.func.instr(view.word.op("||")(view.word), selection.contains) > 0)
+        found.append(containing(view.word, selection.contains))
     found += [alive_at(view.cycle, a) for a in selection.exists]
     found += [sa.and_(_has_life(view.cycle), sa.not_(alive_at(view.cycle, a))) for a in selection.not_at]
     for name, (low, high) in selection.ranges.items():
@@ -59,6 +59,11 @@ def conditions_of(
         free.check(selection.where, dict(selection.parameters))
         found.append(free.expression(selection.where, dict(selection.parameters)))
     return found
+
+
+def containing(word: sa.ColumnElement[str], factor: str) -> sa.ColumnElement[bool]:
+    """Return the condition that a word has a factor in some rotation."""
+    return sa.func.instr(word.op("||")(word), factor) > 0
 
 
 def alive_at(number: sa.ColumnElement[int], a: float) -> sa.ColumnElement[bool]:
