@@ -1,47 +1,25 @@
-"""All commands of ``orbitdb``: one module a group of commands."""
+"""All commands of ``orbitdb``: one module a group of commands, loaded when one of them is called."""
 
+import logging
 from collections.abc import Sequence
 from functools import cache
+from importlib import import_module
 from typing import Annotated, Any
 
 import typer
 
 from orbitdb import __version__
-from orbitdb.cli.commands import (
-    bench,
-    births,
-    bounds,
-    browse,
-    columns,
-    entropy,
-    export,
-    fill,
-    identify,
-    info,
-    lyapunov,
-    plot,
-    query,
-    simulate,
-    sql,
-    sweep,
-    table,
-    verify,
-)
 
 ParsingError = typer.TyperException
 
-app = typer.Typer(
-    name="orbitdb",
-    help="A certified catalogue of the unstable periodic orbits of the stadium billiard.",
-    context_settings={"help_option_names": ["-h", "--help"]},
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-)
-for module in (
-    fill, sweep, births, query, identify, browse, table, entropy, lyapunov, bounds, simulate, plot, export,
-    sql, columns, verify, bench, info,
-):  # fmt: skip
-    module.register(app)
+_ROOMS = (
+    "fill", "sweep", "births", "query", "identify", "browse", "table", "entropy", "lyapunov", "bounds",
+    "simulate", "plot", "export", "sql", "columns", "verify", "bench", "info",
+)  # fmt: skip
+"""The modules of `orbitdb.cli.commands`, in the order of ``orbitdb --help``."""
+
+_ROOM_OF = {room: room for room in _ROOMS} | {"tui": "browse", "migrate": "info"}
+"""By command."""
 
 
 def _show_version(wanted: bool) -> None:
@@ -50,7 +28,6 @@ def _show_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _options(
     version: Annotated[
         bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version.")
@@ -59,7 +36,28 @@ def _options(
     pass
 
 
-_command = cache(typer.main.get_command)  # built once, however many commands one process runs
+logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its fonts is nobody's concern here
+
+
+def program(rooms: Sequence[str] = _ROOMS) -> typer.Typer:
+    """Return the program with the commands of some modules, by default all."""
+    app = typer.Typer(
+        name="orbitdb",
+        help="A certified catalogue of the unstable periodic orbits of the stadium billiard.",
+        context_settings={"help_option_names": ["-h", "--help"]},
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+    )
+    app.callback()(_options)
+    for room in rooms:
+        import_module(f"orbitdb.cli.commands.{room}").register(app)
+    return app
+
+
+@cache
+def _command(rooms: tuple[str, ...]) -> Any:
+    """Return what runs command lines; built once, however many of them one process runs."""
+    return typer.main.get_command(program(rooms))
 
 
 def call(arguments: Sequence[str]) -> Any:
@@ -72,7 +70,9 @@ def call(arguments: Sequence[str]) -> Any:
     KeyboardInterrupt
         On Ctrl-C, or the end of an input that is waited for.
     """
+    room = _ROOM_OF.get(arguments[0])
+    command = _command(_ROOMS if room is None else (room,))
     try:
-        return _command(app)(arguments, prog_name="orbitdb", standalone_mode=False)
+        return command(arguments, prog_name="orbitdb", standalone_mode=False)
     except typer.Abort as end:
         raise KeyboardInterrupt from end

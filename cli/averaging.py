@@ -1,10 +1,11 @@
 """What the averages by period share: the classes they read, and what is said of them."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import typer
 
+from orbitdb.cli.half_lengths import Answer, joined
 from orbitdb.cli.options import Format
 from orbitdb.cli.reading import note_gaps, note_nothing
 from orbitdb.cli.render import note, write
@@ -15,15 +16,15 @@ if TYPE_CHECKING:
     from orbitdb.store.reading.whole_periods import WholePeriods
 
 
-def read_classes(catalogue: "Catalogue", chosen: "Selection", swept: bool = False) -> "WholePeriods":
-    """Return the chosen classes of whole periods; say what is left out, and leave if there is none."""
+def read_classes(catalogue: "Catalogue", chosen: "Selection", swept: bool = False) -> "WholePeriods | None":
+    """Return the chosen classes of whole periods, None if there is none; say what is left out."""
     from orbitdb.store.reading.whole_periods import read_whole
 
     subset = read_whole(catalogue, chosen, swept)
     note_gaps(catalogue, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
     if not len(subset.classes) and not any(sums.ranges.least for sums in subset.swept.values()):
         note_nothing(catalogue, subset.selection)
-        raise typer.Exit(1)
+        return None
     return subset
 
 
@@ -36,12 +37,21 @@ def note_divisors(periods: Sequence[int]) -> None:
             note(f"p = {p}: the sums over fixed points lack the periods {', '.join(map(str, gaps))}")
 
 
-def write_periods(
-    subset: "WholePeriods", names: Sequence[str], columns: dict[str, list[Any]], form: Format
-) -> None:
-    """Write one row a whole period."""
-    rows = [list(row) for row in zip(*(columns[name] for name in names), strict=True)]
-    write(names, [row for row in rows if row[names.index("p")] in subset.periods], form)
+def of_periods(
+    a: float, periods: Collection[int], names: Sequence[str], columns: dict[str, list[Any]]
+) -> Answer:
+    """Return one row a whole period."""
+    rows = zip(*(columns[name] for name in names), strict=True)
+    place = names.index("p")
+    return Answer(a, names, [list(row) for row in rows if row[place] in periods])
+
+
+def write_answers(found: "Iterable[Answer | None]", many: bool, form: Format) -> None:
+    """Write what is found at one a, or at several; leave if there is nothing."""
+    answers = [each for each in found if each is not None]
+    if not answers:
+        raise typer.Exit(1)
+    write(*joined(answers, many), form)
 
 
 def note_faults(subset: "WholePeriods", fault: str) -> None:

@@ -6,13 +6,16 @@ from collections.abc import Iterable, Iterator
 from orbitdb.cli.render import note, repeats
 from orbitdb.errors import InputError
 
+_AROUND = " \t\r\n\ufeff"
+"""What may stand around a code; Windows begins files with a mark of the order of bytes."""
+
 
 def given_codes(codes: Iterable[str]) -> Iterator[str]:
     """Return the codes given, the lines of stdin in the place of ``-``, without checking them."""
     try:
         for code in codes:
             if code == "-":
-                yield from (line.strip() for line in sys.stdin or () if line.strip())
+                yield from (code for line in sys.stdin or () if (code := line.strip(_AROUND)))
             else:
                 yield code
     except UnicodeDecodeError:

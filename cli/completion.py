@@ -23,8 +23,8 @@ def half_lengths(incomplete: str) -> list[str]:
     from contextlib import closing
 
     from orbitdb.errors import InputError, StoreError
+    from orbitdb.numerals import exact
     from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.fills import exact
 
     try:
         with closing(Catalogue()) as catalogue:

@@ -34,6 +34,11 @@ def enclosure(catalogue: "Catalogue", a: float) -> "tuple[Enclosure, str] | None
     return closest, line
 
 
+def told(found: "tuple[Enclosure, str]", a: float, many: bool) -> str:
+    """Return the line of an `enclosure`, with its a if there are several."""
+    return f"a = {a:g}: {found[1]}" if many else found[1]
+
+
 def columns_of(found: "Enclosure | None", count: int) -> dict[str, list[float | str]]:
     """Return the bounds as columns of so many rows; none where there are none."""
     if found is None:

@@ -2,7 +2,7 @@
 each other, no wider than a terminal."""
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import Any
 
 from orbitdb.cli.options import Format
@@ -12,19 +12,19 @@ _METHODS = ("pair", "zeta", "sum_rule")
 _EXPONENTS = ("lambda_d", "lambda_c")
 
 
-def write_blocks(columns: dict[str, list[Any]], periods: Iterable[int]) -> None:
+def write_blocks(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
     """Write averages to stdout, by period, z0 in the first block.
 
     Parameters
     ----------
-    columns : dict of str to list
-        Those that the other formats have; None where an average does not stand.
-    periods : iterable of int
-        Those to write.
+    names : sequence of str
+        Those of the other formats.
+    rows : sequence of sequences
+        Theirs; None where an average does not stand.
     """
-    places = [columns["p"].index(p) for p in periods]
+    columns = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
     for number, exponent in enumerate(_EXPONENTS):
-        block = {"p": columns["p"], exponent: columns[exponent]}
+        block = {name: columns[name] for name in ("a", "p", exponent) if name in columns}
         block |= {method: columns[f"{exponent}_{method}"] for method in _METHODS}
         errors = columns[f"{exponent}_sum_rule_error"]
         block["sum_rule"] = list(map(concise, block["sum_rule"], errors))
@@ -32,4 +32,4 @@ def write_blocks(columns: dict[str, list[Any]], periods: Iterable[int]) -> None:
             sys.stdout.write("\n")
         else:
             block["z0"] = columns["z0"]
-        write(list(block), [[values[place] for values in block.values()] for place in places], Format.TABLE)
+        write(list(block), list(zip(*block.values(), strict=True)), Format.TABLE)

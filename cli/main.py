@@ -3,15 +3,21 @@
 The commands themselves are imported once Ctrl-C is taken care of, which lasts some tenths of a second.
 """
 
+import errno
 import os
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from typing import TYPE_CHECKING
 
 from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed, interrupted
-from orbitdb.cli.streams import stand_in_for_closed
+from orbitdb.cli.garbage import collect_later, collect_no_more
+from orbitdb.cli.streams import escape_what_has_no_code, stand_in_for_closed
 from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
 from orbitdb.plaintext import line
+
+if TYPE_CHECKING:
+    from orbitdb.cli.app import ParsingError
 
 DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
 _SIGNALLED = 128
@@ -20,10 +26,13 @@ _KEPT = "nothing that was stored is lost"
 
 def run() -> None:
     """Run the command line; every failure becomes one line on stderr and an exit code."""
+    collect_later()
     end_as_users_expect()
     stand_in_for_closed()
+    escape_what_has_no_code()
     code = _run(sys.argv[1:] or ["--help"])
     end_undisturbed()
+    collect_no_more()
     try:
         sys.stdout.flush()
     except OSError as error:
@@ -57,9 +66,11 @@ def _run(arguments: list[str]) -> int:
 def _consolation(arguments: Sequence[str]) -> str:
     """Say of a command that stores what becomes of that when it ends before its time."""
     match arguments[0]:
+        case "births" if not any(argument.startswith("--p") for argument in arguments):
+            return ""
         case "verify" if "--rigorous" not in arguments:
             return ""
-        case "fill" | "sweep" | "verify" if "--again" not in arguments:
+        case "fill" | "sweep" | "births" | "verify" if "--again" not in arguments:
             return f"; {_KEPT}, the same command goes on from there"
         case "fill" | "verify" | "simulate" | "bounds" | "browse" | "tui":
             return f"; {_KEPT}"
@@ -78,7 +89,7 @@ def _failed(error: Exception) -> int:
         case WorkError():
             return _say(str(error), FAILED)
         case ParsingError():
-            return _say(" ".join(error.format_message().split()) + " (--help shows the options)", USAGE)
+            return _say(f"{' '.join(error.format_message().split())} ({_advice(error)})", USAGE)
         case OSError():
             return _unwritten(error)
         case ModuleNotFoundError():
@@ -86,7 +97,17 @@ def _failed(error: Exception) -> int:
     raise error
 
 
+def _advice(error: "ParsingError") -> str:
+    """Return what to do about arguments that cannot be read."""
+    context = getattr(error, "ctx", None)
+    if context is not None and context.parent is None and hasattr(error, "option_name"):
+        return "options stand behind a command, as in 'orbitdb table --db PATH'"
+    return "--help shows the options"
+
+
 def _unwritten(error: OSError) -> int:
+    if error.filename is None and error.errno == errno.ENOENT:
+        return _say("the current folder is not there any more: go to another", NO_DATABASE)
     where = error.filename or "the output"
     if error.errno in DISK_TROUBLE:
         return _say(f"{where} cannot be written ({error.strerror})", NO_DATABASE)

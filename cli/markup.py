@@ -1,6 +1,6 @@
 """Tables for papers and pages: Markdown and LaTeX."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 _LATEX = {
     "\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}",
@@ -9,16 +9,16 @@ _LATEX = {
 _MARKDOWN = {sign: f"\\{sign}" for sign in "\\`*_{}[]<>|"}
 
 
-def markdown(names: Sequence[str], rows: Sequence[Sequence[str]], left: Collection[str]) -> Iterator[str]:
-    """Yield the lines of a table in Markdown; columns that are not left aligned are right aligned."""
+def markdown(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool]) -> Iterator[str]:
+    """Yield the lines of a table in Markdown; columns of texts, which `left` marks, to the left."""
     yield _pipes(_escaped(names, _MARKDOWN))
-    yield _pipes([":--" if name in left else "--:" for name in names])
+    yield _pipes([":--" if of_texts else "--:" for of_texts in left])
     yield from (_pipes(_escaped(row, _MARKDOWN)) for row in rows)
 
 
-def latex(names: Sequence[str], rows: Sequence[Sequence[str]], left: Collection[str]) -> Iterator[str]:
+def latex(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool]) -> Iterator[str]:
     """Yield the lines of a tabular in LaTeX, which needs no package."""
-    yield rf"\begin{{tabular}}{{{''.join('l' if name in left else 'r' for name in names)}}}"
+    yield rf"\begin{{tabular}}{{{''.join('l' if of_texts else 'r' for of_texts in left)}}}"
     yield r"\hline"
     yield _ampersands(names)
     yield r"\hline"

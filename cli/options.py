@@ -90,6 +90,16 @@ StoredHalfLength = Annotated[
         offers=completion.half_lengths,
     ),
 ]
+StoredHalfLengths = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--a",
+        metavar="NUMBER|all",
+        help="Half length of a straight wall [default: the catalogue's only one, else 1.6]; "
+        "repeatable, a grid FROM:TO:COUNT, or all that are stored.",
+        autocompletion=completion.half_lengths,
+    ),
+]
 OutputFormat = Annotated[Format, typer.Option("--format", help="How to write the result.")]
 Json = Annotated[bool, typer.Option("--json", help="The same as --format json.")]
 Parameters = Annotated[

@@ -6,9 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from orbitdb.cli import half_lengths
 from orbitdb.cli.options import USUAL_A, Choice
 from orbitdb.cli.render import note, note_partial
 from orbitdb.errors import InputError
+from orbitdb.numerals import exact
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
@@ -24,7 +26,23 @@ def reading(db: Path | None, a: float | None, choice: Choice) -> "Iterator[tuple
     chosen = choice.at(USUAL_A if a is None else a)  # so that a wrong option is told first
     with closing(Catalogue(db, a)) as opened, opened.at_one_moment() as catalogue:
         _note_rotations(chosen)
-        yield catalogue, replace(chosen, a=_told(catalogue, a))
+        yield catalogue, replace(chosen, a=_told(catalogue.a, catalogue.path) if a is None else catalogue.a)
+
+
+@contextmanager
+def reading_all(
+    db: Path | None, asked: Sequence[str] | None, choice: Choice
+) -> "Iterator[tuple[Catalogue, tuple[Selection, ...]]]":
+    """Give a catalogue as it is at one moment, and the subset chosen by options at every a that is meant."""
+    from orbitdb.store.reading.catalogue import Catalogue
+
+    values = half_lengths.named(asked)
+    chosen = choice.at(values[0] if values else USUAL_A)  # so that a wrong option is told first
+    with closing(Catalogue(db, values[0] if values else None)) as opened, opened.at_one_moment() as catalogue:
+        _note_rotations(chosen)
+        if values is None:
+            values = half_lengths.stored(catalogue) if asked else (_told(catalogue.a, catalogue.path),)
+        yield catalogue, tuple(replace(chosen, a=a) for a in values)
 
 
 def _note_rotations(chosen: "Selection") -> None:
@@ -52,27 +70,48 @@ def averaged(choice: Choice) -> Choice:
     return choice
 
 
+def all_meant(path: Path, asked: Sequence[str] | None) -> tuple[float, ...]:
+    """Return every a that is meant where single words are asked for, in a catalogue or without one.
+
+    Raises
+    ------
+    InputError
+        If all are asked for that are stored, and there is no catalogue.
+    """
+    from orbitdb.store.file.database import check_file
+    from orbitdb.store.reading.catalogue import Catalogue
+
+    values = half_lengths.named(asked)
+    if values is not None:
+        return values
+    if not asked:
+        return (meant(path, None),)
+    if check_file(path) is None:
+        raise InputError(
+            f"--a {half_lengths.ALL} is every a that is stored, and there is no catalogue at {path}"
+        )
+    with closing(Catalogue(path)) as catalogue:
+        return half_lengths.stored(catalogue)
+
+
 def meant(path: Path, a: float | None) -> float:
     """Return the a that is meant where a single word is asked for, in a catalogue or without one."""
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.file.database import check_file
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.one_word import a_meant
 
     if a is not None:
         return Stadium(a).a
     if check_file(path) is None:
         return USUAL_A
-    with closing(Catalogue(path)) as catalogue:
-        return _told(catalogue, a)
+    return _told(a_meant(path), path)
 
 
-def _told(catalogue: "Catalogue", a: float | None) -> float:
-    """Return the a that is meant; say so where it is neither named nor the usual one."""
-    from orbitdb.store.reading.fills import exact
-
-    if a is None and catalogue.a != USUAL_A:
-        note(f"a = {exact(catalogue.a)}, the only one in {catalogue.path}")
-    return catalogue.a
+def _told(a: float, path: Path) -> float:
+    """Return the a that is meant where none is named; say so where it is not the usual one."""
+    if a != USUAL_A:
+        note(f"a = {exact(a)}, the only one in {path}")
+    return a
 
 
 def note_gaps(
@@ -92,7 +131,7 @@ def note_gaps(
     if counted is not None and counted.without_rows:
         note(str(counted.describe()))
         partial = [fill for fill in partial if fill.p not in counted.without_rows]
-        rest = _without(chosen, counted.chosen)
+        rest = without(chosen, counted.chosen)
         unfilled = None if rest is None else catalogue.unfilled(rest)
     else:
         unfilled = catalogue.unfilled(chosen)
@@ -103,7 +142,7 @@ def note_gaps(
     return bool(partial) or unfilled is not None
 
 
-def _without(chosen: "Selection", known: tuple[int, ...]) -> "Selection | None":
+def without(chosen: "Selection", known: tuple[int, ...]) -> "Selection | None":
     """Return a subset without some of the periods that it names; None if it names no other."""
     from orbitdb.symbols.enumeration import MAX_PERIOD
 

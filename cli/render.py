@@ -137,8 +137,8 @@ def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -
     if form in (Format.MARKDOWN, Format.LATEX):
         from orbitdb.cli.markup import latex, markdown
 
-        texts = [[_cell(name, value) for name, value in zip(columns, row, strict=True)] for row in rows]
-        lines = (markdown if form is Format.MARKDOWN else latex)(columns, texts, _LEFT_ALIGNED)
+        texts, left = _cells(columns, rows)
+        lines = (markdown if form is Format.MARKDOWN else latex)(columns, texts, left)
         sys.stdout.writelines(f"{line}\n" for line in lines if texts)
         return len(texts)
     if form in (Format.JSON, Format.JSONL):
@@ -161,18 +161,43 @@ def _write_json(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: For
 
 def _write_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> int:
     """Write aligned columns, numbers to the right, as wide as their content; nothing without rows."""
-    texts = [[_cell(name, value) for name, value in zip(columns, row, strict=True)] for row in rows]
+    texts, left = _cells(columns, rows)
     if not texts:
         return 0
     lines = [list(columns), *texts]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     for values in lines:
         cells = (
-            text.ljust(width) if name in _LEFT_ALIGNED else text.rjust(width)
-            for name, text, width in zip(columns, values, widths, strict=True)
+            text.ljust(width) if of_texts else text.rjust(width)
+            for text, width, of_texts in zip(values, widths, left, strict=True)
         )
         sys.stdout.write("  ".join(cells).rstrip() + "\n")
     return len(texts)
+
+
+def _cells(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[list[list[str]], list[bool]]:
+    """Return the texts of all cells, and which columns hold texts, which are aligned to the left."""
+    texts, left = [], [False] * len(columns)
+    errors = [
+        (columns.index(name), columns.index(f"{name}_error"))
+        for name in _SAMPLED
+        if f"{name}_error" in columns and name in columns
+    ]
+    for row in rows:
+        texts.append([_cell(name, value) for name, value in zip(columns, row, strict=True)])
+        for place, beside in errors:
+            texts[-1][place] = _as_sure(row[place], row[beside])
+        left = [known or not _is_number(value) for known, value in zip(left, row, strict=True)]
+    return texts, left
+
+
+def _as_sure(value: float, error: float) -> str:
+    """Return a value with the digits that both digits of its error are of, and six at least."""
+    return f"{value:.{max(6, 1 - math.floor(math.log10(error)) if 0 < error < math.inf else 6)}f}"
+
+
+def _is_number(value: Any) -> bool:
+    return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
 
 
 def _cell(name: str, value: Any) -> str:
@@ -180,21 +205,8 @@ def _cell(name: str, value: Any) -> str:
 
 
 _CODES = {"code", "word", "representative"}
-_LEFT_ALIGNED = _CODES | {
-    "status",
-    "rules",
-    "time_reversal",
-    "symmetry",
-    "solver",
-    "check",
-    "first",
-    "case",
-    "asked",
-    "method",
-    "wall",
-    "sum_rule",
-    "exists",
-}
+_SAMPLED = ("lambda_d", "lambda_c", "mean_free_path")
+"""Averages that may stand beside an error, however small."""
 
 
 def write_facts(facts: Sequence[tuple[str, str]]) -> None:

@@ -1,9 +1,13 @@
 """Rows of the catalogue for other programs, and what their columns are, in short."""
 
-from collections.abc import Iterable, Iterator
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
+from orbitdb.cli.half_lengths import merged
 from orbitdb.columns import IN_CATALOGUE
+
+if TYPE_CHECKING:
+    from orbitdb.store.asking.selection import Selection
 
 KEYS = (
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
@@ -20,6 +24,39 @@ COLUMNS_HELP = "\n".join([
     *(f"  {each.name:{_WIDTH}}  {each.brief}" for each in IN_CATALOGUE),
 ])  # fmt: skip
 """The columns for the end of a command's help, a line each, which is not to be wrapped."""
+
+
+Row = tuple[Any, ...]
+Reading = Callable[["Selection", tuple[str, ...], int | None, int], Iterator[Row]]
+"""Gives rows of a subset at one a that begin with some columns: so many at most, others passed over first."""
+
+
+def in_order(
+    read: Reading,
+    stadiums: Sequence["Selection"],
+    names: tuple[str, ...],
+    order: str,
+    limit: int | None,
+    offset: int = 0,
+) -> Iterator[Row]:
+    """Return rows of a subset at one a, or at several as if they were one; of equal ones by a."""
+    if len(stadiums) == 1:
+        return read(stadiums[0], names, limit, offset)
+    from orbitdb.store.asking.conditions import parse_order
+
+    falling = parse_order(order)
+    for name in ("p", "code"):
+        falling.setdefault(name, False)
+    most = None if limit is None else limit + offset
+    streams = [
+        _keys_last(read(chosen, (*names, *falling), most, 0), len(names), len(falling)) for chosen in stadiums
+    ]
+    return merged(streams, list(falling.values()), limit, offset)
+
+
+def _keys_last(rows: Iterable[Row], start: int, count: int) -> Iterator[Row]:
+    end = start + count
+    return ((*row[:start], *row[end:], *row[start:end]) for row in rows)
 
 
 _WORDS = ("code", "word", "representative", "sequence")

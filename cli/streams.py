@@ -1,4 +1,4 @@
-"""Standard streams that are closed (``>&-``): what stands in for them."""
+"""Standard streams that are closed (``>&-``), or that cannot write every character."""
 
 import errno
 import io
@@ -30,3 +30,9 @@ def stand_in_for_closed() -> None:
         sys.stdout = _ClosedOutput()
     if sys.stderr is None:
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+
+
+def escape_what_has_no_code() -> None:
+    """Let stdout escape characters that its encoding has not, such as those of a path, as stderr does."""
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
+        sys.stdout.reconfigure(errors="backslashreplace")

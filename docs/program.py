@@ -9,7 +9,15 @@ from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
 from typing import Any
 
-from orbitdb.columns import OF_ANSWERS, OF_BOUNCES, OF_ORBITS, OF_WORDS, Column
+from orbitdb.columns import (
+    OF_ANSWERS,
+    OF_BOUNCES,
+    OF_LENGTHS,
+    OF_ORBITS,
+    OF_TRAJECTORIES,
+    OF_WORDS,
+    Column,
+)
 
 _HERE = re.compile(r"^<!-- here: (\w+) -->$", re.MULTILINE)
 
@@ -28,9 +36,9 @@ def command_list(hidden: bool = False) -> list[tuple[str, Any]]:
     """Return the commands with their names, in the order of ``orbitdb --help``; other names, if hidden."""
     import typer
 
-    from orbitdb.cli.app import app
+    from orbitdb.cli.app import program
 
-    known = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    known = typer.main.get_command(program()).commands  # type: ignore[attr-defined]
     return [(name, command) for name, command in known.items() if hidden or not command.hidden]
 
 
@@ -162,4 +170,6 @@ _TEXTS: dict[str, Callable[[], str]] = {
     "columns_of_orbits": lambda: columns(OF_ORBITS),
     "columns_of_bounces": lambda: columns(OF_BOUNCES),
     "columns_of_answers": lambda: columns(OF_ANSWERS),
+    "columns_of_trajectories": lambda: columns(OF_TRAJECTORIES),
+    "columns_of_lengths": lambda: columns(OF_LENGTHS),
 }

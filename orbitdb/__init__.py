@@ -2,7 +2,8 @@
 
 The catalogue
     `Catalogue`: a database file, opened for reading; `Selection`: a chosen subset of it; `Subset`: the
-    chosen rows as arrays.
+    chosen rows as arrays; `Trajectory`, with what it shadows as `Followed`, and `Candidate`: what
+    `Catalogue.identify` finds.
 Orbits
     `solve_word`: what becomes of one word; `solve`: of many, as arrays; `existence`: from where to where
     in a a word is an orbit; `Orbit`, `Orbits` and `Status` are what they give; `Stadium`: the billiard.
@@ -34,11 +35,14 @@ if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit, Orbits, Status
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.identification import Candidate, Followed, Trajectory
     from orbitdb.store.reading.subset import Subset
     from orbitdb.trajectories.ensemble import Reference, simulate
 
 __all__ = [
+    "Candidate",
     "Catalogue",
+    "Followed",
     "InputError",
     "Orbit",
     "Orbits",
@@ -48,6 +52,7 @@ __all__ = [
     "Status",
     "StoreError",
     "Subset",
+    "Trajectory",
     "WorkError",
     "__version__",
     "existence",
@@ -64,6 +69,7 @@ _HOMES = {
     "orbits.orbit": ("Orbit", "Orbits", "Status"),
     "store.asking.selection": ("Selection",),
     "store.reading.catalogue": ("Catalogue",),
+    "store.reading.identification": ("Candidate", "Followed", "Trajectory"),
     "store.reading.subset": ("Subset",),
     "trajectories.ensemble": ("Reference", "simulate"),
 }

@@ -132,10 +132,30 @@ OF_ANSWERS = (
 )  # fmt: skip
 """What `query --code` tells besides; coordinates are in files, too, if asked for."""
 
+OF_TRAJECTORIES = (
+    Column("first", "integer",
+           "number of the first bounce that is near the orbit; 1 is the first one behind a start, or the "
+           "first point, 0 and less are before a start"),
+    Column("last", "integer", "number of the last bounce that is"),
+    Column("bounces", "integer", "bounces in a row from the first to the last"),
+    Column("turns", "number", "how often they go round the orbit; bounces/p", "1"),
+    Column("distance", "number", "least distance of one of them from that of the orbit", "radius"),
+    Column("sequence", "text", "symbols of all bounces of the trajectory; no cyclic word"),
+    Column("sequence_first", "integer", "number of the first of them"),
+)  # fmt: skip
+"""What `identify` tells of an orbit that a trajectory shadows, besides."""
+
+OF_LENGTHS = (
+    Column("repetitions", "integer", "number of traversals, r"),
+    Column("total", "number", "length of them all, rL", "radius"),
+    Column("difference", "number", "that less the length that was asked for", "radius"),
+)  # fmt: skip
+"""What `identify` tells of an orbit with a length, besides."""
+
 IN_CATALOGUE = (*OF_WORDS, *OF_ORBITS)
 """The columns of the view ``catalogue``."""
 
-EVERY = (*IN_CATALOGUE, *OF_BOUNCES, *OF_ANSWERS)
+EVERY = (*IN_CATALOGUE, *OF_BOUNCES, *OF_ANSWERS, *OF_TRAJECTORIES, *OF_LENGTHS)
 
 _KINDS = {column.name: column.kind for column in EVERY}
 

@@ -33,5 +33,10 @@ def whole(text: str) -> int:
     return value.numerator
 
 
+def exact(a: float) -> str:
+    """Write a so that it is the same number when it is read again."""
+    return f"{a:g}" if float(f"{a:g}") == a else repr(a)
+
+
 def _shown(text: str) -> str:
     return repr(text if len(text) <= 40 else f"{text[:40]}...")

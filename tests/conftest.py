@@ -26,6 +26,12 @@ def pytest_configure() -> None:
             signal.signal(number, lambda number, frame: None)  # a handler is not inherited
 
 
+@pytest.fixture(scope="session", autouse=True)
+def own_state(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Keep what somebody who runs the tests has chosen in `browse` out of them, and as it is."""
+    os.environ["XDG_STATE_HOME"] = str(tmp_path_factory.mktemp("state"))
+
+
 @pytest.fixture
 def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut periods into many blocks, so that a fill can be stopped between them."""

@@ -199,13 +199,14 @@ def _at_many(
 def _keeping(db: Path | None, store: bool | None, prove: bool, asked: dict[str, Any]) -> "Iterator[Keep]":
     """Give what keeps bounds in the catalogue; it does nothing where there is none, and none is asked for."""
     from orbitdb.store.file.database import check_file, default_path
+    from orbitdb.store.file.layout import SCHEMA_VERSION
     from orbitdb.store.file.schema import BALLS, DOUBLES
 
     path = db or default_path()
-    if not (store or (store is None and check_file(path) is not None)):
+    if store is False or (store is None and check_file(path) != SCHEMA_VERSION):
         yield lambda level, computed: None
         if store is None:
-            note(f"not kept: there is no catalogue at {path}; --store makes one")
+            note(f"not kept: {_why_not_kept(path)}")
         return
     from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.writing.enclosures import keep_bounds
@@ -222,6 +223,16 @@ def _keeping(db: Path | None, store: bool | None, prove: bool, asked: dict[str, 
         yield keep
     finally:
         writer.close()
+
+
+def _why_not_kept(path: Path) -> str:
+    """Say why bounds are not kept where nobody has asked for it; what is only read is not migrated."""
+    from orbitdb.store.file.database import check_file
+
+    version = check_file(path)
+    if version is None:
+        return f"there is no catalogue at {path}; --store makes one"
+    return f"{path} has the older schema {version}; --store, or 'orbitdb migrate', brings it to the newest"
 
 
 def _proof() -> "Proof":

@@ -45,8 +45,9 @@ def browse(
     if not all(stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr)):  # it draws on stderr
         raise InputError("browse needs a terminal: use 'orbitdb query' where there is none")
     from orbitdb.cli.tui.app import BrowseApp
+    from orbitdb.cli.tui.kept import state_path
 
-    app = BrowseApp(path, replace(chosen, a=meant(path, a)), code)
+    app = BrowseApp(path, replace(chosen, a=meant(path, a)), code, state_path())
     if chosen.where is not None:
         app.check_filter(chosen.where, dict(chosen.parameters))
     app.run()

@@ -10,7 +10,16 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
 from orbitdb.cli.render import write
-from orbitdb.columns import IN_CATALOGUE, OF_ANSWERS, OF_BOUNCES, OF_ORBITS, OF_WORDS, Column
+from orbitdb.columns import (
+    IN_CATALOGUE,
+    OF_ANSWERS,
+    OF_BOUNCES,
+    OF_LENGTHS,
+    OF_ORBITS,
+    OF_TRAJECTORIES,
+    OF_WORDS,
+    Column,
+)
 
 EXAMPLES = """
 Examples:
@@ -21,7 +30,14 @@ Examples:
 """
 
 KEYS = ("column", "of", "type", "unit", "bound", "empty", "means")
-GROUPS = (("word", OF_WORDS), ("orbit", OF_ORBITS), ("bounce", OF_BOUNCES), ("answer", OF_ANSWERS))
+GROUPS = (
+    ("word", OF_WORDS),
+    ("orbit", OF_ORBITS),
+    ("bounce", OF_BOUNCES),
+    ("answer", OF_ANSWERS),
+    ("trajectory", OF_TRAJECTORIES),
+    ("length", OF_LENGTHS),
+)
 _LEAST_WIDTH = 24
 _GAP = "  "
 
@@ -35,8 +51,8 @@ def columns(format_: options.OutputFormat = Format.TABLE, json: options.Json = F
     """Explain the columns: unit, what bounds the error, meaning.
 
     Those of a word and of its orbit are what -c, --order and --where name; those of a bounce are what
-    --bounces writes; those of an answer come with query --code. A number is no farther from the true
-    one than its bound says.
+    --bounces writes; those of an answer come with query --code, those of a trajectory and of a length
+    with identify. A number is no farther from the true one than its bound says.
     """
     form = options.chosen(format_, json)
     if form is Format.TABLE:

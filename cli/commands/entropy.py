@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from orbitdb.cli import enclosed, options
-from orbitdb.cli.averaging import note_divisors, note_faults, read_classes, write_periods
+from orbitdb.cli.averaging import note_divisors, note_faults, of_periods, read_classes, write_answers
+from orbitdb.cli.half_lengths import Answer, several
 from orbitdb.cli.options import Format
-from orbitdb.cli.progress import progress
-from orbitdb.cli.reading import averaged, note_gaps, reading
-from orbitdb.cli.render import note, write
+from orbitdb.cli.progress import Progress, progress
+from orbitdb.cli.reading import averaged, note_gaps, reading_all
+from orbitdb.cli.render import note
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
@@ -25,6 +26,8 @@ Examples:
   orbitdb entropy
 
   orbitdb entropy --p 2-9 --reversal self --json
+
+  orbitdb entropy --a all --format csv
 """
 COLUMNS = ("p", "N", "K_0", "h_zeta", "h_zeta_change")
 
@@ -37,7 +40,7 @@ def register(app: typer.Typer) -> None:
 @options.with_choice
 def entropy(
     *,
-    a: options.StoredHalfLength = None,
+    a: options.StoredHalfLengths = None,
     choice: options.Choice,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
@@ -49,42 +52,50 @@ def entropy(
     the zeta function cut off at p, which converges much faster, with its change from p - 1. The proved
     bounds are those that 'orbitdb bounds' has stored.
     """
+    form, many = options.chosen(format_, json), several(a)
+    with progress("reading orbits") as shown, reading_all(db, a, averaged(choice)) as (catalogue, stadiums):
+        found = [_at_one(catalogue, chosen, form, many, shown) for chosen in stadiums]
+    write_answers(found, many, form)
+
+
+def _at_one(
+    catalogue: "Catalogue", chosen: "Selection", form: Format, many: bool, shown: Progress
+) -> Answer | None:
+    """Return the entropies at one a, from counts where there are no rows; None if there are neither."""
     from orbitdb.averages import by_period
     from orbitdb.averages.standing import faults_of, standing
 
-    with progress("reading orbits") as shown:
-        with reading(db, a, averaged(choice)) as (catalogue, chosen):
-            counted = _counted(catalogue, chosen)
-            proved = enclosed.enclosure(catalogue, chosen.a)
-            if counted is not None:
-                note_gaps(catalogue, chosen, left_out=True, counted=counted)
-                _write_counted(counted, options.chosen(format_, json), proved)
-                return
-            _note_uncounted(catalogue, chosen)
-            subset = read_classes(catalogue, chosen)
-        shown.tell("expanding the zeta function")
-        found = by_period.entropy(subset.classes.rows(), subset.highest)
-    form = options.chosen(format_, json)
+    counted = _counted(catalogue, chosen)
+    proved = enclosed.enclosure(catalogue, chosen.a)
+    if counted is not None:
+        note_gaps(catalogue, chosen, left_out=True, counted=counted)
+        return _of_counts(counted, form, many, proved)
+    _note_uncounted(catalogue, chosen)
+    subset = read_classes(catalogue, chosen)
+    if subset is None:
+        return None
+    shown.tell("expanding the zeta function")
+    found = by_period.entropy(subset.classes.rows(), subset.highest)
     note(subset.selection.describe())
     if form is Format.TABLE:
-        _note_proved(subset.selection.a, proved)
+        _note_proved(subset.selection.a, many, proved)
     note_faults(subset, faults_of(found, subset.periods))
     note_divisors(subset.periods)
     columns = standing(found, subset.periods)
     columns |= _proved_columns(proved, len(columns["p"]), form)
-    write_periods(subset, _names(columns), columns, form)
+    return of_periods(chosen.a, subset.periods, _names(columns), columns)
 
 
-def _note_proved(a: float, proved: "tuple[Enclosure, str] | None") -> None:
+def _note_proved(a: float, many: bool, proved: "tuple[Enclosure, str] | None") -> None:
     """Say what is known of the entropy of all orbits by proof."""
     from orbitdb.entropy.letters import geometric_entropy
-    from orbitdb.store.reading.fills import exact
+    from orbitdb.numerals import exact
 
     most = f"at most {math.ceil(geometric_entropy() * 1e6) / 1e6:.6f} at any a"
     if proved is None:
         note(f"of all orbits it is {most}: 'orbitdb bounds --a {exact(a)}' encloses it")
     else:
-        note(f"{proved[1]}; {most}")
+        note(f"{enclosed.told(proved, a, many)}; {most}")
 
 
 def _proved_columns(
@@ -117,8 +128,10 @@ def _note_uncounted(catalogue: "Catalogue", chosen: "Selection") -> None:
         )
 
 
-def _write_counted(counted: "Counted", form: Format, proved: "tuple[Enclosure, str] | None") -> None:
-    """Write the entropies of counts, and what is proved beside them."""
+def _of_counts(
+    counted: "Counted", form: Format, many: bool, proved: "tuple[Enclosure, str] | None"
+) -> Answer:
+    """Return the entropies of counts, and what is proved beside them."""
     import numpy as np
 
     from orbitdb.averages import by_period
@@ -132,12 +145,10 @@ def _write_counted(counted: "Counted", form: Format, proved: "tuple[Enclosure, s
     if missing := missing_periods(max(counted.chosen), counted.chosen):
         note(f"the zeta function lacks the periods {', '.join(map(str, missing))}")
     if form is Format.TABLE:
-        _note_proved(counted.a, proved)
+        _note_proved(counted.a, many, proved)
     if fault := faults_of(found, counted.chosen):
         note(fault)
     note_divisors(counted.chosen)
     columns = standing(found, counted.chosen)
     columns |= _proved_columns(proved, len(columns["p"]), form)
-    names = _names(columns)
-    rows = [list(row) for row in zip(*(columns[name] for name in names), strict=True)]
-    write(names, [row for row in rows if row[0] in counted.chosen], form)
+    return of_periods(counted.a, counted.chosen, _names(columns), columns)

@@ -11,10 +11,12 @@ import typer
 
 from orbitdb import __version__
 from orbitdb.cli import options
+from orbitdb.cli.half_lengths import several, with_a
 from orbitdb.cli.progress import Progress, progress
-from orbitdb.cli.reading import note_gaps, note_nothing, reading
+from orbitdb.cli.reading import note_gaps, note_nothing, reading_all
 from orbitdb.cli.render import note
-from orbitdb.cli.rows import COLUMNS_HELP, KEYS, with_marks, with_rules
+from orbitdb.cli.rows import COLUMNS_HELP, KEYS, Reading, Row, in_order, with_marks, with_rules
+from orbitdb.columns import OF_BOUNCES
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
 
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.catalogue import Catalogue
+
+    Placed = list[tuple[Row, NDArray[np.float64] | None]]
 
 EXAMPLES = (
     """
@@ -42,8 +46,8 @@ Examples:
 _BLOCK = 4_000
 _BETWEEN_TELLING = 1000
 _HOW = ("code", "cycle", "element")
-
-Row = tuple[Any, ...]
+BOUNCE_COLUMNS = tuple(each.name for each in OF_BOUNCES)
+BOUNCES, COORDINATES = "bounces", "coordinates"
 
 
 def register(app: typer.Typer) -> None:
@@ -64,7 +68,7 @@ def export(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="The same as FILE.")
     ] = None,
-    a: options.StoredHalfLength = None,
+    a: options.StoredHalfLengths = None,
     choice: options.Choice,
     order: Annotated[
         str, options.column_option("--order", help="Columns to sort by; a falling one ends in desc.")
@@ -110,19 +114,20 @@ def export(
         options.refuse_idle(context, "with --bounces", "coordinates")
     otherwise: tuple[str, ...] = ("code",) if bounces else KEYS
     names = otherwise if columns is None else parse_columns(columns)
-    with reading(db, a, choice) as (catalogue, chosen):
-        partial = catalogue.partial(chosen)
-        note_gaps(catalogue, chosen, names=names, order=order)
-        if bounces:
-            names, rows = _with_bounces(catalogue, chosen, names, order, limit)
-        elif coordinates:
-            names, rows = _with_coordinates(catalogue, chosen, names, order, limit)
-        else:
-            rows = with_rules(names, catalogue.rows(chosen, names, order, limit))
+    names = with_a(names) if several(a) else names
+    with reading_all(db, a, choice) as (catalogue, stadiums):
+        for chosen in stadiums:
+            note_gaps(catalogue, chosen, names=names, order=order)
+        behind = BOUNCES if bounces else COORDINATES if coordinates else ""
+        rows = in_order(_reading(catalogue, order, behind), stadiums, names, order, limit)
+        rows = _bounce_by_bounce(rows) if bounces else rows
+        names += BOUNCE_COLUMNS if bounces else (COORDINATES,) if coordinates else ()
+        rows = with_rules(names, rows)
         with progress("sorting"):
             first = next(rows, None)
         if first is None:
-            note_nothing(catalogue, chosen, ": nothing is written")
+            for chosen in stadiums:
+                note_nothing(catalogue, chosen, ": nothing is written")
             raise typer.Exit(1)
         everything: Iterator[Row] = chain([first], rows)
         everything = with_marks(names, everything) if mark_words else everything
@@ -131,9 +136,8 @@ def export(
             if file is None:
                 files.TEXT_WRITERS[kind](sys.stdout, names, written)
                 return
-            provenance = _provenance(catalogue, chosen) | {"partial": [fill.p for fill in partial]}
-            files.write_file(file, kind, names, written, provenance)
-    note(f"{chosen.describe()}, in {file}")
+            files.write_file(file, kind, names, written, _provenance(catalogue, stadiums, several(a)))
+    note(f"{_described(stadiums)}, in {file}")
 
 
 def _watched(rows: Iterator[Row], shown: Progress) -> Iterator[Row]:
@@ -162,50 +166,66 @@ def _form_of_stdout(form: str | None) -> str:
     )
 
 
-def _provenance(catalogue: "Catalogue", chosen: "Selection") -> dict[str, Any]:
+def _provenance(catalogue: "Catalogue", stadiums: "Sequence[Selection]", many: bool) -> dict[str, Any]:
+    """Return where rows come from; of many a, each with its own partial periods."""
+    values = [chosen.a for chosen in stadiums]
+    partial = [[fill.p for fill in catalogue.partial(chosen)] for chosen in stadiums]
     return {
         "orbitdb": __version__,
-        "selection": chosen.describe(),
-        "a": chosen.a,
+        "selection": _described(stadiums),
+        "a": values if many else values[0],
         "database": str(catalogue.path.resolve()),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "partial": partial if many else partial[0],
     }
 
 
-def _with_coordinates(
-    catalogue: "Catalogue", chosen: "Selection", names: Sequence[str], order: str, limit: int | None
-) -> tuple[tuple[str, ...], Iterator[Row]]:
-    """Return columns and rows with the coordinates of all bounces behind them, None where there are none."""
-    found = _placed(catalogue, chosen, names, order, limit)
-    rows = ((*row, None if place is None else place.tolist()) for _, row, place in chain.from_iterable(found))
-    return (*names, "coordinates"), rows
+def _described(stadiums: "Sequence[Selection]") -> str:
+    return stadiums[0].describe([chosen.a for chosen in stadiums])
 
 
-def _with_bounces(
-    catalogue: "Catalogue", chosen: "Selection", names: Sequence[str], order: str, limit: int | None
-) -> tuple[tuple[str, ...], Iterator[Row]]:
-    """Return columns and rows of bounces, behind what is known of their orbit; others have no row."""
+def _reading(catalogue: "Catalogue", order: str, behind: str) -> Reading:
+    """Return what reads rows at one a, with coordinates or bounces behind them if they are asked for."""
+
+    def read(chosen: "Selection", names: tuple[str, ...], limit: int | None, offset: int) -> Iterator[Row]:
+        if not behind:
+            return catalogue.rows(chosen, names, order, limit, offset)
+        found = _placed(catalogue, chosen, (*names, *_HOW), order, limit)
+        return (_with_bounces if behind == BOUNCES else _with_coordinates)(chosen, len(names), found)
+
+    return read
+
+
+def _with_coordinates(chosen: "Selection", count: int, blocks: "Iterator[Placed]") -> Iterator[Row]:
+    """Yield rows with the coordinates of all bounces behind them, None where there are none."""
+    for block in blocks:
+        yield from ((*row[:count], None if place is None else place.tolist()) for row, place in block)
+
+
+def _with_bounces(chosen: "Selection", count: int, blocks: "Iterator[Placed]") -> Iterator[Row]:
+    """Yield rows with all bounces behind them, as one list."""
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS, bounce_rows
+    from orbitdb.orbits.bounce_rows import bounce_rows
 
-    def rows() -> Iterator[Row]:
-        for block in _placed(catalogue, chosen, names, order, limit):
-            words, known, places = zip(*block, strict=True)
-            for row, bounces in zip(known, bounce_rows(Stadium(chosen.a), words, places), strict=True):
-                yield from ((*row, *bounce) for bounce in bounces)
+    for block in blocks:
+        rows, places = zip(*block, strict=True)
+        words = [row[count] for row in rows]
+        for row, bounces in zip(rows, bounce_rows(Stadium(chosen.a), words, places), strict=True):
+            yield (*row[:count], bounces)
 
-    return (*names, *BOUNCE_COLUMNS), rows()
+
+def _bounce_by_bounce(rows: Iterator[Row]) -> Iterator[Row]:
+    """Yield one row a bounce, behind what is known of its orbit; others have no row."""
+    return ((*row[:-1], *bounce) for row in rows for bounce in row[-1])
 
 
 def _placed(
-    catalogue: "Catalogue", chosen: "Selection", names: Sequence[str], order: str, limit: int | None
-) -> Iterator[list[tuple[str, Row, "NDArray[np.float64] | None"]]]:
-    """Yield blocks of words, their rows, and the coordinates of their bounces if they have any."""
-    columns = (*names, *_HOW)
-    rows = with_rules(columns, catalogue.rows(chosen, columns, order, limit))
+    catalogue: "Catalogue", chosen: "Selection", columns: tuple[str, ...], order: str, limit: int | None
+) -> "Iterator[Placed]":
+    """Yield blocks of rows that end in `_HOW`, and the coordinates of their bounces if they have any."""
+    rows = catalogue.rows(chosen, columns, order, limit)
     while block := list(islice(rows, _BLOCK)):
-        places = _coordinates(catalogue, chosen.a, block)
-        yield [(row[len(names)], row[: len(names)], place) for row, place in zip(block, places, strict=True)]
+        yield list(zip(block, _coordinates(catalogue, chosen.a, block), strict=True))
 
 
 def _coordinates(

@@ -191,6 +191,7 @@ def _show_length(
     length: float, asked: dict[str, Any], a: float | None, db: Path | None, form: Format, mark: bool
 ) -> int:
     """Write the stored orbits that have a length; return how many there are."""
+    from orbitdb.numerals import exact
     from orbitdb.orbits.orbit import Status
     from orbitdb.store.reading.fills import describe_fills
 
@@ -202,11 +203,13 @@ def _show_length(
         shown = found[:_ON_SCREEN] if cut else found
         rows = (tuple(_of_candidate(each, name, chosen.a) for name in names) for each in shown)
         count = write(names, with_marks(names, rows) if mark else rows, form)
-        among = describe_fills(catalogue.fills(chosen.a), chosen.a)
+        fills = catalogue.fills(chosen.a)
+        among = describe_fills(fills, chosen.a) if fills else f"single words at a = {exact(chosen.a)}"
     more = f"; {count} shown, --limit {len(found)} shows all" if count < len(found) else ""
     many = "" if len(found) == 1 else "s"
-    note(f"{len(found) or 'no'} candidate{many} among {among}, one a symmetry class{more}; "
-         "longer periods may have it, too")  # fmt: skip
+    if fills or found:  # else nothing was looked through, which is told
+        note(f"{len(found) or 'no'} candidate{many} among {among}, one a symmetry class{more}; "
+             "longer periods may have it, too")  # fmt: skip
     return count
 
 

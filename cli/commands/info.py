@@ -44,20 +44,13 @@ def info(
     """Show where the catalogue is, what is filled, and what that took in time and room.
 
     stored: sequences so far; seconds: as they passed; enumerating, solving, storing: seconds of
-    processors.
+    processors. Of periods that are swept no rows are stored; solving has all of it.
     """
     from orbitdb.store.reading.catalogue import Catalogue
 
     form = options.chosen(format_, json)
     with Catalogue(db).at_one_moment() as catalogue:
-        rows: list[tuple[Any, ...]] = [
-            (
-                a, fill.p, fill.state, fill.words, fill.n_t, fill.n_c, fill.boundary, fill.unresolved,
-                fill.seconds, fill.enumerating, fill.solving, fill.storing,
-            )
-            for a in catalogue.a_values()
-            for fill in catalogue.fills(a)
-        ]  # fmt: skip
+        rows = [row for a in catalogue.a_values() for row in _periods(catalogue, a)]
         facts = _facts(catalogue) if form is Format.TABLE else []
     if facts:
         write_facts(facts)
@@ -65,10 +58,30 @@ def info(
     write(COLUMNS, rows, form)
 
 
+def _periods(catalogue: "Catalogue", a: float) -> list[tuple[Any, ...]]:
+    """Return what is filled at one a, and what is swept besides, a row a period."""
+    fills, swept = catalogue.fills(a), catalogue.sweeps(a)
+    rows: list[tuple[Any, ...]] = [
+        (
+            a, fill.p, fill.state, fill.words, fill.n_t, fill.n_c, fill.boundary, fill.unresolved,
+            fill.seconds, fill.enumerating, fill.solving, fill.storing,
+        )
+        for fill in fills
+    ]  # fmt: skip
+    filled = {fill.p for fill in fills if fill.whole}
+    for each in swept:
+        if each.p not in filled:
+            tally, nothing = each.tally, (None,) * 4
+            counts = (tally.words, tally.n_c, tally.boundary, tally.unresolved) if each.whole else nothing
+            state = "swept" if each.whole else "sweeping"
+            rows.append((a, each.p, state, 0, *counts, each.seconds, None, each.processor, None))
+    return sorted(rows, key=lambda row: row[:2])
+
+
 def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
     """Return where the catalogue is and what it takes, in words."""
     from orbitdb.filling.estimate import gigabytes
-    from orbitdb.store.file.schema import SCHEMA_VERSION
+    from orbitdb.store.file.layout import SCHEMA_VERSION
     from orbitdb.store.reading.fills import written_periods
     from orbitdb.store.reading.size import room
 
@@ -91,7 +104,7 @@ def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
 def _enclosures(catalogue: "Catalogue") -> list[tuple[str, str]]:
     """Return the proved bounds on the entropy, a line an a; of many, where periods are filled."""
     from orbitdb.cli.enclosed import between
-    from orbitdb.store.reading.fills import exact
+    from orbitdb.numerals import exact
 
     curve, filled = catalogue.entropy_curve(), [a for a in catalogue.a_values() if catalogue.fills(a)]
     told = [each for each in curve if len(curve) <= _FEW or each.a in filled]

@@ -5,17 +5,28 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.averaging import known, note_divisors, note_faults, read_classes, write_periods
+from orbitdb.cli.averaging import (
+    known,
+    note_divisors,
+    note_faults,
+    of_periods,
+    read_classes,
+    write_answers,
+)
+from orbitdb.cli.half_lengths import Answer, joined, several
 from orbitdb.cli.lyapunov_blocks import write_blocks
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import progress
-from orbitdb.cli.reading import averaged, reading
-from orbitdb.cli.render import note, with_error, write
+from orbitdb.cli.reading import averaged, reading_all
+from orbitdb.cli.render import note, with_error
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
     from orbitdb.averages.fixed_points import Weight
+    from orbitdb.store.asking.selection import Selection
+    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.whole_periods import WholePeriods
+    from orbitdb.trajectories.ensemble import Reference
 
 EXAMPLES = """
 Examples:
@@ -25,6 +36,8 @@ Examples:
   orbitdb lyapunov --weight det --p 2-10
 
   orbitdb lyapunov --cut 9
+
+  orbitdb lyapunov --a 1 --a 1.6 --p 2-8
 """
 COLUMNS = (
     "p", "lambda_d", "lambda_c", "lambda_d_pair", "lambda_c_pair", "lambda_d_zeta", "lambda_c_zeta", "z0",
@@ -45,7 +58,7 @@ def register(app: typer.Typer) -> None:
 @options.with_choice
 def lyapunov(
     *,
-    a: options.StoredHalfLength = None,
+    a: options.StoredHalfLengths = None,
     choice: options.Choice,
     weight: Annotated[
         str, typer.Option("--weight", help="exp: e^-lambda, as in the paper; det: 1/|det(1 - M)|.")
@@ -68,33 +81,60 @@ def lyapunov(
     of the error, in brackets behind the last digits in a table. The trajectory values are those that
     'orbitdb simulate' has stored.
     """
-    from orbitdb.averages import by_period
     from orbitdb.averages.fixed_points import Weight
-    from orbitdb.averages.period_sums import lyapunov_of_periods
-    from orbitdb.averages.standing import faults_of, standing
-    from orbitdb.store.reading.references import best_reference
 
     if weight not in set(Weight):
         raise InputError(f"weight {weight!r}: use {' or '.join(Weight)}")
-    with progress("reading orbits"), reading(db, a, averaged(choice)) as (catalogue, chosen):
+    form, many = options.chosen(format_, json), several(a)
+    with reading_all(db, a, averaged(choice)) as (catalogue, stadiums):
+        found = [_at_one(catalogue, chosen, cut, Weight(weight), form, many) for chosen in stadiums]
+    if form is Format.TABLE and cut is None and any(found):
+        write_blocks(*joined([each for each in found if each is not None], many))
+    else:
+        write_answers(found, many, form)
+    if cut is None:
+        for chosen in stadiums:
+            _note_bounds(chosen.a, many)
+
+
+def _at_one(
+    catalogue: "Catalogue", chosen: "Selection", cut: float | None, weight: "Weight", form: Format, many: bool
+) -> Answer | None:
+    """Return the averages at one a, be it one of many; None if nothing is there."""
+    from orbitdb.store.reading.references import best_reference
+
+    with progress("reading orbits"):
         subset = read_classes(catalogue, chosen, swept=cut is None)
-        reference = best_reference(catalogue, chosen.a)
-    form = options.chosen(format_, json)
+    if subset is None:
+        return None
     if cut is not None:
-        _write_cut(subset, cut, Weight(weight), form)
-        return
+        return _up_to(subset, cut, weight)
+    reference = best_reference(catalogue, chosen.a)
     with progress("expanding the zeta function"):
-        if subset.swept:
-            found = lyapunov_of_periods(subset.sums(), subset.highest, Weight(weight))
-        else:
-            found = by_period.lyapunov(subset.classes.rows(), subset.highest, Weight(weight))
+        return _by_period(subset, weight, reference, form, many)
+
+
+def _by_period(
+    subset: "WholePeriods", weight: "Weight", reference: "Reference | None", form: Format, many: bool
+) -> Answer:
+    """Return the averages of every period, with trajectory values where no note tells of them."""
+    from orbitdb.averages import by_period
+    from orbitdb.averages.period_sums import lyapunov_of_periods
+    from orbitdb.averages.standing import faults_of, standing
+
+    a = subset.selection.a
+    at = f" at a = {a:g}" if many else ""
+    if subset.swept:
+        found = lyapunov_of_periods(subset.sums(), subset.highest, weight)
+    else:
+        found = by_period.lyapunov(subset.classes.rows(), subset.highest, weight)
     columns = standing(found, subset.periods) | _sum_rule_columns(subset)
     names = [*COLUMNS, *SUM_RULE_COLUMNS]
     if reference is None:
-        note(f"no trajectory value at a = {chosen.a:g}: 'orbitdb simulate --a {chosen.a:g}' makes one")
+        note(f"no trajectory value at a = {a:g}: 'orbitdb simulate --a {a:g}' makes one")
     elif form is Format.TABLE:
         note(
-            f"trajectories: lambda_d = {with_error(reference.lambda_d, reference.lambda_d_error)}, "
+            f"trajectories{at}: lambda_d = {with_error(reference.lambda_d, reference.lambda_d_error)}, "
             f"lambda_c = {with_error(reference.lambda_c, reference.lambda_c_error)}"
         )
     else:
@@ -104,11 +144,7 @@ def lyapunov(
     note(subset.selection.describe())
     note_faults(subset, faults_of(found, subset.periods))
     note_divisors(subset.periods)
-    if form is Format.TABLE:
-        write_blocks(columns, subset.periods)
-    else:
-        write_periods(subset, names, columns, form)
-    _note_bounds(subset.selection.a)
+    return of_periods(a, subset.periods, names, columns)
 
 
 def _sum_rule_columns(subset: "WholePeriods") -> dict[str, list[Any]]:
@@ -123,7 +159,7 @@ def _sum_rule_columns(subset: "WholePeriods") -> dict[str, list[Any]]:
     return {name: [known(value) for value in getattr(found, name).tolist()] for name in SUM_RULE_COLUMNS}
 
 
-def _note_bounds(a: float) -> None:
+def _note_bounds(a: float, many: bool) -> None:
     """Say between what the exponents are, whatever the orbits."""
     from orbitdb.averages.exact_means import exact_means
 
@@ -133,10 +169,12 @@ def _note_bounds(a: float) -> None:
         f"{low * scale:.6f} < {name} < {high * scale:.6f}"
         for name, scale in (("lambda_d", means.per_bounce), ("lambda_c", means.per_length))
     )
-    note(f"by exact means, without any orbit: {', '.join(ranges)}")
+    at = f" at a = {a:g}" if many else ""
+    note(f"by exact means{at}, without any orbit: {', '.join(ranges)}")
 
 
-def _write_cut(subset: "WholePeriods", cut: float, weight: "Weight", form: Format) -> None:
+def _up_to(subset: "WholePeriods", cut: float, weight: "Weight") -> Answer:
+    """Return one average over all pseudo-cycles up to a cut."""
     from orbitdb.averages import by_period
     from orbitdb.averages.fixed_points import Weight
 
@@ -155,4 +193,5 @@ def _write_cut(subset: "WholePeriods", cut: float, weight: "Weight", form: Forma
     note(subset.selection.describe())
     fault = "" if subset.missing or not found.fault else f"the zeta function gives no average {found.fault}"
     note_faults(subset, fault)
-    write(CUT_COLUMNS, [[cut, *(None if subset.missing else known(value) for value in values)]], form)
+    row = [cut, *(None if subset.missing else known(value) for value in values)]
+    return Answer(subset.selection.a, CUT_COLUMNS, [row])

@@ -154,8 +154,8 @@ def _followed(code: str) -> "Orbit":
         If it never is one, or is too long to be followed.
     """
     from orbitdb.cli.codes import primitive
-    from orbitdb.filling.single_word import with_existence
     from orbitdb.orbits.newton import solve_word
+    from orbitdb.store.reading.one_word import with_existence
 
     found = with_existence(solve_word(primitive(code), USUAL_A))
     if found.exists is None:
@@ -174,8 +174,8 @@ def _orbit(code: str, a: float | None, db: Path | None) -> "Orbit":
         If it has none.
     """
     from orbitdb.cli.codes import primitive
-    from orbitdb.filling.single_word import find_or_solve
     from orbitdb.store.file.database import check_file, default_path
+    from orbitdb.store.reading.one_word import find_or_solve
     from orbitdb.symbols.words import parse, primitive_root
 
     path = db or default_path()

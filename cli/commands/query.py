@@ -1,5 +1,7 @@
 """``orbitdb query``: one word, or rows of the catalogue."""
 
+from collections.abc import Iterator
+from dataclasses import replace
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -8,14 +10,16 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.codes import given_codes, primitive
+from orbitdb.cli.half_lengths import several, with_a
 from orbitdb.cli.options import Format
-from orbitdb.cli.reading import meant, note_gaps, note_nothing, reading
+from orbitdb.cli.reading import all_meant, note_gaps, note_nothing, reading_all
 from orbitdb.cli.render import code_text, note, write, write_facts
-from orbitdb.cli.rows import COLUMNS_HELP, KEYS, with_marks, with_rules
+from orbitdb.cli.rows import COLUMNS_HELP, KEYS, Row, in_order, with_marks, with_rules
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
+    from orbitdb.store.asking.selection import Selection
 
 EXAMPLES = (
     """
@@ -25,6 +29,8 @@ Examples:
 
   orbitdb query --p 2-8 --where "lambda_c < 0.5 and time_reversal = 'self'" --order length -c word,length
 
+  orbitdb query 1232131 --a all
+
   orbitdb query --p 11 --status orbit --format csv > orbits.csv
 
 """
@@ -33,6 +39,11 @@ Examples:
 
 WORD_KEYS = (*KEYS, "coordinates", "stored", "exists")
 """Those of a word that is asked for by its code."""
+
+OF_A_WORD = (*WORD_KEYS, "word", "walls", "born", "dies")
+"""All that may be asked of a word, stored or not; the other columns are of rows."""
+
+OF_LIVES = {"exists", "born", "dies"}
 
 TABLE_COLUMNS = (
     "code",
@@ -66,7 +77,7 @@ def query(
             "--code", help="A word in any rotation, stored or not; repeatable; - reads lines of stdin."
         ),
     ] = None,
-    a: options.StoredHalfLength = None,
+    a: options.StoredHalfLengths = None,
     choice: options.Choice,
     order: Annotated[
         str, options.column_option("--order", help="Columns to sort by; a falling one ends in desc.")
@@ -103,44 +114,55 @@ def query(
         return
     if bounces:
         raise InputError("--bounces goes with --code; 'orbitdb export --bounces' writes those of many orbits")
-    names = _columns(columns, form)
+    names = _columns(columns, form, several(a))
     on_screen = form is Format.TABLE and limit is None
     shown = _ON_SCREEN if on_screen else limit
-    with reading(db, a, choice) as (catalogue, chosen):
-        note_gaps(catalogue, chosen, names=names, order=order)
-        rows = with_rules(names, catalogue.rows(chosen, names, order, shown, offset))
+    with reading_all(db, a, choice) as (catalogue, stadiums):
+        for chosen in stadiums:
+            note_gaps(catalogue, chosen, names=names, order=order)
+
+        def read(
+            chosen: "Selection", names: tuple[str, ...], limit: int | None, offset: int
+        ) -> Iterator[Row]:
+            return catalogue.rows(chosen, names, order, limit, offset)
+
+        rows = with_rules(names, in_order(read, stadiums, names, order, shown, offset))
         count = write(names, with_marks(names, rows) if mark_words else rows, form)
         cut = offset or count == shown
-        total = catalogue.count(chosen) if cut and (form is Format.TABLE or not count) else count
+        counted = cut and (form is Format.TABLE or not count)
+        total = sum(map(catalogue.count, stadiums)) if counted else count
         if not total:
-            note_nothing(catalogue, chosen)
+            for chosen in stadiums:
+                note_nothing(catalogue, chosen)
     if total and form is Format.TABLE:
         rest = "" if offset else f", --limit {total} shows all"
         more = f"; {count} shown{rest}" if total > count else ""
-        note(f"{total} {chosen.describe()}{more}")
+        note(f"{total} {stadiums[0].describe([each.a for each in stadiums])}{more}")
     if not count:
         raise typer.Exit(1)
 
 
-def _columns(text: str | None, form: Format) -> tuple[str, ...]:
+def _columns(text: str | None, form: Format, many: bool) -> tuple[str, ...]:
+    """Return the columns that are asked for, a among them where there are rows of several."""
     from orbitdb.store.asking.conditions import parse_columns
 
-    if text is not None:
-        return parse_columns(text)
-    return TABLE_COLUMNS if form in options.FOR_PEOPLE else KEYS
+    usual = TABLE_COLUMNS if form in options.FOR_PEOPLE else KEYS
+    names = usual if text is None else parse_columns(text)
+    return with_a(names) if many else names
 
 
 def _show_words(
-    codes: list[str], a: float | None, db: Path | None, columns: str | None, form: Format, mark: bool
+    codes: list[str], a: list[str] | None, db: Path | None, columns: str | None, form: Format, mark: bool
 ) -> None:
     from orbitdb.cli.word import facts, write_bounces
-    from orbitdb.filling.single_word import born_with, with_existence
+    from orbitdb.store.reading.one_word import born_with
 
-    keys = _keys(columns, TABLE_COLUMNS if form in (Format.MARKDOWN, Format.LATEX) else WORD_KEYS)
+    in_rows = form in (Format.MARKDOWN, Format.LATEX) or (form is Format.TABLE and several(a))
+    keys = _keys(columns, TABLE_COLUMNS if in_rows else WORD_KEYS, several(a))
     found, catalogue = _find(codes, a, db)
-    if "exists" in keys:
-        found = [with_existence(orbit) for orbit in found]
-    if found and form is Format.TABLE and columns is None:
+    if OF_LIVES & set(keys):
+        found = _with_lives(found)
+    if found and form is Format.TABLE and columns is None and not in_rows:
         for orbit in found:
             write_facts(facts(orbit, born_with(catalogue, orbit)))
             write_bounces(orbit)
@@ -154,13 +176,15 @@ def _show_words(
 
 
 def _show_bounces(
-    codes: list[str], a: float | None, db: Path | None, columns: str | None, form: Format, mark: bool
+    codes: list[str], a: list[str] | None, db: Path | None, columns: str | None, form: Format, mark: bool
 ) -> None:
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS, bounce_rows
 
-    keys = _keys(columns, ("code",))
+    keys = _keys(columns, ("code",), several(a))
     found, _ = _find(codes, a, db)
+    if OF_LIVES & set(keys):
+        found = _with_lives(found)
     rows = (
         (*(_value(orbit, key) for key in keys), *bounce)
         for orbit in found
@@ -170,40 +194,65 @@ def _show_bounces(
     count = write(names, with_marks(names, rows) if mark else rows, form)
     for orbit in found:
         if orbit.coordinates is None:
-            note(f"{code_text(orbit.code)} has no bounces: {orbit.status.sentence}")
+            at = f" at a = {orbit.a:g}" if several(a) else ""
+            note(f"{code_text(orbit.code)} has no bounces{at}: {orbit.status.sentence}")
     if not count:
         raise typer.Exit(1)
 
 
-def _find(codes: list[str], a: float | None, db: Path | None) -> tuple[list["Orbit"], Path | None]:
-    """Return what becomes of words, and the catalogue that was asked, if there is one."""
-    from orbitdb.filling.single_word import find_or_solve
+def _find(codes: list[str], a: list[str] | None, db: Path | None) -> tuple[list["Orbit"], Path | None]:
+    """Return what becomes of words at every a, and the catalogue that was asked, if there is one."""
     from orbitdb.store.file.database import check_file, default_path
+    from orbitdb.store.reading.one_word import find_or_solve
     from orbitdb.symbols.words import parse
 
     path = db or default_path()
-    at = meant(path, a)
+    values = all_meant(path, a)
     known = None if check_file(path) is None else path
     if known is None and db is not None:
         note(f"no catalogue at {path}: solved on the spot")
     for code in codes:
         parse(code)  # so that a wrong one is all that is told
-    found = [find_or_solve(known, primitive(code), at) for code in codes]
+    words = [primitive(code) for code in codes]
+    found = [find_or_solve(known, word, at) for word in words for at in values]
     if not found:
         note("no code on stdin")
     return found, known
 
 
-def _keys(text: str | None, otherwise: tuple[str, ...]) -> tuple[str, ...]:
+def _keys(text: str | None, otherwise: tuple[str, ...], many: bool) -> tuple[str, ...]:
     """Read the names of what is known of a word, stored or not."""
-    from orbitdb.store.asking.conditions import parse_names
+    from orbitdb.store.asking.names import parse_names
 
-    return otherwise if text is None else parse_names(text, WORD_KEYS)
+    names = otherwise if text is None else parse_names(text, OF_A_WORD)
+    return with_a(names) if many else names
+
+
+def _with_lives(found: list["Orbit"]) -> list["Orbit"]:
+    """Return words with from where to where in a they are orbits, each followed once at most."""
+    from orbitdb.store.reading.one_word import with_existence
+
+    known: dict[str, Any] = {}
+    for place, orbit in enumerate(found):
+        if orbit.code not in known:
+            known[orbit.code] = with_existence(orbit).exists
+        found[place] = replace(orbit, exists=known[orbit.code])
+    return found
 
 
 def _value(orbit: "Orbit", key: str) -> Any:
-    value = getattr(orbit, key)
-    return value.tolist() if key == "coordinates" and value is not None else value
+    match key:
+        case "coordinates":
+            return None if orbit.coordinates is None else orbit.coordinates.tolist()
+        case "word":
+            return orbit.code
+        case "walls":
+            return sum(map(orbit.code.count, "02")) if orbit.class_size else None
+        case "born":
+            return (orbit.exists[0][0] or None) if orbit.exists else None
+        case "dies":
+            return orbit.exists[0][1] if orbit.exists else None
+    return getattr(orbit, key)
 
 
 def _in_a_cell(orbit: "Orbit", key: str) -> Any:

@@ -33,7 +33,7 @@ COLUMNS = (
 )  # fmt: skip
 _MOST = 10**12
 _NEAR = 0.05
-_WHY = "every trajectory ends on a semicircle, over however many walls it goes there"
+_WHY = "errors need a number of trajectories, and each ends on a semicircle, over however many walls it goes"
 
 
 def register(app: typer.Typer) -> None:
@@ -73,6 +73,7 @@ def simulate(
     if store:
         bring(db or default_path())
         Catalogue(db)  # what is wrong with the catalogue is to be known before
+        _need_to_write(db or default_path())
     with progress("trajectories") as shown:
 
         def show(done: float, found: "Reference") -> None:
@@ -106,6 +107,17 @@ def _simulate_legs(
 
     growth = exact_means(stadium.a).growth
     return simulate_legs(stadium, bounces, (growth.value, growth.error), seed, show)
+
+
+def _need_to_write(path: Path) -> None:
+    """Refuse a catalogue that nothing can be stored in, without a change of it."""
+    from orbitdb.store.writing.writer import Writer
+
+    writer = Writer(path, {})
+    try:
+        writer.try_to_write()
+    finally:
+        writer.close()
 
 
 def _store(a: float, found: "Reference", path: Path) -> None:

@@ -33,8 +33,9 @@ def sql(
     """Answer one SELECT of SQL, over every a in the catalogue.
 
     It may read the views catalogue (see 'orbitdb columns') and life, and nothing else, for a minute at
-    most; nothing can be written.
+    most; nothing can be written. code('310') finds a word in any rotation.
     """
+    from orbitdb.store.asking.codes import hint
     from orbitdb.store.asking.selection import parse_parameter
     from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.statements import run_statement
@@ -42,6 +43,8 @@ def sql(
     values = dict(parse_parameter(parameter) for parameter in parameters or ())
     with closing(Catalogue(db)) as opened, opened.at_one_moment() as catalogue:
         names, rows = run_statement(catalogue, statement, values)
+        if (told := hint(statement)) is not None:
+            note(told)
         if not write(names, rows, options.chosen(format_, json)):
             note("no rows")
             raise typer.Exit(1)

@@ -1,14 +1,19 @@
 """``orbitdb table``: the paper's Table 1."""
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from orbitdb.cli import enclosed, options
+from orbitdb.cli.half_lengths import Answer, joined, several
 from orbitdb.cli.options import Format
-from orbitdb.cli.reading import note_gaps, reading
+from orbitdb.cli.reading import note_gaps, reading_all
 from orbitdb.cli.render import note, write
+
+if TYPE_CHECKING:
+    from orbitdb.store.asking.selection import Selection
+    from orbitdb.store.reading.catalogue import Catalogue
 
 EXAMPLES = """
 Examples:
@@ -16,6 +21,8 @@ Examples:
   orbitdb table
 
   orbitdb table --a 1 --p 2-8 --json
+
+  orbitdb table --a all --p 11
 """
 
 COLUMNS = ("p", "N_t", "N_c", "N", "K_0", "classes", "boundary", "unresolved")
@@ -27,7 +34,7 @@ def register(app: typer.Typer) -> None:
 
 
 def table(
-    a: options.StoredHalfLength = None,
+    a: options.StoredHalfLengths = None,
     p: options.Periods = None,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
@@ -40,12 +47,26 @@ def table(
     Where 'orbitdb bounds' has enclosed the topological entropy, a note says so.
     Periods that are not filled at this a are counted from births, if 'orbitdb births' has found them.
     """
+    with reading_all(db, a, options.Choice(p=p)) as (catalogue, stadiums):
+        found = [_counted(catalogue, chosen) for chosen in stadiums]
+        proved = [enclosed.enclosure(catalogue, chosen.a) for chosen in stadiums]
+    form = options.chosen(format_, json)
+    for (answer, _), enclosure in zip(found, proved, strict=True):
+        if enclosure is not None and answer.rows and form is Format.TABLE:
+            note(enclosed.told(enclosure, answer.a, several(a)))
+    if not write(*joined([answer for answer, _ in found], several(a)), form):
+        for chosen, (_, lacking) in zip(stadiums, found, strict=True):
+            if not lacking:
+                note(f"no {chosen.describe()}")
+        raise typer.Exit(1)
+
+
+def _counted(catalogue: "Catalogue", chosen: "Selection") -> tuple[Answer, bool]:
+    """Return the rows at one a, and whether periods are missing, which is told."""
     from orbitdb.averages.fixed_points import divisors, missing_divisors
 
-    with reading(db, a, options.Choice(p=p)) as (catalogue, chosen):
-        counted = catalogue.counts(chosen)
-        lacking = note_gaps(catalogue, chosen, left_out=True, counted=counted)
-        proved = enclosed.enclosure(catalogue, chosen.a)
+    counted = catalogue.counts(chosen)
+    lacking = note_gaps(catalogue, chosen, left_out=True, counted=counted)
     rows: list[tuple[Any, ...]] = []
     for period in counted.chosen:
         here, missing = counted.known[period], missing_divisors(period, counted.known)
@@ -56,10 +77,4 @@ def table(
         rows.append(
             (period, here.n_t, here.n_c, points, entropy, here.classes, here.boundary, here.unresolved)
         )
-    form = options.chosen(format_, json)
-    if proved is not None and rows and form is Format.TABLE:
-        note(proved[1])
-    if not write(COLUMNS, rows, form):
-        if not lacking:
-            note(f"no {chosen.describe()}")
-        raise typer.Exit(1)
+    return Answer(chosen.a, COLUMNS, rows), lacking

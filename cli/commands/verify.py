@@ -10,10 +10,13 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import progress
+from orbitdb.cli.reading import without
 from orbitdb.cli.render import note, note_partial, write
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, StoreError
 
 if TYPE_CHECKING:
+    from orbitdb.store.asking.selection import Selection
+    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.fills import Fill
     from orbitdb.verification.check import Check, Step
 
@@ -106,7 +109,7 @@ def verify(
             chosen = [choice.at(each) for each in stadiums]
             partial.update((selection.a, still.partial(selection)) for selection in chosen)
             if a is not None or choice.p is not None:
-                unfilled.extend(filter(None, map(still.unfilled, chosen)))
+                unfilled.extend(filter(None, (_unfilled(still, each) for each in chosen)))
             yield from steps(still, chosen, sample, restarts, seed, births)
         if rigorous:
             from orbitdb.verification.rigorous import certify
@@ -144,14 +147,36 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, form:
         note(
             f"no birth or death of {rows.get('lives', 0)} of {lives} classes is missing from a = 0.02 to 1000"
         )
-    if not classes and not changes and not proved:
+    swept = rows.get("sweeps", 0)
+    if not any((classes, changes, swept, proved)):
         note(f"nothing to look at in {path}: the file is sound, but no class is stored that was asked for")
         raise typer.Exit(1)
+    if anew := swept - rows.get("sums", 0):
+        note(_of_sums(anew))
     if (foreign := rows.get("statuses", 0) - rows.get("bits", 0)) > 0:
         note(f"{foreign} rows are of another method, version or machine: their last bits were not compared")
-    seen = f"{classes} classes" + (f", {changes} births and deaths" if changes else "")
-    seen += f", {proved} bounds on the entropy" if proved else ""
-    note(f"{path}: all is well with {seen}, {time.monotonic() - start:.1f} s")
+    seen = {"classes": classes, "births and deaths": changes, "swept periods": swept,
+            "bounds on the entropy": proved}  # fmt: skip
+    told = ", ".join(f"{count} {what}" for what, count in seen.items() if count)
+    note(f"{path}: all is well with {told}, {time.monotonic() - start:.1f} s")
+
+
+def _unfilled(catalogue: "Catalogue", chosen: "Selection") -> str | None:
+    """Say which of the periods asked for are neither filled nor swept."""
+    try:
+        swept = tuple(each.p for each in catalogue.sweeps(chosen.a))
+    except StoreError:
+        return None  # it is among what is checked
+    rest = without(chosen, swept) if swept else chosen
+    return None if rest is None else catalogue.unfilled(rest)
+
+
+def _of_sums(count: int) -> str:
+    """Say which sums of sweeps nothing was compared with."""
+    from orbitdb.verification.sweeps import SWEPT_ANEW
+
+    what = "the sums of a swept period were" if count == 1 else f"the sums of {count} swept periods were"
+    return f"{what} not computed again: those of whole periods up to {SWEPT_ANEW} are"
 
 
 def _watched(steps: "Iterable[Step]") -> "Iterator[Step]":

@@ -25,6 +25,7 @@ from orbitdb.cli.tui.facts import Certificate
 from orbitdb.cli.tui.fill_dialog import FillDialog
 from orbitdb.cli.tui.filling import FillState, Wish
 from orbitdb.cli.tui.filling import work as fill_steps
+from orbitdb.cli.tui.kept import Kept
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
@@ -34,7 +35,7 @@ from orbitdb.store.asking.selection import Selection
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.fills import Fill
-    from orbitdb.store.reading.lives import Lives
+    from orbitdb.store.reading.lookup import Lives
     from orbitdb.store.reading.pages import Index
 
 _SECONDS_BETWEEN_LOOKS = 2.0
@@ -53,6 +54,8 @@ class BrowseApp(App[None]):
         The subset to begin with.
     code : str, optional
         The word to begin with.
+    state : Path, optional
+        The file that keeps columns, filters and marked words; by default they last for this session.
     """
 
     TITLE = "orbitdb"
@@ -81,9 +84,11 @@ class BrowseApp(App[None]):
             super().__init__()
             self.state = state
 
-    def __init__(self, path: Path, selection: Selection, code: str | None = None) -> None:
+    def __init__(
+        self, path: Path, selection: Selection, code: str | None = None, state: Path | None = None
+    ) -> None:
         super().__init__()
-        self.path = path
+        self.path, self.kept = path, Kept(state)
         self.title = printable(f"orbitdb {path.name}")
         self.catalogue = _opened(path)
         self._selection, self._code = selection, code
@@ -143,7 +148,7 @@ class BrowseApp(App[None]):
     def follow(self, orbit: Orbit, up: bool, home: float) -> Orbit:
         """Return what becomes of an orbit a step farther in a, with its lives; ``home`` is a stop."""
         from orbitdb.cli.tui.following import next_a
-        from orbitdb.filling.single_word import with_existence
+        from orbitdb.store.reading.one_word import with_existence
 
         lives = with_existence(orbit).exists if orbit.exists is None else orbit.exists
         return self.find_at(orbit.code, next_a(lives or (), orbit.a, up, home), lives)
@@ -284,11 +289,20 @@ class BrowseApp(App[None]):
         self.push_screen(QuestionDialog(question, "Stop it and quit", "Stay"), take)
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """Give every action of the screen, and Textual's own."""
-        yield from super().get_system_commands(screen)
+        """Give every action of the screen, and those of Textual's own that are none of these, each once."""
+        own: dict[str, SystemCommand] = {}
+        for command in self._actions_of(screen):
+            own.setdefault(command.title, command)  # an action may have several keys
+        yield from own.values()
+        for command in super().get_system_commands(screen):
+            if command.title not in own:
+                yield command
+
+    def _actions_of(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         for active in screen.active_bindings.values():
             binding = active.binding
-            if binding.description and active.enabled and not binding.system:
+            useful = binding.description and "command_palette" not in binding.action
+            if useful and active.enabled and not binding.system:
                 action, node = binding.action, active.node
                 yield SystemCommand(
                     binding.description[:1].upper() + binding.description[1:],

@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING, Protocol
 
 from orbitdb.cli.tui.facts import Certificate
 from orbitdb.cli.tui.filling import FillState
+from orbitdb.cli.tui.kept import Kept
 from orbitdb.orbits.orbit import Orbit
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.lives import Lives
+    from orbitdb.store.reading.lookup import Lives
     from orbitdb.store.reading.pages import Index
 
 
@@ -24,11 +25,14 @@ class Browser(Protocol):
         None where there is no file yet.
     fill_state : FillState or None
         How far the fill is that was begun here.
+    kept : Kept
+        What was chosen for good: columns, filters, marked words.
     """
 
     path: Path
     catalogue: "Catalogue | None"
     fill_state: FillState | None
+    kept: Kept
 
     def index(self, catalogue: "Catalogue", a: float) -> "Index":
         """Return the sequences that the catalogue knows at one a."""

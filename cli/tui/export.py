@@ -1,17 +1,20 @@
-"""Taking away what is shown: the rows as csv, tsv, json or jsonl, the orbit as SVG or PNG."""
+"""Taking away what is shown: the rows as csv, tsv, json, jsonl or parquet, the orbit as SVG or PNG."""
 
+from collections.abc import Iterable, Iterator
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb import __version__
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import code_text
 from orbitdb.cli.rows import KEYS, with_rules
 from orbitdb.cli.tui.source import Ordering
 from orbitdb.errors import InputError
-from orbitdb.export import complete, json_object, write_csv, write_jsonl
+from orbitdb.export import complete, json_object, write_csv, write_file, write_jsonl
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.svg import orbit_svg
 from orbitdb.store.asking.selection import Selection
@@ -20,7 +23,8 @@ from orbitdb.store.reading.fills import describe_partial
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
 
-ROWS = {".csv": ",", ".tsv": "\t", ".json": "", ".jsonl": ""}
+_DELIMITERS = {".csv": ",", ".tsv": "\t"}
+ROWS = (*_DELIMITERS, ".json", ".jsonl", ".parquet")
 PICTURES = (".svg", ".png")
 _WIDTH = 800
 
@@ -58,13 +62,9 @@ def export(
     if path.suffix in ROWS:
         if catalogue is None:
             raise InputError("there are no rows to write")
-        with (
-            catalogue.at_one_moment() as still,
-            complete(path) as draft,
-            draft.open("w", encoding="utf-8", newline="") as file,
-        ):
-            count = _write_rows(file, path.suffix, still, selection, ordering)
+        with catalogue.at_one_moment() as still:
             partial = still.partial(selection)
+            count = _write(path, still, selection, ordering)
         said = f"{count:,} rows written to {path}"
         return f"{said}; {describe_partial(partial, selection.a)}" if partial else said
     if orbit is None or orbit.points is None:
@@ -88,19 +88,50 @@ def _draw(path: Path, suffix: str, orbit: Orbit, points: NDArray[np.float64], ti
     style.save(figures.draw_orbit(orbit), path, "png", title)
 
 
-def _write_rows(
-    file: TextIO, suffix: str, catalogue: "Catalogue", selection: Selection, ordering: Ordering
-) -> int:
+def _write(path: Path, catalogue: "Catalogue", selection: Selection, ordering: Ordering) -> int:
+    """Write the rows in their order to a file, and return how many they are."""
     order = f"{ordering.column} {'desc' if ordering.descending else 'asc'}"
     rows = with_rules(KEYS, catalogue.rows(selection, KEYS, order))
-    if ROWS[suffix]:
-        return write_csv(file, KEYS, rows, ROWS[suffix])
-    if suffix == ".jsonl":
-        return write_jsonl(file, KEYS, rows)
+    if path.suffix == ".parquet":
+        return _write_parquet(path, catalogue, selection, rows)
+    with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
+        if path.suffix in _DELIMITERS:
+            return write_csv(file, KEYS, rows, _DELIMITERS[path.suffix])
+        return (write_jsonl if path.suffix == ".jsonl" else _write_json)(file, KEYS, rows)
+
+
+def _write_parquet(
+    path: Path, catalogue: "Catalogue", selection: Selection, rows: Iterable[tuple[Any, ...]]
+) -> int:
+    """Write rows with where they come from, as `orbitdb export` does, and return how many they are."""
+    count = 0
+
+    def counted() -> Iterator[tuple[Any, ...]]:
+        nonlocal count
+        for row in rows:
+            count += 1
+            yield row
+
+    provenance = {
+        "orbitdb": __version__,
+        "selection": selection.describe(),
+        "a": selection.a,
+        "database": str(catalogue.path.resolve()),
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "partial": [fill.p for fill in catalogue.partial(selection)],
+    }
+    try:
+        write_file(path, "parquet", KEYS, counted(), provenance)
+    except ModuleNotFoundError:
+        raise InputError("parquet needs pyarrow: install orbitdb[parquet], or write a .csv") from None
+    return count
+
+
+def _write_json(file: TextIO, names: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> int:
     count = 0
     file.write("[\n")
     for row in rows:
-        file.write((",\n" if count else "") + json_object(KEYS, row))
+        file.write((",\n" if count else "") + json_object(names, row))
         count += 1
     file.write("\n]\n")
     return count

@@ -120,7 +120,7 @@ def cost_of(path: Path, wish: Wish) -> Cost:
         If the disk has no room for it, or the catalogue cannot be read.
     """
     from orbitdb.filling.estimate import LARGE, about, check_room, gigabytes, need
-    from orbitdb.store.reading.fills import exact
+    from orbitdb.numerals import exact
 
     at = f"at a = {exact(wish.a)}"
     if wish.words:

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 from textual.screen import Screen
 
+from orbitdb.cli.tui.columns import COLUMNS
 from orbitdb.cli.tui.dialogs import Group
-from orbitdb.cli.tui.table import COLUMNS
 from orbitdb.columns import IN_CATALOGUE, Column
 
 MAIN: tuple[Group, ...] = (
@@ -14,7 +14,8 @@ MAIN: tuple[Group, ...] = (
         ("pgdn pgup", "a page"),
         ("g G", "first, last row"),
         ("h l ← →", "more columns"),
-        ("c", "go to a code"),
+        ("0 .. 9", "to a period, a code"),
+        ("c", "any code, solved"),
     )),
     ("its symmetry class", (
         ("T", "time reverse"),
@@ -29,6 +30,7 @@ MAIN: tuple[Group, ...] = (
         ("< >", "follow it in a"),
         ("m M", "compare, none"),
         ("S", "statistics"),
+        ("d", "counts, histogram"),
     )),
     ("choosing", (
         ("/", "filter (--where)"),
@@ -38,6 +40,12 @@ MAIN: tuple[Group, ...] = (
         ("a", "another a"),
         ("s", "sort"),
         ("R", "turn the order"),
+        ("C", "columns"),
+    )),
+    ("keeping", (
+        ("*", "mark, unmark"),
+        ("'", "marked orbits only"),
+        ("F", "filters by name"),
     )),
     ("taking away", (
         ("y", "copy the word"),
@@ -61,6 +69,16 @@ STATISTICS: tuple[Group, ...] = (
     ("orbitdb", (("ctrl+p", "all actions, themes"), ("?", "these keys"))),
 )  # fmt: skip
 
+COUNTS: tuple[Group, ...] = (
+    ("counts", (
+        ("j k ↓ ↑", "scroll the counts"),
+        ("s", "histogram of another column"),
+        ("[ ]", "the column before, the next"),
+        ("escape q", "back to the orbits"),
+    )),
+    ("orbitdb", (("ctrl+p", "all actions, themes"), ("?", "these keys"))),
+)  # fmt: skip
+
 WHOLE: tuple[Group, ...] = (
     ("the whole orbit", (
         ("j k ↓ ↑", "line by line"),
@@ -73,7 +91,7 @@ WHOLE: tuple[Group, ...] = (
     ("orbitdb", (("ctrl+p", "all actions, themes"), ("?", "these keys"))),
 )  # fmt: skip
 
-_ELSEWHERE = {"StatisticsScreen": STATISTICS, "WholeOrbitScreen": WHOLE}
+_ELSEWHERE = {"StatisticsScreen": STATISTICS, "WholeOrbitScreen": WHOLE, "CountsScreen": COUNTS}
 
 
 def groups_for(screen: Screen[object]) -> Sequence[Group]:

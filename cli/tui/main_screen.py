@@ -10,16 +10,17 @@ from textual.widgets import Static
 
 from orbitdb.cli.render import code_text
 from orbitdb.cli.tui import choices
+from orbitdb.cli.tui.columns import EVERY
 from orbitdb.cli.tui.dialogs import ChoiceDialog, LineDialog
 from orbitdb.cli.tui.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.facts import FactsPanel
 from orbitdb.cli.tui.fill_dialog import FillDialog
 from orbitdb.cli.tui.filling import FillState
 from orbitdb.cli.tui.filter_dialog import FilterDialog
-from orbitdb.cli.tui.following_screen import FollowingScreen
+from orbitdb.cli.tui.keeping_screen import KeepingScreen
 from orbitdb.cli.tui.source import Ordering
 from orbitdb.cli.tui.status_dialog import StatusDialog, Statuses
-from orbitdb.cli.tui.table import COLUMNS, PagedTable
+from orbitdb.cli.tui.table import PagedTable
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.codes import hint
@@ -33,7 +34,7 @@ _ELEMENTS = {REVERSE: "time reverse", MIRROR_X: "mirror image left to right",
              MIRROR_Y: "mirror image upside down"}  # fmt: skip
 
 
-class MainScreen(FollowingScreen):
+class MainScreen(KeepingScreen):
     """Look at orbits and choose them."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -41,7 +42,7 @@ class MainScreen(FollowingScreen):
         Binding("c", "code", "code"),
         Binding("s", "sort", "sort"),
         Binding("v", "view", "view"),
-        Binding("space", "particle", "run"),
+        Binding("space", "particle", "run a particle", show=False),
         Binding(
             "less_than_sign", "follow(False)", "smaller a, the orbit followed", show=False, key_display="<"
         ),
@@ -51,6 +52,7 @@ class MainScreen(FollowingScreen):
         Binding("enter", "whole", "the whole orbit", show=False),
         Binding("f", "fill", "fill"),
         Binding("S", "statistics", "stats"),
+        Binding("d", "counts", "counts"),
         Binding("e", "export", "export"),
         Binding("y", "copy", "copy the word", show=False),
         Binding("o", "status", "status: all, orbits, pruned ..", show=False),
@@ -64,8 +66,8 @@ class MainScreen(FollowingScreen):
         Binding("T,t", f"move_in_class({REVERSE})", "time reverse", show=False),
         Binding("X,x", f"move_in_class({MIRROR_X})", "mirror left and right", show=False),
         Binding("Y", f"move_in_class({MIRROR_Y})", "mirror up and down", show=False),
-        Binding("m", "compare", "mark to compare in phase space", show=False),
-        Binding("M", "compare_none", "unmark all", show=False),
+        Binding("m", "compare", "compare in phase space, or not", show=False),
+        Binding("M", "compare_none", "compare none", show=False),
         Binding("escape", "back", "back to the row", show=False),
     ]
 
@@ -129,7 +131,8 @@ class MainScreen(FollowingScreen):
     def _filtered(self, where: str | None) -> Selection:
         """Return what is chosen with another filter; of the values given with -P, those it names."""
         used = names_in(where or "")
-        values = {name: value for name, value in self._values.items() if name in used}
+        known = self._values | dict(self.selection.parameters)
+        values = {name: value for name, value in known.items() if name in used}
         return replace(self.selection, where=where, parameters=values)
 
     def action_status(self) -> None:
@@ -168,7 +171,8 @@ class MainScreen(FollowingScreen):
 
     def action_sort(self) -> None:
         """Choose the column to sort by."""
-        named = [(column.name, column.heading) for column in COLUMNS]
+        every = dict.fromkeys((*self.columns, *EVERY.values()))
+        named = [(column.name, column.heading) for column in every]
         self.app.push_screen(ChoiceDialog("sort by", named, self.ordering.column), self._sort_by)
 
     def _sort_by(self, column: str | None) -> None:
@@ -204,7 +208,7 @@ class MainScreen(FollowingScreen):
             self.app.push_screen(WholeOrbitScreen(self.orbit))
 
     def action_compare(self) -> None:
-        """Mark the orbit to be compared in phase space, or unmark it."""
+        """Compare the orbit in phase space, or no longer."""
         self.catch_up()
         if self.orbit is None or self.orbit.coordinates is None:
             return
@@ -212,10 +216,10 @@ class MainScreen(FollowingScreen):
         if len(others) == len(self.compared):
             others = (*others, self.orbit)[-_MOST_COMPARED + 1 :]
         self.compared = others
-        self.notify(f"{len(others)} marked to compare; v shows phase space", timeout=2)
+        self.notify(f"{len(others)} to compare; v shows phase space", timeout=2)
 
     def action_compare_none(self) -> None:
-        """Unmark all."""
+        """Compare none."""
         self.compared = ()
 
     def action_copy(self) -> None:
@@ -236,7 +240,7 @@ class MainScreen(FollowingScreen):
         if not self.browser.writable():
             self.notify(f"{self.browser.path} is read-only: copy it, or name another file with --db")
             return
-        from orbitdb.store.reading.fills import exact
+        from orbitdb.numerals import exact
         from orbitdb.symbols.enumeration import MAX_PERIOD
 
         wanted = [high for _, high in self.selection.periods if high not in self.periods]
@@ -262,6 +266,14 @@ class MainScreen(FollowingScreen):
         if self.browser.catalogue is not None:
             self.app.push_screen(StatisticsScreen(self.browser.catalogue, self.selection))
 
+    def action_counts(self) -> None:
+        """Open the counts of the chosen subset; the histogram is that of the column it is sorted by."""
+        from orbitdb.cli.tui.counts_screen import CountsScreen
+
+        if self.browser.catalogue is not None:
+            column = "length" if self.ordering == Ordering() else self.ordering.column
+            self.app.push_screen(CountsScreen(self.browser.catalogue, self.selection, column))
+
     def action_export(self) -> None:
         """Ask for a file and write what is shown to it."""
         self.catch_up()
@@ -272,7 +284,10 @@ class MainScreen(FollowingScreen):
                 self._write(Path(name).expanduser(), self.selection, self.ordering, self.orbit)
 
         self.app.push_screen(
-            LineDialog("export to a file", f"{word or 'orbits'}.svg", "orbits.csv", _check_export), take
+            LineDialog(
+                "export to a file", f"{word or 'orbits'}.svg", "orbits.csv, .parquet ..", _check_export
+            ),
+            take,
         )
 
     @work(thread=True, group="export", exit_on_error=False)

@@ -14,10 +14,11 @@ from textual.worker import get_current_worker
 
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.browser import Browser
+from orbitdb.cli.tui.columns import COLUMNS, USUAL, Column, fields_of
 from orbitdb.cli.tui.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.facts import Certificate, FactsPanel
 from orbitdb.cli.tui.source import Head, Ordering, Pages, head_of
-from orbitdb.cli.tui.table import NAMES, PagedTable, Position
+from orbitdb.cli.tui.table import PagedTable, Position
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.selection import Selection
@@ -50,6 +51,7 @@ class OrbitScreen(Screen[None]):
     view: reactive[View] = reactive(View.STADIUM, repaint=False)
     compared: reactive[tuple[Orbit, ...]] = reactive((), always_update=True, repaint=False)
     report: reactive[str] = reactive("", repaint=False)
+    columns: reactive[tuple[Column, ...]] = reactive(COLUMNS, repaint=False)
 
     @dataclass
     class RowsRead(Message):
@@ -79,6 +81,7 @@ class OrbitScreen(Screen[None]):
         self.set_reactive(OrbitScreen.selection, selection)
         self._wanted: str | None = None
         self._caught_up: str | None = None
+        self._place = ""
         self.periods: list[int] = []
 
     @property
@@ -90,6 +93,11 @@ class OrbitScreen(Screen[None]):
     def rows_title(self) -> str:
         """What the rows are."""
         return "sequences"
+
+    @property
+    def position_note(self) -> str:
+        """What there is to say of the place of the cursor, before its number."""
+        return ""
 
     @property
     def facts_title(self) -> str:
@@ -110,7 +118,7 @@ class OrbitScreen(Screen[None]):
             yield Static(GREETING.format(path=choices.escaped(str(self.browser.path))))
         with Horizontal(id="body"):
             with Vertical(id="rows"):
-                yield PagedTable(id="table")
+                yield PagedTable(id="table").data_bind(OrbitScreen.columns)
                 yield Static(id="unfilled", markup=False)
                 yield Static(id="standing", markup=False)
                 yield Position(id="position")
@@ -135,7 +143,8 @@ class OrbitScreen(Screen[None]):
             with catalogue.at_one_moment() as still:
                 partial = [fill.p for fill in still.partial(self.selection)]
                 self._say_gaps(partial, _gaps(still, self.selection))
-                self.query_one(PagedTable).show(head_of(still, self.selection, NAMES, _HEAD))
+                fields = fields_of(self.columns, self.ordering.column)
+                self.query_one(PagedTable).show(head_of(still, self.selection, fields, _HEAD))
 
     def refresh_catalogue(self) -> None:
         """Look at the file again: at the beginning, and when something has been stored."""
@@ -166,10 +175,15 @@ class OrbitScreen(Screen[None]):
         self._wanted = self._caught_up = None
         self.orbit, self.compared = None, ()
         self._say_gaps([], "")
-        self.query_one(PagedTable).show(Head([], NAMES))
+        self.query_one(PagedTable).show(Head([], USUAL))
 
     def watch_ordering(self) -> None:
         """Sort the subset."""
+        if self.is_mounted:
+            self._reload()
+
+    def watch_columns(self) -> None:
+        """Read the rows anew, with what other columns show."""
         if self.is_mounted:
             self._reload()
 
@@ -222,7 +236,7 @@ class OrbitScreen(Screen[None]):
                 self.post_message(self.RowsFailed(str(error), selection))
             return
         if not worker.is_cancelled:
-            pages = Pages(catalogue, index, keys, NAMES)
+            pages = Pages(catalogue, index, keys, fields_of(self.columns, ordering.column))
             self.post_message(self.RowsRead(pages, partial, gaps, selection, ordering))
 
     def on_orbit_screen_rows_read(self, message: RowsRead) -> None:
@@ -250,7 +264,7 @@ class OrbitScreen(Screen[None]):
         if message.selection == self.selection:
             self._wanted = None
             self._say_reading("")
-            self.query_one(PagedTable).show(Head([], NAMES))
+            self.query_one(PagedTable).show(Head([], USUAL))
             self.report = message.reason
             if isinstance(self.app.screen, OrbitScreen):  # a filter line says it itself
                 self.notify(message.reason, severity="error")
@@ -262,7 +276,12 @@ class OrbitScreen(Screen[None]):
 
     def on_paged_table_moved(self, message: PagedTable.Moved) -> None:
         """Say where the cursor is."""
-        self.query_one(Position).text = message.text
+        self._place = message.text
+        self.say_position()
+
+    def say_position(self) -> None:
+        """Say where the cursor is, and what there is to say of the place."""
+        self.query_one(Position).text = " │ ".join(filter(None, (self.position_note, self._place)))
 
     def on_paged_table_highlighted(self, message: PagedTable.Highlighted) -> None:
         """Show the orbit of the row, unless it is shown in another rotation or with its reverse."""

@@ -18,7 +18,10 @@ Row = tuple[Any, ...]
 
 _BLOCK = 64
 _KEPT = 32
-_OF_ONE_A = ("length", "lambda_d", "lambda_c", "lyapunov", "margin", "error")
+_OF_ONE_A = (
+    "length", "lambda_d", "lambda_c", "lyapunov", "margin", "error", "length_error", "lyapunov_error",
+    "residual", "iterations", "solver",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """The table: a scroll view of as many rows as there are, of which it reads those on screen."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -15,36 +16,12 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from orbitdb.cli.render import number
-from orbitdb.cli.tui.source import Head, Ordering, Row, Source
+from orbitdb.cli.tui.columns import COLUMNS, EVERY, USUAL, Column
+from orbitdb.cli.tui.source import Followed, Head, Ordering, Row, Source
 
-
-@dataclass(frozen=True)
-class Column:
-    """A column: its name in the catalogue, its heading, its least width, and whether it is text."""
-
-    name: str
-    heading: str
-    width: int
-    text: bool = False
-
-
-COLUMNS = (
-    Column("code", "code", 8, text=True),
-    Column("p", "p", 3),
-    Column("length", "length", 11),
-    Column("status", "status", 9, text=True),
-    Column("lambda_d", "λ_d", 9),
-    Column("lambda_c", "λ_c", 9),
-    Column("lyapunov", "lyapunov", 11),
-    Column("time_reversal", "reversal", 8, text=True),
-    Column("symmetry", "symmetry", 9, text=True),
-    Column("class_size", "class", 5),
-    Column("margin", "margin", 9),
-    Column("error", "error", 8),
-)
-NAMES = tuple(column.name for column in COLUMNS)
-_STATUS = NAMES.index("status")
 _LONGEST_CODE = 24
+_MARK = "*"
+"""Behind a code that is marked."""
 
 
 class PagedTable(ScrollView, can_focus=True):
@@ -65,6 +42,8 @@ class PagedTable(ScrollView, can_focus=True):
     cursor: reactive[int] = reactive(0, repaint=False)
     ordering: reactive[Ordering] = reactive(Ordering())
     first_column: reactive[int] = reactive(1)
+    columns: reactive[tuple[Column, ...]] = reactive(COLUMNS)
+    marked: reactive[frozenset[str]] = reactive(frozenset())
 
     @dataclass
     class Highlighted(Message):
@@ -86,7 +65,7 @@ class PagedTable(ScrollView, can_focus=True):
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
-        self.source: Source = Head([], NAMES)
+        self.source: Source = Head([], USUAL)
 
     def show(self, source: Source, cursor: int = 0) -> None:
         """Show other rows, with the cursor on one of them."""
@@ -158,7 +137,7 @@ class PagedTable(ScrollView, can_focus=True):
 
     def action_shift(self, steps: int) -> None:
         """Show the columns further right or left; the code stays."""
-        last = len(self._known()) - max(len(self._shown()) - 1, 1)
+        last = len(self._known()) - max(len(self._visible()[1]), 1)
         self.first_column = max(1, min(self.first_column + steps, last))
 
     def on_click(self, event: events.Click) -> None:
@@ -176,23 +155,33 @@ class PagedTable(ScrollView, can_focus=True):
             x += width + 1
 
     def _shown(self) -> list[tuple[Column, int]]:
-        """Return the columns that fit, with their widths."""
+        """Return the columns that fit, with their widths; the one that rows are sorted by is among them."""
+        pinned, window = self._visible()
+        return [(COLUMNS[0], self._code_width()), *((each, each.width) for each in pinned + window)]
+
+    def _visible(self) -> tuple[list[Column], list[Column]]:
+        """Return the column that rows are sorted by, if it would not be seen, and those behind it."""
+        known, room = self._known(), self.scrollable_content_region.width - self._code_width()
+        behind = known[min(self.first_column, max(len(known) - 1, 1)) :]
+        window = _fitting(behind, room)
+        pinned = EVERY[self.ordering.column]
+        left = room - pinned.width - 1
+        if pinned in (*window, COLUMNS[0]) or pinned.name not in self.source.columns or left < 0:
+            return [], window
+        return [pinned], _fitting([each for each in behind if each != pinned], left)
+
+    def _code_width(self) -> int:
         rows = (self.source.row(place) for place in self._places())
         widest = max((len(row[0]) for row in rows if row), default=0)
-        code = COLUMNS[0]
-        shown = [(code, min(max(code.width, widest), _LONGEST_CODE))]
-        room = self.scrollable_content_region.width - shown[0][1]
-        known = self._known()
-        for column in known[min(self.first_column, len(known) - 1) :]:
-            room -= column.width + 1
-            if room < 0:
-                break
-            shown.append((column, column.width))
-        return shown
+        return min(max(COLUMNS[0].width, widest), _LONGEST_CODE)
 
     def _known(self) -> list[Column]:
         """Return the columns of which the rows know something."""
-        return [column for column in COLUMNS if column.name in self.source.columns]
+        return [column for column in self.columns if column.name in self.source.columns]
+
+    def _fields(self) -> Sequence[str]:
+        """Return what the parts of a row are."""
+        return self.source.pages.columns if isinstance(self.source, Followed) else self.source.columns
 
     def _places(self) -> range:
         top = self.scroll_offset.y
@@ -210,29 +199,40 @@ class PagedTable(ScrollView, can_focus=True):
         if place >= len(self.source):
             return Strip.blank(self.scrollable_content_region.width, base)
         row = self.source.row(place)
+        values = {} if row is None else dict(zip(self._fields(), row, strict=True))
         style = base
-        if row is not None and row[_STATUS] != "orbit":
+        if row is not None and values["status"] != "orbit":
             style += self.get_component_rich_style("table--dim", partial=True)
         if place == self.cursor:
             style += self.get_component_rich_style("table--cursor", partial=True)
         cells = [
-            (column, width, number(column.name, row[NAMES.index(column.name)]) if row else "")
-            for column, width in self._shown()
+            (column, width, number(column.name, values.get(column.name))) for column, width in self._shown()
         ]
-        return self._line(cells, style)
+        return self._line(cells, style, _MARK if row is not None and row[0] in self.marked else " ")
 
     def _heading(self, column: Column) -> str:
         if column.name != self.ordering.column:
             return column.heading
         return column.heading + ("▼" if self.ordering.descending else "▲")
 
-    def _line(self, cells: list[tuple[Column, int, str]], style: Style) -> Strip:
+    def _line(self, cells: list[tuple[Column, int, str]], style: Style, behind_code: str = " ") -> Strip:
         segments = []
-        for column, width, text in cells:
+        for place, (column, width, text) in enumerate(cells):
             cut = text if len(text) <= width else text[: width - 1] + "…"
             shown = cut.ljust(width) if column.text else cut.rjust(width)
-            segments.append(Segment(shown + " ", style))
+            segments.append(Segment(shown + (" " if place else behind_code), style))
         return Strip(segments).adjust_cell_length(self.scrollable_content_region.width, style)
+
+
+def _fitting(columns: Sequence[Column], room: int) -> list[Column]:
+    """Return the first columns that fit into some room, with a blank before each."""
+    found = []
+    for column in columns:
+        room -= column.width + 1
+        if room < 0:
+            break
+        found.append(column)
+    return found
 
 
 class Position(Widget):

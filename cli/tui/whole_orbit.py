@@ -170,7 +170,7 @@ class WholeOrbitScreen(Screen[None]):
 
     @work(thread=True, exit_on_error=False)
     def _complete(self) -> None:
-        from orbitdb.filling.single_word import born_with, with_existence
+        from orbitdb.store.reading.one_word import born_with, with_existence
 
         browser = cast(Browser, self.app)
         try:

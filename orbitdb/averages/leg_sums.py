@@ -15,10 +15,6 @@ from orbitdb.orbits.newton import newton
 
 Floats = NDArray[np.float64]
 
-_TOLERANCE = 1e-6
-"""Error of the directions, radians, and that times a where a < 1, for there they come as near as a to pi/2:
-the averages change by 1e-7 at most."""
-
 _BLOCK = 1 << 15
 """Words at a time: it bounds the memory, and their arrays stay in the cache."""
 
@@ -72,7 +68,7 @@ def leg_sums(words: NDArray[np.uint8], a: float) -> LegSums:
 
 def _of_chains(legs: Chain, a: float) -> Floats:
     """Return the sums of words of m runs, shape (4, N)."""
-    return terms_of_legs(derivatives(legs, a, newton(legs, a, _TOLERANCE * min(a, 1.0)).alpha))
+    return terms_of_legs(derivatives(legs, a, newton(legs, a).alpha))
 
 
 def terms_of_legs(slopes: Derivatives) -> Floats:

@@ -24,6 +24,9 @@ BLOCK = 1 << 15
 _BLOCKS_A_JOB = 3
 _FIRST_LIGHT, _LIGHTER = 2, 8
 """From 02 on hardly a word is the least of its class, as a mirror image or the reverse begins with 01."""
+_SOON = 8
+"""The first block has at most this part of a full one, so that something is stored soon."""
+
 _SMALLEST = 4
 """Where several processes work, a period is cut into blocks down to this part of a full one."""
 
@@ -108,17 +111,17 @@ def birth_blocks(periods: Sequence[tuple[int, int]], block: int, jobs: int) -> I
         How many are solved at once: for several of them the highest periods make smaller blocks.
     """
     small: list[Span] = []
-    room = block
+    room = block // _SOON
     for p, after in periods:
         total = count_admissible(p)
+        if small and total > room:
+            yield BirthBlock(tuple(small))
+            small, room = [], block
         if after < 0 and total <= room:
             small.append(Span.whole(p))
             room -= total
             continue
-        if small:
-            yield BirthBlock(tuple(small))
-            small, room = [], 0
-        size = block
+        room, size = 0, block
         if jobs > 1:
             size = min(block, max(total // (_BLOCKS_A_JOB * jobs), block // _SMALLEST))
         yield from (BirthBlock((span,)) for span in _spans(p, size, after))

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from orbitdb.errors import StoreError
 from orbitdb.store.file.database import check_file
-from orbitdb.store.file.schema import DONE, SCHEMA_VERSION
+from orbitdb.store.file.layout import SCHEMA_VERSION
+from orbitdb.store.file.schema import DONE
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.fills import Fill
 from orbitdb.symbols.counting import count_admissible

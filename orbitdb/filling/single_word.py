@@ -1,21 +1,17 @@
-"""One word of any order: asked for, or solved and stored."""
+"""One word of any order, solved and stored."""
 
-from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.blocks import METHODS
-from orbitdb.orbits.lives import LONGEST, existence
-from orbitdb.orbits.newton import solve_word
 from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.orbits.pruned import pruned_word
-from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.lives import partners
+from orbitdb.store.reading.one_word import find_or_solve
 from orbitdb.store.writing import insertion
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols import symmetry
-from orbitdb.symbols.words import MAX_KEYED, from_strings
+from orbitdb.symbols.words import from_strings
 
 
 def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
@@ -60,40 +56,3 @@ def _keep_pruned(writer: Writer, word: Orbit) -> Orbit:
     with writer.writing() as connection:
         insertion.add_pruned(connection, word.p, [word.representative], [rules])
     return replace(word, stored=True)
-
-
-def with_existence(orbit: Orbit) -> Orbit:
-    """Return a word with from where to where in a it is an orbit, found on the spot if need be.
-
-    It stays unknown for words that are too long (`orbitdb.orbits.lives.LONGEST`).
-    """
-    if orbit.exists is not None or orbit.p > LONGEST:
-        return orbit
-    return replace(orbit, exists=tuple(existence(orbit.code)))
-
-
-def born_with(path: Path | None, orbit: Orbit) -> list[tuple[float, list[str]]]:
-    """Return the births of a word, each with the least words that are one path with it there, if stored."""
-    if path is None or orbit.p > MAX_KEYED or not orbit.exists:
-        return []
-    with closing(Catalogue(path)) as catalogue, catalogue.reading() as connection:
-        return partners(connection, orbit.representative)
-
-
-def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
-    """Return what a catalogue says of a primitive word, or solve it if it is not there.
-
-    Parameters
-    ----------
-    path : Path or None
-        A catalogue; None if there is none.
-    word : str
-        Symbols 0..5, in any rotation.
-    a : float
-        The stadium.
-    """
-    stored = None
-    if path is not None:
-        with closing(Catalogue(path)) as catalogue:
-            stored = catalogue.find(word, a)
-    return solve_word(word, Stadium(a)) if stored is None else stored

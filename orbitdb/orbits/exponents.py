@@ -78,8 +78,10 @@ def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Ex
         for start in range(0, len(rows), _BATCH):
             here = np.arange(start, min(start + _BATCH, len(rows)))
             part = legs.chain(here)
-            alpha = centre_directions(part, stadium.a)
-            alpha += newton_step(part, stadium.a, alpha, direction_limits(part, stadium.a))
+            alpha, limits = centre_directions(part, stadium.a), direction_limits(part, stadium.a)
+            alpha = np.clip(
+                alpha + newton_step(part, stadium.a, alpha, limits), *limits
+            )  # it may round beyond
             slopes = derivatives(part, stadium.a, alpha)
             left = np.flatnonzero(~surely_outside(part, stadium.a, alpha, slopes))
             if len(left):

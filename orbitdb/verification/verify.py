@@ -29,6 +29,7 @@ from orbitdb.verification.enclosures import check_enclosures
 from orbitdb.verification.invariants import check_consistency, with_bounds
 from orbitdb.verification.lives import prove_lives
 from orbitdb.verification.recomputation import check_against, check_bits, restart
+from orbitdb.verification.sweeps import check_sweeps
 
 if TYPE_CHECKING:
     import sqlalchemy as sa
@@ -45,6 +46,8 @@ PROMISES = {
     "births": "births and deaths take turns, and agree with every fill",
     "lives": "between a = 0.02 and 1000 no birth or death is missing, and none too many",
     "undecided": "cells in ln a are small enough to tell that",
+    "sweeps": "swept counts are those of the transfer matrix, of fills, of births, and of new solutions",
+    "sums": "swept sums are those of new solutions",
     "entropy": "proved bounds on the entropy have a number in common, with new ones, too",
     "values": "every row has what its status demands",
     "statuses": "a new solution gives the same status",
@@ -119,6 +122,7 @@ def verify(
         yield Step("births", 0, 1, tuple(check_births(connection)))
         if missing_births:
             yield from prove_lives(connection)
+        yield Step("sweeps", 0, 1, tuple(check_sweeps(connection, selections)))
         yield Step("entropy", 0, 1, tuple(check_enclosures(connection)))
         yield from check_words(connection, chosen.values())
         if sample is None and selections:

@@ -27,7 +27,7 @@ from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import primitive_root, to_strings
 
-DIRECT = 7
+DIRECT = 6
 
 
 def root_between(*arguments, **options):

@@ -115,6 +115,7 @@ def test_statistics_show_what_the_command_shows(varied, cli):
 COMMANDS = ("entropy", "lyapunov")
 
 
+@pytest.mark.slow
 def test_a_chosen_period_says_nothing_of_the_file(varied):
     *_, found = statistics(Catalogue(varied), Selection(periods=((6, 6),)))
     assert notes_of(found) == ["without the periods 2, 3, 4, 5 (not chosen)"]

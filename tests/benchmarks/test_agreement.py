@@ -118,6 +118,7 @@ def test_the_command_lists_periods_and_names_the_words_that_differ(cli):
     assert [line.partition(" ")[0] for line in found.err.splitlines()] == THROUGH_A_JOINT
 
 
+@pytest.mark.slow
 def test_progress_tells_steps_and_words_that_move():
     words, _ = representatives(4)
     told = []

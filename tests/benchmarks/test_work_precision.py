@@ -131,6 +131,7 @@ def test_root_is_judged_by_the_orbit_it_finds(cases):
     assert tight.words == loose.words == 8
 
 
+@pytest.mark.slow
 def test_all_methods_are_measured():
     rows = list(work_precision(sample(4, Stadium(0.5)), slow=4))
     assert {row.method for row in rows} == {"newton", "balls", "root", "relaxation"}

@@ -397,6 +397,8 @@ def test_ctrl_c_ends_with_130_and_goes_on(tmp_path):
         ("query --code 13", ""),
         ("verify", ""),
         ("export x.csv", ""),
+        ("births", ""),
+        ("births --p 9", "; nothing that was stored is lost, the same command goes on from there"),
         ("simulate", "; nothing that was stored is lost"),
         ("verify --rigorous", "; nothing that was stored is lost, the same command goes on from there"),
     ],
@@ -467,10 +469,10 @@ def test_what_makes_no_catalogue_says_so(cli, tmp_path, arguments, code, said):
 def test_shells_are_offered_values(varied, monkeypatch, typed, offered):
     import typer
 
-    from orbitdb.cli.app import app
+    from orbitdb.cli.app import program
 
     monkeypatch.setenv("ORBITDB_DB", str(varied))
-    command = typer.main.get_command(app)
+    command = typer.main.get_command(program())
     with command.make_context("orbitdb", typed[:1], resilient_parsing=True) as top:
         called = command.commands[typed[0]]
         context = called.make_context(typed[0], [], parent=top, resilient_parsing=True)

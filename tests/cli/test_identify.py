@@ -39,6 +39,7 @@ def test_points_are_read_as_they_are_written(cli, tmp_path, stdin, form):
         assert row["sequence"] == "1232131"
 
 
+@pytest.mark.slow
 def test_what_query_and_identify_write_goes_into_identify(cli, filled, stdin):
     for form in ("csv", "tsv", "json", "jsonl"):
         stdin(cli("query", "1232131", "--bounces", "--format", form, "--db", str(filled)).out)
@@ -85,6 +86,7 @@ def test_nothing_found_ends_with_1_and_says_so(cli, filled, arguments, told):
     done = cli("identify", *arguments.split(), "--json", "--db", str(filled))
     assert (done.code, done.out) == (1, "[]\n")
     assert told in done.err
+    assert ("candidates" in done.err) == ("candidates" in told)  # none where nothing was looked through
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import shlex
 import subprocess
 
 import pytest
-from processes import COMMAND
+from processes import COMMAND, run
 
 from orbitdb.numerals import real, whole
 
@@ -41,7 +41,8 @@ def test_options_that_do_nothing_are_refused(cli, filled, command, said):
 
 NO_NUMBERS = [
     "query --a 1_6", "query --a ٣", "query --limit 1_0", "query --limit 1.5", "query --limit -1",
-    "query --range length=1_0:", "query --p ٣", "fill --p 1_1", "lyapunov --cut 1_0",
+    "query --range length=1_0:", "query --range length=9:5",
+    "query --p ٣", "fill --p 1_1", "lyapunov --cut 1_0",
     "simulate --bounces 1e-1",
     "simulate --bounces 1_000", "verify --sample 0", "verify --restarts 1e9", "fill --p 3 --jobs 1_0",
     "simulate --seed 0x10",
@@ -152,6 +153,32 @@ def test_closed_streams(filled, tmp_path, command, streams, code, err):
         ["/bin/sh", "-c", line], cwd=tmp_path, env=variables, capture_output=True, text=True, check=False
     )
     assert (done.returncode, done.stderr) == (code, err)
+
+
+def test_a_path_that_stdout_has_no_code_for_is_written_in_escapes(filled, tmp_path):
+    path = filled.rename(tmp_path / "øb.db")
+    done = run("info", "--db", path, env={"PYTHONIOENCODING": "ascii"})
+    assert (done.returncode, done.stderr) == (0, "")
+    assert r"/\xf8b.db" in done.stdout.splitlines()[0]
+
+
+def test_a_folder_that_is_gone_is_told(tmp_path):
+    line = f"rmdir ../gone; exec {shlex.join([*COMMAND, 'fill', '--p', '3', '--db', 'x.db'])}"
+    (tmp_path / "gone").mkdir()
+    done = run(line, command=["/bin/sh", "-c"], cwd=tmp_path / "gone")
+    told = "orbitdb: the current folder is not there any more: go to another\n"
+    assert (done.returncode, done.stderr) == (3, told)
+
+
+def test_an_option_before_the_command_is_told_its_place(cli):
+    told = "orbitdb: No such option: --db (options stand behind a command, as in 'orbitdb table --db PATH')\n"
+    assert cli("--db", "x.db", "table") == (2, "", told)
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_codes_come_from_files_of_windows_too(cli, monkeypatch, end):
+    monkeypatch.setattr("sys.stdin", io.StringIO(f"\ufeff13{end}{end}1001{end}"))
+    assert cli("query", "-", "-c", "code", "--format", "csv").out == "code\n13\n1001\n"
 
 
 def test_a_cut_with_too_many_terms_is_told_one_that_is_taken(cli, filled, monkeypatch):

@@ -50,6 +50,16 @@ def test_what_is_simulated_is_stored_and_shown_beside_averages(filled, cli):
     )
 
 
+def test_a_table_shows_the_digits_that_a_small_error_is_of(cli):
+    asked = ("simulate", "--a", "20", "--legwise", "--bounces", "5000", "--no-store")
+    (row,) = json.loads(cli(*asked, "--json").out)
+    names, values = (line.split() for line in cli(*asked).out.splitlines())
+    shown = dict(zip(names, values, strict=True))
+    assert row["lambda_d_error"] < 1e-6
+    assert abs(float(shown["lambda_d"]) - row["lambda_d"]) < row["lambda_d_error"] / 10
+    assert shown["mean_free_path"] == f"{row['mean_free_path']:.6f}"
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

@@ -18,6 +18,9 @@ def test_a_select_groups_and_joins(varied, cli):
     assert (
         cli("sql", "SELECT count(*) AS n FROM life", "--format", "csv", "--db", str(varied)).out == "n\n0\n"
     )
+    texts = cli("sql", "SELECT status AS s, p AS n, symmetry AS y FROM catalogue WHERE p = 3 AND a = 1",
+                "--format", "latex", "--db", str(varied)).out  # fmt: skip
+    assert texts.startswith(r"\begin{tabular}{lrl}")  # whatever a column is called
     nothing = cli("sql", "SELECT code FROM catalogue WHERE p > 99", "--db", str(varied))
     assert nothing == (1, "", "no rows\n")
 
@@ -62,6 +65,16 @@ def test_a_select_that_takes_too_long_is_stopped(varied, cli, monkeypatch):
     done = cli("sql", endless, "--db", str(varied))
     assert done.code == 2
     assert "it took more than 0.1 s" in done.err
+
+
+def test_a_word_is_found_in_any_rotation_or_told_to_be_none(varied, cli):
+    counted = "SELECT count(*) AS n FROM catalogue WHERE a = 1.6 AND"
+    found = cli("sql", f"{counted} code(:w)", "-P", "w=310", "--format", "csv", "--db", str(varied))
+    assert found == (0, "n\n1\n", "")
+    missed = cli("sql", f"{counted} code = '310'", "--format", "csv", "--db", str(varied))
+    assert missed.out == "n\n0\n"
+    assert missed.err == "no row has code = '310', only least rotations: write code('310')\n"
+    assert "symbol '9'" in cli("sql", f"{counted} code('19')", "--db", str(varied)).err
 
 
 def test_a_blob_is_its_hexadecimal_digits(varied, cli):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from quick import slow_but
 
 from orbitdb.billiard.bounces import slacks
 from orbitdb.billiard.legs import cut, turns
@@ -90,7 +91,7 @@ def check(words: np.ndarray, a: float, extents: list[tuple[int, int]]) -> np.nda
     return counts
 
 
-@pytest.mark.parametrize("a", LENGTHS)
+@pytest.mark.parametrize("a", slow_but([1.6], LENGTHS))
 def test_no_word_contradicts_a_window(a):
     """All words of up to six bounces, around every junction: verdicts, and the range of f."""
     extents = [(1, 1), (2, 3), (1, 5), (5, 2), (4, 6)]
@@ -117,6 +118,7 @@ def edge_cycles(draw: st.DrawFn) -> str:
     return word
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(edge_cycles(), st.floats(0.02, 20), st.integers(1, 6), st.integers(1, 6))
 @example("U" * 40 + "X", 1.6, 3, 2)

@@ -183,6 +183,13 @@ def test_a_simulation_that_cannot_be_stored_is_shown(filled):
     assert is_sound(filled)
 
 
+@pytest.mark.slow
+def test_a_figure_needs_no_home_that_can_be_written(tmp_path):
+    homeless = dict.fromkeys(("HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"), "/dev/null")
+    done = run("plot", "orbit", "--code", "13", "--a", "1", "-o", tmp_path / "x.svg", env=homeless)
+    assert (done.returncode, done.stderr.count("\n")) == (0, 1), done.stderr
+
+
 def drop_rights() -> None:
     """Let permissions hold for root, too."""
     for right in (CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH):
@@ -208,7 +215,12 @@ def locked(filled: Path) -> Iterator[Path]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("file", "folder"), [pytest.param(0o444, 0o755, marks=pytest.mark.fuzz), (0o444, 0o555), (0o644, 0o555)]
+    ("file", "folder"),
+    [
+        (0o444, 0o555),
+        pytest.param(0o444, 0o755, marks=pytest.mark.fuzz),
+        pytest.param(0o644, 0o555, marks=pytest.mark.fuzz),
+    ],
 )
 def test_every_command_knows_what_it_may(locked, file, folder):
     before = content(locked)
@@ -224,6 +236,14 @@ def test_every_command_knows_what_it_may(locked, file, folder):
     locked.chmod(0o644)
     assert content(locked) == before
     assert run("fill", "--p", "8", "--a", "1", "--db", locked, preexec_fn=drop_rights).returncode == 0
+
+
+@pytest.mark.slow
+def test_a_simulation_that_could_not_be_stored_is_not_begun(locked):
+    locked.chmod(0o444)
+    done = run("simulate", "--bounces", "20000", "--db", locked, preexec_fn=drop_rights)
+    fails(done, "cannot be written")
+    assert done.stdout == ""
 
 
 @pytest.mark.slow

@@ -25,8 +25,9 @@ from orbitdb.plaintext import cell, printable
 from orbitdb.store.asking import confinement
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.guard import LIFE, VIEW, TamperedError
+from orbitdb.store.file.layout import SCHEMA_VERSION
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.file.schema import SCHEMA_VERSION, metadata
+from orbitdb.store.file.schema import metadata
 from orbitdb.store.file.tokens import tokens
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.pages import CancelledError, chosen_keys, load_index

@@ -13,9 +13,10 @@ from contents import agrees, content, is_sound
 from processes import run, run_several, small_blocks, start, wait_until_ready
 
 from orbitdb.store.file import database
-from orbitdb.store.file.database import check_file, reading_engine, writing_engine
+from orbitdb.store.file.database import check_file
+from orbitdb.store.file.engines import reading_engine, writing_engine
+from orbitdb.store.file.layout import SCHEMA_VERSION
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.file.schema import SCHEMA_VERSION
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.writing.cursors import OvertakenError
 from orbitdb.store.writing.writer import Writer
@@ -121,14 +122,14 @@ def test_a_commit_holds_rows_and_cursor(filled, tmp_path, options):
 def test_three_fills_at_once(tmp_path, jobs):
     """They make the same new file, and fill the same periods, one of them at another a."""
     path, expected = tmp_path / "shared.db", tmp_path / "expected.db"
-    arguments = ["fill", "--p", "7", "--jobs", jobs, "--db", path]
+    arguments = ["fill", "--p", "6", "--jobs", jobs, "--db", path]
     commands = [arguments, arguments, [*arguments, "--a", "1"]]
     processes = [start(*each, command=small_blocks(32)) for each in commands]
     for process in processes:
         wait_until_ready(process)
     all_end_well(*processes)
     for a in ("1.6", "1"):
-        assert run("fill", "--p", "7", "--a", a, "--db", expected).returncode == 0
+        assert run("fill", "--p", "6", "--a", a, "--db", expected).returncode == 0
     assert content(path) == content(expected)
     assert run("verify", "--db", path).returncode == 0
 

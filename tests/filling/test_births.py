@@ -12,6 +12,7 @@ import pytest
 from orbitdb import existence
 from orbitdb.errors import StoreError
 from orbitdb.filling import births as module
+from orbitdb.filling.birth_blocks import BLOCK, birth_blocks
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.workers import Processes
@@ -21,6 +22,7 @@ from orbitdb.store.reading import class_first
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.pages import chosen_keys, load_index
 from orbitdb.store.writing import changes as writing
+from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.words import from_strings, to_strings
 
 
@@ -89,6 +91,7 @@ def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
     assert after.known[p].boundary == boundary
 
 
+@pytest.mark.slow
 def test_words_are_chosen_by_their_lives(born):
     """As solving them tells, at an a where paths run through joints, too."""
     for _ in fill_periods(born, 3.0, [6]):
@@ -132,6 +135,14 @@ def test_births_and_deaths_of_classes_are_those_of_their_rows(born, monkeypatch)
         monkeypatch.setattr(class_first, "_MANY", 0)
         assert catalogue.count(chosen) == count > 0
         monkeypatch.undo()
+
+
+def test_the_first_block_is_soon_stored():
+    """All small periods in it would take seconds, and be lost where they are stopped."""
+    blocks = list(birth_blocks([(p, -1) for p in range(2, 12)], BLOCK, 1))
+    words = [sum(count_admissible(span.p) for span in block.spans) for block in blocks[:2]]
+    assert [span.p for block in blocks[:2] for span in block.spans] == list(range(2, 11))
+    assert BLOCK / 16 < words[0] < BLOCK / 8 < words[1] < BLOCK
 
 
 @pytest.mark.slow

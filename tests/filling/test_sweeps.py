@@ -48,9 +48,12 @@ def found(path: Path, **options) -> list[tuple]:
 def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
     path = tmp_path / "orbits.db"
     found = swept(path, a)
+    with closing(Catalogue(path)) as catalogue:
+        swept_rules = sum_rules_of(read_whole(catalogue, Selection(a), swept=True))
     for _ in fill_periods(path, a, PERIODS):
         pass
     with closing(Catalogue(path)) as catalogue:
+        rules = sum_rules_of(read_whole(catalogue, Selection(a), swept=True))
         fills = {fill.p: fill for fill in catalogue.fills(a)}
         rows = catalogue.classes(a=a, status="orbit").rows().by_period()
     for p in PERIODS:
@@ -60,6 +63,8 @@ def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
         np.testing.assert_allclose(found[p].sums.sums, sums.sums, rtol=1e-13)
         np.testing.assert_allclose(found[p].sums.ranges.least, sums.ranges.least, rtol=1e-13)
         np.testing.assert_allclose(found[p].sums.ranges.greatest, sums.ranges.greatest, rtol=1e-13)
+    np.testing.assert_allclose(swept_rules.lambda_l, rules.lambda_l, rtol=1e-13)
+    np.testing.assert_allclose(swept_rules.lambda_l_error, rules.lambda_l_error, rtol=0, atol=1e-13)
     assert (a != 1.0) or fills[4].boundary == 0 < fills[6].boundary
 
 

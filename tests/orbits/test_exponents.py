@@ -1,14 +1,17 @@
 """Exponents alone: the orbits, their lengths and lambda are those of the full solution."""
 
+from itertools import chain
+
 import numpy as np
 import pytest
 from solutions import representatives
 
 from orbitdb.billiard.legs import cut, derivatives, direction_limits
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits import exponents as module
 from orbitdb.orbits.bounds import surely_outside
 from orbitdb.orbits.exponents import exponents
-from orbitdb.orbits.newton import solve
+from orbitdb.orbits.newton import newton_step, solve
 from orbitdb.orbits.packed_chains import cut_packed
 from orbitdb.symbols.words import pack
 
@@ -20,9 +23,9 @@ def test_packed_words_are_cut_as_words_are(p):
     words = np.roll(representatives(p), 3, axis=1)
     expected, found = cut(words), list(cut_packed(pack(words), p))
     assert len(found) == len(expected)
-    for (rows, chain), (same_rows, legs) in zip(found, expected, strict=True):
+    for (rows, part), (same_rows, legs) in zip(found, expected, strict=True):
         assert np.array_equal(rows, same_rows)
-        assert all(np.array_equal(getattr(chain, name), getattr(legs, name)) for name in "kdns")
+        assert all(np.array_equal(getattr(part, name), getattr(legs, name)) for name in "kdns")
 
 
 @pytest.mark.parametrize("a", A)
@@ -52,3 +55,12 @@ def test_no_orbit_is_outside_wherever_the_directions_are(a):
             assert (status[rows][outside] == "dynamical").all()
             told += outside.sum()
     assert told or a == 20.0
+
+
+def test_what_is_told_does_not_depend_on_where_the_first_step_leads(monkeypatch):
+    """The bounds hold between the limits: a step that goes or rounds beyond them is held there."""
+    codes, stadium = pack(representatives(7)), Stadium(0.7)
+    expected = [part.orbits.tolist() for part in module.exponents(codes, 7, stadium)]
+    monkeypatch.setattr(module, "newton_step", lambda *given: newton_step(*given) + 3.0)
+    found = [part.orbits.tolist() for part in module.exponents(codes, 7, stadium)]
+    assert sorted(chain(*found)) == sorted(chain(*expected))

@@ -65,6 +65,7 @@ def test_a_long_word_keeps_its_exponent_in_range():
     np.testing.assert_allclose(relaxed.lyapunov, solved.lyapunov, rtol=1e-13)
 
 
+@pytest.mark.slow
 def test_atoms_on_walls_shorten_the_path_and_atoms_on_semicircles_lengthen_it():
     stadium = Stadium()
     word = from_strings(["1232131"])

@@ -1,6 +1,7 @@
 """The database file: its schema, what is refused, and what survives."""
 
 import os
+import re
 import shutil
 import sqlite3
 from pathlib import Path
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 from quick import slow_but
+from sqlalchemy.dialects.sqlite import dialect
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import StoreError
@@ -18,18 +20,36 @@ from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.expressions import names_in
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.file.database import writing_engine
+from orbitdb.store.file.engines import writing_engine
+from orbitdb.store.file.layout import APPLICATION_ID, SCHEMA_VERSION, TABLES
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.file.schema import APPLICATION_ID, SCHEMA_VERSION, metadata
+from orbitdb.store.file.schema import metadata
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.symmetry import members
 
 BOMB = "WITH RECURSIVE bomb(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM bomb) SELECT max(n) FROM bomb"
 
 
-def test_migration_makes_the_schema_of_the_tables(tmp_path):
+def plainly(statement: str | None) -> str:
+    """SQL without the blanks that mean nothing."""
+    return re.sub(r"\s*([(),])\s*", r"\1", " ".join((statement or "").split()))
+
+
+def schema_of(connection: sa.Connection) -> dict[str, str]:
+    found = connection.exec_driver_sql("SELECT name, sql FROM sqlite_master")
+    return {name: plainly(statement) for name, statement in found}
+
+
+def test_the_text_of_the_schema_is_that_of_the_tables():
+    made = [sa.schema.CreateTable(table).compile(dialect=dialect()) for table in metadata.sorted_tables]
+    assert list(map(plainly, TABLES)) == [plainly(str(statement)) for statement in made]
+
+
+def test_a_new_file_is_what_all_migrations_make_of_none(tmp_path):
     from alembic.autogenerate import compare_metadata
     from alembic.migration import MigrationContext
+
+    from orbitdb.store.file.migrate import _upgrade
 
     path = tmp_path / "new.db"
     assert migrate(path) == (0, SCHEMA_VERSION, None)
@@ -37,6 +57,11 @@ def test_migration_makes_the_schema_of_the_tables(tmp_path):
     with writing_engine(path).begin() as connection:
         context = MigrationContext.configure(connection)
         assert compare_metadata(context, metadata) == []
+        made, revision = schema_of(connection), context.get_current_revision()
+    with writing_engine(tmp_path / "migrated.db").begin() as connection:
+        _upgrade(connection)
+        assert schema_of(connection) == made
+        assert MigrationContext.configure(connection).get_current_revision() == revision
     with sqlite3.connect(path) as plain:
         assert plain.execute("PRAGMA application_id").fetchone() == (APPLICATION_ID,)
         assert plain.execute("PRAGMA journal_mode").fetchone() == ("wal",)
@@ -54,7 +79,7 @@ def test_failed_migration_leaves_nothing(tmp_path, monkeypatch):
         connection.exec_driver_sql("CREATE TABLE half (done INTEGER)")
         raise RuntimeError("in the middle")
 
-    monkeypatch.setattr(module, "_upgrade", broken)
+    monkeypatch.setattr(module, "_create", broken)
     path = tmp_path / "new.db"
     with pytest.raises(RuntimeError):
         module.migrate(path)

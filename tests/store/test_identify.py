@@ -35,7 +35,7 @@ def name(found):
     return least_rotation(found.orbit.code)
 
 
-@pytest.mark.parametrize("word", slow_but(WORDS, WORDS + MORE))
+@pytest.mark.parametrize("word", slow_but(WORDS[1:2], WORDS + MORE))
 def test_a_start_beside_an_orbit_finds_it_first(catalogue, word):
     """It stays for about ln(tolerance / displacement) / lambda_d bounces ahead."""
     orbit = solve_word(word, STADIUM)
@@ -109,7 +109,7 @@ def test_a_mirrored_and_a_reversed_start_find_the_images(catalogue):
         assert {(name(each), each.first, each.bounces) for each in found.shadowed} == expected
 
 
-@pytest.mark.parametrize("word", ["13", "1232131", "1" * 20 + "5" * 20])
+@pytest.mark.parametrize("word", slow_but(["13"], ["13", "1232131", "1" * 20 + "5" * 20]))
 def test_the_bounces_of_an_orbit_name_it(catalogue, word):
     """Closed or not, measured with errors, mirrored, or read backwards; of any period."""
     orbit = solve_word(word, STADIUM)
@@ -129,6 +129,7 @@ def test_the_bounces_of_an_orbit_name_it(catalogue, word):
         assert best.orbit.representative == orbit.representative
 
 
+@pytest.mark.slow
 def test_points_along_a_longer_trajectory_name_what_it_passes():
     orbit = solve_word("033244", STADIUM)
     path = trace_start(STADIUM, start_of(orbit.points, 1e-6), 1e-2)
@@ -209,6 +210,7 @@ def test_bad_questions_are_refused_in_one_line(catalogue, asked, told):
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.slow
 def test_a_start_on_the_boundary_has_its_own_bounce_as_number_0(catalogue):
     """Given with six digits it may lie outside."""
     orbit = catalogue["1232131"]

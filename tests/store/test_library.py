@@ -333,6 +333,7 @@ def test_a_range_without_bounds_is_none(catalogue):
         ({"p": "x"}, "2-8"),
         ({"p": range(3, 3)}, "periods"),
         ({"length": (math.nan, 3)}, "give two numbers"),
+        ({"length": (9, 5)}, r"backwards: give \(5, 9\)"),
     ],
     ids=str,
 )

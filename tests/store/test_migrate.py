@@ -14,8 +14,8 @@ from processes import start
 from orbitdb.errors import StoreError
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.single_word import fill_word
+from orbitdb.store.file.layout import SCHEMA_VERSION
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.file.schema import SCHEMA_VERSION
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.words import least_rotation, parse
 
@@ -54,6 +54,19 @@ def test_an_older_catalogue_is_copied_and_made_new(older, cli):
 def before_length(before: dict, word: str) -> float:
     least = least_rotation(word)
     return next(row[6] for row in before["catalogue"] if least in (row[2], row[3]))
+
+
+def test_bounds_leave_an_older_catalogue_as_it_is_unless_they_are_to_be_stored(older, cli):
+    path, _ = older
+    before = path.read_bytes()
+    shown = cli("bounds", "--window", "3", "--db", str(path))
+    assert shown.code == 0
+    assert shown.err == f"not kept: {path} has the older schema 1; " \
+        "--store, or 'orbitdb migrate', brings it to the newest\n"  # fmt: skip
+    assert path.read_bytes() == before
+    assert [each.name for each in path.parent.iterdir()] == ["old.db"]
+    stored = cli("bounds", "--window", "3", "--store", "--db", str(path))
+    assert (stored.code, stored.err.split(";")[0]) == (0, f"{path}: schema 1 -> {SCHEMA_VERSION}")
 
 
 def test_a_fill_brings_an_older_catalogue_to_the_newest_schema(older, cli):

@@ -89,6 +89,7 @@ def test_verify_takes_a_part_for_one(cli, partial):
     assert notes(cli("verify", "--p", "8")) == []
 
 
+@pytest.mark.slow
 def test_several_periods_are_one_line_and_each_a_its_own(cli, partial, begin_fill):
     begin_fill(partial, 10).close()
     begin_fill(partial, 9, a=1.0).close()

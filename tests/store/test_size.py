@@ -75,6 +75,7 @@ def test_half_a_period_needs_the_other_half(filled):
     assert need(filled, 1.6, [9], 1).sequences == count_admissible(9) - stored
 
 
+@pytest.mark.slow
 def test_the_room_is_estimated_to_a_factor_of_two(tmp_path):
     path = tmp_path / "orbits.db"
     expected = need(path, 1.6, range(2, 11), 1).bytes

@@ -3,8 +3,7 @@
 
 def commands() -> list[str]:
     """Return the names of its commands."""
-    from orbitdb.cli.app import app
+    from orbitdb.cli.app import program
 
-    return [
-        command.name or command.callback.__name__ for command in app.registered_commands if not command.hidden
-    ]
+    known = program().registered_commands
+    return [command.name or command.callback.__name__ for command in known if not command.hidden]

@@ -12,11 +12,11 @@ from orbitdb.store.asking.selection import Selection
 SMALL, LARGE, TINY = (80, 24), (160, 48), (60, 20)
 
 
-def drive(path, steps, size=SMALL, selection=None, code=None, notifications=False):
+def drive(path, steps, size=SMALL, selection=None, code=None, notifications=False, state=None):
     """Run the app without a terminal and do some steps with its pilot."""
 
     async def run():
-        app = BrowseApp(path, selection or Selection(), code)
+        app = BrowseApp(path, selection or Selection(), code, state)
         app.NOTIFICATION_TIMEOUT = 600.0  # so that a slow machine still finds them
         async with app.run_test(size=size, notifications=notifications) as pilot:
             await settle(pilot)

@@ -86,7 +86,7 @@ def test_the_command_says_how_many_and_how_far_off(cli):
     (row,) = json.loads(done.out)
     made = row["bounces"]
     assert 64 <= made < 300
-    assert f"{made} bounces were made, not 100: every trajectory ends on a semicircle" in done.err
+    assert f"{made} bounces were made, not 100: errors need a number of trajectories" in done.err
     off = (row["mean_free_path"] - Stadium().mean_free_path) / row["mean_free_path_error"]
     assert "pi Area / Perimeter: 2.363428" in done.err
     assert f"{abs(off):.1f} errors {'above' if off > 0 else 'below'} it" in done.err

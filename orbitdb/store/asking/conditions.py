@@ -11,6 +11,7 @@ import sqlalchemy as sa
 from orbitdb.errors import StoreError
 from orbitdb.store.asking import expressions as free
 from orbitdb.store.asking.confinement import Patience, confined
+from orbitdb.store.asking.names import parse_names, unknown
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.schema import BORN, DIED, ENDS, catalogue, change
 from orbitdb.store.file.tokens import tokens
@@ -126,24 +127,6 @@ def parse_columns(text: str) -> tuple[str, ...]:
     return parse_names(text, COLUMNS)
 
 
-def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
-    """Read some of the known names of columns, with commas between.
-
-    Raises
-    ------
-    SelectionError
-        If one of them is not there, or is named twice.
-    """
-    names = tuple(name.strip() for name in text.split(","))
-    for name in names:
-        if name not in known:
-            raise _unknown(name, known)
-    if len(set(names)) < len(names):
-        twice = next(name for place, name in enumerate(names) if name in names[:place])
-        raise SelectionError(f"column {twice!r} is named twice")
-    return names
-
-
 def column_of(name: str) -> sa.ColumnElement[Any]:
     """Return a column of the view.
 
@@ -153,12 +136,8 @@ def column_of(name: str) -> sa.ColumnElement[Any]:
         If there is none of this name.
     """
     if name not in COLUMNS:
-        raise _unknown(name, COLUMNS)
+        raise unknown(name, COLUMNS)
     return catalogue.c[name]
-
-
-def _unknown(name: str, known: Sequence[str]) -> SelectionError:
-    return SelectionError(f"column {name!r}: the columns are {', '.join(known)}")
 
 
 def rules_of(text: str | None) -> list[int]:

@@ -1,7 +1,7 @@
 """Selection: a chosen subset of a catalogue, which describes itself in words."""
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from inspect import Parameter, Signature, signature
 from numbers import Real
@@ -66,6 +66,7 @@ _PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
 _LEAST = 2
 _SHOWN = 60
 _MOST_RANGES = 100
+_MOST_VALUES = 6
 _LARGEST_INTEGER = 2**63
 _INTEGER = re.compile(r"\s*[+-]?[0-9]+\s*")
 _RANGE = re.compile(r"([^:]*):([^:]*)")
@@ -119,14 +120,14 @@ class Selection(ByValue):
         """Tell whether words of a period are asked for."""
         return not self.periods or any(low <= p <= high for low, high in self.periods)
 
-    def describe(self) -> str:
-        """Return the selection as one line of English."""
+    def describe(self, stadiums: Sequence[float] = ()) -> str:
+        """Return the selection as one line of English, be it for several a."""
         subject = " and ".join(_SUBJECTS[status] for status in self.statuses) or "symbol sequences"
         parts = [subject]
         if self.periods:
             spans = [str(low) if low == high else f"{low} to {high}" for low, high in self.periods]
             parts.append(f"of period {', '.join(spans)}")
-        parts.append(f"at a = {self.a:g}")
+        parts.append(f"at a = {_listed_values(stadiums or (self.a,))}")
         if self.time_reversal:
             parts.append(_REVERSALS[self.time_reversal])
         if self.symmetry:
@@ -155,6 +156,11 @@ _SUBJECTS = {
     Status.UNRESOLVED: "unresolved sequences",
 }
 _REVERSALS = {"self": "that retrace their path", "pair": "whose time reverse is another orbit"}
+
+
+def _listed_values(values: Sequence[float]) -> str:
+    shown = ", ".join(f"{value:g}" for value in values[:_MOST_VALUES])
+    return shown + (f" and {len(values) - _MOST_VALUES} more" if len(values) > _MOST_VALUES else "")
 
 
 def _span(name: str, low: float | None, high: float | None) -> str:
@@ -206,6 +212,8 @@ def parse_bound(text: str) -> tuple[str, Bounds]:
             raise ValueError(text)
     except ValueError:
         raise SelectionError(f"range {text!r}: write it as {name}=3:10, {name}=3: or {name}=:10") from None
+    if low is not None and high is not None and low > high:
+        raise SelectionError(f"range {text!r} runs backwards: write {name.strip()}={high:g}:{low:g}")
     return name.strip(), (low, high)
 
 
@@ -383,4 +391,6 @@ def _pair(name: str, bounds: object) -> Bounds:
     if len(pair) != 2 or not all(isinstance(bound, Real) and bound == bound for bound in numbers):
         raise SelectionError(f"{name} = {bounds!r:.40}: give two numbers such as (3, 10), or None for one")
     low, high = pair
+    if len(numbers) == len(pair) and low > high:
+        raise SelectionError(f"{name} = {bounds!r:.40} runs backwards: give {(high, low)}")
     return low, high

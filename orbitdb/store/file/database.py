@@ -10,12 +10,9 @@ from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from urllib.parse import quote
 
-import sqlalchemy as sa
-from sqlalchemy import event
-
 from orbitdb.errors import StoreError
 from orbitdb.store.file.guard import refuse_tampered
-from orbitdb.store.file.schema import APPLICATION_ID, SCHEMA_VERSION
+from orbitdb.store.file.layout import APPLICATION_ID, SCHEMA_VERSION
 
 BUSY_TIMEOUT = 5.0
 """How long SQLite waits for a lock (seconds)."""
@@ -76,6 +73,21 @@ def check_file(path: Path) -> int | None:
     return version
 
 
+def need_newest(path: Path) -> None:
+    """Refuse to read what is no catalogue of the newest schema.
+
+    Raises
+    ------
+    StoreError
+        With what makes one of it.
+    """
+    version = check_file(path)
+    if version is None:
+        raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11'")
+    if version < SCHEMA_VERSION:
+        raise StoreError(f"{path} has the older schema {version}: run 'orbitdb migrate' first")
+
+
 def _marks(path: Path) -> tuple[int, ...]:
     """Return the number of pages, the version of the schema and the mark of the program.
 
@@ -102,8 +114,8 @@ def _uri(path: Path, mode: str = "ro") -> str:
     return f"file:{quote(os.fsencode(os.path.realpath(path)))}?mode={mode}"
 
 
-def reading_engine(path: Path) -> sa.Engine:
-    """Return an engine that cannot write; it works in a read-only folder and beside a writer.
+def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
+    """Return what connects to a catalogue that is only read, be it in a read-only folder or beside a writer.
 
     What it connects to must be a catalogue of the newest schema and hold nothing that acts
     (`orbitdb.store.file.guard`).
@@ -118,36 +130,35 @@ def reading_engine(path: Path) -> sa.Engine:
         tame(connection)
         return connection
 
-    return _engine(connect, "BEGIN")
+    return connect
 
 
-def writing_engine(path: Path, references: bool = True) -> sa.Engine:
-    """Return an engine whose every transaction takes the write lock at once.
+def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
+    """Return what connects to a file that is to be written, and may be new or older than the newest schema.
 
-    What it connects to must hold nothing that acts; it may be new, or older than the newest schema.
+    It must hold nothing that acts.
 
     Parameters
     ----------
     path : Path
         The database file.
-    references : bool, optional
-        Whether SQLite looks up every reference that is written. A fill knows that its references are
-        right, they being keys of words, and the random lookups would take a third of its time.
+    references : bool
+        Whether SQLite looks up every reference that is written.
     """
     uri = _uri(path, "rwc")
     newest = check_file(path) == SCHEMA_VERSION
 
     def connect() -> sqlite3.Connection:
         connection = _connect(uri, path, newest)
-        _waiting(lambda: connection.execute("PRAGMA journal_mode = WAL"))
+        waiting(lambda: connection.execute("PRAGMA journal_mode = WAL"))
         connection.execute("PRAGMA synchronous = NORMAL")
         connection.execute(f"PRAGMA foreign_keys = {'ON' if references else 'OFF'}")
         return connection
 
-    return _engine(connect, "BEGIN IMMEDIATE")
+    return connect
 
 
-def _waiting(ask: Callable[[], object]) -> None:
+def waiting(ask: Callable[[], object]) -> None:
     """Ask for a lock until it is there; between the turns Ctrl-C is heard."""
     deadline = time.monotonic() + _TURNS * BUSY_TIMEOUT
     while True:
@@ -184,16 +195,19 @@ def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
     return connection
 
 
-def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> sa.Engine:
-    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.pool.QueuePool)
+@contextmanager
+def asking(path: Path) -> Iterator[sqlite3.Connection]:
+    """Give a catalogue for a few questions, in one read transaction, without what SQLAlchemy costs to load.
 
-    @event.listens_for(engine, "begin")
-    def take_lock(connection: sa.Connection) -> None:
-        driver = connection.connection.driver_connection
-        assert isinstance(driver, sqlite3.Connection)
-        _waiting(lambda: driver.execute(begin))
-
-    return engine
+    Raises
+    ------
+    StoreError
+        If there is no catalogue there, or it cannot be read by this version.
+    """
+    need_newest(path)
+    with plain_errors(path), closing(to_read(path)()) as connection:
+        waiting(lambda: connection.execute("BEGIN"))
+        yield connection
 
 
 @contextmanager
@@ -201,8 +215,10 @@ def plain_errors(path: Path) -> Iterator[None]:
     """Turn what SQLite or the file system raises into a `StoreError` with a remedy."""
     try:
         yield
-    except (sa.exc.DBAPIError, sqlite3.Error) as error:
-        cause = error.orig if isinstance(error, sa.exc.DBAPIError) else error
+    except Exception as error:
+        cause = getattr(error, "orig", error)  # what SQLAlchemy has wrapped
+        if not isinstance(cause, sqlite3.Error):
+            raise
         if str(cause) == "interrupted":  # by what a signal raised while SQLite was at work
             raise KeyboardInterrupt from error
         raise StoreError(_remedy(path, str(cause))) from error

@@ -2,20 +2,18 @@
 
 SQLite runs what a file brings along: triggers, views, virtual tables, generated columns, CHECK and
 DEFAULT expressions, indexes of expressions. Before anything else is asked of a file its schema is read
-as text, which runs none of it: the catalogue's own names must be what `orbitdb.store.file.schema` says, and
+as text, which runs none of it: the catalogue's own names must be what `orbitdb.store.file.layout` says, and
 whatever else there is must be plain. It takes about 0.3 ms.
 """
 
 import re
 import sqlite3
+from contextlib import closing
 from functools import cache
 from itertools import pairwise
-from typing import Any
-
-import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.schema import catalogue, life, metadata
+from orbitdb.store.file.layout import TABLES
 from orbitdb.store.file.tokens import Token, meaningful
 
 VIEW = """\
@@ -73,18 +71,12 @@ WHERE change.kind = 'born'
 """
 """The view of the lives of classes, in the same way."""
 
-_VIEWS = {catalogue.name: VIEW, life.name: LIFE}
+VIEWS = {"catalogue": VIEW, "life": LIFE}
 
 _ACTIVE = {"CHECK", "GENERATED", "AS", "VIRTUAL", "WHERE"}
 _BARE = re.compile(r"[\w\s,()]*", re.ASCII)
 _WORD = re.compile(r"[A-Z]+")
-_KINDS: dict[type[sa.types.TypeEngine[Any]], str] = {
-    sa.Integer: "INTEGER",
-    sa.Text: "TEXT",
-    sa.REAL: "REAL",
-    sa.LargeBinary: "BLOB",
-}
-_Column = tuple[str, str, bool, int, int]
+_Shape = tuple[set[tuple[str, str, bool, int, int]], set[str]]
 
 
 class TamperedError(StoreError):
@@ -138,7 +130,7 @@ def refuse_tampered(connection: sqlite3.Connection, path: object, newest: bool) 
 def _acts(kind: str, name: str, text: str, newest: bool) -> bool:
     """Tell whether a part of a schema would run something of its own."""
     if kind == "view":
-        ours = _VIEWS.get(name.lower())
+        ours = VIEWS.get(name.lower())
         return newest and ours is not None and text.split() != ours.split()
     if kind not in ("table", "index"):
         return True
@@ -157,36 +149,27 @@ def _computes(found: list[Token]) -> bool:
 
 def _misshapen(connection: sqlite3.Connection, schema: dict[tuple[str, str], str]) -> list[str]:
     """Return what of a catalogue is missing, or has other columns or options."""
-    faults = [f"view {name}" for name in _VIEWS if ("view", name) not in schema]
-    for name, (columns, options) in _expected().items():
-        text = schema.get(("table", name), "")
-        tail = set(text.rpartition(")")[2].replace(",", " ").split())
-        found = {
-            (column, kind, bool(required), key, hidden)
-            for _, column, kind, required, _, key, hidden in connection.execute(f"PRAGMA table_xinfo({name})")
-        }
-        if found != columns or tail != options:
+    faults = [f"view {name}" for name in VIEWS if ("view", name) not in schema]
+    for name, shape in _expected().items():
+        if _shape(connection, name, schema.get(("table", name), "")) != shape:
             faults.append(f"table {name}")
     return faults
 
 
 @cache
-def _expected() -> dict[str, tuple[set[_Column], set[str]]]:
-    """Return by table the columns, as SQLite tells them, and the options behind them."""
-    tables = {}
-    for table in metadata.sorted_tables:
-        keys = {column.name: place for place, column in enumerate(table.primary_key, 1)}
-        columns = {
-            (
-                column.name,
-                _KINDS[type(column.type)],
-                not column.nullable,
-                keys.get(column.name, 0),
-                0,
-            )
-            for column in table.columns
-        }
-        settings = table.dialect_options["sqlite"]
-        options = {"STRICT"} if settings["strict"] else set()
-        tables[table.name] = (columns, options | (set() if settings["with_rowid"] else {"WITHOUT", "ROWID"}))
-    return tables
+def _expected() -> dict[str, _Shape]:
+    """Return the shapes of the tables, from an empty catalogue."""
+    with closing(sqlite3.connect(":memory:")) as empty:
+        for statement in TABLES:
+            empty.execute(statement)
+        made = empty.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'").fetchall()
+        return {name: _shape(empty, name, text) for name, text in made}
+
+
+def _shape(connection: sqlite3.Connection, name: str, text: str) -> _Shape:
+    """Return the columns of a table, as SQLite tells them, and the options behind them."""
+    columns = {
+        (column, kind, bool(required), key, hidden)
+        for _, column, kind, required, _, key, hidden in connection.execute(f"PRAGMA table_xinfo({name})")
+    }
+    return columns, set(text.rpartition(")")[2].replace(",", " ").split())

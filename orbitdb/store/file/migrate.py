@@ -9,8 +9,10 @@ from typing import NamedTuple
 import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.database import check_file, plain_errors, writing_engine
-from orbitdb.store.file.schema import APPLICATION_ID, SCHEMA_VERSION
+from orbitdb.store.file.database import check_file, plain_errors
+from orbitdb.store.file.engines import writing_engine
+from orbitdb.store.file.guard import VIEWS
+from orbitdb.store.file.layout import APPLICATION_ID, REVISIONS, SCHEMA_VERSION, TABLES
 
 
 class Migration(NamedTuple):
@@ -52,8 +54,11 @@ def migrate(path: Path) -> Migration:
         with engine.begin() as connection:
             before = int(connection.exec_driver_sql("PRAGMA user_version").scalar_one())
             if before != SCHEMA_VERSION:  # else another process has done it meanwhile
-                backup = _back_up(path, before) if before else None  # while nobody else can write
-                _upgrade(connection)
+                if before:
+                    backup = _back_up(path, before)  # while nobody else can write
+                    _upgrade(connection)
+                else:
+                    _create(connection)
                 connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
                 connection.exec_driver_sql(f"PRAGMA user_version = {SCHEMA_VERSION}")
         engine.dispose()
@@ -77,6 +82,13 @@ def _back_up(path: Path, version: int) -> Path:
         for part in parts:
             part.unlink(missing_ok=True)
     return backup
+
+
+def _create(connection: sa.Connection) -> None:
+    """Make the newest schema at one stroke, and say so to Alembic."""
+    for statement in (*TABLES, *VIEWS.values(), REVISIONS):
+        connection.exec_driver_sql(statement)
+    connection.exec_driver_sql("INSERT INTO alembic_version VALUES (?)", (f"{SCHEMA_VERSION:04}",))
 
 
 def _upgrade(connection: sa.Connection) -> None:

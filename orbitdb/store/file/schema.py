@@ -11,12 +11,6 @@ import sqlalchemy as sa
 
 from orbitdb.columns import IN_CATALOGUE
 
-APPLICATION_ID = 0x6F726264
-"""'orbd', in the header of every catalogue file."""
-
-SCHEMA_VERSION = 5
-"""The number of the newest migration; kept as SQLite's user_version."""
-
 DONE, FILLING = "done", "filling"
 """The states of a period in the tables `fill` and `birth_fill`."""
 

@@ -3,14 +3,18 @@
 import re
 from typing import NamedTuple
 
+# What a bare name begins and goes on with, told by what it does not: Python takes 10 ms over a large set.
+_BEGIN = r"[^\x00-@\[-^`{-\x7f]"  # letters, _, and all that is not ASCII
+_ON = r"[^\x00-\#%-/:-@\[-^`{-\x7f]"  # digits and $, too
+
 _TOKEN = re.compile(
-    r"""
+    rf"""
       (?P<blank>   [ \t\n\f\r]+ | --[^\n]* | /\*.*?\*/ )
     | (?P<string>  '(?:[^']|'')*' )
     | (?P<name>    "(?:[^"]|"")*" | `(?:[^`]|``)*` | \[[^\]]*\] )
-    | (?P<value>   :[A-Za-z0-9_]+(?![$:(A-Za-z0-9_\x80-\U0010ffff]) )
+    | (?P<value>   :[A-Za-z0-9_]+(?![:(]|{_ON}) )
     | (?P<number>  \.?[0-9][0-9A-Za-z_.]* )
-    | (?P<word>    [A-Za-z_\x80-\U0010ffff][A-Za-z0-9_$\x80-\U0010ffff]* )
+    | (?P<word>    {_BEGIN}{_ON}* )
     | (?P<sign>    . )
     """,
     re.VERBOSE | re.DOTALL,

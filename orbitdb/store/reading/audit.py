@@ -10,7 +10,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.store.file.database import reading_engine
+from orbitdb.store.file.engines import reading_engine
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import certificate, change, cycle, fill, metadata, orbit, sequence, stadium
 

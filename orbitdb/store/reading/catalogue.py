@@ -12,6 +12,7 @@ from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Criteria, Selection, SelectionError, choose, with_criteria
 from orbitdb.store.file.database import default_path
+from orbitdb.store.file.engines import driver
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading import enclosures, lives, sweeps
 from orbitdb.store.reading.class_first import count_rows
@@ -90,8 +91,8 @@ class Catalogue(Reader):
 
     def _contents(self) -> str:
         """Say in one line what is filled, at its own a first."""
-        with self.at_one_moment() as still, still.reading() as connection:
-            values = a_stored(connection)
+        with self.at_one_moment() as still:
+            values = still.stadiums()
             try:
                 own = [meant(values) if self._a is None else self._a]
             except InputError:
@@ -121,9 +122,13 @@ class Catalogue(Reader):
             If none was given, and the catalogue has orbits at several, but none at 1.6.
         """
         if self._a is None:
-            with self.reading() as connection:
-                self._a = meant(a_stored(connection))
+            self._a = meant(self.stadiums())
         return self._a
+
+    def stadiums(self) -> list[float]:
+        """Return the values of a at which there are orbits, be it of single words, or sums of them."""
+        with self.reading() as connection:
+            return a_stored(driver(connection))
 
     def fills(self, a: float | None = None) -> list[Fill]:
         """Return what is filled at one a, by default the catalogue's, by period."""
@@ -198,7 +203,7 @@ class Catalogue(Reader):
         """
         symbols, at = parse(word), self.a if a is None else a
         with self.reading() as connection:
-            return find_word(connection, symbols, at)
+            return find_word(driver(connection), symbols, at)
 
     @overload
     def identify(

@@ -29,10 +29,10 @@ _MANY = 100_000
 def count_rows(connection: sa.Connection, selection: Selection) -> int:
     """Return the number of rows in a subset."""
     scanned = sa.select(sa.func.count()).select_from(view)
-    if not _class_first(connection, selection):
+    if not goes_by_class(connection, selection):
         with answering(connection, selection, Patience()):
             return connection.scalar(scanned.where(*conditions_of(selection))) or 0
-    ragged = _ragged_periods(connection)
+    ragged = ragged_periods(connection)
     classes = class_view().c
     whole = sa.select(sa.func.sum(classes.class_size))
     with answering(connection, selection, Patience()):
@@ -65,7 +65,7 @@ def few_words(
     list of str or None
         Least rotations; None if only a pass over all words can tell.
     """
-    if not _class_first(connection, selection):
+    if not goes_by_class(connection, selection):
         return None
     classes = class_view().c
     query = sa.select(classes.representative, classes.p).where(*conditions_of(selection, classes))
@@ -85,7 +85,7 @@ def few_words(
     return [word for representative, _ in found for word in symmetry.members(representative)]
 
 
-def _class_first(connection: sa.Connection, selection: Selection) -> bool:
+def goes_by_class(connection: sa.Connection, selection: Selection) -> bool:
     """Tell whether a subset takes all words of a class or none, and a pass over all words would be long."""
     words = sa.select(sa.func.sum(fill.c.words))
     return (
@@ -114,7 +114,7 @@ def _up_to(
     return [key >= last] if falling else [key <= last]
 
 
-def _ragged_periods(connection: sa.Connection) -> list[int]:
+def ragged_periods(connection: sa.Connection) -> list[int]:
     """Return the periods whose first fill goes on, or was stopped: not all words of a class are stored."""
     done = sa.select(fill.c.p).where(fill.c.state == DONE)
     return list(connection.scalars(sa.select(fill.c.p).where(fill.c.p.not_in(done)).distinct()))

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
+from orbitdb.numerals import exact
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.fills import Fill, exact, written_periods
+from orbitdb.store.reading.fills import Fill, written_periods
 from orbitdb.store.reading.lives import Counts, birth_fills, counts_at
 from orbitdb.store.reading.sweeps import sweeps
 

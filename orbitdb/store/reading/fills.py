@@ -6,6 +6,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from orbitdb.numerals import exact
 from orbitdb.store.file.schema import DONE
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.enumeration import MAX_PERIOD
@@ -169,11 +170,6 @@ def _filled(known: Sequence[Fill], a: float, filled_at: Sequence[float]) -> str:
 def written_periods(periods: Sequence[int]) -> str:
     """Write periods as ranges, such as "periods 2-8, 11"."""
     return _written(_joined([(p, p) for p in periods]))
-
-
-def exact(a: float) -> str:
-    """Write a so that it is the same number when it is read again."""
-    return f"{a:g}" if float(f"{a:g}") == a else repr(a)
 
 
 def _joined(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:

@@ -13,13 +13,11 @@ import sqlalchemy as sa
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.conditions import NEAR
-from orbitdb.store.file.schema import BORN, DONE, birth_fill, change, cycle, life
+from orbitdb.store.file.schema import DONE, birth_fill, change, cycle, life
 from orbitdb.store.reading.fills import written_periods
 from orbitdb.store.reading.soundness import is_written, unsound
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period
-
-Lives = tuple[tuple[float, float | None], ...]
+from orbitdb.symbols.words import MAX_KEYED, from_strings, keys_of_period
 
 
 @dataclass(frozen=True)
@@ -123,35 +121,6 @@ def lives(connection: sa.Connection, p: int) -> list[Life]:
     here = life.c.cycle.between(*keys_of_period(p))
     query = sa.select(*(life.c[name] for name in names)).where(here).order_by(life.c.born, life.c.word)
     return [Life(*row) for row in connection.execute(query)]
-
-
-def lives_of(connection: sa.Connection, representative: str) -> Lives | None:
-    """Return from where to where in a one class is an orbit; None if its births are not stored."""
-    if len(representative) > MAX_KEYED:
-        return None
-    query = sa.select(life.c.born, life.c.dies).where(life.c.cycle == key(representative))
-    found = connection.execute(query.order_by(life.c.born)).all()
-    return tuple((row.born, row.dies) for row in found) or None
-
-
-def partners(connection: sa.Connection, representative: str) -> list[tuple[float, list[str]]]:
-    """Return the births of a class, each with the least words of the classes that are one path with it there.
-
-    A word that goes twice through a shorter one may have its partner in another period: it is not named.
-    """
-    own, other = change.alias(), change.alias()
-    number, span = key(representative), keys_of_period(len(representative))
-    query = (
-        sa.select(own.c.a, cycle.c.word)
-        .join_from(own, other, sa.and_(other.c.event == own.c.event, other.c.cycle != own.c.cycle))
-        .join(cycle, cycle.c.id == other.c.cycle)
-        .where(own.c.cycle == number, own.c.kind == BORN, other.c.cycle.between(*span))
-        .order_by(own.c.a, cycle.c.word)
-    )
-    found: dict[float, list[str]] = {}
-    for a, word in connection.execute(query):
-        found.setdefault(a, []).append(word)
-    return list(found.items())
 
 
 def describe_lacking(periods: Sequence[int]) -> str | None:

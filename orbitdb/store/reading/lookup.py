@@ -1,33 +1,47 @@
-"""One word of a catalogue, by its code."""
+"""One word of a catalogue, by its code.
 
+It is a row or two, asked of SQLite directly: to load SQLAlchemy would take longer than all the rest.
+"""
+
+import sqlite3
 from dataclasses import replace
 
 import numpy as np
-import sqlalchemy as sa
 
 from orbitdb.orbits.orbit import NUMBERS, Orbit, Status
 from orbitdb.orbits.pruned import pruned_word
-from orbitdb.store.file.schema import cycle, orbit, sequence, stadium
-from orbitdb.store.reading.lives import lives_of
 from orbitdb.store.reading.soundness import is_whole, unsound
 from orbitdb.symbols import symmetry
+from orbitdb.symbols.words import MAX_KEYED, key, keys_of_period
+
+Lives = tuple[tuple[float, float | None], ...]
+
+_KNOWN = ("time_reversal", "symmetry", "class_size", "status", "coordinates", "solver", *NUMBERS)
+
+_FIND = f"""\
+SELECT {", ".join(_KNOWN)} FROM cycle
+JOIN orbit ON orbit.cycle = cycle.id
+JOIN stadium ON stadium.id = orbit.stadium
+WHERE cycle.p = ? AND cycle.word = ? AND stadium.a = ?"""
+
+_PARTNERS = """\
+SELECT own.a, cycle.word FROM change AS own
+JOIN change AS other ON other.event = own.event AND other.cycle <> own.cycle
+JOIN cycle ON cycle.id = other.cycle
+WHERE own.cycle = ? AND own.kind = 'born' AND other.cycle BETWEEN ? AND ?
+ORDER BY own.a, cycle.word"""
 
 
-def find_word(connection: sa.Connection, word: str, a: float) -> Orbit | None:
+def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | None:
     """Return what is stored of a primitive word at one a, in the rotation asked for (`Catalogue.find`)."""
     if (pruned := pruned_word(word, a)) is not None:
         return _find_pruned(connection, pruned)
     family = symmetry.class_of(word)
-    query = (
-        sa.select(cycle, orbit)
-        .join(orbit, orbit.c.cycle == cycle.c.id)
-        .join(stadium, stadium.c.id == orbit.c.stadium)
-        .where(cycle.c.p == len(word), cycle.c.word == family.representative, stadium.c.a == a)
-    )
-    row = connection.execute(query).mappings().first()
-    if row is None:
+    found = connection.execute(_FIND, (len(word), family.representative, a)).fetchone()
+    if found is None:
         return None
-    if not is_whole({str(name): row[name] for name in row}, len(word)):
+    row = dict(zip(_KNOWN, found, strict=True))
+    if not is_whole(row, len(word)):
         raise unsound("a row without what its status demands, of", family.representative)
     coordinates = None
     if row["coordinates"] is not None:
@@ -50,7 +64,27 @@ def find_word(connection: sa.Connection, word: str, a: float) -> Orbit | None:
     )
 
 
-def _find_pruned(connection: sa.Connection, pruned: Orbit) -> Orbit | None:
-    key = (sequence.c.p == pruned.p, sequence.c.word == pruned.representative)
-    known = connection.scalar(sa.select(sequence.c.p).where(*key))
+def _find_pruned(connection: sqlite3.Connection, pruned: Orbit) -> Orbit | None:
+    key = (pruned.p, pruned.representative)
+    known = connection.execute("SELECT 1 FROM sequence WHERE p = ? AND word = ?", key).fetchone()
     return None if known is None else replace(pruned, stored=True)
+
+
+def lives_of(connection: sqlite3.Connection, representative: str) -> Lives | None:
+    """Return from where to where in a one class is an orbit; None if its births are not stored."""
+    if len(representative) > MAX_KEYED:
+        return None
+    query = "SELECT born, dies FROM life WHERE cycle = ? ORDER BY born"
+    return tuple(connection.execute(query, (key(representative),))) or None
+
+
+def partners(connection: sqlite3.Connection, representative: str) -> list[tuple[float, list[str]]]:
+    """Return the births of a class, each with the least words of the classes that are one path with it there.
+
+    A word that goes twice through a shorter one may have its partner in another period: it is not named.
+    """
+    values = (key(representative), *keys_of_period(len(representative)))
+    found: dict[float, list[str]] = {}
+    for a, word in connection.execute(_PARTNERS, values):
+        found.setdefault(a, []).append(word)
+    return list(found.items())

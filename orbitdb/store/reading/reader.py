@@ -8,7 +8,6 @@ from typing import Any, Self
 
 import sqlalchemy as sa
 
-from orbitdb.errors import StoreError
 from orbitdb.store.asking.conditions import (
     COLUMNS,
     Columns,
@@ -20,8 +19,9 @@ from orbitdb.store.asking.conditions import (
 )
 from orbitdb.store.asking.confinement import Patience, never
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.database import check_file, default_path, plain_errors, reading_engine
-from orbitdb.store.file.schema import SCHEMA_VERSION, catalogue, fill, stadium
+from orbitdb.store.file.database import default_path, need_newest, plain_errors
+from orbitdb.store.file.engines import driver, reading_engine
+from orbitdb.store.file.schema import catalogue, fill, stadium
 from orbitdb.store.reading.class_first import few_words
 from orbitdb.store.reading.fills import Fill, as_fill, describe_unfilled
 from orbitdb.store.reading.lives import birth_fills, describe_lacking
@@ -49,11 +49,7 @@ class Reader:
 
     def __init__(self, path: Path | str | None = None) -> None:
         self.path = Path(path) if path is not None else default_path()
-        version = check_file(self.path)
-        if version is None:
-            raise StoreError(f"no catalogue at {self.path}: make one with 'orbitdb fill --p 11'")
-        if version < SCHEMA_VERSION:
-            raise StoreError(f"{self.path} has the older schema {version}: run 'orbitdb migrate' first")
+        need_newest(self.path)
         self._engine = reading_engine(self.path)
         with plain_errors(self.path), self._engine.connect():
             pass  # so that a file that is damaged or tampered with is refused now, and not in mid-use
@@ -110,7 +106,7 @@ class Reader:
     def gaps(self, selection: Selection) -> str | None:
         """Say in one line which of the chosen periods are not filled, None if all that are named are."""
         with self.at_one_moment() as still, still.reading() as connection:
-            known, elsewhere = still.fills(selection.a), a_filled(connection)
+            known, elsewhere = still.fills(selection.a), a_filled(driver(connection))
         return describe_unfilled(known, selection.periods, selection.a, elsewhere)
 
     def lacking_births(self, selection: Selection, names: Sequence[str] = (), order: str = "p") -> str | None:

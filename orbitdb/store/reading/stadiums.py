@@ -1,28 +1,28 @@
 """The stadiums of a catalogue, and the one that is meant where none is named."""
 
+import sqlite3
 from collections.abc import Sequence
 
-import sqlalchemy as sa
-
 from orbitdb.errors import InputError
+from orbitdb.numerals import exact
 from orbitdb.store.asking.selection import USUAL_A
-from orbitdb.store.file.schema import fill, orbit, stadium, sweep
-from orbitdb.store.reading.fills import exact
 
 
-def a_filled(connection: sa.Connection) -> list[float]:
+def a_filled(connection: sqlite3.Connection) -> list[float]:
     """Return the values of a at which periods are filled, whole or in part, in order."""
-    return _a_with(connection, sa.exists().where(fill.c.stadium == stadium.c.id))
+    return _a_with(connection, "fill")
 
 
-def a_stored(connection: sa.Connection) -> list[float]:
+def a_stored(connection: sqlite3.Connection) -> list[float]:
     """Return the values of a at which there are orbits, be it of single words, or sums of them, in order."""
-    tables = (table.c.stadium == stadium.c.id for table in (fill, sweep, orbit))
-    return _a_with(connection, sa.or_(*(sa.exists().where(has) for has in tables)))
+    return _a_with(connection, "fill", "sweep", "orbit")
 
 
-def _a_with(connection: sa.Connection, condition: sa.ColumnElement[bool]) -> list[float]:
-    return list(connection.scalars(sa.select(stadium.c.a).where(condition).order_by(stadium.c.a)))
+def _a_with(connection: sqlite3.Connection, *tables: str) -> list[float]:
+    known = " OR ".join(
+        f"EXISTS (SELECT 1 FROM {table} WHERE {table}.stadium = stadium.id)" for table in tables
+    )
+    return [a for (a,) in connection.execute(f"SELECT a FROM stadium WHERE {known} ORDER BY a")]
 
 
 def meant(values: Sequence[float]) -> float:

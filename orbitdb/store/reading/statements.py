@@ -8,6 +8,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from orbitdb.store.asking import expressions as free
+from orbitdb.store.asking.codes import spelled_out
 from orbitdb.store.asking.confinement import TABLES_OF_VIEW, Patience, confined
 from orbitdb.store.asking.selection import SelectionError
 from orbitdb.store.file.schema import catalogue, life
@@ -28,7 +29,8 @@ def run_statement(
     reader : Reader
         As it is at one moment (`Reader.at_one_moment`), until all rows are fetched.
     statement : str
-        It may call the functions that an expression may call (`orbitdb.store.asking.expressions`).
+        It may call the functions that an expression may call (`orbitdb.store.asking.expressions`), and
+        ``code('1232131')`` finds a word in any rotation.
     parameters : dict
         What the names (``:name``) in it stand for.
 
@@ -38,9 +40,13 @@ def run_statement(
         If it is not one SELECT, reads something else, names two columns alike, or takes too long.
     """
     _check(statement, parameters)
+    try:
+        plain = spelled_out(statement, parameters)
+    except ValueError as error:
+        raise free.refusal(statement, str(error), "sql") from error
     patience = Patience()
     with reader.reading() as connection, _answering(connection, statement, patience):
-        result = connection.exec_driver_sql(statement, parameters)
+        result = connection.exec_driver_sql(plain, parameters)
         names = tuple(result.keys()) if result.returns_rows else ()
     if not names:
         raise free.refusal(statement, "it gives no rows: write a SELECT", "sql")

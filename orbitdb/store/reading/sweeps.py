@@ -2,17 +2,18 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
-from orbitdb.averages.period_sums import PeriodSums
-from orbitdb.averages.swept_sum_rules import EXACT
-from orbitdb.averages.tilt_moments import TiltMoments, from_bytes
-from orbitdb.orbits.tally import Tally
 from orbitdb.store.file.schema import DONE, SWEPT, stadium, sweep
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.enumeration import MAX_PERIOD
+
+if TYPE_CHECKING:  # averages are loaded where there are sums of them
+    from orbitdb.averages.period_sums import PeriodSums
+    from orbitdb.averages.tilt_moments import TiltMoments
+    from orbitdb.orbits.tally import Tally
 
 
 @dataclass(frozen=True)
@@ -39,12 +40,12 @@ class Sweep:
 
     p: int
     state: str
-    tally: Tally
+    tally: "Tally"
     blocks: int
     seconds: float
     processor: float
-    sums: PeriodSums | None
-    moments: Mapping[int, TiltMoments]
+    sums: "PeriodSums | None"
+    moments: "Mapping[int, TiltMoments]"
 
     @property
     def whole(self) -> bool:
@@ -64,8 +65,10 @@ def sweeps(connection: sa.Connection, a: float) -> list[Sweep]:
     return [_as_sweep(row) for row in connection.execute(query)]
 
 
-def moments_of(found: Iterable[Sweep]) -> list[Mapping[int, TiltMoments]]:
-    """Return the moments of the swept periods behind `EXACT`, up to the first that has none."""
+def moments_of(found: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
+    """Return the moments of the swept periods behind the exact ones, up to the first that has none."""
+    from orbitdb.averages.swept_sum_rules import EXACT
+
     known = {each.p: each.moments for each in found}
     moments: list[Mapping[int, TiltMoments]] = []
     while each := known.get(EXACT + 1 + len(moments)):
@@ -74,6 +77,10 @@ def moments_of(found: Iterable[Sweep]) -> list[Mapping[int, TiltMoments]]:
 
 
 def _as_sweep(row: sa.Row[Any]) -> Sweep:
+    from orbitdb.averages.period_sums import PeriodSums
+    from orbitdb.averages.tilt_moments import from_bytes
+    from orbitdb.orbits.tally import Tally
+
     values = row._mapping
     p, counts = values["p"], [values[name] for name in SWEPT]
     if not 2 <= p <= MAX_PERIOD or min(counts) < 0:

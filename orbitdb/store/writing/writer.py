@@ -11,7 +11,8 @@ from typing import Any
 import sqlalchemy as sa
 
 from orbitdb.arithmetic import arithmetic
-from orbitdb.store.file.database import plain_errors, writing_engine
+from orbitdb.store.file.database import plain_errors
+from orbitdb.store.file.engines import writing_engine
 from orbitdb.store.file.schema import run, stadium
 from orbitdb.version import __version__
 
@@ -47,6 +48,17 @@ class Writer:
             self._run_ids = noted  # what was noted since is gone with the rest
             raise
         self._written = True
+
+    def try_to_write(self) -> None:
+        """Write nothing, as a check that something could be written.
+
+        Raises
+        ------
+        StoreError
+            If nothing can.
+        """
+        with self.writing() as connection:
+            connection.execute(sa.delete(run).where(sa.false()))
 
     def close(self) -> None:
         """Close the file, with all that was written in it and not in the journal, whoever reads it still."""

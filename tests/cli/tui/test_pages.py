@@ -141,6 +141,7 @@ def test_a_certificate_is_read_by_its_class(catalogues):
     assert certificate_of(catalogue, "013", 1.0) is None
 
 
+@pytest.mark.slow
 def test_empty_fields_are_last_whichever_way_the_order_goes(catalogues):
     for catalogue in catalogues:
         index = load_index(catalogue, 1.6)

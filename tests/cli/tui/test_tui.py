@@ -39,7 +39,7 @@ TAKEN_WITH = "8.2"
 
 both_sizes = pytest.mark.parametrize(
     "size",
-    [pytest.param(SMALL, id="80x24"), pytest.param(LARGE, id="160x48", marks=pytest.mark.slow)],
+    [pytest.param(SMALL, id="80x24"), pytest.param(LARGE, id="160x48", marks=pytest.mark.fuzz)],
 )
 
 
@@ -53,6 +53,7 @@ def filled(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 @both_sizes
 def test_it_opens_with_the_first_orbit(filled, size):
     async def steps(app, pilot):
@@ -486,7 +487,13 @@ def test_copy_and_export(filled, tmp_path):
     assert "<polygon" in (tmp_path / "orbit.svg").read_text()
 
 
-@pytest.mark.parametrize("name", ["rows.tsv", "rows.json", "rows.jsonl", "orbit.svg", "orbit.png"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("rows.tsv", "rows.json", "rows.jsonl", "orbit.svg", "orbit.png"),
+        pytest.param("rows.parquet", marks=pytest.mark.slow),
+    ],
+)
 def test_every_kind_of_export(filled, tmp_path, name):
     if name.endswith("png"):
         pytest.importorskip("matplotlib")
@@ -501,6 +508,14 @@ def test_every_kind_of_export(filled, tmp_path, name):
         assert [row["length"] for row in rows] == sorted((row["length"] for row in rows), reverse=True)
     elif name == "rows.jsonl":
         assert [json.loads(line)["p"] for line in path.read_text().splitlines()].count(4) == 32
+    elif name == "rows.parquet":
+        from pyarrow.parquet import read_table
+
+        table = read_table(path)
+        assert table["code"].to_pylist() == [
+            code for (code,) in catalogue.rows(Selection(periods=((2, 4),)), ("code",), "length desc")
+        ]
+        assert b"of period 2 to 4" in table.schema.metadata[b"selection"]
     elif name == "rows.tsv":
         assert len(path.read_text().splitlines()) == 42
     elif name == "orbit.svg":
@@ -522,9 +537,10 @@ def test_help_palette_and_themes(filled):
         await press(pilot, "end")
         assert "length_error            bound on the error of length (radius)" in shown(app)
         await press(pilot, "escape")
-        titles = {command.title for command in app.get_system_commands(app.screen)}
+        titles = [command.title for command in app.get_system_commands(app.screen)]
+        assert len(titles) == len(set(titles))
         actions = {b.description for b in MainScreen.BINDINGS if b.description}
-        assert {text[:1].upper() + text[1:] for text in actions} <= titles
+        assert {text[:1].upper() + text[1:] for text in actions} <= set(titles)
         await press(pilot, "ctrl+p", *"time", "enter")
         assert isinstance(app.screen, MainScreen)
         app.theme = "textual-light"

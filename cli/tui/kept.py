@@ -1,0 +1,145 @@
+"""What the screen keeps from one session to the next: columns, filters, marked words.
+
+It is one JSON file in the user's state folder. What is changed is read again before it is written, so that
+two sessions side by side keep each other's marks.
+"""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from orbitdb.cli.tui.columns import USUAL
+from orbitdb.errors import InputError, StoreError
+from orbitdb.export import complete
+from orbitdb.store.asking.selection import Selection, choose
+from orbitdb.symbols.words import least_rotation, parse_primitive
+
+Criteria = Mapping[str, Any]
+"""A subset as JSON holds it: what `choose` takes."""
+
+
+@dataclass(frozen=True)
+class State:
+    """What is kept.
+
+    Attributes
+    ----------
+    columns : tuple of str
+        What the table shows, in this order.
+    filters : mapping of str to mapping
+        Subsets of any catalogue, by the names that were given to them.
+    marked : tuple of str
+        Words as least rotations, in the order in which they were marked.
+    """
+
+    columns: tuple[str, ...] = USUAL
+    filters: Mapping[str, Criteria] = field(default_factory=dict)
+    marked: tuple[str, ...] = ()
+
+
+class Kept:
+    """The state, and the file that it is kept in.
+
+    Parameters
+    ----------
+    path : Path or None
+        It need not exist; None to keep nothing beyond this session.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        self.path = path
+        self.state = State()
+
+    def load(self) -> None:
+        """Read the file, if there is one.
+
+        Raises
+        ------
+        InputError
+            If it cannot be read, or holds something else.
+        """
+        if self.path is None:
+            return
+        try:
+            self.state = _state_of(json.loads(self.path.read_text(encoding="utf-8")))
+        except FileNotFoundError:
+            return
+        except OSError as error:
+            raise InputError(f"{self.path} cannot be read ({error.strerror})") from error
+        except (ValueError, TypeError, AttributeError) as error:
+            raise InputError(f"{self.path} holds no choices of this program: move it away") from error
+
+    def change(self, changed: Callable[[State], State]) -> None:
+        """Change the state, here in any case, and in the file.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read or written, which is then left as it is.
+        """
+        before = self.state
+        try:
+            self.load()
+        except InputError:
+            self.state = changed(before)
+            raise
+        self.state = changed(self.state)
+        if self.path is None:
+            return
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with complete(self.path) as draft:
+                draft.write_text(json.dumps(asdict(self.state), indent=1) + "\n", encoding="utf-8")
+        except (OSError, StoreError) as error:
+            raise InputError(f"{error}: what is chosen holds for now only") from error
+
+
+def state_path() -> Path:
+    """Return the file in the user's state folder."""
+    from platformdirs import user_state_path
+
+    return user_state_path("orbitdb") / "browse.json"
+
+
+def toggled(state: State, word: str) -> State:
+    """Mark a word, or unmark it."""
+    others = tuple(other for other in state.marked if other != word)
+    return replace(state, marked=others if len(others) < len(state.marked) else (*others, word))
+
+
+def criteria_of(selection: Selection) -> Criteria:
+    """Return a subset as `choose` takes it, whatever its a is; what chooses nothing is left out."""
+    spans = ",".join(str(low) if low == high else f"{low}-{high}" for low, high in selection.periods)
+    plain = {name: getattr(selection, name) for name in ("time_reversal", "symmetry", "contains", "where")}
+    several = {"p": spans, "status": ",".join(selection.statuses), "exists": list(selection.exists),
+               "not_at": list(selection.not_at), "parameters": dict(selection.parameters)}  # fmt: skip
+    ranges = {name: list(bounds) for name, bounds in selection.ranges.items()}
+    return {name: value for name, value in (plain | several | ranges).items() if value}
+
+
+def selection_of(criteria: Criteria, a: float) -> Selection:
+    """Return a kept subset at some a.
+
+    Raises
+    ------
+    InputError
+        If it is none, as somebody has written it by hand.
+    """
+    try:
+        return choose(a=a, **criteria)
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{dict(criteria)!r:.60} is no filter of this program") from error
+
+
+def _state_of(stored: Any) -> State:
+    """Return the state as it was stored; raise if it is none."""
+    columns, filters, marked = (stored.get(name) for name in ("columns", "filters", "marked"))
+    return State(
+        USUAL if columns is None else tuple(map(str, columns)),
+        {str(name): dict(criteria) for name, criteria in (filters or {}).items()},
+        tuple(dict.fromkeys(least_rotation(parse_primitive(str(word))) for word in marked or ())),
+    )

@@ -1,0 +1,52 @@
+"""SQLAlchemy's engines of a database file, for reading or for writing."""
+
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+
+import sqlalchemy as sa
+from sqlalchemy import event
+
+from orbitdb.store.file.database import to_read, to_write, waiting
+
+
+def reading_engine(path: Path) -> sa.Engine:
+    """Return an engine that cannot write; it works in a read-only folder and beside a writer.
+
+    What it connects to must be a catalogue of the newest schema and hold nothing that acts
+    (`orbitdb.store.file.guard`).
+    """
+    return _engine(to_read(path), "BEGIN")
+
+
+def writing_engine(path: Path, references: bool = True) -> sa.Engine:
+    """Return an engine whose every transaction takes the write lock at once.
+
+    What it connects to must hold nothing that acts; it may be new, or older than the newest schema.
+
+    Parameters
+    ----------
+    path : Path
+        The database file.
+    references : bool, optional
+        Whether SQLite looks up every reference that is written. A fill knows that its references are
+        right, they being keys of words, and the random lookups would take a third of its time.
+    """
+    return _engine(to_write(path, references), "BEGIN IMMEDIATE")
+
+
+def driver(connection: sa.Connection) -> sqlite3.Connection:
+    """Return what SQLAlchemy asks, for questions that are put to it directly."""
+    own = connection.connection.driver_connection
+    assert isinstance(own, sqlite3.Connection)
+    return own
+
+
+def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> sa.Engine:
+    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.pool.QueuePool)
+
+    @event.listens_for(engine, "begin")
+    def take_lock(connection: sa.Connection) -> None:
+        waiting(lambda: driver(connection).execute(begin))
+
+    return engine

@@ -1,0 +1,214 @@
+"""The newest schema as SQLite's own text: what a new file is made by, and what every file is held against.
+
+It says again what `orbitdb.store.file.schema` says to those who ask in expressions, and what the migrations
+make of an older file; the tests hold the three against one another. Where this is enough, SQLAlchemy and
+Alembic, half a second of imports, stay unloaded.
+"""
+
+APPLICATION_ID = 0x6F726264
+"""'orbd', in the header of every catalogue file."""
+
+SCHEMA_VERSION = 5
+"""The number of the newest migration; kept as SQLite's user_version."""
+
+_TABLES = """\
+CREATE TABLE birth_fill (
+    p INTEGER NOT NULL,
+    state TEXT NOT NULL,
+    cursor TEXT,
+    seconds REAL NOT NULL,
+    words INTEGER NOT NULL,
+    classes INTEGER,
+    births INTEGER,
+    deaths INTEGER,
+    always INTEGER,
+    least REAL,
+    largest REAL,
+    PRIMARY KEY (p)
+) WITHOUT ROWID, STRICT
+
+CREATE TABLE cycle (
+    id INTEGER NOT NULL,
+    p INTEGER NOT NULL,
+    word TEXT NOT NULL,
+    class_size INTEGER NOT NULL,
+    walls INTEGER NOT NULL,
+    time_reversal TEXT NOT NULL,
+    symmetry TEXT NOT NULL,
+    PRIMARY KEY (id),
+    CONSTRAINT uq_cycle_p UNIQUE (p, word)
+) STRICT
+
+CREATE TABLE run (
+    id INTEGER NOT NULL,
+    started TEXT NOT NULL,
+    version TEXT NOT NULL,
+    parameters TEXT NOT NULL,
+    PRIMARY KEY (id)
+) STRICT
+
+CREATE TABLE stadium (
+    id INTEGER NOT NULL,
+    a REAL NOT NULL,
+    PRIMARY KEY (id),
+    CONSTRAINT uq_stadium_a UNIQUE (a)
+) STRICT
+
+CREATE TABLE change (
+    cycle INTEGER NOT NULL,
+    number INTEGER NOT NULL,
+    a REAL NOT NULL,
+    error REAL NOT NULL,
+    kind TEXT NOT NULL,
+    bounce INTEGER,
+    joint TEXT,
+    event INTEGER,
+    slope REAL,
+    run INTEGER NOT NULL,
+    PRIMARY KEY (cycle, number),
+    CONSTRAINT fk_change_cycle FOREIGN KEY(cycle) REFERENCES cycle (id),
+    CONSTRAINT fk_change_run FOREIGN KEY(run) REFERENCES run (id)
+) WITHOUT ROWID, STRICT
+
+CREATE TABLE entropy_bound (
+    a REAL NOT NULL,
+    proof TEXT NOT NULL,
+    edges INTEGER NOT NULL,
+    lower REAL NOT NULL,
+    upper REAL NOT NULL,
+    windows INTEGER NOT NULL,
+    undecided INTEGER NOT NULL,
+    run INTEGER NOT NULL,
+    PRIMARY KEY (a, proof, edges),
+    CONSTRAINT fk_entropy_bound_run FOREIGN KEY(run) REFERENCES run (id)
+) WITHOUT ROWID, STRICT
+
+CREATE TABLE fill (
+    stadium INTEGER NOT NULL,
+    p INTEGER NOT NULL,
+    state TEXT NOT NULL,
+    cursor TEXT,
+    seconds REAL NOT NULL,
+    primitive INTEGER,
+    rule_1 INTEGER,
+    rule_2 INTEGER,
+    rule_3 INTEGER,
+    rule_4 INTEGER,
+    rule_5 INTEGER,
+    rule_6 INTEGER,
+    n_t INTEGER,
+    n_c INTEGER,
+    classes INTEGER,
+    boundary INTEGER,
+    unresolved INTEGER,
+    words INTEGER DEFAULT '0' NOT NULL,
+    enumerating REAL DEFAULT '0' NOT NULL,
+    solving REAL DEFAULT '0' NOT NULL,
+    storing REAL DEFAULT '0' NOT NULL,
+    PRIMARY KEY (stadium, p),
+    CONSTRAINT fk_fill_stadium FOREIGN KEY(stadium) REFERENCES stadium (id)
+) WITHOUT ROWID, STRICT
+
+CREATE TABLE orbit (
+    stadium INTEGER NOT NULL,
+    cycle INTEGER NOT NULL,
+    status TEXT NOT NULL,
+    coordinates BLOB,
+    length REAL,
+    lyapunov REAL,
+    margin REAL,
+    residual REAL,
+    error REAL,
+    length_error REAL,
+    lyapunov_error REAL,
+    iterations INTEGER NOT NULL,
+    solver TEXT NOT NULL,
+    run INTEGER NOT NULL,
+    PRIMARY KEY (stadium, cycle),
+    CONSTRAINT fk_orbit_stadium FOREIGN KEY(stadium) REFERENCES stadium (id),
+    CONSTRAINT fk_orbit_cycle FOREIGN KEY(cycle) REFERENCES cycle (id),
+    CONSTRAINT fk_orbit_run FOREIGN KEY(run) REFERENCES run (id)
+) WITHOUT ROWID, STRICT
+
+CREATE TABLE sequence (
+    p INTEGER NOT NULL,
+    word TEXT NOT NULL,
+    cycle INTEGER,
+    element INTEGER,
+    rules TEXT,
+    PRIMARY KEY (p, word),
+    CONSTRAINT fk_sequence_cycle FOREIGN KEY(cycle) REFERENCES cycle (id)
+) WITHOUT ROWID, STRICT
+
+CREATE TABLE sweep (
+    stadium INTEGER NOT NULL,
+    p INTEGER NOT NULL,
+    state TEXT NOT NULL,
+    cursor TEXT,
+    blocks INTEGER NOT NULL,
+    seconds REAL NOT NULL,
+    processor REAL NOT NULL,
+    words INTEGER NOT NULL,
+    n_c INTEGER NOT NULL,
+    classes INTEGER NOT NULL,
+    boundary INTEGER NOT NULL,
+    unresolved INTEGER NOT NULL,
+    sums BLOB,
+    moments BLOB NOT NULL,
+    run INTEGER,
+    PRIMARY KEY (stadium, p),
+    CONSTRAINT fk_sweep_stadium FOREIGN KEY(stadium) REFERENCES stadium (id),
+    CONSTRAINT fk_sweep_run FOREIGN KEY(run) REFERENCES run (id)
+) WITHOUT ROWID, STRICT
+
+CREATE TABLE trajectory (
+    id INTEGER NOT NULL,
+    stadium INTEGER NOT NULL,
+    bounces INTEGER NOT NULL,
+    groups INTEGER NOT NULL,
+    seed TEXT NOT NULL,
+    lambda_d REAL NOT NULL,
+    lambda_d_error REAL NOT NULL,
+    lambda_c REAL NOT NULL,
+    lambda_c_error REAL NOT NULL,
+    mean_free_path REAL NOT NULL,
+    mean_free_path_error REAL NOT NULL,
+    run INTEGER NOT NULL,
+    PRIMARY KEY (id),
+    CONSTRAINT fk_trajectory_stadium FOREIGN KEY(stadium) REFERENCES stadium (id),
+    CONSTRAINT fk_trajectory_run FOREIGN KEY(run) REFERENCES run (id)
+) STRICT
+
+CREATE TABLE certificate (
+    stadium INTEGER NOT NULL,
+    cycle INTEGER NOT NULL,
+    radius REAL NOT NULL,
+    bits INTEGER NOT NULL,
+    version TEXT NOT NULL,
+    run INTEGER NOT NULL,
+    PRIMARY KEY (stadium, cycle),
+    CONSTRAINT fk_certificate_orbit FOREIGN KEY(stadium, cycle) REFERENCES orbit (stadium, cycle),
+    CONSTRAINT fk_certificate_run FOREIGN KEY(run) REFERENCES run (id)
+) WITHOUT ROWID, STRICT
+
+CREATE TABLE sweep_block (
+    stadium INTEGER NOT NULL,
+    p INTEGER NOT NULL,
+    number INTEGER NOT NULL,
+    sums BLOB NOT NULL,
+    moments BLOB NOT NULL,
+    run INTEGER NOT NULL,
+    PRIMARY KEY (stadium, p, number),
+    CONSTRAINT fk_sweep_block_sweep FOREIGN KEY(stadium, p) REFERENCES sweep (stadium, p),
+    CONSTRAINT fk_sweep_block_run FOREIGN KEY(run) REFERENCES run (id)
+) WITHOUT ROWID, STRICT"""
+
+TABLES = tuple(_TABLES.split("\n\n"))
+"""The statements that make the tables, those first that others refer to."""
+
+REVISIONS = """\
+CREATE TABLE alembic_version (
+    version_num VARCHAR(32) NOT NULL,
+    CONSTRAINT alembic_version_pkc PRIMARY KEY (version_num)
+)"""
+"""Where Alembic keeps which migration the schema is of."""

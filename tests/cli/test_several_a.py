@@ -1,0 +1,97 @@
+"""Answers at several a are those at each of them, with a column that tells which."""
+
+import csv
+import io
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from orbitdb.filling.births import fill_births
+
+COMMANDS = [
+    ("table --p 2-6", "all"),
+    ("entropy --p 2-5", "1.6 1"),
+    ("entropy --p 3-4 --reversal self", "1:1.6:2"),
+    ("lyapunov --p 2-4", "all"),
+    ("lyapunov --p 2-4 --cut 5", "1.6 1"),
+    ("query --p 3 -c length,rules --order a,p,code", "1:1.6:2"),
+    ("export --p 3 --order a,p,code --coordinates --limit 1000", "all"),
+    ("export --p 2 --order a,p,code --bounces -c p,rules", "1.6 1"),
+]
+
+
+@pytest.mark.parametrize(("command", "asked"), COMMANDS)
+def test_several_a_are_each_of_them_with_its_a(cli, varied, command, asked):
+    words = [*command.split(), "--format", "jsonl", "--db", str(varied)]
+    done = cli(*words, *(part for a in asked.split() for part in ("--a", a)))
+    each_a = ("1.6", "1") if asked == "1.6 1" and "--order" not in command else ("1", "1.6")
+    alone = {a: map(json.loads, cli(*words, "--a", a).out.splitlines()) for a in each_a}
+    found = [json.loads(line) for line in done.out.splitlines()]
+    assert (done.code, found) == (0, [row | {"a": float(a)} for a in each_a for row in alone[a]])
+    assert len({row["a"] for row in found}) == 2
+    assert next(iter(found[0])) == "a" or "--coordinates" in command
+
+
+def test_an_order_goes_through_all_a(cli, varied):
+    """As if they were one table: the other columns, what falls, what is empty, and a part of it."""
+    line = ("query", "--a", "all", "--p", "2-5", "--json", "--db", str(varied))
+    names = "-c", "a,code,p,status,length"
+    rows = json.loads(cli(*line, *names, "--order", "status desc,length desc").out)
+    assert len(rows) > 200
+    assert {row["length"] for row in rows if row["status"] == "dynamical"} == {None}
+    by_hand = sorted(rows, key=lambda row: (row["p"], row["code"], row["a"]))
+    by_hand.sort(key=lambda row: (row["length"] is None, -(row["length"] or 0)))
+    by_hand.sort(key=lambda row: row["status"], reverse=True)
+    assert rows == by_hand
+    part = cli(*line, *names, "--order", "status desc,length desc", "--limit", "7", "--offset", "30")
+    assert json.loads(part.out) == rows[30:37]
+
+
+def test_an_orbit_is_followed_in_a(cli, varied):
+    """Stored or not, one row an a, and its births once for all of them."""
+    done = cli("query", "--code", "013", "--code", "55110", "--a", "0.25:4:5", "--format", "csv",
+               "-c", "code,stored,length,born,dies", "--db", str(varied))  # fmt: skip
+    rows = list(csv.DictReader(io.StringIO(done.out)))
+    assert [row["a"] for row in rows] == ["0.25", "0.5", "1.0", "2.0", "4.0"] * 2
+    assert list(rows[0]) == ["code", "a", "stored", "length", "born", "dies"]
+    assert [row["stored"] for row in rows[:5]] == ["False", "False", "True", "False", "False"]
+    assert len({row["born"] for row in rows[5:]}) == 1
+    for row in rows:
+        assert bool(row["length"]) == (float(row["a"]) > float(row["born"] or 0)), row
+    shown = cli("query", "13", "--a", "all", "--db", str(varied)).out.splitlines()
+    assert [line.split()[:2] for line in shown] == [["code", "a"], ["13", "1"], ["13", "1.6"]]
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("table --a all --a 1", "--a all is every a that is stored: leave out the others, or name each"),
+        ("query --a 1 --a x", "--a: 'x' is not a number"),
+        ("entropy --a 1:2", "--a '1:2': give one a, or a grid FROM:TO:COUNT such as 0.3:10:40"),
+        ("lyapunov --a 0", "--a: a = 0.0 is not a half length: give a number from 1e-06 to 1e+06"),
+        ("query 13 --a all", "--a all is every a that is stored, and there is no catalogue at PATH"),
+    ],
+)
+def test_what_a_cannot_be(cli, tmp_path, command, said):
+    done = cli(*command.split())
+    assert done == (2, "", f"orbitdb: {said.replace('PATH', str(tmp_path / 'orbits.db'))}\n")
+
+
+def test_what_is_missing_at_one_a_is_told_and_the_others_are_shown(cli, varied):
+    done = cli("lyapunov", "--a", "1", "--a", "3", "--p", "2-5", "--db", str(varied))
+    assert done.code == 0
+    assert [line.split()[0] for line in done.out.split("\n\n")[0].splitlines()[1:]] == ["1"] * 4
+    assert "periods 2-5 are not filled at a = 3" in done.err
+    assert cli("entropy", "--a", "2", "--a", "3", "--p", "2-5", "--db", str(varied)).code == 1
+
+
+def test_columns_of_rows_may_be_asked_of_a_word(cli, varied, tmp_path):
+    """Those that do not depend on the file are the same as those of the row; its births, too."""
+    copy = Path(shutil.copy(varied, tmp_path / "orbits.db"))
+    for _ in fill_births(copy, range(2, 6)):
+        pass
+    names = ("-c", "code,word,walls,born,dies,p", "--json", "--a", "1.6")
+    for word in ("13", "01133", "01023"):
+        assert cli("query", word, *names).out == cli("query", "--where", f"code('{word}')", *names).out

@@ -1,0 +1,66 @@
+"""The screen of counts and histograms, and how counts become lines."""
+
+import numpy as np
+import pytest
+from screens import TINY, drive, press, screen_lines, shown
+
+from orbitdb.cli.tui.bars import counts_in, lines_of
+from orbitdb.cli.tui.counts_screen import CountsScreen
+from orbitdb.cli.tui.dialogs import KeysDialog
+from orbitdb.cli.tui.main_screen import MainScreen
+from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.tallies import Histogram
+
+
+def test_bars_are_to_scale_and_little_is_seen():
+    lines = lines_of([("a", 800), ("bcd", 1), ("", 0)], 20, without=1234)
+    assert lines == ["      a   800 ██████", "    bcd     1 ▏", "            0", "without 1,234"]
+    assert lines_of([("a", 8), ("b", 3)], 4 + 8) == ["a 8 ████████", "b 3 ███"]
+    assert lines_of([("abc", 1234)], 5) == ["abc 1,234"]  # no room for a bar
+    assert lines_of([], 20) == ["none"]
+
+
+def test_edges_are_told_as_well_as_bins_are_wide():
+    edges = np.array([1000.0, 1000.05, 1000.1])
+    assert [label for label, _ in counts_in(Histogram(edges, np.array([1, 2]), 0, False))] == [
+        "1000",
+        "1000.05",
+    ]
+    assert counts_in(Histogram(np.array([1e-9, 1e-3, 1.0]), np.array([3, 0]), 0, True)) == [
+        ("1e-09", 3),
+        ("0.001", 0),
+    ]
+
+
+@pytest.mark.slow
+def test_counts_and_histograms_of_the_subset_on_show(filled_once):
+    async def steps(app, pilot):
+        await press(pilot, "o", "d")
+        assert isinstance(app.screen, CountsScreen)
+        text = shown(app)
+        count = app.catalogue.count(Selection(statuses=(Status.ORBIT,)))
+        assert f"orbit {count:,} █" in text
+        assert "length: length of one" in text
+        assert "10 " in text
+        await press(pilot, "right_square_bracket")
+        assert f"orbit {count:,} █" in screen_lines(app)[2][36:]  # status, as a histogram
+        await press(pilot, "s", *"jjjjj", "enter", "question_mark")
+        assert isinstance(app.screen, KeysDialog)
+        assert "histogram of another column" in shown(app)
+        await press(pilot, "escape")
+        assert app.screen.column == "symmetry"
+        assert "xyT " in shown(app)
+        await press(pilot, "q")
+        assert isinstance(app.screen, MainScreen)
+
+    drive(filled_once, steps)
+
+
+@pytest.mark.slow
+def test_counts_of_nothing_and_of_what_has_no_values(filled_once):
+    async def steps(app, pilot):
+        await press(pilot, "d")
+        assert "none" in shown(app)
+
+    drive(filled_once, steps, TINY, selection=Selection(where="length < 0"))

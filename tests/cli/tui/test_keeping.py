@@ -1,0 +1,181 @@
+"""What is kept from one session to the next: columns, filters by name, marked orbits; and jumps to a row."""
+
+import json
+
+import pytest
+from screens import ask, drive, press, screen_lines, shown, table_of
+
+from orbitdb.cli.tui import jumping_screen
+from orbitdb.cli.tui.columns import COLUMNS, EVERY, USUAL
+from orbitdb.cli.tui.export import export
+from orbitdb.cli.tui.jumping import place_of
+from orbitdb.cli.tui.kept import Kept, State, criteria_of, selection_of, toggled
+from orbitdb.cli.tui.source import Ordering, Pages
+from orbitdb.columns import IN_CATALOGUE
+from orbitdb.errors import InputError
+from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.pages import chosen_keys, load_index
+
+
+def heading(app):
+    return screen_lines(app)[3]
+
+
+@pytest.mark.slow
+def test_columns_are_chosen_moved_and_kept_and_the_sorted_one_is_always_seen(filled_once, tmp_path):
+    state = tmp_path / "new" / "browse.json"
+
+    async def choose(app, pilot):
+        await press(pilot, "C", "space", "j", "j", "K", "K", "k", "end")
+        assert "[ ] element" in shown(app)
+        await press(pilot, "space", "enter")
+        names = [column.name for column in app.screen.columns]
+        assert names == ["code", "status", "length", *USUAL[4:], "element"]
+        assert heading(app).split()[:3] == ["│code", "p▲", "status"]  # p was left out, but sorts
+        await press(pilot, "s", "end", "enter")  # one that is not shown, either
+        assert app.screen.ordering == Ordering("cycle")
+        assert heading(app).split()[:3] == ["│code", "cycle▲", "status"]
+        await press(pilot, "l")
+        assert heading(app).split()[:3] == ["│code", "cycle▲", "length"]
+        last = next(app.catalogue.rows(Selection(), ("code", "cycle"), "cycle desc", 1))
+        await press(pilot, "R", "g")
+        assert (table_of(app).row[0], table_of(app).row[-1]) == last
+
+    async def see(app, pilot):
+        assert heading(app).split()[:3] == ["│code", "p▲", "status"]
+        await press(pilot, "C", "r", "enter")
+        assert app.screen.columns == COLUMNS
+
+    drive(filled_once, choose, state=state)
+    drive(filled_once, see, state=state)
+    assert json.loads(state.read_text())["columns"] == list(USUAL)
+
+
+@pytest.mark.slow
+def test_digits_lead_to_a_period_or_a_code(filled_once, monkeypatch):
+    monkeypatch.setattr(jumping_screen, "PAUSE", float("inf"))
+
+    async def steps(app, pilot):
+        def row():
+            return table_of(app).row[0]
+
+        await press(pilot, "j", "8")
+        words = [code for (code,) in app.catalogue.rows(Selection(), ("code",))]
+        assert row() == next(word for word in words if len(word) == 8)
+        assert f"period 8 │ {table_of(app).cursor + 1:,} of" in shown(app)
+        await press(pilot, "backspace")
+        assert table_of(app).cursor == 1
+        await press(pilot, "1", "2")
+        assert row() == next(word for word in words if word.startswith("12"))  # there is no period 12
+        await press(pilot, "9")
+        assert "no code 129" in shown(app)
+        await press(pilot, "backspace", "3", "2", "1", "3", "1")
+        assert row() == "1123213"  # 1232131, in the rotation that rows are named by
+        await press(pilot, "escape")
+        assert table_of(app).cursor == 1
+        await press(pilot, "0", "j", "3")
+        assert len(row()) == 3  # the cursor had moved on
+
+    drive(filled_once, steps)
+
+
+def test_jumps_find_what_is_first_in_any_order(filled_once):
+    catalogue = Catalogue(filled_once)
+    index = load_index(catalogue, 1.6)
+    keys = chosen_keys(catalogue, index, Selection(), "length", True)
+    pages = Pages(catalogue, index, keys, ("code",))
+    words = [index.word(key) for key in keys.tolist()]
+    for typed in ("5", "12", "01", "13", "0133", "99"):
+        period = len(typed) <= 2 and typed[0] != "0" and [w for w in words if len(w) == int(typed)]
+        fits = period or [w for w in words if w == typed] or [w for w in words if w.startswith(typed)]
+        place, _ = place_of(pages, typed)
+        assert (None if place is None else words[place]) == (fits[0] if fits else None)
+
+
+@pytest.mark.slow
+def test_marked_orbits_and_filters_are_kept_chosen_and_exported(filled_once, tmp_path):
+    state, file = tmp_path / "browse.json", tmp_path / "marked.csv"
+
+    async def mark(app, pilot):
+        await press(pilot, "apostrophe")
+        assert app.screen.selection.where is None  # no orbit is marked yet
+        await press(pilot, "asterisk", "j", "j", "asterisk")
+        assert "13      *  2" in shown(app)
+        await ask(pilot, "slash", "p < 4")
+        await press(pilot, "apostrophe")
+        assert len(table_of(app).source) == 2
+        told = export(file, app.catalogue, app.screen.selection, Ordering(), None)
+        assert told.startswith("2 rows")
+        await press(pilot, "asterisk")
+        assert [table_of(app).row[0], len(table_of(app).source)] == ["13", 1]
+        await press(pilot, "apostrophe")
+        assert app.screen.selection.where == "p < 4"
+        await press(pilot, "o", "F")
+        await ask(pilot, "enter", "short")
+
+    async def use(app, pilot):
+        await press(pilot, "apostrophe")
+        assert len(table_of(app).source) == 1
+        await press(pilot, "F")
+        assert "orbits at a = 1.6 where p < 4" in shown(app)
+        await press(pilot, "enter")
+        assert app.screen.selection == Selection(statuses=(Status.ORBIT,), where="p < 4")
+        await press(pilot, "F", "x", "escape")
+
+    drive(filled_once, mark, state=state)
+    assert file.read_text().count("\n") == 3
+    drive(filled_once, use, state=state)
+    kept = json.loads(state.read_text())
+    assert kept["marked"] == ["13"]
+    assert kept["filters"] == {}
+
+
+def test_a_kept_filter_comes_back_as_it_was():
+    chosen = Selection(1.6, ((2, 4), (7, 7)), (Status.ORBIT, Status.BOUNDARY), "self", "x,T,xT", "13", (0.5,),
+                       (0.1, 2.0), {"length": (None, 30.0)}, "p < :top", {"top": 8})  # fmt: skip
+    assert selection_of(json.loads(json.dumps(criteria_of(chosen))), 1.6) == chosen
+    assert criteria_of(Selection(1.0)) == {}
+    for wrong in ({"p": "x"}, {"nothing": 1}, {"where": 3}):
+        with pytest.raises(InputError):
+            selection_of(wrong, 1.6)
+
+
+def test_a_state_file_that_is_none_is_left_as_it_is(tmp_path):
+    path = tmp_path / "browse.json"
+    for text in ("[", "[]", '{"marked": ["9"]}', '{"filters": {"x": 3}}', "\xff"):
+        path.write_bytes(text.encode("latin-1"))
+        kept = Kept(path)
+        with pytest.raises(InputError, match="move it away"):
+            kept.load()
+        with pytest.raises(InputError, match="move it away"):
+            kept.change(lambda state: toggled(state, "13"))
+        assert kept.state.marked == ("13",)
+        assert path.read_bytes() == text.encode("latin-1")
+
+
+@pytest.mark.slow
+def test_a_state_file_that_is_none_is_told(tmp_path, filled_once):
+    path = tmp_path / "browse.json"
+    path.touch()
+
+    async def steps(app, pilot):
+        assert any("move it away" in note.message for note in app._notifications)
+
+    drive(filled_once, steps, state=path)
+
+
+def test_two_sessions_keep_each_others_marks(tmp_path):
+    one, other = Kept(tmp_path / "browse.json"), Kept(tmp_path / "browse.json")
+    one.change(lambda state: toggled(state, "13"))
+    other.change(lambda state: toggled(state, "013"))
+    one.change(lambda state: toggled(state, "031"))
+    assert one.state == State(marked=("13", "013", "031"))
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="cannot be read"):
+        Kept(tmp_path / "file" / "browse.json").change(lambda state: toggled(state, "13"))
+
+
+def test_every_column_can_be_shown_but_the_doubles():
+    assert set(EVERY) == {column.name for column in IN_CATALOGUE} - {"a", "word"}

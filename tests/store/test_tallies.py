@@ -1,0 +1,56 @@
+"""Tallies and histograms: the same counts as row by row, by class and by a pass over all words."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from orbitdb.filling.periods import fill_geometric
+from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading import class_first, tallies
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.tallies import histogram, marginal, tally
+
+BY = ("status", "p", "symmetry")
+SELECTIONS = [
+    Selection(),
+    Selection(periods=((3, 8),), statuses=(Status.ORBIT, Status.GEOMETRIC)),
+    Selection(where="lambda_c < 0.42 or length is null"),
+    Selection(contains="13"),
+]
+
+
+@pytest.mark.parametrize(
+    "many", [pytest.param(0, id="by class"), pytest.param(10**9, id="by word", marks=pytest.mark.slow)]
+)
+def test_counts_are_those_of_the_rows(filled, begin_fill, monkeypatch, many):
+    for _ in fill_geometric(filled, [3]):
+        pass
+    begin_fill(filled, 9).close()  # so that not all words of a class are there
+    monkeypatch.setattr(class_first, "_MANY", many)
+    catalogue = Catalogue(filled)
+    for selection in SELECTIONS:
+        rows = list(catalogue.rows(selection, (*BY, "length", "margin")))
+        counts = tally(catalogue, selection, BY)
+        assert counts == Counter(row[:3] for row in rows)
+        assert marginal(counts, 1) == Counter(row[1] for row in rows)
+        for column, place, bins in (("length", 3, 7), ("margin", 4, 40)):
+            values = np.array([row[place] for row in rows if row[place] is not None])
+            found = histogram(catalogue, selection, column, bins)
+            assert len(found.counts) <= bins
+            assert found.counts.tolist() == np.histogram(values, found.edges)[0].tolist()
+            assert found.without == len(rows) - len(values) == len(rows) - found.counts.sum()
+
+
+def test_bins_have_round_edges_or_even_ones_in_the_logarithm(filled_once, monkeypatch):
+    catalogue = Catalogue(filled_once)
+    lengths = histogram(catalogue, Selection(periods=((2, 5),)), "length", 10)
+    assert lengths.edges == pytest.approx(np.arange(10, 23, 2))
+    monkeypatch.setattr(tallies, "_DECADES", 100.0)
+    margins = histogram(catalogue, Selection(where="margin > 0"), "margin", 10)
+    assert margins.logarithmic
+    assert np.ptp(np.diff(np.log(margins.edges))) < 1e-12
+    alone = histogram(catalogue, Selection(periods=((2, 2),)), "length", 10)
+    assert (alone.counts.tolist(), alone.edges.tolist()) == ([1], [10.0, 11.0])
+    assert histogram(catalogue, Selection(), "born", 10) is None
