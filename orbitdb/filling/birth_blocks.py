@@ -114,7 +114,7 @@ def birth_blocks(periods: Sequence[tuple[int, int]], block: int, jobs: int) -> I
     room = block // _SOON
     for p, after in periods:
         total = count_admissible(p)
-        if small and total > room:
+        if small and (after >= 0 or total > room):
             yield BirthBlock(tuple(small))
             small, room = [], block
         if after < 0 and total <= room:

@@ -17,11 +17,12 @@ from orbitdb.symbols.enumeration import Span, admissible_words
 from orbitdb.symbols.least_words import least_words
 
 
-@pytest.mark.parametrize(("jobs", "blocks"), [(1, range(8, 13)), (2, range(13, 18)), (4, range(18, 24))])
+@pytest.mark.parametrize(("jobs", "blocks"), [(1, range(8, 11)), (2, range(11, 14)), (4, range(14, 20))])
 def test_blocks_of_births_hold_every_class_once_and_small_periods_together(jobs, blocks):
     periods = range(2, 12)
-    first, *rest = birth_blocks([(p, -1) for p in periods], 8000, jobs)
-    assert first.spans == tuple(map(Span.whole, range(2, 9)))  # 3197 words: with p = 9 they are too many
+    first, second, *rest = birth_blocks([(p, -1) for p in periods], 8000, jobs)
+    assert first.spans == tuple(map(Span.whole, range(2, 7)))  # 389 words: an eighth of a block, at most
+    assert second.spans == (Span.whole(7), Span.whole(8))  # with p = 9 they are too many
     assert all(len(block.spans) == 1 for block in rest)
     spans = [block.spans[0] for block in rest]
     assert len(spans) in blocks
@@ -32,21 +33,18 @@ def test_blocks_of_births_hold_every_class_once_and_small_periods_together(jobs,
         assert all(one.upto == other.after for one, other in pairwise(parts))
     found = [sum(len(part.codes) for part in least_words(span)) for span in spans]
     assert max(found) < 0.6 * 8000  # what is light for its words is not cut as small as the rest
-    assert sum(map(len, admissible_words(*cut[9][0]))) < 8000 / jobs + 1000
+    assert sum(map(len, admissible_words(*cut[10][0]))) < 8000 / jobs + 1000
 
 
 def test_a_block_of_births_is_filled_to_the_last_word():
-    assert len(list(birth_blocks([(p, -1) for p in range(2, 7)], 389, 1))) == 1
-    assert len(list(birth_blocks([(p, -1) for p in range(2, 7)], 388, 1))) > 1
+    assert len(list(birth_blocks([(p, -1) for p in range(2, 7)], 8 * 389, 1))) == 1
+    assert len(list(birth_blocks([(p, -1) for p in range(2, 7)], 8 * 388, 1))) == 2
 
 
-def test_what_was_begun_is_a_block_of_its_own():
-    begun, *rest = birth_blocks([(4, 200), (5, -1), (6, -1)], 390, 1)
-    assert begun.spans == (Span.whole(4, 200),)
-    assert [block.spans for block in rest] == [(Span.whole(5), Span.whole(6))]
+def test_what_was_begun_is_a_block_of_its_own_behind_lower_periods():
     small, begun, *rest = birth_blocks([(3, -1), (4, 200), (5, -1), (6, -1)], 390, 1)
     assert (small.spans, begun.spans) == ((Span.whole(3),), (Span.whole(4, 200),))
-    assert [span.p for block in rest for span in block.spans][:1] == [5]
+    assert [span.p for block in rest for span in block.spans] == [5, 6, 6]
 
 
 def test_for_several_jobs_a_period_is_cut_smaller_down_to_a_quarter():
