@@ -21,7 +21,7 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.errors import WorkError
 from orbitdb.filling.blocks import Block, cut_into_blocks, solve_block
 from orbitdb.filling.periods import fill_periods
-from orbitdb.filling.workers import HERE, Processes, _signals_held_back, in_order
+from orbitdb.filling.workers import HERE, Processes, _signals_held_back, cores, in_order
 from orbitdb.store.file.migrate import migrate
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
@@ -120,6 +120,11 @@ def is_worker(process: int) -> bool:
     return command.exists() and "spawn_main" in command.read_text()
 
 
+def test_only_the_processors_that_this_process_may_use_count(monkeypatch):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {5, 7, 11}, raising=False)
+    assert cores() == 3
+
+
 def test_what_fails_before_there_is_a_block_is_told_as_it_is():
     with pytest.raises(KeyError), Processes(2):
         raise KeyError
@@ -206,7 +211,7 @@ def test_no_process_is_left_behind(tmp_path, how):
 
 def test_a_signal_that_another_thread_takes_is_held_back():
     """That thread has no mask, and Python would act on it in the main thread, in the middle of a start."""
-    begin = threading.Event()
+    begin, before = threading.Event(), signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def take() -> None:
         begin.wait(60)
@@ -220,4 +225,4 @@ def test_a_signal_that_another_thread_takes_is_held_back():
         other.join()
         finished = True
     assert finished
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert signal.signal(signal.SIGINT, before) is signal.default_int_handler

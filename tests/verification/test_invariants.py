@@ -32,8 +32,7 @@ def moved_by(orbits: Orbits, stadium: Stadium, move: np.ndarray) -> Orbits:
     )
 
 
-@pytest.mark.parametrize(("a", "p"), [(0.3, 7), (6.0, 5)])
-@pytest.mark.parametrize("size", [1e-4, 1e-6])
+@pytest.mark.parametrize(("a", "p", "size"), [(0.3, 7, 1e-6), (6.0, 5, 1e-4)])
 def test_rows_that_need_their_bounds_pass_and_come_near_them(a, p, size):
     stadium = Stadium(a)
     orbits = solve(representatives(p), stadium)
