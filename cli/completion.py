@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable, Iterator
 
+import typer
+
 
 def columns(incomplete: str) -> Iterator[tuple[str, str]]:
     """Offer the columns of the catalogue behind those that are written already."""
@@ -18,8 +20,8 @@ def statuses(incomplete: str) -> Iterator[tuple[str, str]]:
     return _in_list(incomplete, [*((status.value, status.sentence) for status in rows), ("all", "every one")])
 
 
-def half_lengths(incomplete: str) -> list[str]:
-    """Offer the values of a in the catalogue that is meant where none is named; none if it cannot be read."""
+def half_lengths(context: typer.Context, incomplete: str) -> list[str]:
+    """Offer the values of a in the catalogue that is named, or meant; none if it cannot be read."""
     from contextlib import closing
 
     from orbitdb.errors import InputError, StoreError
@@ -27,10 +29,15 @@ def half_lengths(incomplete: str) -> list[str]:
     from orbitdb.store.reading.catalogue import Catalogue
 
     try:
-        with closing(Catalogue()) as catalogue:
+        with closing(Catalogue(context.params.get("db"))) as catalogue:
             return [text for text in map(exact, catalogue.a_values()) if text.startswith(incomplete)]
     except (InputError, StoreError):
         return []
+
+
+def several_half_lengths(context: typer.Context, incomplete: str) -> list[str]:
+    """Offer them, and what stands for all of them."""
+    return [*half_lengths(context, incomplete), *(["all"] if "all".startswith(incomplete) else [])]
 
 
 def _in_list(incomplete: str, known: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:

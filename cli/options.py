@@ -37,7 +37,7 @@ FOR_PEOPLE = (Format.TABLE, Format.MARKDOWN, Format.LATEX)
 """The formats with few columns and rounded numbers."""
 
 
-def number_option(*flags: str, help: str, offers: Callable[[str], list[str]] | None = None) -> Any:
+def number_option(*flags: str, help: str, offers: Callable[..., list[str]] | None = None) -> Any:
     """Return an option that takes a number; a shell may offer some."""
 
     def read(given: str | float) -> float:
@@ -97,7 +97,7 @@ StoredHalfLengths = Annotated[
         metavar="NUMBER|all",
         help="Half length of a straight wall [default: the catalogue's only one, else 1.6]; "
         "repeatable, a grid FROM:TO:COUNT, or all that are stored.",
-        autocompletion=completion.half_lengths,
+        autocompletion=completion.several_half_lengths,
     ),
 ]
 OutputFormat = Annotated[Format, typer.Option("--format", help="How to write the result.")]

@@ -10,6 +10,9 @@ _MEMORY = 20.0
 """Seconds over which the rate is taken, if there are a few steps in them."""
 
 _STEPS = 3
+_TELLING, _LONG = 0.01, 10.0
+"""Which part of the work, or how many seconds of it, tell how long all of it takes: a fill begins with small
+periods, which would let it take hours."""
 _NARROWEST, _WIDEST = 8, 40
 """Columns of the bar, which has a third of the line."""
 
@@ -77,6 +80,9 @@ class Pace:
         """Return the seconds that are left; None if nobody knows yet."""
         rate, marks = self.rate(), tuple(self._marks)
         if rate <= 0 or self.state.done >= self.state.total:
+            return None
+        (began, at_first), (last, done) = marks[0], marks[-1]
+        if done - at_first < _TELLING * self.state.total and last - began < _LONG:
             return None
         return max(1.0, (self.state.total - self.state.done) / rate - (now - marks[-1][0]))
 

@@ -79,7 +79,6 @@ def all_meant(path: Path, asked: Sequence[str] | None) -> tuple[float, ...]:
         If all are asked for that are stored, and there is no catalogue.
     """
     from orbitdb.store.file.database import check_file
-    from orbitdb.store.reading.catalogue import Catalogue
 
     values = half_lengths.named(asked)
     if values is not None:
@@ -90,6 +89,8 @@ def all_meant(path: Path, asked: Sequence[str] | None) -> tuple[float, ...]:
         raise InputError(
             f"--a {half_lengths.ALL} is every a that is stored, and there is no catalogue at {path}"
         )
+    from orbitdb.store.reading.catalogue import Catalogue
+
     with closing(Catalogue(path)) as catalogue:
         return half_lengths.stored(catalogue)
 

@@ -131,7 +131,7 @@ def repeats(word: str, root: str) -> str:
 
 
 def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
-    """Write rows to stdout; return how many there were."""
+    """Write rows, or for csv and JSON lines that are ready, to stdout; return how many there were."""
     if form is Format.TABLE:
         return _write_table(columns, rows)
     if form in (Format.MARKDOWN, Format.LATEX):
@@ -152,7 +152,7 @@ def _write_json(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: For
     count = 0
     for row in rows:
         sys.stdout.write(between if count else opening)
-        sys.stdout.write(json_object(columns, row))
+        sys.stdout.write(row if isinstance(row, str) else json_object(columns, row))
         count += 1
     if count or array:
         sys.stdout.write(closing if count else "[]\n")

@@ -8,6 +8,7 @@ from orbitdb.columns import IN_CATALOGUE
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
+    from orbitdb.store.reading.catalogue import Catalogue
 
 KEYS = (
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
@@ -84,3 +85,25 @@ def with_rules(names: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> Itera
     place = names.index("rules")
     for row in rows:
         yield (*row[:place], rules_of(row[place]), *row[place + 1 :])
+
+
+def ready_lines(
+    catalogue: "Catalogue",
+    stadiums: Sequence["Selection"],
+    names: tuple[str, ...],
+    order: str,
+    form: str,
+    mark: bool,
+) -> Iterator[str] | None:
+    """Return all rows of a subset at one a as ready lines of a text; None where they are not so many."""
+    from orbitdb.export import LINES
+    from orbitdb.store.reading.spread import spread_lines
+
+    if form not in LINES or len(stadiums) > 1:
+        return None
+
+    def lines(rows: Iterable[Sequence[Any]]) -> Iterator[str]:
+        told = with_rules(names, map(tuple, rows))
+        return LINES[form](names, with_marks(names, told) if mark else told)
+
+    return spread_lines(catalogue, stadiums[0], names, order, lines)

@@ -35,20 +35,27 @@ def orbit(folder: Path) -> str:
     return solve_word(SHOWN, Stadium(1.2))._repr_svg_() + "\n"
 
 
-def browse(folder: Path) -> str:
-    """Take the main screen of the terminal UI."""
+def _screen(*keys: str) -> Callable[[Path], str]:
+    """Return what takes the terminal UI when some keys have been pressed."""
+
+    def draw(folder: Path) -> str:
+        return plain_screenshot(asyncio.run(_taken(folder, keys)))
+
+    return draw
+
+
+async def _taken(folder: Path, keys: tuple[str, ...]) -> str:
     from orbitdb import Selection, Status
     from orbitdb.cli.tui.app import BrowseApp
 
-    async def take() -> str:
-        app = BrowseApp(folder / "orbits.db", Selection(statuses=(Status.ORBIT,)), SHOWN)
-        async with app.run_test(size=SCREEN) as pilot:
+    app = BrowseApp(folder / "orbits.db", Selection(statuses=(Status.ORBIT,)), SHOWN)
+    async with app.run_test(size=SCREEN) as pilot:
+        for key in ("", *keys):
+            await pilot.press(*filter(None, [key]))
             await pilot.pause()
             await app.workers.wait_for_complete()
             await pilot.pause()
-            return app.export_screenshot(title="orbitdb browse")
-
-    return plain_screenshot(asyncio.run(take()))
+        return app.export_screenshot(title="orbitdb browse")
 
 
 def plain_screenshot(svg: str) -> str:
@@ -143,7 +150,10 @@ def entropy_width(folder: Path) -> str:
 
 DRAWN: dict[str, Callable[[Path], str]] = {
     "orbit.svg": orbit,
-    "browse.svg": browse,
+    "browse.svg": _screen(),
+    "whole-orbit.svg": _screen("enter"),
+    "counts.svg": _screen("d"),
+    "columns.svg": _screen("asterisk", "j", "asterisk", "s", "end", "enter", "C"),
     "reverse.svg": _figure("orbitdb plot reverse --code 1232131 --a 1.2 -o"),
     "entropy.svg": _figure("orbitdb plot entropy -o"),
     "lyapunov.svg": _figure("orbitdb plot lyapunov -o"),
@@ -156,6 +166,9 @@ DRAWN: dict[str, Callable[[Path], str]] = {
     "work-precision.svg": _figure("orbitdb bench --plot"),
 }
 """Every picture, and what draws it from a folder with a catalogue."""
+
+SCREENS = {"browse.svg", "whole-orbit.svg", "counts.svg", "columns.svg"}
+"""Those of the terminal UI."""
 
 MEASURED = {"work-precision.svg", "entropy-width.svg"}
 """Those that show run times."""

@@ -161,11 +161,24 @@ def _name(name: str, thing: Any) -> str:
     return "\n".join([f"## {name}", "", "```{eval-rst}", *lines, "```"])
 
 
+def keys() -> str:
+    """Return the keys of the screens of the terminal UI, as its help tells them."""
+    from orbitdb.cli.tui.keys import COUNTS, MAIN, STATISTICS, WHOLE
+
+    lines = ["| | key | does |", "|---|---|---|"]
+    for title, told in (*MAIN, COUNTS[0], STATISTICS[0], WHOLE[0]):
+        for place, (names, means) in enumerate(told):
+            shown = " ".join(f"`{each}`" for each in names.split())
+            lines.append(f"| {'' if place else title} | {shown} | {_plain(means)} |")
+    return "\n".join(lines)
+
+
 _SPECIAL = ("__contains__", "__getitem__", "__iter__", "__len__")
 
 _TEXTS: dict[str, Callable[[], str]] = {
     "commands": commands,
     "names": names,
+    "keys": keys,
     "columns_of_words": lambda: columns(OF_WORDS),
     "columns_of_orbits": lambda: columns(OF_ORBITS),
     "columns_of_bounces": lambda: columns(OF_BOUNCES),

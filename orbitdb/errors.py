@@ -16,3 +16,7 @@ class StoreError(Exception):
 
 class WorkError(Exception):
     """Work could not be done by the processes that should do it; the message says why and what to do."""
+
+
+class ExportError(InputError):
+    """The file cannot be written; the message says why and what to do."""

@@ -7,33 +7,29 @@ theirs in a second file, named as the W3C's "CSV on the Web" names it: ``orbits.
 
 import contextlib
 import csv
+import io
 import json
 import math
 import os
 import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from itertools import chain, islice
+from itertools import islice
 from pathlib import Path
 from typing import IO, Any, TextIO
 
 from orbitdb.columns import kind_of
-from orbitdb.errors import InputError, StoreError
+from orbitdb.errors import ExportError, StoreError
 from orbitdb.plaintext import cell
 
 Row = Sequence[Any]
 Metadata = Mapping[str, Any]
 
 _BLOCK = 20_000
-_LARGEST_TEXT = 2**31
 
 
-class ExportError(InputError):
-    """The file cannot be written; the message says why and what to do."""
-
-
-def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Row], delimiter: str = ",") -> int:
-    """Write one line a row under a line of names, and return how many rows there were.
+def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Row | str], delimiter: str = ",") -> int:
+    """Write one line a row, or a row that is a line, under a line of names; return how many rows there were.
 
     Lists have blanks between, None is empty, and no text is a formula (`orbitdb.plaintext.cell`).
     """
@@ -41,16 +37,30 @@ def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Row], delimit
     writer.writerow(columns)
     count = 0
     for row in rows:
-        writer.writerow([cell(value) for value in row])
+        if isinstance(row, str):
+            file.write(f"{row}\n")
+        else:
+            writer.writerow([cell(value) for value in row])
         count += 1
     return count
 
 
-def write_jsonl(file: TextIO, columns: Sequence[str], rows: Iterable[Row]) -> int:
-    """Write one JSON object a row, and return how many there were."""
+def csv_lines(columns: Sequence[str], rows: Iterable[Row]) -> Iterator[str]:
+    """Yield what `write_csv` writes of each row."""
+    line = io.StringIO()
+    writer = csv.writer(line, lineterminator="\n")
+    for row in rows:
+        writer.writerow([cell(value) for value in row])
+        yield line.getvalue().removesuffix("\n")
+        line.seek(0)
+        line.truncate()
+
+
+def write_jsonl(file: TextIO, columns: Sequence[str], rows: Iterable[Row | str]) -> int:
+    """Write one JSON object a row, or a row that is one, and return how many there were."""
     count = 0
     for row in rows:
-        file.write(json_object(columns, row) + "\n")
+        file.write((row if isinstance(row, str) else json_object(columns, row)) + "\n")
         count += 1
     return count
 
@@ -61,7 +71,19 @@ def json_object(columns: Sequence[str], row: Row) -> str:
     return json.dumps(dict(zip(columns, values, strict=True)))
 
 
-TEXT_WRITERS: dict[str, Callable[[TextIO, Sequence[str], Iterable[Row]], int]] = {
+def json_lines(columns: Sequence[str], rows: Iterable[Row]) -> Iterator[str]:
+    """Yield what `write_jsonl` writes of each row."""
+    return (json_object(columns, row) for row in rows)
+
+
+LINES: dict[str, Callable[[Sequence[str], Iterable[Row]], Iterator[str]]] = {
+    "csv": csv_lines,
+    "json": json_lines,
+    "jsonl": json_lines,
+}
+"""What makes the lines of a format, which its writer takes for rows."""
+
+TEXT_WRITERS: dict[str, Callable[[TextIO, Sequence[str], Iterable[Row | str]], int]] = {
     "csv": write_csv,
     "jsonl": write_jsonl,
 }
@@ -118,7 +140,7 @@ def _contradiction(path: Path, ending: str, form: str) -> ExportError:
 
 
 def write_file(
-    path: Path, form: str, columns: Sequence[str], rows: Iterable[Row], metadata: Metadata
+    path: Path, form: str, columns: Sequence[str], rows: Iterable[Any], metadata: Metadata
 ) -> None:
     """Write rows to a file that appears when it is complete.
 
@@ -148,6 +170,8 @@ def write_file(
                 TEXT_WRITERS[form](file, columns, rows)
             beside.write_text(json.dumps(described, indent=2) + "\n", encoding="utf-8")
         return
+    from orbitdb.npz import write_npz  # with NumPy, which texts do without
+
     with complete(path) as data, open(data, "wb") as binary:
         (write_parquet if form == "parquet" else write_npz)(binary, columns, rows, metadata)
 
@@ -232,42 +256,3 @@ def write_parquet(file: IO[bytes], columns: Sequence[str], rows: Iterable[Row], 
                 for values, field in zip(zip(*block, strict=True), schema, strict=True)
             ]
             writer.write_batch(pa.record_batch(arrays, schema=schema))
-
-
-def write_npz(file: IO[bytes], columns: Sequence[str], rows: Iterable[Row], metadata: Metadata) -> None:
-    """Write one array a column and ``metadata``, a text with JSON.
-
-    Numbers that a row does not have are NaN, integers -1, texts empty. A column of lists is one flat
-    array, and ``<name>_start`` says where each row begins in it and where the last one ends.
-    """
-    import numpy as np
-
-    table = list(rows)
-    arrays: dict[str, Any] = {"metadata": np.array(json.dumps(dict(metadata)))}
-    values = zip(*table, strict=True) if table else [()] * len(columns)
-    for name, column in zip(columns, values, strict=True):
-        kind = kind_of(name)
-        if kind.endswith("s"):
-            lists = [item or [] for item in column]
-            flat_type = np.float64 if kind == "numbers" else np.int64
-            arrays[name] = np.array(list(chain.from_iterable(lists)), dtype=flat_type)
-            arrays[f"{name}_start"] = np.cumsum([0, *map(len, lists)], dtype=np.int64)
-        elif kind == "text":
-            arrays[name] = _text_array([item or "" for item in column], name)
-        elif kind == "integer":
-            arrays[name] = np.array([-1 if item is None else item for item in column], dtype=np.int64)
-        else:
-            arrays[name] = np.array(column, dtype=np.float64)
-    np.savez_compressed(file, **arrays)
-
-
-def _text_array(texts: Sequence[str], name: str) -> Any:
-    """Return texts as an array of fixed width, the only kind that npz has."""
-    import numpy as np
-
-    width = max(map(len, texts), default=1)
-    if 4 * width * len(texts) > _LARGEST_TEXT:
-        raise ExportError(
-            f"npz holds all texts as wide as the longest {name}, of {width}: use parquet, or fewer periods"
-        )
-    return np.array(texts, dtype=f"U{width}")

@@ -33,6 +33,11 @@ def _is_array(field):
     )
 
 
+def test_no_public_name_is_that_of_a_module():
+    """A module that is imported would take its place."""
+    assert not {found.name for found in pkgutil.iter_modules(orbitdb.__path__)} & set(orbitdb.__all__)
+
+
 def test_every_public_record_with_arrays_is_equal_by_value():
     kinds = list(_records())
     assert {"Orbit", "Orbits", "Subset", "ChosenClasses", "ClassRows"} <= {kind.__name__ for kind in kinds}

@@ -1,5 +1,6 @@
-"""``orbitdb browse``: the terminal UI."""
+"""``orbitdb browse``: the terminal UI, in a terminal or in a browser."""
 
+import os
 import sys
 from dataclasses import replace
 from typing import Annotated
@@ -8,7 +9,9 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.reading import meant
+from orbitdb.cli.render import note
 from orbitdb.errors import InputError
+from orbitdb.extras import load
 
 EXAMPLES = """
 Examples:
@@ -18,7 +21,10 @@ Examples:
   orbitdb browse --code 1232131
 
   orbitdb browse --p 9 --where "lambda_c < 0.4"
+
+  orbitdb browse --web
 """
+_PORT = 8000
 
 
 def register(app: typer.Typer) -> None:
@@ -30,9 +36,16 @@ def register(app: typer.Typer) -> None:
 @options.with_choice
 def browse(
     *,
+    context: typer.Context,
     code: Annotated[str | None, typer.Option("--code", help="Open at this word, in any rotation.")] = None,
     a: options.StoredHalfLength = None,
     choice: options.Choice,
+    web: Annotated[
+        bool, typer.Option("--web", help="Show it in a browser on this machine, at an address that is told.")
+    ] = False,
+    port: Annotated[
+        int, options.count_option("--port", least=0, most=65535, help="Of that address; 0 for any free one.")
+    ] = _PORT,
     db: options.Database = None,
 ) -> None:
     """Browse the catalogue in the terminal: look at orbits, choose subsets, compute (? shows the keys)."""
@@ -42,14 +55,41 @@ def browse(
     path, chosen = db or default_path(), choice.at(options.USUAL_A if a is None else a)
     if code is not None:
         parse(code)
-    if not all(stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr)):  # it draws on stderr
-        raise InputError("browse needs a terminal: use 'orbitdb query' where there is none")
+    if web:
+        server = load("orbitdb.cli.tui.web", "browse --web", "web")
+    else:
+        options.refuse_idle(context, "without --web", "port")
+        _need_terminal()
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.kept import state_path
 
     app = BrowseApp(path, replace(chosen, a=meant(path, a)), code, state_path())
     if chosen.where is not None:
         app.check_filter(chosen.where, dict(chosen.parameters))
+    if web:
+        arguments = ["browse", f"--db={path.absolute()}", *_typed_again(context)]
+        server.serve(arguments, port, lambda address: note(f"{address} shows {path}; Ctrl-C ends it"))
+        return
     app.run()
     if app.failure is not None:
         raise app.failure
+
+
+def _need_terminal() -> None:
+    """Refuse to draw on what is no terminal, unless a browser shows it."""
+    if "TEXTUAL_DRIVER" in os.environ:
+        return
+    if not all(stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr)):  # it draws on stderr
+        raise InputError("browse needs a terminal: use 'orbitdb query' where there is none, or --web")
+
+
+def _typed_again(context: typer.Context) -> list[str]:
+    """Return the options that choose what is shown, as they can be typed."""
+    typed = []
+    for parameter in context.command.params:
+        value = context.params.get(parameter.name or "")
+        if parameter.name in ("web", "port", "db") or value is None:
+            continue
+        flag = parameter.opts[0] + ("=" if parameter.opts[0].startswith("--") else "")
+        typed += [f"{flag}{each}" for each in (value if isinstance(value, list | tuple) else [value])]
+    return typed

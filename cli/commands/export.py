@@ -15,7 +15,7 @@ from orbitdb.cli.half_lengths import several, with_a
 from orbitdb.cli.progress import Progress, progress
 from orbitdb.cli.reading import note_gaps, note_nothing, reading_all
 from orbitdb.cli.render import note
-from orbitdb.cli.rows import COLUMNS_HELP, KEYS, Reading, Row, in_order, with_marks, with_rules
+from orbitdb.cli.rows import COLUMNS_HELP, KEYS, Reading, Row, in_order, ready_lines, with_marks, with_rules
 from orbitdb.columns import OF_BOUNCES
 from orbitdb.errors import InputError
 
@@ -119,18 +119,20 @@ def export(
         for chosen in stadiums:
             note_gaps(catalogue, chosen, names=names, order=order)
         behind = BOUNCES if bounces else COORDINATES if coordinates else ""
-        rows = in_order(_reading(catalogue, order, behind), stadiums, names, order, limit)
+        rows: Iterator[Any] = in_order(_reading(catalogue, order, behind), stadiums, names, order, limit)
         rows = _bounce_by_bounce(rows) if bounces else rows
         names += BOUNCE_COLUMNS if bounces else (COORDINATES,) if coordinates else ()
         rows = with_rules(names, rows)
+        rows = with_marks(names, rows) if mark_words else rows
+        if not behind and limit is None:
+            rows = ready_lines(catalogue, stadiums, names, order, kind, mark_words) or rows
         with progress("sorting"):
             first = next(rows, None)
         if first is None:
             for chosen in stadiums:
                 note_nothing(catalogue, chosen, ": nothing is written")
             raise typer.Exit(1)
-        everything: Iterator[Row] = chain([first], rows)
-        everything = with_marks(names, everything) if mark_words else everything
+        everything = chain([first], rows)
         with progress("writing", to_stdout=file is None) as shown:
             written = _watched(everything, shown)
             if file is None:
@@ -140,7 +142,7 @@ def export(
     note(f"{_described(stadiums)}, in {file}")
 
 
-def _watched(rows: Iterator[Row], shown: Progress) -> Iterator[Row]:
+def _watched(rows: Iterator[Any], shown: Progress) -> Iterator[Any]:
     """Pass rows on, and show how many they are."""
     for count, row in enumerate(rows):
         if count % _BETWEEN_TELLING == 0:

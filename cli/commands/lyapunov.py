@@ -93,8 +93,9 @@ def lyapunov(
     else:
         write_answers(found, many, form)
     if cut is None:
-        for chosen in stadiums:
-            _note_bounds(chosen.a, many)
+        for each in found:
+            if each is not None:
+                _note_bounds(each.a, many)
 
 
 def _at_one(

@@ -14,7 +14,7 @@ from orbitdb.cli.half_lengths import several, with_a
 from orbitdb.cli.options import Format
 from orbitdb.cli.reading import all_meant, note_gaps, note_nothing, reading_all
 from orbitdb.cli.render import code_text, note, write, write_facts
-from orbitdb.cli.rows import COLUMNS_HELP, KEYS, Row, in_order, with_marks, with_rules
+from orbitdb.cli.rows import COLUMNS_HELP, KEYS, Row, in_order, ready_lines, with_marks, with_rules
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -126,8 +126,11 @@ def query(
         ) -> Iterator[Row]:
             return catalogue.rows(chosen, names, order, limit, offset)
 
-        rows = with_rules(names, in_order(read, stadiums, names, order, shown, offset))
-        count = write(names, with_marks(names, rows) if mark_words else rows, form)
+        rows: Iterator[Any] = with_rules(names, in_order(read, stadiums, names, order, shown, offset))
+        rows = with_marks(names, rows) if mark_words else rows
+        if shown is None and not offset:
+            rows = ready_lines(catalogue, stadiums, names, order, form, mark_words) or rows
+        count = write(names, rows, form)
         cut = offset or count == shown
         counted = cut and (form is Format.TABLE or not count)
         total = sum(map(catalogue.count, stadiums)) if counted else count

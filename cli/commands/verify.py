@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.executors import Jobs, Solvers
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import without
@@ -29,6 +30,9 @@ Examples:
 
   orbitdb verify --sample 1000 --restarts 10 --seed 7 --json
 """
+
+_WORK = 8
+"""Sequences that are found and solved in the time in which one is checked."""
 
 COLUMNS = ("check", "rows", "failures", "worst", "share", "first")
 
@@ -69,6 +73,7 @@ def verify(
         bool,
         typer.Option("--births", help="Prove that no birth or death is missing for a from 0.02 to 1000."),
     ] = False,
+    jobs: Jobs = None,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
     db: options.Database = None,
@@ -103,6 +108,8 @@ def verify(
     partial: dict[float, list[Fill]] = {}
     unfilled: list[str] = []
 
+    solvers = Solvers.chosen(None, None, jobs)
+
     def work() -> "Iterator[Step]":
         with catalogue.at_one_moment() as still:
             stadiums = still.a_values() if a is None else [Stadium(a).a]
@@ -110,7 +117,12 @@ def verify(
             partial.update((selection.a, still.partial(selection)) for selection in chosen)
             if a is not None or choice.p is not None:
                 unfilled.extend(filter(None, (_unfilled(still, each) for each in chosen)))
-            yield from steps(still, chosen, sample, restarts, seed, births)
+            known = sum(
+                fill.words for each in chosen for fill in still.fills(each.a) if each.includes(fill.p)
+            )
+            with solvers.at_work(_WORK * (known if sample is None else sample), 0) as workers:
+                here = workers if workers.jobs > 1 else None
+                yield from steps(still, chosen, sample, restarts, seed, births, here)
         if rigorous:
             from orbitdb.verification.rigorous import certify
 

@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -34,11 +35,13 @@ from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.class_index import Index, Part
     from orbitdb.store.reading.fills import Fill
     from orbitdb.store.reading.lookup import Lives
-    from orbitdb.store.reading.pages import Index
 
 _SECONDS_BETWEEN_LOOKS = 2.0
+_RESTS = 5
+"""Times that the last look took until the next one, at least."""
 _WIDTHS = [(0, "-slim"), (76, "-narrow"), (140, "-wide")]
 _HEIGHTS = [(0, "-short"), (36, "-tall")]
 
@@ -93,7 +96,8 @@ class BrowseApp(App[None]):
         self.catalogue = _opened(path)
         self._selection, self._code = selection, code
         self._known: tuple[list[Fill], Index] | None = None
-        self._shown_at = 0.0
+        self._reading = threading.Lock()
+        self._shown_at = self._took = 0.0
         self._leaving = False
         self.failure: StoreError | Terminated | KeyboardInterrupt | None = None
 
@@ -104,7 +108,8 @@ class BrowseApp(App[None]):
                 asyncio.get_running_loop().add_signal_handler(number, self._end, number)
 
     def _end(self, number: int) -> None:
-        self.failure = KeyboardInterrupt() if number == signal.SIGINT else Terminated(number)
+        if not self.is_web:  # there the server is told, too, and says so
+            self.failure = KeyboardInterrupt() if number == signal.SIGINT else Terminated(number)
         self.action_stop_fill()
         self._leaving = True
         self.exit()
@@ -123,18 +128,31 @@ class BrowseApp(App[None]):
 
     def index(self, catalogue: "Catalogue", a: float) -> "Index":
         """Return the index of the sequences at one a; it is read anew when a fill has come further."""
-        from orbitdb.store.reading.pages import load_index
+        from orbitdb.store.reading.index_reading import load_index
 
-        fills = catalogue.fills(a)
-        if self._known is None or self._known[0] != fills or self._known[1].a != a:
-            self._known = fills, load_index(catalogue, a)
-        return self._known[1]
+        with self._reading:  # one worker reads, though another may wait for the same
+            fills, begun = catalogue.fills(a), time.monotonic()
+            if self._known is None or self._known[0] != fills or self._known[1].a != a:
+                self._known = fills, load_index(catalogue, a, self._still_known(fills, a))
+                self._took = time.monotonic() - begun
+            return self._known[1]
+
+    def _still_known(self, fills: list["Fill"], a: float) -> dict[int, "Part"]:
+        """Return what is known of the periods at one a that were whole, and are."""
+        if self._known is None or self._known[1].a != a:
+            return {}
+        whole = {fill.p for fill in fills if fill.whole and fill in self._known[0]}
+        return {part.words.p: part for part in self._known[1].parts if part.words.p in whole}
 
     def look_again(self) -> None:
         """Read the file anew."""
         if self.catalogue is None:
             self.catalogue = _opened(self.path)
         self._known = None
+        self._main.refresh_catalogue()
+
+    def _look_on(self) -> None:
+        """Read what a fill here has stored since the last look; periods that were whole are as they were."""
         self._main.refresh_catalogue()
 
     def find(self, word: str, a: float) -> Orbit:
@@ -207,8 +225,6 @@ class BrowseApp(App[None]):
 
     def on_browse_app_filled(self, message: Filled) -> None:
         """Show what has been stored, not more often than can be read."""
-        import time
-
         state = message.state
         now = time.monotonic()
         if self.catalogue is None:
@@ -219,9 +235,9 @@ class BrowseApp(App[None]):
         if self._leaving:
             return
         self._main.follow_fill(state)
-        if not state.runs or now - self._shown_at > _SECONDS_BETWEEN_LOOKS:
+        if not state.runs or now - self._shown_at > max(_SECONDS_BETWEEN_LOOKS, _RESTS * self._took):
             self._shown_at = now
-            self.look_again()
+            self._look_on()
         if not state.runs:
             self.notify(
                 f"fill {state.sentence()}",

@@ -10,8 +10,8 @@ from orbitdb.orbits.orbit import Orbit
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.class_index import Index
     from orbitdb.store.reading.lookup import Lives
-    from orbitdb.store.reading.pages import Index
 
 
 class Browser(Protocol):

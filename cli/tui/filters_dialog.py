@@ -11,6 +11,8 @@ from textual.screen import ModalScreen
 from textual.widgets import Label, OptionList
 from textual.widgets.option_list import Option
 
+from orbitdb.plaintext import printable
+
 KEEP = ""
 """The answer that the present filter is to be kept; no filter has this name."""
 
@@ -46,7 +48,7 @@ class FiltersDialog(ModalScreen[str | None]):
             box.border_subtitle = "enter takes it, x forgets it"
             yield OptionList(
                 Option("keep the present one …"),
-                *(Option(Text(name)) for name in self._filters),
+                *(Option(Text(printable(name))) for name in self._filters),
             )
             yield Label("", classes="complaint -note", markup=False)
 

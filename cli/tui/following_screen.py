@@ -16,9 +16,6 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from orbitdb.store.reading.standings import Standings
 
 _ORBIT = "orbit"
@@ -53,7 +50,7 @@ class FollowingScreen(WordScreen):
         source = self.query_one(PagedTable).source
         if not isinstance(source, Followed):
             return super().rows_title
-        return f"{_counts(source.standing).get(_ORBIT, 0):,} orbits at a = {source.a:.9g}"
+        return f"{source.counts().get(_ORBIT, 0):,} orbits at a = {source.a:.9g}"
 
     def action_follow(self, up: bool) -> None:
         """Follow the orbit to a greater or smaller a, past its births and deaths."""
@@ -120,12 +117,12 @@ class FollowingScreen(WordScreen):
         note, table = self.query_one("#standing", Static), self.query_one(PagedTable)
         note.display = True
         lacking = _lacking(self._without)
-        if lacking and not standings.known.any():
+        if lacking and not (standings.known & (pages.keys.words_of_classes() > 0)).any():
             note.update(f"the rows stay at a = {self.selection.a:g}: {lacking}")
             self._away = None
         else:
             rows = Followed(pages, a, standings.at(a))
-            others = [f"{n:,} {words}" for words, n in _counts(rows.standing).items() if words != _ORBIT]
+            others = [f"{n:,} {words}" for words, n in rows.counts().items() if words != _ORBIT]
             note.update("; ".join(filter(None, (", ".join(others) or "no other", lacking))))
             table.show(rows, table.cursor)
         self._say_reading("")
@@ -135,7 +132,7 @@ class FollowingScreen(WordScreen):
         from orbitdb.store.reading.standings import load_standings, periods_without
 
         try:
-            standings = load_standings(pages.catalogue, pages.index, pages.keys)
+            standings = load_standings(pages.catalogue, pages.index)
             without = periods_without(pages.index, pages.keys, standings)
         except StoreError as error:
             self.post_message(self.Failed(str(error)))
@@ -148,16 +145,6 @@ class FollowingScreen(WordScreen):
             self._standings, self._without = message.standings, message.without
             self._follow(message.pages)
             self._say_reading("")
-
-
-def _counts(standing: "NDArray[np.uint8]") -> dict[str, int]:
-    """Count the rows by what they are."""
-    import numpy as np
-
-    from orbitdb.store.reading.standings import Standing
-
-    counts = np.bincount(standing, minlength=len(Standing))
-    return {each.words: int(counts[each]) for each in Standing if counts[each]}
 
 
 def _lacking(periods: list[int]) -> str:

@@ -1,7 +1,6 @@
 """Jumping by typing: where the first row is of a period, or of a code that begins so."""
 
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Callable
 
 from orbitdb.cli.tui.source import Pages
 from orbitdb.symbols.words import (
@@ -18,6 +17,9 @@ from orbitdb.symbols.words import (
 Found = tuple[int | None, str]
 """The number of a row, or None, and what is in it."""
 
+Span = tuple[int, int]
+"""A key, and one above it: what is meant is from the first on, and below the other."""
+
 
 def place_of(pages: Pages, typed: str) -> Found:
     """Return where what was typed leads to, and say what that is.
@@ -33,47 +35,36 @@ def place_of(pages: Pages, typed: str) -> Found:
         Digits.
     """
     period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0
-    place = _first(_of_period(pages, period)) if period else None
+    place = pages.keys.first_within(_of_period(pages, period)) if period else None
     if place is not None:
         return place, f"period {period}"
     if not set(typed) <= set(SYMBOLS):
         return None, f"no period {period}" if period else f"no code {typed}"
     place = _place_of_word(pages, typed)
     if place is None:
-        place = _first(_beginning(pages, typed))
+        place = pages.keys.first_within(_beginning(pages, typed))
     return place, f"code {typed}" if place is not None else f"no code {typed}"
 
 
-def _first(fits: NDArray[np.bool_]) -> int | None:
-    places = np.flatnonzero(fits)
-    return int(places[0]) if len(places) else None
-
-
-def _of_period(pages: Pages, period: int) -> NDArray[np.bool_]:
+def _of_period(pages: Pages, period: int) -> list[Span]:
+    """Return where the keys of the words of a period are."""
     if period <= MAX_KEYED:
         low, high = keys_of_period(period)
-        return (low <= pages.keys) & (pages.keys <= high)
-    fits = [word for word in pages.index.long_words if len(word) == period]
-    return _are_long(pages, fits)
+        return [(low, high)]
+    return _long(pages, lambda word: len(word) == period)
 
 
-def _beginning(pages: Pages, code: str) -> NDArray[np.bool_]:
-    """Tell which words begin with some symbols: those of each period stand between two keys."""
-    fits = _are_long(pages, [word for word in pages.index.long_words if word.startswith(code)])
-    for p in range(len(code), MAX_KEYED + 1):
-        rest = BITS * (p - len(code))
-        low = key(code) << rest
-        fits |= (low <= pages.keys) & (pages.keys < low + (1 << rest))
-    return fits
+def _beginning(pages: Pages, code: str) -> list[Span]:
+    """Return where the keys of the words are that begin with some symbols: in each period, between two."""
+    rests = [BITS * (p - len(code)) for p in range(len(code), MAX_KEYED + 1)]
+    spans = [(key(code) << rest, (key(code) + 1) << rest) for rest in rests]
+    return spans + _long(pages, lambda word: word.startswith(code))
 
 
-def _are_long(pages: Pages, words: list[str]) -> NDArray[np.bool_]:
-    fits = np.zeros(len(pages.keys), dtype=np.bool_)
-    for word in words:
-        place = pages.index.position(pages.keys, word)
-        if place is not None:
-            fits[place] = True
-    return fits
+def _long(pages: Pages, fits: Callable[[str], bool]) -> list[Span]:
+    """Return the keys of long words, one by one."""
+    keys = [pages.index.key(word) for word in pages.index.long_words if fits(word)]
+    return [(number, number + 1) for number in keys if number is not None]
 
 
 def _place_of_word(pages: Pages, code: str) -> int | None:

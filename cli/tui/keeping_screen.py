@@ -46,12 +46,10 @@ class KeepingScreen(JumpingScreen):
             self.browser.kept.load()
         except InputError as error:
             self.call_later(self.notify, str(error), severity="error")
-        self.set_reactive(OrbitScreen.columns, chosen(self.browser.kept.state.columns))
+        state = self.browser.kept.state
+        self.set_reactive(OrbitScreen.columns, chosen(state.columns))
+        self.set_reactive(OrbitScreen.marked, frozenset(state.marked))
         yield from super().compose()
-
-    def on_mount(self) -> None:
-        """Show the marks."""
-        self._show_marks()
 
     def _change(self, changed: Callable[[State], State]) -> None:
         """Change what is kept; where it cannot be, it holds for this session."""
@@ -85,12 +83,9 @@ class KeepingScreen(JumpingScreen):
         marked = self.browser.kept.state.marked
         verb = "marked" if word in marked else "unmarked"
         self.notify(f"{verb} {code_text(word)}, {len(marked)} in all; ' shows them", timeout=2)
-        self._show_marks()
+        self.marked = frozenset(marked)
         if self._shows_marked:
             self._choose_marked(self._unmarked_where)
-
-    def _show_marks(self) -> None:
-        self.query_one(PagedTable).marked = frozenset(self.browser.kept.state.marked)
 
     @property
     def _shows_marked(self) -> bool:

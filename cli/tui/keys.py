@@ -14,7 +14,7 @@ MAIN: tuple[Group, ...] = (
         ("pgdn pgup", "a page"),
         ("g G", "first, last row"),
         ("h l ← →", "more columns"),
-        ("0 .. 9", "to a period, a code"),
+        ("0 .. 9", "period or code"),
         ("c", "any code, solved"),
     )),
     ("its symmetry class", (
@@ -46,8 +46,6 @@ MAIN: tuple[Group, ...] = (
         ("*", "mark, unmark"),
         ("'", "marked orbits only"),
         ("F", "filters by name"),
-    )),
-    ("taking away", (
         ("y", "copy the word"),
         ("e", "export to a file"),
     )),

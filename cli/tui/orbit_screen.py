@@ -52,6 +52,7 @@ class OrbitScreen(Screen[None]):
     compared: reactive[tuple[Orbit, ...]] = reactive((), always_update=True, repaint=False)
     report: reactive[str] = reactive("", repaint=False)
     columns: reactive[tuple[Column, ...]] = reactive(COLUMNS, repaint=False)
+    marked: reactive[frozenset[str]] = reactive(frozenset(), repaint=False)
 
     @dataclass
     class RowsRead(Message):
@@ -118,7 +119,7 @@ class OrbitScreen(Screen[None]):
             yield Static(GREETING.format(path=choices.escaped(str(self.browser.path))))
         with Horizontal(id="body"):
             with Vertical(id="rows"):
-                yield PagedTable(id="table").data_bind(OrbitScreen.columns)
+                yield PagedTable(id="table").data_bind(OrbitScreen.columns, OrbitScreen.marked)
                 yield Static(id="unfilled", markup=False)
                 yield Static(id="standing", markup=False)
                 yield Position(id="position")

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.pages import Index, Keys
+    from orbitdb.store.reading.class_index import Index
+    from orbitdb.store.reading.ordered import Ordered
 
 Row = tuple[Any, ...]
 
@@ -66,7 +67,7 @@ class Pages:
     catalogue : Catalogue
     index : Index
         The sequences at one a.
-    keys : ndarray of int64
+    keys : Ordered
         The subset in its order.
     columns : sequence of str
         The columns of the table, the code first.
@@ -74,7 +75,7 @@ class Pages:
 
     catalogue: "Catalogue"
     index: "Index"
-    keys: "Keys"
+    keys: "Ordered"
     columns: Sequence[str]
     _blocks: OrderedDict[int, list[Row | None]] = field(default_factory=OrderedDict)
 
@@ -99,7 +100,7 @@ class Pages:
 
     def position(self, word: str) -> int | None:
         """Return where a word, as a least rotation, stands."""
-        return self.index.position(self.keys, word)
+        return self.keys.position(word)
 
 
 @dataclass(frozen=True)
@@ -112,8 +113,8 @@ class Followed:
         The rows, as they are where they are stored.
     a : float
         The stadium that is looked at.
-    standing : ndarray of uint8, shape (len(pages),)
-        A `Standing` a row.
+    standing : ndarray of uint8, shape (C,)
+        A `Standing` a class of the index.
     """
 
     pages: Pages
@@ -133,13 +134,23 @@ class Followed:
         stored = self.pages.row(place)
         if stored is None:
             return None
-        now = dict.fromkeys(_OF_ONE_A) | {"status": self._words(place)}
+        now = dict.fromkeys(_OF_ONE_A) | {"status": self._words(stored[0])}
         return tuple(now.get(name, value) for name, value in zip(self.pages.columns, stored, strict=True))
 
-    def _words(self, place: int) -> str:
+    def _words(self, word: str) -> str:
         from orbitdb.store.reading.standings import Standing
 
-        return Standing(self.standing[place]).words
+        number = self.pages.index.class_of(word)
+        return Standing(Standing.UNKNOWN if number is None else self.standing[number]).words
+
+    def counts(self) -> dict[str, int]:
+        """Return how many rows there are of each standing that occurs."""
+
+        from orbitdb.store.reading.standings import Standing
+
+        words = self.pages.keys.words_of_classes()
+        found = [int(words[self.standing == each].sum()) for each in Standing]
+        return {each.words: count for each, count in zip(Standing, found, strict=True) if count}
 
     def position(self, word: str) -> int | None:
         """Return where a word stands."""

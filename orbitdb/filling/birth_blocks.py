@@ -13,21 +13,20 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.equality import ByValue
 from orbitdb.orbits.births import Changes, find_changes_together
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.enumeration import Span, admissible_words, spans
-from orbitdb.symbols.symmetry import classify
-from orbitdb.symbols.words import BITS, pack
+from orbitdb.symbols.enumeration import Span, admissible_words
+from orbitdb.symbols.least_words import LeastWords, class_spans, least_words
+from orbitdb.symbols.words import unpack
 from orbitdb.version import __version__
 
-BLOCK = 1 << 15
-"""Words of a block: a second of work or two."""
+BLOCK = 1 << 17
+"""Words of a block: some seconds of work. A third of a second goes into any block, however small."""
 
+_WORDS_A_CLASS = 8
 _BLOCKS_A_JOB = 3
-_FIRST_LIGHT, _LIGHTER = 2, 8
-"""From 02 on hardly a word is the least of its class, as a mirror image or the reverse begins with 01."""
 _SOON = 8
 """The first block has at most this part of a full one, so that something is stored soon."""
 
-_SMALLEST = 4
+_SMALLEST = 2
 """Where several processes work, a period is cut into blocks down to this part of a full one."""
 
 
@@ -45,15 +44,10 @@ class BirthBlock:
 
     def solved(self) -> "SolvedBirths":
         """Find its words, their symmetry classes, and the changes of the classes whose least words it has."""
-        words, stabilisers, counts = [], [], []
-        for span in self.spans:
-            none = np.zeros((0, span.p), dtype=np.uint8)
-            here = np.concatenate([none, *admissible_words(*span)])
-            classes = classify(here)
-            least = classes.representative == pack(here)
-            words.append(here[least])
-            stabilisers.append(classes.stabiliser[least])
-            counts.append(len(here))
+        counts = [sum(map(len, admissible_words(*span))) for span in self.spans]
+        classes = [_classes(span) for span in self.spans]
+        words = [unpack(each.codes, span.p) for each, span in zip(classes, self.spans, strict=True)]
+        stabilisers = [each.stabiliser for each in classes]
         parts = zip(self.spans, counts, words, stabilisers, find_changes_together(words), strict=True)
         return SolvedBirths(tuple(SolvedSpan(*part) for part in parts), __version__, arithmetic())
 
@@ -124,16 +118,12 @@ def birth_blocks(periods: Sequence[tuple[int, int]], block: int, jobs: int) -> I
         room, size = 0, block
         if jobs > 1:
             size = min(block, max(total // (_BLOCKS_A_JOB * jobs), block // _SMALLEST))
-        yield from (BirthBlock((span,)) for span in _spans(p, size, after))
+        yield from (BirthBlock((span,)) for span in class_spans(p, size // _WORDS_A_CLASS, after))
     if small:
         yield BirthBlock(tuple(small))
 
 
-def _spans(p: int, size: int, after: int) -> Iterator[Span]:
-    """Cut the words of a period behind one into spans that have about equally many least words of classes."""
-    light = _FIRST_LIGHT << BITS * (p - 2)
-    for span in spans(p, size, after):
-        if span.after >= light:
-            yield from spans(p, _LIGHTER * size, span.after)
-            return
-        yield span
+def _classes(span: Span) -> LeastWords:
+    """Return the classes whose least words are in a span."""
+    none = LeastWords(np.zeros(0, np.int64), np.zeros(0, np.uint8))
+    return LeastWords(*map(np.concatenate, zip(none, *least_words(span), strict=True)))

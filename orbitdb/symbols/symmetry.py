@@ -183,7 +183,7 @@ def _classify(own: NDArray[np.int64], p: int) -> Classes:
     least = own.copy()
     element = np.zeros(own.shape, dtype=np.uint8)
     stabiliser = np.ones(own.shape, dtype=np.uint8)
-    for g, turned in enumerate(_packed_images(own, p)):
+    for g, turned in enumerate(packed_images(own, p)):
         if g:
             image = least_rotations(turned, p)
             stabiliser |= (image == own).astype(np.uint8) << np.uint8(g)
@@ -192,8 +192,8 @@ def _classify(own: NDArray[np.int64], p: int) -> Classes:
     return Classes(least, element, stabiliser)
 
 
-def _packed_images(codes: NDArray[np.int64], p: int) -> list[NDArray[np.int64]]:
-    """Return the images of packed words under the eight elements, in their order, not rotated."""
+def packed_images(codes: NDArray[np.int64], p: int) -> list[NDArray[np.int64]]:
+    """Return the images of packed words of order p <= 20 under the eight elements in order, not rotated."""
     images: list[NDArray[np.int64]] = []
     for one in (codes, reversed_words(codes, p)):
         sense, walls = _changes(one, p)

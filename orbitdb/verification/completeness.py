@@ -6,7 +6,8 @@ is stored twice.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,7 +42,8 @@ from orbitdb.symbols.words import (
     to_strings,
     unpack,
 )
-from orbitdb.verification.check import Check, Step, judged, shown
+from orbitdb.verification.blocks import ClassBlock
+from orbitdb.verification.check import Check, Step, judged
 
 if TYPE_CHECKING:
     import sqlalchemy as sa
@@ -113,8 +115,27 @@ def _wrong_counts(
         yield f"{solved} of {classes} classes have a row"
 
 
-def check_words(connection: "sa.Connection", chosen: Iterable[Ids]) -> Iterator[Step]:
-    """Check the words and classes of all that is chosen at some a."""
+@dataclass(frozen=True, eq=False)
+class WordBlock(ClassBlock):
+    """Classes of which the words are to be checked.
+
+    Attributes
+    ----------
+    cursor : str or None
+        The words of the period behind this one may not be stored yet.
+    """
+
+    cursor: str | None
+
+    def checked(self, connection: "sa.Connection") -> Step:
+        """Return what is found in the rows that a connection reads."""
+        rows = load_classes(connection, self.ids)
+        checks = tuple(_classes(connection, self.p, rows, self.cursor))
+        return Step(f"words, p = {self.p}", self.done, self.total, checks)
+
+
+def word_blocks(connection: "sa.Connection", path: Path, chosen: Iterable[Ids]) -> Iterator[WordBlock]:
+    """Yield blocks of all classes that are chosen at some a."""
     ids: Ids = {}
     for part in chosen:
         for p, those in part.items():
@@ -125,9 +146,7 @@ def check_words(connection: "sa.Connection", chosen: Iterable[Ids]) -> Iterator[
     cursors = {fill["p"]: fill["cursor"] or "" for fill in fills if fill["p"] not in done}
     total = sum(map(len, ids.values()))
     for p, block, before in blocks(ids):
-        rows = load_classes(connection, block)
-        checks = tuple(_classes(connection, p, rows, cursors.get(p)))
-        yield Step(f"words, p = {p}", before + len(block), total, checks)
+        yield WordBlock(path, p, block, before, total, cursors.get(p))
 
 
 def _classes(
@@ -136,7 +155,7 @@ def _classes(
     """Check classes of one period and all their words; behind a cursor words may not be stored yet."""
     words = [row["word"] for row in rows]
     sound = sound_words(words, p)
-    yield judged("classes", [shown(word) for word in words], ~np.isin(np.arange(len(words)), sound))
+    yield judged("classes", words, ~np.isin(np.arange(len(words)), sound))
     rows = [rows[i] for i in sound]
     families = class_members([words[i] for i in sound], p)
     wrong = [
@@ -149,7 +168,7 @@ def _classes(
         or row["symmetry"] != symmetry.label(stabiliser)
         for row, (images, stabiliser) in zip(rows, families, strict=True)
     ]
-    found = judged("classes", [shown(row["word"]) for row in rows], wrong)
+    found = judged("classes", [row["word"] for row in rows], wrong)
     yield replace(found, rows=0)  # the rows are counted above
     expected = [
         (word, (row["id"], element, None))
@@ -159,7 +178,7 @@ def _classes(
     ]
     stored = load_sequences(connection, p, [word for word, _ in expected])
     differ = [stored.get(word) != entry for word, entry in expected]
-    yield judged("sequences", [shown(word) for word, _ in expected], differ)
+    yield judged("sequences", [word for word, _ in expected], differ)
 
 
 def class_members(words: Sequence[str], p: int) -> list[tuple[dict[str, int], int]]:
@@ -211,4 +230,4 @@ def _rules(block: Sequence[tuple[int, str, str]]) -> Step:
         or not is_primitive(word)
         for (_, word, stored), ok in zip(block, written, strict=True)
     ]
-    return Step(f"pruned words, p = {p}", 0, 1, (judged("rules", [shown(word) for word in words], wrong),))
+    return Step(f"pruned words, p = {p}", 0, 1, (judged("rules", words, wrong),))

@@ -18,7 +18,7 @@ from orbitdb.billiard.stability import Links, exponent, hessian, link_couplings
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.symbols.words import to_strings
-from orbitdb.verification.check import Check, judged, measured, shown
+from orbitdb.verification.check import Check, judged, measured
 
 Floats = NDArray[np.float64]
 
@@ -143,7 +143,7 @@ def check_consistency(orbits: Orbits, stadium: Stadium) -> Iterator[Check]:
     """
     if not len(orbits):
         return
-    labels = [shown(word) for word in to_strings(orbits.words)]
+    labels = to_strings(orbits.words)
     path = _Path.of(orbits, stadium)
     yield from _walls(orbits, stadium, path, labels)
     yield from _reflection(orbits, path, labels)

@@ -12,7 +12,7 @@ from orbitdb.orbits.bounds import direction_errors, pressed_directions
 from orbitdb.orbits.newton import certificates, newton
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
 from orbitdb.symbols.words import to_strings
-from orbitdb.verification.check import Check, judged, measured, shares, shown
+from orbitdb.verification.check import Check, judged, measured, shares
 
 if TYPE_CHECKING:
     from orbitdb.orbits.enclosure import Enclosure
@@ -35,7 +35,7 @@ def check_against(stored: Orbits, fresh: Orbits) -> Iterator[Check]:
     stored, fresh : Orbits
         The same words; rows that lack what their status demands must not be among them.
     """
-    labels = [shown(word) for word in to_strings(stored.words)]
+    labels = to_strings(stored.words)
     sign = np.where(stored.status == Status.DYNAMICAL.value, -1.0, 1.0)
     wrong_side = (stored.status != Status.BOUNDARY.value) & (sign * stored.margin < 0)
     yield judged("statuses", labels, (stored.status != fresh.status) | wrong_side)
@@ -62,7 +62,7 @@ def check_bits(stored: Orbits, fresh: Orbits) -> Check:
 
     It does wherever the same version computes with the same `orbitdb.arithmetic.arithmetic`.
     """
-    labels = [shown(word) for word in to_strings(stored.words)]
+    labels = to_strings(stored.words)
     kept = np.isin(fresh.status, EXISTING)
     differs = stored.iterations != fresh.iterations
     for name in NUMBERS:
@@ -100,7 +100,7 @@ def restart(words: NDArray[np.uint8], stadium: Stadium, times: int, rng: np.rand
     found = Check("restarts", 0)
     text = to_strings(words)
     for rows, legs in cut(words):
-        labels = [shown(text[row]) for row in rows]
+        labels = [text[row] for row in rows]
         first = newton(legs, stadium.a).alpha
         first_error = _errors(legs, stadium.a, first)
         low, high = direction_limits(legs, stadium.a)
@@ -140,7 +140,7 @@ def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, Marks, Floats, Seque
     bits : sequence of int
         Precision of each proof.
     """
-    labels = [shown(word) for word in to_strings(stored.words)]
+    labels = to_strings(stored.words)
     enclosed = certificates(stored.words, stadium)
     distances = np.array([_distances(stored, row, ball, stadium) for row, ball in enumerate(enclosed)])
     doubtful = np.flatnonzero(~(distances[:, 1] <= distances[:, 2]))

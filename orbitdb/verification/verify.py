@@ -6,7 +6,8 @@ with itself (`orbitdb.verification.invariants`) and with new solutions
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,12 +20,12 @@ from orbitdb.orbits.orbit import EXISTING, Orbits
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.soundness import is_whole
-from orbitdb.store.reading.stored_blocks import Ids, StoredBlock, blocks, choose, load_orbits, whole_rows
+from orbitdb.store.reading.stored_blocks import Ids, blocks, choose, load_orbits, whole_rows
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.births import check_births
-from orbitdb.verification.check import Check, Step, judged, measured, shown
-from orbitdb.verification.completeness import check_counts, check_file, check_pruned, check_words
+from orbitdb.verification.blocks import ClassBlock, Workers, steps_of
+from orbitdb.verification.check import Check, Step, judged, measured
+from orbitdb.verification.completeness import check_counts, check_file, check_pruned, word_blocks
 from orbitdb.verification.enclosures import check_enclosures
 from orbitdb.verification.invariants import check_consistency, with_bounds
 from orbitdb.verification.lives import prove_lives
@@ -85,13 +86,15 @@ def verify(
     restarts: int = 0,
     seed: int = 0,
     missing_births: bool = False,
+    workers: Workers | None = None,
 ) -> Iterator[Step]:
     """Compute a catalogue again and compare.
 
     Parameters
     ----------
     catalogue : Catalogue
-        All is read from it as it is at one moment.
+        All is read from it as it is at one moment; by workers, the rows of single classes as they are
+        meanwhile, which a fill does not change.
     selections : sequence of Selection
         What to check, one for each a. File, schema and counts are always checked for whole periods;
         rows only of the chosen classes: a class is chosen if one of its words is.
@@ -103,6 +106,8 @@ def verify(
         Of sample and restarts.
     missing_births : bool, optional
         Prove that no birth or death is missing, too.
+    workers : Workers, optional
+        Processes that check the classes; what is found does not depend on them.
 
     Yields
     ------
@@ -124,34 +129,56 @@ def verify(
             yield from prove_lives(connection)
         yield Step("sweeps", 0, 1, tuple(check_sweeps(connection, selections)))
         yield Step("entropy", 0, 1, tuple(check_enclosures(connection)))
-        yield from check_words(connection, chosen.values())
+        yield from steps_of(word_blocks(connection, still.path, chosen.values()), connection, workers)
         if sample is None and selections:
             yield from check_pruned(still, selections[0])
         for a, ids in chosen.items():
-            yield from _orbits(connection, a, ids, restarts, rng)
+            yield from steps_of(_orbit_blocks(still.path, a, ids, restarts, seed), connection, workers)
 
 
-def _orbits(
-    connection: "sa.Connection", a: float, ids: Ids, restarts: int, rng: np.random.Generator
-) -> Iterator[Step]:
-    """Check what is stored of the chosen classes at one a."""
-    number = audit.stadium_id(connection, a)
-    if number is None:
-        return
-    stadium, runs, total = Stadium(a), audit.runs(connection), sum(map(len, ids.values()))
+def _orbit_blocks(path: Path, a: float, ids: Ids, restarts: int, seed: int) -> Iterator["OrbitBlock"]:
+    """Yield blocks of the classes that are chosen at one a."""
+    total = sum(map(len, ids.values()))
     for p, block, before in blocks(ids):
-        stored = load_orbits(connection, number, block)
-        checks = [_values(stored, p)]
-        rows = whole_rows(stored, p)
+        yield OrbitBlock(path, p, block, before, total, a, restarts, seed)
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitBlock(ClassBlock):
+    """Classes of which the orbits at one a are to be checked.
+
+    Attributes
+    ----------
+    a : float
+    restarts, seed : int
+        As in `verify`.
+    """
+
+    a: float
+    restarts: int
+    seed: int
+
+    def checked(self, connection: "sa.Connection") -> Step:
+        """Return what is found in the rows that a connection reads."""
+        stage = f"orbits, p = {self.p} at a = {self.a:g}"
+        number = audit.stadium_id(connection, self.a)
+        if number is None:
+            return Step(stage, self.done, self.total, ())
+        stored, stadium = load_orbits(connection, number, self.ids), Stadium(self.a)
+        whole = stored.whole(self.p)
+        checks = [judged("values", stored.words, np.logical_not(whole))]
+        rows = whole_rows(stored, self.p, whole)
         if rows:
             details = [stored.rows[i] for i in rows]
             with np.errstate(all="ignore"):  # what is stored may be any number
                 orbits = with_bounds(stored.orbits(rows), stadium)
-                checks += _block(orbits, details, stadium, runs)
-            if restarts:
-                checks.append(restart(orbits.words, stadium, restarts, rng))
-        named = (replace(check, first=check.first and f"{check.first} at a = {a:g}") for check in checks)
-        yield Step(f"orbits, p = {p} at a = {a:g}", before + len(block), total, tuple(named))
+                checks += _block(orbits, details, stadium, audit.runs(connection))
+            if self.restarts:
+                rng = np.random.default_rng([self.seed, self.before])
+                checks.append(restart(orbits.words, stadium, self.restarts, rng))
+        at = f"at a = {self.a:g}"
+        named = (replace(check, first=check.first and f"{check.first} {at}") for check in checks)
+        return Step(stage, self.done, self.total, tuple(named))
 
 
 def _block(
@@ -172,12 +199,7 @@ def _block(
     existing = np.flatnonzero(np.isin(stored.status, EXISTING) & np.isfinite(stored.error))
     yield from check_consistency(stored.rows(existing), stadium)
     proofs = [i for i, row in enumerate(rows) if row["radius"] is not None]
-    labels = [shown(word) for word in to_strings(stored.words[proofs])]
+    labels = to_strings(stored.words[proofs])
     radius = np.array([rows[i]["radius"] for i in proofs])
     allowed = np.where(np.isfinite(stored.error[proofs]), stored.error[proofs], 0.0)
     yield measured("radii", labels, radius, allowed)
-
-
-def _values(stored: StoredBlock, p: int) -> Check:
-    wrong = [not is_whole(row, p) for row in stored.rows]
-    return judged("values", [shown(word) for word in stored.words], wrong)

@@ -203,12 +203,13 @@ def test_formats_agree(cli):
 
 
 def test_columns_are_told_once_and_everywhere(cli):
+    from orbitdb.cli.commands.identify import LENGTH_KEYS, SHADOW_KEYS
     from orbitdb.cli.commands.query import WORD_KEYS
     from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS
     from orbitdb.store.asking.conditions import COLUMNS
 
     told = {row["column"]: row for row in json.loads(cli("columns", "--json").out)}
-    assert set(told) == {*COLUMNS, *WORD_KEYS, *BOUNCE_COLUMNS}
+    assert set(told) == {*COLUMNS, *WORD_KEYS, *BOUNCE_COLUMNS, *SHADOW_KEYS, *LENGTH_KEYS}
     assert (told["length"]["unit"], told["length"]["bound"]) == ("radius", "length_error")
     assert {row["bound"] for row in told.values() if row["bound"].endswith("error")} - {"both errors"} <= set(
         told
@@ -464,17 +465,22 @@ def test_what_makes_no_catalogue_says_so(cli, tmp_path, arguments, code, said):
         (["query", "--order", "code,length"], ["code,length", "code,length_error"]),
         (["export", "--status", "orbit,bo"], ["orbit,boundary"]),
         (["table", "--a", "1"], ["1", "1.6"]),
+        (["query", "--a", ""], ["1", "1.6", "all"]),
+        (["browse", "--a", ""], ["1", "1.6"]),
     ],
 )
-def test_shells_are_offered_values(varied, monkeypatch, typed, offered):
+@pytest.mark.parametrize("named", [True, False])
+def test_shells_are_offered_values(varied, tmp_path, monkeypatch, typed, offered, named):
+    """Those of a are of the catalogue that --db names, or of the user's."""
     import typer
 
     from orbitdb.cli.app import program
 
-    monkeypatch.setenv("ORBITDB_DB", str(varied))
+    monkeypatch.setenv("ORBITDB_DB", str(tmp_path / "none.db" if named else varied))
     command = typer.main.get_command(program())
     with command.make_context("orbitdb", typed[:1], resilient_parsing=True) as top:
         called = command.commands[typed[0]]
-        context = called.make_context(typed[0], [], parent=top, resilient_parsing=True)
+        db = ["--db", str(varied)] if named else []
+        context = called.make_context(typed[0], db, parent=top, resilient_parsing=True)
     option = next(each for each in called.params if typed[1] in each.opts)
     assert [item.value for item in option.shell_complete(context, typed[2])] == offered

@@ -17,9 +17,12 @@ import pytest
 from processes import COMMAND
 from quick import slow_but
 
-from orbitdb import Catalogue, __version__
+from orbitdb import Catalogue, __version__, npz
 from orbitdb import export as files
+from orbitdb.cli import rows as cli_rows
 from orbitdb.errors import InputError
+from orbitdb.store.asking.selection import choose
+from orbitdb.store.reading import class_first, spread
 
 KEYS = (
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
@@ -377,6 +380,50 @@ def test_a_full_disk_leaves_nothing_and_says_so(tmp_path, form):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_npz_refuses_texts_that_would_not_fit():
-    with pytest.raises(InputError, match="parquet"):
-        files.write_npz(io.BytesIO(), ("code",), [["1" * 10**6]] * 1000, {})
+def test_npz_refuses_texts_that_would_not_fit(tmp_path):
+    with pytest.raises(InputError, match="parquet"), open(tmp_path / "orbits.npz", "wb") as file:
+        npz.write_npz(file, ("code",), [["1" * 10**6]] * 1000, {})
+
+
+def test_npz_is_written_piece_by_piece(tmp_path, monkeypatch):
+    monkeypatch.setattr(npz, "_BLOCK", 2)
+    rows = [
+        ["13", 2, 1.5, [], [0.5, 1.0]],
+        ["0123", None, None, [1], None],
+        ["", 4, -1.0, [2, 3], np.ones(3)],
+    ]
+    with open(tmp_path / "orbits.npz", "wb") as file:
+        npz.write_npz(file, ("code", "p", "length", "rules", "coordinates"), rows, {"a": 1.6})
+    found = np.load(tmp_path / "orbits.npz")
+    assert found["code"].tolist() == ["13", "0123", ""]
+    assert found["p"].tolist() == [2, -1, 4]
+    np.testing.assert_array_equal(found["length"], [1.5, np.nan, -1.0])
+    assert (found["rules"].tolist(), found["rules_start"].tolist()) == ([1, 2, 3], [0, 0, 1, 3])
+    assert found["coordinates"].tolist() == [0.5, 1.0, 1, 1, 1]
+    assert found["coordinates_start"].tolist() == [0, 2, 2, 5]
+    assert str(found["metadata"]) == '{"a": 1.6}'
+
+
+@pytest.mark.parametrize("form", ["csv", "json"])
+@pytest.mark.parametrize(
+    ("chosen", "columns", "mark"),
+    [
+        ({"status": "orbit,boundary", "p": "2-7,12"}, None, False),
+        (
+            {"status": "orbit", "contains": "13"},
+            ("representative", "rules", "word", "p", "code", "born"),
+            True,
+        ),
+        ({"where": "length > 12", "a": 1.0}, ("code",), True),
+    ],
+)
+def test_lines_that_words_of_a_class_share_are_those_of_rows(
+    varied, monkeypatch, form, chosen, columns, mark
+):
+    monkeypatch.setattr(class_first, "_MANY", 0)
+    monkeypatch.setattr(spread, "_BLOCK", 7)
+    columns, catalogue = columns or cli_rows.KEYS, Catalogue(varied)
+    lines = cli_rows.ready_lines(catalogue, [choose(**chosen)], columns, "p,code", form, mark)
+    rows = cli_rows.with_rules(columns, catalogue.rows(choose(**chosen), columns))
+    rows = cli_rows.with_marks(columns, rows) if mark else rows
+    assert list(lines) == list(files.LINES[form](columns, rows)) != []

@@ -34,6 +34,12 @@ def test_nothing_is_said_of_what_nobody_knows():
     assert "━" * 26 + "  100%" in done
 
 
+def test_little_work_does_not_tell_how_long_all_takes():
+    assert paced((0.0, 0.0), (1.0, 9.0)).left(1.0) is None
+    assert paced((0.0, 0.0), (1.0, 10.0)).left(1.0) == pytest.approx(99.0)
+    assert paced((0.0, 0.0), (10.0, 1.0)).left(10.0) == pytest.approx(9990.0)
+
+
 def test_a_fill_that_goes_on_has_the_rate_of_now():
     """What was stored before took none of the time; nor did what lies long behind tell much."""
     assert paced((0.0, 900.0), (10.0, 950.0)).left(10.0) == pytest.approx(10.0)

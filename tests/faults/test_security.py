@@ -30,7 +30,8 @@ from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import metadata
 from orbitdb.store.file.tokens import tokens
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.pages import CancelledError, chosen_keys, load_index
+from orbitdb.store.reading.index_reading import load_index
+from orbitdb.store.reading.pages import CancelledError, chosen_keys
 
 
 @pytest.fixture

@@ -127,7 +127,7 @@ def test_births_and_deaths_of_classes_are_those_of_their_rows(born, monkeypatch)
         for order in ("asc", "desc"):
             keys = chosen_keys(catalogue, index, everything, column, order == "desc")
             rows = list(catalogue.rows(everything, ("code", column), f"{column} {order}"))
-            assert [index.word(key) for key in keys.tolist()] == [code for code, _ in rows]
+            assert [index.word(key) for key in keys[:].tolist()] == [code for code, _ in rows]
             assert len({value for _, value in rows}) > 5
     for where in ("dies > 1", "born < 0.5", "dies is null and born > 0.3"):
         chosen = choose(a=3.0, where=where)
@@ -141,7 +141,7 @@ def test_the_first_block_is_soon_stored():
     """All small periods in it would take seconds, and be lost where they are stopped."""
     blocks = list(birth_blocks([(p, -1) for p in range(2, 12)], BLOCK, 1))
     words = [sum(count_admissible(span.p) for span in block.spans) for block in blocks[:2]]
-    assert [span.p for block in blocks[:2] for span in block.spans] == list(range(2, 11))
+    assert [span.p for block in blocks[:2] for span in block.spans] == list(range(2, 12))
     assert BLOCK / 16 < words[0] < BLOCK / 8 < words[1] < BLOCK
 
 

@@ -91,7 +91,6 @@ def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     """They are those of the orbits, and each period's moments are around the tilts of those before it."""
     for module in (
         "averages.swept_sum_rules",
-        "store.reading.sweeps",
         "store.reading.leg_terms",
         "filling.sweeps",
     ):

@@ -113,6 +113,12 @@ def test_numbers_that_only_look_algebraic_prove_nothing():
         assert not any(joins(path, [(each, arb(0, 0.5))]) for each in path.conditions())
 
 
+def test_a_slack_that_balls_do_not_tell_from_zero_is_not_taken_for_it():
+    """At 53 bits the ball of one that is 1e-16 holds zero and is small: algebra is asked, and denies it."""
+    word, stadium = from_strings(["011032"])[0], Stadium(1 + 2.0**-52)
+    assert enclose(word, stadium, precision=53).status == enclose(word, stadium).status == Status.ORBIT
+
+
 def test_an_orbit_that_shadows_a_joint_orbit_is_an_orbit():
     """It comes as near to the joint as e^(-lambda / 2)."""
     text = "(02021133)^80 13"

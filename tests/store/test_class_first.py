@@ -14,13 +14,17 @@ from orbitdb.store.asking.conditions import answering, conditions_of
 from orbitdb.store.asking.confinement import Patience
 from orbitdb.store.asking.selection import SelectionError, choose
 from orbitdb.store.file.schema import catalogue as view
-from orbitdb.store.reading import class_first, reader
+from orbitdb.store.reading import class_first, first_rows, places, reader
 from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.class_view import class_part
 
 NAMES = ("code", "p", "status", "length", "lambda_c", "rules")
 ORDERS = ("p,code", "length", "length desc,code", "lambda_c", "-p,length", "status,length", "code",
-          "margin desc", "class_size desc,lyapunov", "element,word")  # fmt: skip
+          "margin desc", "class_size desc,lyapunov", "element,word", "-code", "element desc,length",
+          "time_reversal,lambda_c desc", "lambda_c,status", "-p,status,code", "walls,margin")  # fmt: skip
 WHERE = ("lambda_c < 0.5", "length is null", "class_size = 2 or margin < 0.1", "p % 2", "word like '1%'",
+         "element = 3", "element & 1 and length > 9", "word > '02' and (p = 4 or length > 9) AND margin > 0",
+         "element between 1 and 3 and length > 9", "code like '%31' or length > 9 and p > 3",
          "representative = word", "status = 'geometric'", "upper(margin is not null) < p")  # fmt: skip
 
 choices = st.fixed_dictionaries(
@@ -62,13 +66,24 @@ def ragged(varied, tmp_path_factory):
     return path
 
 
-@given(choices, st.sampled_from(ORDERS), limits, st.integers(0, 5))
-def test_rows_are_those_of_a_pass(ragged, chosen, order, limit, offset):
-    selection, catalogue = choose(**chosen), Catalogue(ragged)
-    found = list(catalogue.rows(selection, NAMES, order, limit, offset))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reader, "few_words", lambda *_: None)
-        assert found == list(catalogue.rows(selection, NAMES, order, limit, offset))
+@pytest.mark.parametrize("most", slow_but([4], [4, 2000]))
+@given(
+    chosen=choices,
+    order=st.sampled_from(ORDERS),
+    limit=limits,
+    offset=st.integers(0, 5) | st.integers(0, 400),
+)
+def test_rows_are_those_of_a_pass(ragged, varied, most, chosen, order, limit, offset):
+    selection = choose(**chosen)
+    for catalogue in (Catalogue(ragged), Catalogue(varied)):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(first_rows, "_STEPS", (most // 4, most))
+            for room in (first_rows, places):
+                patch.setattr(room, "MOST", most)
+            patch.setattr(class_first, "_FEW", most // 2)
+            found = list(catalogue.rows(selection, NAMES, order, limit, offset))
+            patch.setattr(reader, "place_of", lambda *_: None)
+            assert found == list(catalogue.rows(selection, NAMES, order, limit, offset))
 
 
 @pytest.mark.parametrize("order", ["length", "length desc", "-lambda_c,p", "margin,length", "rules"])
@@ -136,3 +151,20 @@ def test_pruned_words_of_a_period_in_the_making_count_once(tmp_path):
     going.close()  # all its words are stored, but not that these are all
     catalogue = Catalogue(path)
     assert catalogue.count(choose()) == len(list(catalogue.rows(choose(), ("code",)))) == 70
+
+
+@pytest.mark.parametrize(
+    ("where", "kept"),
+    [
+        ("element = 3 and lambda_c < :cut", "(\nlambda_c < :cut\n)"),
+        ("word like 'a and b' and (p > 3 and element) and margin > 0", "(\nmargin > 0\n)"),
+        ("element = 3 or lambda_c < :cut", None),
+        ("length between element and 9", None),
+    ],
+)
+def test_what_classes_fulfil_of_an_expression(where, kept):
+    given = {"cut": 0.38} if ":cut" in where else {}
+    part = class_part(choose(where=where, parameters=given, contains="13", status="orbit"))
+    assert part.contains is None
+    assert (part.where and part.where.replace(" \n", "\n").replace("\n ", "\n")) == kept
+    assert part.parameters == (given if kept and ":cut" in kept else {})

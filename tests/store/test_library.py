@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections import Counter
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -238,12 +239,16 @@ def test_a_subset_shows_itself_in_a_notebook(catalogue):
     html = subset._repr_html_()
     assert html.count("<svg") == 10
     assert f"and {len(subset) - 10} more" in html
-    assert "<td>013</td>" in html
+    table = ElementTree.fromstring(f"<div>{html}</div>").find("table")  # every element is closed
+    cells = [(cell.text, "left" in cell.attrib["style"]) for cell in table.find("tbody")[0]]
+    assert cells[1:5] == [("013", True), ("3", False), ("orbit", True), ("10.8506847", False)]
     read = catalogue.select(p=(3, 4), order="length", coordinates=True)._repr_html_()
     assert html.replace("-0.00", "0.00") == read.replace("-0.00", "0.00")
     odd = replace(subset[:1], symmetry=np.array(["<script>"], subset.symmetry.dtype))
     assert "&lt;script&gt;" in odd._repr_html_()
     assert "<svg" not in catalogue.select(p=3, status="geometric")._repr_html_()
+    nothing = catalogue.select(p=3, status="orbit", length=(99, None))._repr_html_()
+    assert nothing == "<p>0 orbits of period 3 at a = 1.6 with length &gt;= 99</p>"
 
 
 def test_a_catalogue_says_what_it_holds_and_closes_behind_a_block(varied, begin_fill, tmp_path):

@@ -15,9 +15,9 @@ from processes import COMMAND
 
 _ESCAPE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|[@-_])")
 _ERASE = "\x1b[J"
+_LEFT_STANDING = re.compile(r"\x1b\[J[^\r\x1b]+\r(?!\n|\r\x1b\[J)")
 _MODE = re.compile(r"\x1b\[\?([0-9;]+)([hl])")
 _ALTERNATE = re.compile(r"\x1b\[\?1049h.*?\x1b\[\?1049l", re.DOTALL)
-_HIGH = 2000
 _ON_AT_FIRST = {"25", "7"}
 """Modes of every terminal: the cursor is shown, and long lines are wrapped."""
 
@@ -44,12 +44,15 @@ class Session:
 
     @cached_property
     def lines(self) -> list[str]:
-        """What is still to be seen at the end on a screen as high as can be, without empty lines there."""
-        screen = pyte.Screen(self.written[0][1], _HIGH)
+        """What is still to be seen at the end on a screen as high as need be, without empty lines there."""
+        parts = [(_ALTERNATE.sub("", raw), columns) for raw, columns in self.written]
+        # Each bar is erased to the end of the screen, cell by cell: one that is too high takes seconds.
+        high = 24 + sum(line_count(raw, columns) for raw, columns in parts)
+        screen = pyte.Screen(parts[0][1], high)
         stream = pyte.Stream(screen)
-        for raw, columns in self.written:
-            screen.resize(_HIGH, columns)
-            stream.feed(_ALTERNATE.sub("", raw))
+        for raw, columns in parts:
+            screen.resize(high, columns)
+            stream.feed(raw)
         shown = [screen.buffer[y] for y in range(max([0, *screen.buffer]) + 1)]
         lines = ["".join(line[x].data for x in range(screen.columns)).rstrip() for line in shown]
         while lines and not lines[-1]:
@@ -67,6 +70,11 @@ class Session:
         return _ERASE in self.raw
 
     @property
+    def erased(self) -> bool:
+        """Whether each such line was erased before anything else was written, however long that is."""
+        return not _LEFT_STANDING.search(self.raw)
+
+    @property
     def restored(self) -> bool:
         """Whether it left the terminal as it was: cursor, screen, mouse and keyboard."""
         last = dict(_MODE.findall(self.raw))
@@ -77,6 +85,11 @@ class Session:
     def plain(self) -> bool:
         """Whether it wrote no escape sequence but the one that erases its own line."""
         return "\x1b" not in self.raw.replace(_ERASE, "")
+
+
+def line_count(raw: str, columns: int) -> int:
+    """Return no fewer lines than a text that was written takes."""
+    return sum(1 + sum(len(part) // columns for part in line.split("\r")) for line in raw.split("\n"))
 
 
 def run_in_terminal(

@@ -16,6 +16,7 @@ from verified import checks
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.filling.single_word import fill_word
+from orbitdb.filling.workers import Processes
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
 from orbitdb.orbits.relaxation import relax
@@ -543,3 +544,14 @@ def test_every_stage_comes_to_its_end(filled):
         of_stage = [step for step in steps if step.stage.startswith(stage)]
         assert [step.done for step in of_stage] == sorted(step.done for step in of_stage)
         assert 0 < of_stage[0].done <= of_stage[-1].done == of_stage[-1].total == CLASSES
+
+
+@pytest.mark.slow
+def test_what_workers_find_is_the_same(varied, tmp_path):
+    path = tmp_path / "orbits.db"
+    path.write_bytes(varied.read_bytes())
+    alter(path, "UPDATE orbit SET length = length * 1.001 WHERE cycle = (SELECT min(cycle) FROM orbit)")
+    alone = checks(path, restarts=2, seed=3)
+    with Processes(2) as workers:
+        assert checks(path, restarts=2, seed=3, workers=workers) == alone
+    assert alone["lengths"].failures == 1

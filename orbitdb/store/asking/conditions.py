@@ -49,7 +49,7 @@ def conditions_of(
     if selection.symmetry:
         found.append(view.symmetry == selection.symmetry)
     if selection.contains:
-        found.append(sa.func.instr(view.word.op("||")(view.word), selection.contains) > 0)
+        found.append(containing(view.word, selection.contains))
     found += [alive_at(view.cycle, a) for a in selection.exists]
     found += [sa.and_(_has_life(view.cycle), sa.not_(alive_at(view.cycle, a))) for a in selection.not_at]
     for name, (low, high) in selection.ranges.items():
@@ -59,6 +59,11 @@ def conditions_of(
         free.check(selection.where, dict(selection.parameters))
         found.append(free.expression(selection.where, dict(selection.parameters)))
     return found
+
+
+def containing(word: sa.ColumnElement[str], factor: str) -> sa.ColumnElement[bool]:
+    """Return the condition that a word has a factor in some rotation."""
+    return sa.func.instr(word.op("||")(word), factor) > 0
 
 
 def alive_at(number: sa.ColumnElement[int], a: float) -> sa.ColumnElement[bool]:
@@ -87,7 +92,12 @@ def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = 
 
 
 @contextmanager
-def answering(connection: sa.Connection, selection: Selection, patience: Patience) -> Iterator[None]:
+def answering(
+    connection: sa.Connection,
+    selection: Selection,
+    patience: Patience,
+    authorize: free.Authorizer | None = None,
+) -> Iterator[None]:
     """Let a connection answer a query over a subset; where that has a free expression, it is confined.
 
     Parameters
@@ -97,6 +107,8 @@ def answering(connection: sa.Connection, selection: Selection, patience: Patienc
     selection : Selection
     patience : Patience
         Of the whole query.
+    authorize : callable, optional
+        What a query with a free expression may do, as in `confined`.
 
     Raises
     ------
@@ -107,7 +119,7 @@ def answering(connection: sa.Connection, selection: Selection, patience: Patienc
         yield
         return
     try:
-        with confined(connection, patience):
+        with confined(connection, patience, authorize):
             yield
     except (sa.exc.DBAPIError, sqlite3.Error) as error:
         message = str(getattr(error, "orig", error))

@@ -70,7 +70,7 @@ def confined(
         sqlite3.SQLITE_LIMIT_LIKE_PATTERN_LENGTH: _LONGEST_PATTERN,
     }
     before = {limit: driver.setlimit(limit, size) for limit, size in sizes.items()}
-    driver.set_authorizer(authorize or _authorize_checked)
+    driver.set_authorizer(authorize or authorize_checked)
     driver.set_progress_handler(lambda: patience.ended, _STEPS_BETWEEN_LOOKS)
     try:
         with patience.working():
@@ -82,7 +82,7 @@ def confined(
             driver.setlimit(limit, size)
 
 
-def _authorize_checked(
+def authorize_checked(
     action: int, first: str | None, second: str | None, base: str | None, view: str | None
 ) -> int:
     """Allow, too, what a query over a checked expression needs: the view and its tables."""

@@ -4,13 +4,14 @@ Most conditions and sort keys hold for all words of a class. Rows of few classes
 words, and those of many are counted by their classes, without a pass over all the words.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import sqlalchemy as sa
 
 from orbitdb.orbits.orbit import Status
-from orbitdb.store.asking.conditions import answering, conditions_of, parse_order, sort_key
+from orbitdb.store.asking.conditions import answering, conditions_of, containing, parse_order, sort_key
 from orbitdb.store.asking.confinement import Patience
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import DONE, fill, sequence, stadium
@@ -20,7 +21,13 @@ from orbitdb.store.reading.soundness import need_words
 from orbitdb.symbols import symmetry
 
 _FEW = 250
-"""Classes whose words are looked up one by one: a pass over all words takes longer."""
+"""Classes whose words are looked up one by one, at least: a pass over all words takes longer."""
+
+_WORDS_A_CLASS = 4000
+"""Words that a pass looks at in less time than it takes to look up those of a class."""
+
+OF_FEW_VALUES = ("p", "status", "class_size", "walls", "time_reversal", "symmetry", "iterations", "solver")
+"""Columns of classes in which a value is that of many."""
 
 _MANY = 100_000
 """Words of which a pass takes some tenths of a second; for fewer it is not worth while to do without."""
@@ -29,6 +36,8 @@ _MANY = 100_000
 def count_rows(connection: sa.Connection, selection: Selection) -> int:
     """Return the number of rows in a subset."""
     scanned = sa.select(sa.func.count()).select_from(view)
+    if selection.contains is not None and (count := _count_containing(connection, selection)) is not None:
+        return count
     if not goes_by_class(connection, selection):
         with answering(connection, selection, Patience()):
             return connection.scalar(scanned.where(*conditions_of(selection))) or 0
@@ -40,9 +49,31 @@ def count_rows(connection: sa.Connection, selection: Selection) -> int:
         if ragged:
             rest = scanned.where(*conditions_of(selection), view.c.p.in_(ragged))
             found = (found or 0) + (connection.scalar(rest) or 0)
-    pruned = sa.select(sa.func.count()).where(sequence.c.rules.is_not(None))
-    orders = (p for p in orders_with_pruned(connection, selection) if p not in ragged)
-    return (found or 0) + sum(connection.scalar(pruned.where(sequence.c.p == p)) or 0 for p in orders)
+    pruned = pruned_words(connection, selection)
+    return (found or 0) + sum(count for p, count in pruned.items() if p not in ragged)
+
+
+def _count_containing(connection: sa.Connection, selection: Selection) -> int | None:
+    """Count the words of chosen classes that contain a factor, None if that takes a pass over the view."""
+    chosen = replace(selection, contains=None)
+    if (
+        not goes_by_class(connection, chosen)
+        or ragged_periods(connection)
+        or pruned_words(connection, chosen)
+    ):
+        return None
+    classes, here = class_view().c, sa.select(sa.func.count()).select_from(sequence)
+    chosen_words: sa.ColumnElement[bool] = sequence.c.p.in_(
+        [p for p in orders(connection) if selection.includes(p)]
+    )
+    with answering(connection, selection, Patience()):
+        conditions = conditions_of(chosen, classes)
+        claimed = connection.scalar(sa.select(sa.func.sum(classes.class_size)).where(*conditions))
+        if claimed != connection.scalar(here.where(chosen_words)):
+            chosen_words &= sequence.c.cycle.in_(sa.select(classes.cycle).where(*conditions))
+        return connection.scalar(
+            here.where(chosen_words, containing(sequence.c.word, selection.contains or ""))
+        )
 
 
 def few_words(
@@ -67,35 +98,52 @@ def few_words(
     """
     if not goes_by_class(connection, selection):
         return None
+    few, limits = few_classes(connection), list[sa.ColumnElement[bool]]()
     classes = class_view().c
     query = sa.select(classes.representative, classes.p).where(*conditions_of(selection, classes))
     with answering(connection, selection, patience):
-        if wanted is not None and 0 < wanted <= _FEW:
-            key, falling = next(iter(parse_order(order).items()))
-            if key in classes:
-                query = query.where(*_up_to(connection, query, classes[key], falling, wanted))
-        found = connection.execute(query.limit(_FEW + 1)).all()
-    if len(found) > _FEW:
+        key, falling = next(iter(parse_order(order).items()))
+        if wanted is not None and 0 < wanted <= few and key in classes and key not in OF_FEW_VALUES:
+            limits = up_to(connection, query, classes[key], falling, wanted)
+        found = connection.execute(query.where(*limits).limit(few + 1)).all()
+    if len(found) > few or (not limits and pruned_words(connection, selection)):
         return None
-    need_words([word for word, _ in found], [p for _, p in found])
-    pruned = sa.select(sequence.c.p).where(sequence.c.rules.is_not(None)).limit(1)
-    for p in orders_with_pruned(connection, selection):
-        if connection.scalar(pruned.where(sequence.c.p == p)) is not None:
-            return None
-    return [word for representative, _ in found for word in symmetry.members(representative)]
+    return words_of(found)
+
+
+def words_of(classes: Iterable[Sequence[Any]]) -> list[str]:
+    """Return all words of some classes, which are given by least word and period.
+
+    Raises
+    ------
+    StoreError
+        If one of them is no word of this period.
+    """
+    least = list(classes)
+    need_words([word for word, _ in least], [p for _, p in least])
+    return [word for representative, _ in least for word in symmetry.members(representative)]
 
 
 def goes_by_class(connection: sa.Connection, selection: Selection) -> bool:
     """Tell whether a subset takes all words of a class or none, and a pass over all words would be long."""
-    words = sa.select(sa.func.sum(fill.c.words))
-    return (
-        selection.contains is None
-        and (connection.scalar(words) or 0) >= _MANY
-        and same_for_classes(selection)
-    )
+    return selection.contains is None and is_long(connection) and same_for_classes(selection)
 
 
-def _up_to(
+def is_long(connection: sa.Connection) -> bool:
+    """Tell whether a pass over all words would be long."""
+    return _words_filled(connection) >= _MANY
+
+
+def few_classes(connection: sa.Connection) -> int:
+    """Return the number of classes whose words are looked up in less time than a pass takes."""
+    return max(_FEW, _words_filled(connection) // _WORDS_A_CLASS)
+
+
+def _words_filled(connection: sa.Connection) -> int:
+    return connection.scalar(sa.select(sa.func.sum(fill.c.words))) or 0
+
+
+def up_to(
     connection: sa.Connection,
     chosen: sa.Select[tuple[str, int]],
     key: sa.ColumnElement[Any],
@@ -120,10 +168,25 @@ def ragged_periods(connection: sa.Connection) -> list[int]:
     return list(connection.scalars(sa.select(fill.c.p).where(fill.c.p.not_in(done)).distinct()))
 
 
+def pruned_words(connection: sa.Connection, selection: Selection) -> dict[int, int]:
+    """Return by order how many geometrically pruned words a subset has, of the orders where it has some."""
+    found = {p: _pruned_of(connection, p) for p in orders_with_pruned(connection, selection)}
+    return {p: count for p, count in found.items() if count}
+
+
+def _pruned_of(connection: sa.Connection, p: int) -> int:
+    """Return how many words of one order have no class: where it is filled, all but the admissible ones."""
+    here = sa.select(sa.func.count()).select_from(sequence).where(sequence.c.p == p)
+    admissible = connection.scalar(sa.select(fill.c.n_t).where(fill.c.p == p, fill.c.state == DONE).limit(1))
+    if admissible is None:
+        return connection.scalar(here.where(sequence.c.rules.is_not(None))) or 0
+    return (connection.scalar(here) or 0) - admissible
+
+
 def orders_with_pruned(connection: sa.Connection, selection: Selection) -> Iterator[int]:
     """Yield the orders of which geometrically pruned words, which have no class, would be in a subset."""
     names = [column.name for column in class_view().c if column.name not in ("a", "p", "status")]
-    for p in filter(selection.includes, _orders(connection)):
+    for p in filter(selection.includes, orders(connection)):
         word = sa.select(
             stadium.c.a,
             sa.cast(p, sa.Integer).label(
@@ -133,11 +196,12 @@ def orders_with_pruned(connection: sa.Connection, selection: Selection) -> Itera
             *(sa.null().label(name) for name in names),
         ).subquery(view.name)
         with answering(connection, selection, Patience()):
-            if connection.scalar(sa.select(word.c.p).where(*conditions_of(selection, word.c))) is not None:
-                yield p
+            chosen = connection.scalar(sa.select(word.c.p).where(*conditions_of(selection, word.c)))
+        if chosen is not None:
+            yield p
 
 
-def _orders(connection: sa.Connection) -> list[int]:
+def orders(connection: sa.Connection) -> list[int]:
     """Return the orders of all words, each by a look at where the next one begins."""
     here = sa.select(sa.func.min(sequence.c.p).label("p")).cte("orders", recursive=True)
     following = sa.select(sa.func.min(sequence.c.p)).where(sequence.c.p > here.c.p).scalar_subquery()

@@ -1,5 +1,8 @@
 """What all words of a symmetry class share: the view of the classes, and which subsets it answers."""
 
+from dataclasses import replace
+from functools import cache
+
 import sqlalchemy as sa
 
 from orbitdb.orbits.orbit import NUMBERS
@@ -7,8 +10,10 @@ from orbitdb.store.asking import expressions as free
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import ENDS, change, cycle, orbit, stadium
 from orbitdb.store.file.schema import catalogue as view
+from orbitdb.store.file.tokens import tokens
 
 
+@cache
 def class_view() -> sa.Subquery:
     """Return the columns of the view that all words of a class share, one row a stadium and class."""
     return (
@@ -45,3 +50,37 @@ def same_for_classes(selection: Selection) -> bool:
     parameters = dict(selection.parameters)
     free.check(selection.where, parameters)
     return free.same_for_class(selection.where, parameters, shared)
+
+
+def class_part(selection: Selection) -> Selection:
+    """Return the subset without what only single words of a class fulfil: it is the same or larger."""
+    chosen = replace(selection, contains=None)
+    if same_for_classes(chosen):
+        return chosen
+    parts = (_with_part(chosen, part) for part in _joined_by_and(chosen.where or ""))
+    shared = [part for part in parts if same_for_classes(part)]
+    where = " AND ".join(f"(\n{part.where}\n)" for part in shared) or None
+    used = {name: value for part in shared for name, value in part.parameters.items()}
+    return replace(chosen, where=where, parameters=used)
+
+
+def _with_part(selection: Selection, where: str) -> Selection:
+    """Return a subset with a part of its expression, and the values that this uses."""
+    used = free.names_in(where)
+    return replace(
+        selection, where=where, parameters={n: v for n, v in selection.parameters.items() if n in used}
+    )
+
+
+def _joined_by_and(where: str) -> list[str]:
+    """Return the conditions that an expression joins by AND; none where it is not plain that it does."""
+    parts, depth = [""], 0
+    for token in tokens(where):
+        depth += (token.text == "(") - (token.text == ")")
+        if depth == 0 and token.keyword in ("OR", "BETWEEN", "CASE", "NOT"):
+            return []
+        if depth == 0 and token.keyword == "AND":
+            parts.append("")
+        else:
+            parts[-1] += token.text
+    return parts if depth == 0 and len(parts) > 1 and all(map(str.strip, parts)) else []

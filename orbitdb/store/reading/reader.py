@@ -22,9 +22,10 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import default_path, need_newest, plain_errors
 from orbitdb.store.file.engines import driver, reading_engine
 from orbitdb.store.file.schema import catalogue, fill, stadium
-from orbitdb.store.reading.class_first import few_words
 from orbitdb.store.reading.fills import Fill, as_fill, describe_unfilled
+from orbitdb.store.reading.first_rows import among
 from orbitdb.store.reading.lives import birth_fills, describe_lacking
+from orbitdb.store.reading.places import place_of
 from orbitdb.store.reading.stadiums import a_filled
 from orbitdb.symbols.enumeration import MAX_PERIOD
 
@@ -136,14 +137,13 @@ class Reader:
     ) -> Iterator[tuple[Any, ...]]:
         """Yield rows of a chosen subset, one a symbol sequence, as `Catalogue.rows` does."""
         query = sa.select(*(column_of(name) for name in columns)).order_by(*ordering_of(order))
-        if limit is not None or offset:
-            query = query.limit(-1 if limit is None else min(limit, _ALL)).offset(min(offset, _ALL))
         with self.reading() as connection:
             query, patience = query.where(*conditions_of(selection)), Patience(cancelled=cancelled)
-            wanted = None if limit is None else limit + offset
-            if (words := few_words(connection, selection, order, wanted, patience)) is not None:
-                orders = sorted(set(map(len, words)))
-                query = query.where(catalogue.c.p.in_(orders), catalogue.c.word.in_(words))
+            place = place_of(connection, selection, order, limit, offset, patience)
+            if place is not None:
+                query, offset = query.where(*among(place.words)), offset - place.before
+            if limit is not None or offset:
+                query = query.limit(-1 if limit is None else min(limit, _ALL)).offset(min(offset, _ALL))
             with answering(connection, selection, patience):
                 result = connection.execute(query)
             while True:

@@ -12,7 +12,8 @@ from orbitdb.equality import ByValue
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.conditions import NEAR
 from orbitdb.store.file.schema import BORN, change
-from orbitdb.store.reading.pages import Index, Keys
+from orbitdb.store.reading.class_index import STATUSES, Index
+from orbitdb.store.reading.ordered import Ordered
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import is_written, unsound
 from orbitdb.symbols.words import from_strings, word_of
@@ -38,6 +39,8 @@ class Standing(IntEnum):
         return self.name.lower().replace("_", " ")
 
 
+_ROW = np.dtype([("cycle", "i8"), ("a", "f8"), ("error", "f8"), ("born", "i8")])
+
 _SOLVED = {
     Status.ORBIT: Standing.ORBIT,
     Status.BOUNDARY: Standing.BOUNDARY,
@@ -47,7 +50,7 @@ _SOLVED = {
 
 @dataclass(frozen=True, eq=False)
 class Standings(ByValue):
-    """The births and deaths of the classes of some words.
+    """The births and deaths of the classes of an index.
 
     Attributes
     ----------
@@ -60,8 +63,8 @@ class Standings(ByValue):
     born : ndarray of bool, shape (K,)
         Whether it is a birth; else it is a death.
     places : ndarray of intp, shape (N,)
-        For each word its class among the C; C where its births are not stored, C + 1 where it is pruned
-        geometrically and never an orbit.
+        For each class of an index its place among the C; C where its births are not stored, C + 1 where its
+        words are pruned geometrically and never orbits.
     """
 
     cycles: NDArray[np.int64]
@@ -73,16 +76,16 @@ class Standings(ByValue):
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """For each word whether its births are stored, shape (N,)."""
+        """For each class whether its births are stored, shape (N,)."""
         return self.places < len(self.cycles)
 
     @property
     def unknown(self) -> NDArray[np.bool_]:
-        """For each word whether its births should be stored and are not, shape (N,)."""
+        """For each class whether its births should be stored and are not, shape (N,)."""
         return self.places == len(self.cycles)
 
     def at(self, a: float) -> NDArray[np.uint8]:
-        """Return a `Standing` a word at one a, shape (N,).
+        """Return a `Standing` a class at one a, shape (N,).
 
         Where a is so near to a change that the change's error does not tell, the class is solved.
         """
@@ -116,39 +119,25 @@ def _solved(cycle: int, a: float, gone: Standing) -> Standing:
     return _SOLVED.get(Status(status), gone)
 
 
-def load_standings(reader: Reader, index: Index, keys: Keys) -> Standings:
-    """Read the births and deaths of some words.
-
-    Parameters
-    ----------
-    reader : Reader
-    index : Index
-    keys : ndarray of int64, shape (N,)
-        The words, by their keys in the index.
-    """
-    numbers = index.cycles[np.searchsorted(index.keys, keys)]
-    wanted = numbers[numbers > 0]
+def load_standings(reader: Reader, index: Index) -> Standings:
+    """Read the births and deaths of the classes of an index."""
     columns = (change.c.cycle, change.c.a, change.c.error, change.c.kind == BORN)
     query = sa.select(*columns).order_by(change.c.cycle, change.c.number)
-    if len(wanted):
-        query = query.where(change.c.cycle.between(int(wanted.min()), int(wanted.max())))
     with reader.reading() as connection:
-        rows = connection.execute(query).all() if len(wanted) else []
-    cycle, a, error, born = zip(*rows, strict=True) if rows else ((), (), (), ())
-    cycles, starts = np.unique(np.array(cycle, dtype=np.int64), return_index=True)
-    places = np.searchsorted(cycles, numbers)
-    known = np.append(cycles, -1)[places] == numbers
-    places = np.where(known, places, np.where(numbers == 0, len(cycles) + 1, len(cycles)))
+        rows = connection.execute(query).cursor
+        found = np.fromiter(iter(rows.fetchone, None), _ROW)  # all tuples at once take four times the room
+    found = found[np.isin(found["cycle"], index.numbers)]
+    cycles, starts = np.unique(found["cycle"], return_index=True)
+    places = np.searchsorted(cycles, index.numbers)
+    known = np.append(cycles, 0)[places] == index.numbers
+    pruned = index.statuses == STATUSES.index(Status.GEOMETRIC)
+    places = np.where(pruned, len(cycles) + 1, np.where(known, places, len(cycles)))
     return Standings(
-        cycles,
-        starts,
-        np.array(a, dtype=float),
-        np.array(error, dtype=float),
-        np.array(born, dtype=bool),
-        places,
+        cycles, starts, found["a"].copy(), found["error"].copy(), found["born"].astype(bool), places
     )
 
 
-def periods_without(index: Index, keys: Keys, standings: Standings) -> list[int]:
-    """Return the periods of the words of which no births are stored."""
-    return sorted({len(index.word(key)) for key in keys[standings.unknown].tolist()})
+def periods_without(index: Index, keys: Ordered, standings: Standings) -> list[int]:
+    """Return the periods of the rows of which no births are stored."""
+    lacking = standings.unknown & (keys.words_of_classes() > 0)
+    return np.unique(index.by_period(float)[lacking]).astype(int).tolist()

@@ -22,6 +22,7 @@ Ids = dict[int, NDArray[np.int64]]
 SYMBOLS_A_BLOCK = 1 << 17
 
 _BLOCK = 4096
+_PAIR = np.dtype("i8,i8")
 
 
 def choose(reader: Reader, selection: Selection, sample: int | None, rng: np.random.Generator) -> Ids:
@@ -58,7 +59,9 @@ def _class_ids(connection: sa.Connection, a: float) -> Ids:
         .join(stadium, stadium.c.id == orbit.c.stadium)
         .where(stadium.c.a == a)
     )
-    return by_period(connection.execute(query).all())
+    cursor = connection.execute(query).cursor
+    pairs = np.fromiter(iter(cursor.fetchone, None), _PAIR)  # a million tuples would take 200 MB
+    return {int(p): np.unique(pairs["f1"][pairs["f0"] == p]) for p in np.unique(pairs["f0"])}
 
 
 def by_period(pairs: Sequence[Any]) -> dict[int, NDArray[np.int64]]:
@@ -67,17 +70,26 @@ def by_period(pairs: Sequence[Any]) -> dict[int, NDArray[np.int64]]:
     return {int(p): np.unique(table[table[:, 0] == p, 1]) for p in np.unique(table[:, 0])}
 
 
-def load_classes(connection: sa.Connection, ids: NDArray[np.int64]) -> list[Row]:
+def load_classes(connection: sa.Connection, ids: NDArray[np.int64]) -> Sequence[Row]:
     """Return some rows of `cycle`."""
     query = sa.select(cycle).where(cycle.c.id.in_(_listed(ids))).order_by(cycle.c.id)
-    return [dict(row) for row in connection.execute(query).mappings()]
+    return _dicts(connection, query)
+
+
+def _dicts(connection: sa.Connection, query: sa.Select[Any]) -> list[dict[str, Any]]:
+    """Return rows by the names of their columns, as SQLite's own driver gives them: these are many."""
+    names = [column.name for column in query.selected_columns]
+    return [dict(zip(names, row, strict=True)) for row in connection.execute(query).cursor.fetchall()]
 
 
 def load_sequences(connection: sa.Connection, p: int, words: Sequence[str]) -> dict[str, tuple[Any, ...]]:
     """Return those of some words that are stored, each with class, element and rules."""
     query = sa.select(sequence.c.word, sequence.c.cycle, sequence.c.element, sequence.c.rules)
     chosen = query.where(sequence.c.p == p, sequence.c.word.in_(_listed(words)))
-    return {word: tuple(rest) for word, *rest in connection.execute(chosen)}
+    return {
+        word: (number, element, rules)
+        for word, number, element, rules in connection.execute(chosen).cursor.fetchall()
+    }
 
 
 def _listed(values: Any) -> sa.Select[Any]:
@@ -100,6 +112,10 @@ class StoredBlock:
 
     words: list[str]
     rows: Sequence[Row]
+
+    def whole(self, p: int) -> list[bool]:
+        """Tell of each row whether it has what its status demands."""
+        return [is_whole(row, p) for row in self.rows]
 
     def orbits(self, chosen: Sequence[int]) -> Orbits:
         """Return some of the rows as arrays, NaN for NULL; their words and BLOBs must be sound."""
@@ -126,10 +142,10 @@ def load_orbits(connection: sa.Connection, stadium: int, ids: NDArray[np.int64])
         .where(orbit.c.stadium == stadium, orbit.c.cycle.in_(_listed(ids)))
         .order_by(orbit.c.cycle)
     )
-    rows = [dict(row) for row in connection.execute(query).mappings()]
+    rows = _dicts(connection, query)
     return StoredBlock([row.pop("word") for row in rows], rows)
 
 
-def whole_rows(stored: StoredBlock, p: int) -> list[int]:
-    """Return the places of the rows of sound words that have what their status demands."""
-    return [int(i) for i in sound_words(stored.words, p) if is_whole(stored.rows[i], p)]
+def whole_rows(stored: StoredBlock, p: int, whole: Sequence[bool]) -> list[int]:
+    """Return the places of rows of sound words that are whole (`StoredBlock.whole`)."""
+    return [i for i in sound_words(stored.words, p).tolist() if whole[i]]

@@ -11,8 +11,10 @@ MOST_ROWS = 10
 MOST_BOUNCES = 200
 """A small picture of longer orbits would show nothing."""
 
-_HEADINGS = ("", "code", "p", "status", "length", "&lambda;", "&lambda;<sub>d</sub>", "&lambda;<sub>c</sub>",
-             "class", "symmetry")  # fmt: skip
+_HEADINGS = ("", "code", "p", "status", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class", "symmetry")
+_NUMBERS = {"p", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class"}
+_SIDES = ["right" if heading in _NUMBERS else "left" for heading in _HEADINGS]
+"""Said cell by cell, for notebooks would align all to the right."""
 
 
 def subset_html(title: str, orbits: Sequence[Orbit], total: int) -> str:
@@ -27,23 +29,36 @@ def subset_html(title: str, orbits: Sequence[Orbit], total: int) -> str:
     total : int
         How many there are in all.
     """
-    head = "".join(f"<th>{heading}</th>" for heading in _HEADINGS)
+    if not orbits:
+        return f"<p>{escape(title)}</p>"
+    head = _cells("th", _HEADINGS)
     rows = "\n".join(_row(orbit) for orbit in orbits)
-    more = f"<p>&hellip; and {total - len(orbits):,} more</p>" if total > len(orbits) else ""
-    return f"<p>{escape(title)}</p>\n<table>\n<tr>{head}</tr>\n{rows}\n</table>\n{more}"
+    more = f"\n<p>… and {total - len(orbits):,} more</p>" if total > len(orbits) else ""
+    return (
+        f"<p>{escape(title)}</p>\n<table>\n<thead>{head}</thead>\n<tbody>\n{rows}\n</tbody>\n</table>{more}"
+    )
 
 
 def _row(orbit: Orbit) -> str:
     points = orbit.points
     picture = "" if points is None or orbit.p > MOST_BOUNCES else small_svg(Stadium(orbit.a), points)
-    texts = (_short(orbit.code), str(orbit.p), orbit.status, _number(orbit.length), _number(orbit.lyapunov),
-             _number(orbit.lambda_d), _number(orbit.lambda_c), str(orbit.class_size or ""),
-             orbit.symmetry or "")  # fmt: skip
-    return f"<tr><td>{picture}</td>" + "".join(f"<td>{escape(text)}</td>" for text in texts) + "</tr>"
+    texts = (_short(orbit.code), str(orbit.p), orbit.status, _number(orbit.length, 7),
+             _number(orbit.lyapunov, 7), _number(orbit.lambda_d, 6), _number(orbit.lambda_c, 6),
+             str(orbit.class_size or ""), orbit.symmetry or "")  # fmt: skip
+    return _cells("td", [picture, *map(escape, texts)])
 
 
-def _number(value: float | None) -> str:
-    return "" if value is None else f"{value:.7g}"
+def _cells(tag: str, contents: Sequence[str]) -> str:
+    """Return a row of cells, numbers to the right."""
+    cells = (
+        f'<{tag} style="text-align: {side}; padding: 0 0.5em">{content}</{tag}>'
+        for side, content in zip(_SIDES, contents, strict=True)
+    )
+    return f"<tr>{''.join(cells)}</tr>"
+
+
+def _number(value: float | None, decimals: int) -> str:
+    return "" if value is None else f"{value:.{decimals}f}"
 
 
 def _short(code: str) -> str:

@@ -82,9 +82,17 @@ async def sorting(app, pilot):
     await press(pilot, "s")
 
 
+async def choosing_columns(app, pilot):
+    await press(pilot, "C")
+
+
+async def kept_filters(app, pilot):
+    await press(pilot, "F")
+
+
 DIALOGS = [
     quit_question, fill_that_runs, fill_without_room, long_fill, wrong_filter, wrong_code,
-    export_over_a_file, sorting,
+    export_over_a_file, sorting, choosing_columns, kept_filters,
 ]  # fmt: skip
 
 

@@ -8,10 +8,13 @@ from orbitdb.cli.tui.following import bar, next_a, told
 from orbitdb.cli.tui.source import Followed, Pages
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_geometric, fill_periods
+from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.class_index import STATUSES
+from orbitdb.store.reading.index_reading import load_index
 from orbitdb.store.reading.lives import counts_at
-from orbitdb.store.reading.pages import load_index
+from orbitdb.store.reading.pages import chosen_keys
 from orbitdb.store.reading.standings import Standing, Standings, load_standings, periods_without
 from orbitdb.symbols.words import least_rotation
 
@@ -89,19 +92,19 @@ def test_the_orbit_is_followed_until_it_dies(filled):
 def test_words_stand_at_any_a_as_counts_from_births_have_them(born):
     catalogue = Catalogue(born)
     index = load_index(catalogue, 1.6)
-    standings = load_standings(catalogue, index, index.keys)
-    periods = np.array([len(index.word(key)) for key in index.keys.tolist()])
-    assert periods_without(index, index.keys, standings) == [2, 3, 4]
+    standings = load_standings(catalogue, index)
+    periods, pruned = index.by_period(float), index.statuses == STATUSES.index(Status.GEOMETRIC)
+    for selection, without in ((Selection(), [2, 3, 4]), (Selection(periods=((5, 5),)), [])):
+        assert periods_without(index, chosen_keys(catalogue, index, selection), standings) == without
     at_a_birth = catalogue.birth_fills()[0].least
     for a in (0.2, at_a_birth, 1.0, 1.2345, 1.6, 2.0):
         found = standings.at(a)
-        assert set(found[(periods < 5) & (index.cycles > 0)]) == {Standing.UNKNOWN}
+        assert set(found[(periods < 5) & ~pruned]) == {Standing.UNKNOWN}
         with catalogue.reading() as connection:
             counted = counts_at(connection, a, 5)
-        here = np.bincount(found[periods == 5], minlength=len(Standing))
+        here = [index.sizes[(periods == 5) & (found == each)].sum() for each in Standing]
         assert (here[Standing.ORBIT], here[Standing.BOUNDARY]) == (counted.n_c, counted.boundary)
-    pruned = [place for place, number in enumerate(index.cycles) if number == 0]
-    assert len(pruned) > 0
+    assert index.sizes[pruned].tolist() == [catalogue.count(p=3, status="geometric")]
     assert set(found[pruned]) == {Standing.GEOMETRIC}
 
 

@@ -1,5 +1,8 @@
 """Pages by key: the same rows in the same order as the catalogue gives them."""
 
+import contextlib
+import sqlite3
+
 import numpy as np
 import pytest
 import sqlalchemy as sa
@@ -9,9 +12,23 @@ from orbitdb.filling.single_word import fill_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.schema import certificate, cycle
+from orbitdb.store.reading import (
+    class_index,
+    class_values,
+    index_reading,
+    ordered,
+    period_words,
+    text_order,
+    word_conditions,
+)
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.pages import CancelledError, certificate_of, chosen_keys, fetch, load_index
+from orbitdb.store.reading.index_reading import load_index
+from orbitdb.store.reading.pages import CancelledError, certificate_of, chosen_keys, fetch
+from orbitdb.store.reading.period_words import ListedWords, expand
 from orbitdb.store.writing.writer import Writer
+from orbitdb.symbols.enumeration import admissible_words
+from orbitdb.symbols.symmetry import classify
+from orbitdb.symbols.words import keys, keys_of_period, pack
 
 SELECTIONS = [
     Selection(),
@@ -67,7 +84,7 @@ def test_keys_have_the_order_of_the_catalogue(catalogues, selection, column):
             keys = chosen_keys(catalogue, index, selection, column, descending)
             order = f"{column} {'desc' if descending else 'asc'}"
             rows = catalogue.rows(selection, ("code",), order)
-            assert [index.word(key) for key in keys.tolist()] == [code for (code,) in rows]
+            assert [index.word(key) for key in keys[:].tolist()] == [code for (code,) in rows]
 
 
 def test_a_page_is_what_the_catalogue_has_there(catalogues):
@@ -87,11 +104,11 @@ def test_a_word_is_found_where_it_stands(catalogues):
     index = load_index(catalogue, 1.6)
     keys = chosen_keys(catalogue, index, Selection(), "length")
     for word in ("13", "0132", LONG):
-        place = index.position(keys, word)
+        place = keys.position(word)
         assert place is not None
-        assert index.word(int(keys[place])) == word
-    assert index.position(keys, "1213131") is None
-    assert index.position(keys, "1" * 30 + "3") is None
+        assert index.word(int(keys[place : place + 1][0])) == word
+    assert keys.position("1213131") is None
+    assert keys.position("1" * 30 + "3") is None
 
 
 def test_a_row_that_has_gone_is_none(catalogues):
@@ -148,5 +165,84 @@ def test_empty_fields_are_last_whichever_way_the_order_goes(catalogues):
         for column in ("length", "lambda_c", "symmetry", "rules", "element"):
             for descending in (False, True):
                 keys = chosen_keys(catalogue, index, Selection(), column, descending)
-                empty = [row[1] is None for row in fetch(catalogue, index, keys, ("code", column))]
+                empty = [row[1] is None for row in fetch(catalogue, index, keys[:], ("code", column))]
                 assert empty == sorted(empty)
+
+
+def in_small_pieces(monkeypatch):
+    """Let a small catalogue go the ways of a large one: what is cut into pieces there is cut here, too."""
+    for module, sizes in (
+        (period_words, {"_PIECE": 100, "_BATCH": 16}),
+        (index_reading, {"PIECE": 24}),
+        (class_index, {"_PIECE": 50, "_FEW": 8}),
+        (class_values, {"_PIECE": 30}),
+        (word_conditions, {"_PIECE": 70}),
+        (text_order, {"_PIECE": 60}),
+        (ordered, {"_PIECE": 64, "_BLOCK": 16, "_LARGE": 20, "_MOST_LARGE": 3}),
+    ):
+        for name, size in sizes.items():
+            monkeypatch.setattr(module, name, size)
+
+
+@pytest.mark.parametrize(
+    ("selection", "column", "descending"),
+    [
+        (Selection(), "p", True),
+        (Selection(statuses=(Status.ORBIT, Status.GEOMETRIC)), "symmetry", True),
+        (Selection(where="code like '%13%'"), "lambda_c", False),
+        pytest.param(Selection(), "p", False, marks=pytest.mark.slow),
+        pytest.param(Selection(periods=((2, 5),)), "length", False, marks=pytest.mark.slow),
+        pytest.param(Selection(where="margin > -0.5"), "code", True, marks=pytest.mark.slow),
+        pytest.param(Selection(contains="21", time_reversal="pair"), "code", False, marks=pytest.mark.slow),
+    ],
+    ids=lambda value: value.describe() if isinstance(value, Selection) else str(value),
+)
+def test_what_is_cut_into_pieces_has_the_same_order(catalogues, monkeypatch, selection, column, descending):
+    in_small_pieces(monkeypatch)
+    for catalogue in catalogues:
+        index = load_index(catalogue, 1.6)
+        chosen_keys(catalogue, index, Selection(), column)  # its values are kept
+        keys = chosen_keys(catalogue, index, selection, column, descending)
+        order = f"{column} {'desc' if descending else 'asc'}"
+        words = [word for (word,) in catalogue.rows(selection, ("code",), order)]
+        pages = [keys[start : start + 37].tolist() for start in range(0, len(keys), 37)]
+        assert [index.word(key) for page in pages for key in page] == words
+        for row in range(0, len(words), 101):
+            assert keys.position(words[row]) == row
+        low, high = keys_of_period(4)
+        first = next((row for row, word in enumerate(words) if len(word) == 4), None)
+        assert keys.first_within([(low, high)]) == first
+        sizes = keys.words_of_classes()
+        assert sizes.sum() == len(words)
+        assert (sizes <= index.sizes).all()
+
+
+def test_words_that_are_not_all_of_their_classes_are_listed(catalogues, tmp_path):
+    """As while a period is filled for the first time: its last words are not there yet."""
+    path = tmp_path / "ragged.db"
+    path.write_bytes(catalogues[0].path.read_bytes())
+    with contextlib.closing(sqlite3.connect(path)) as plain, plain:
+        plain.execute("DELETE FROM sequence WHERE p = 6 AND word > '0303'")
+    catalogue = Catalogue(path)
+    index = load_index(catalogue, 1.6)
+    whole = load_index(catalogues[0], 1.6)
+    assert isinstance(index.parts[-1].words, ListedWords)
+    assert len(index) < len(whole)
+    for column in ("p", "length", "code"):
+        keys = chosen_keys(catalogue, index, Selection(), column)
+        rows = catalogue.rows(Selection(), ("code",), column)
+        assert [index.word(key) for key in keys[:].tolist()] == [code for (code,) in rows]
+    kept = {part.words.p: part for part in index.parts[:-1]}
+    assert load_index(catalogues[0], 1.6, kept) == whole
+
+
+@pytest.mark.parametrize("p", [5, 8])
+def test_words_of_classes_come_in_their_order(p):
+    words = np.concatenate(list(admissible_words(p)))
+    classes = classify(words)
+    least = np.unique(classes.representative)
+    found = expand(keys(least, p), p)
+    assert found.keys(slice(None)).tolist() == keys(pack(words), p).tolist()
+    assert least[found.classes(slice(None))].tolist() == classes.representative.tolist()
+    assert (found.entries & 7).tolist() == classes.element.tolist()
+    assert [found.lower(key) for key in found.keys(slice(0, 9)).tolist()] == list(range(9))

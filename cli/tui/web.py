@@ -1,0 +1,186 @@
+"""The screen in a browser: textual-serve runs the program anew for everybody who opens its page.
+
+Whoever sees the screen can fill the catalogue and write files. So it is there for this machine alone, and
+every address begins with a token that nobody can guess; a page of somebody else, in the same browser,
+cannot reach it.
+"""
+
+import asyncio
+import logging
+import os
+import secrets
+import shlex
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Awaitable, Callable, Sequence
+from contextlib import redirect_stdout, suppress
+from io import StringIO
+from typing import cast
+
+from aiohttp import web
+from textual_serve.server import Server
+
+from orbitdb.cli.endings import TERMINATING, Terminated, with_other_processes
+from orbitdb.errors import InputError
+
+HOST = "127.0.0.1"
+_LOG = logging.getLogger("textual-serve")
+_SECONDS = 5.0
+"""How long a session may take to end."""
+_REFUSAL = "this address lacks the token: open the one that 'orbitdb browse --web' has shown\n"
+_POLICY = (
+    "default-src 'self'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data:; connect-src 'self' {here}; frame-ancestors 'none'"
+)
+_HEADERS = {
+    "Content-Security-Policy": _POLICY,
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+}
+
+_MORE = """\
+<link rel="icon" href="data:,">
+<script>
+new MutationObserver((changes, observer) => {
+  const keys = document.querySelector(".xterm-helper-textarea");
+  if (keys && document.body.classList.contains("-first-byte")) {
+    observer.disconnect();
+    keys.focus();
+  }
+}).observe(document.body, {attributes: true, attributeFilter: ["class"]});
+</script>
+"""
+"""Keys are heard as soon as the screen is there, without a click before."""
+
+Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
+
+def serve(arguments: Sequence[str], port: int, tell: Callable[[str], None]) -> None:
+    """Serve ``orbitdb browse`` until Ctrl-C.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        What is typed behind ``orbitdb`` for every session.
+    port : int
+        0 for any that is free.
+    tell : callable
+        Is told the address, once it answers.
+
+    Raises
+    ------
+    InputError
+        If the port is taken, or not for everybody.
+    Terminated
+        On a signal to terminate.
+    """
+    with _listening(port) as listening, with_other_processes(), redirect_stdout(sys.stderr):
+        server = TokenServer(arguments, listening.getsockname()[1])
+        number = asyncio.run(server.until_told(listening, tell))
+    if number != signal.SIGINT:
+        raise Terminated(number)
+
+
+def _listening(port: int) -> socket.socket:
+    try:
+        return socket.create_server((HOST, port))
+    except OSError as error:
+        reason = os.strerror(error.errno or 0)
+        raise InputError(f"port {port} cannot be used ({reason}): name another with --port, or 0") from None
+
+
+class TokenServer(Server):
+    """A server whose every address begins with a token.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+    port : int
+    """
+
+    def __init__(self, arguments: Sequence[str], port: int) -> None:
+        program = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()", *arguments]
+        command = subprocess.list2cmdline(program) if sys.platform == "win32" else shlex.join(program)
+        super().__init__(command, HOST, port, "orbitdb browse", f"http://{HOST}:{port}")
+        self.token = secrets.token_hex(16)
+        self._sessions: set[asyncio.Task[object]] = set()
+
+    @property
+    def address(self) -> str:
+        """The page, with its token."""
+        return f"{self.public_url}/{self.token}/"
+
+    async def until_told(self, listening: socket.socket, tell: Callable[[str], None]) -> int:
+        """Serve until a signal says to end, and return its number."""
+        told: asyncio.Future[int] = asyncio.get_running_loop().create_future()
+
+        def end(number: int) -> None:
+            _LOG.disabled = True  # of sessions that end as they are told
+            if not told.done():
+                told.set_result(number)
+
+        with suppress(NotImplementedError):  # on Windows Ctrl-C ends the loop itself
+            for number in (signal.SIGINT, *TERMINATING):
+                asyncio.get_running_loop().add_signal_handler(number, end, number)
+        runner = web.AppRunner(await self.guarded(), access_log=None, shutdown_timeout=_SECONDS)
+        await runner.setup()
+        try:
+            await web.SockSite(runner, listening).start()
+            tell(self.address)
+            return await told
+        finally:
+            with redirect_stdout(StringIO()):
+                await runner.cleanup()
+
+    async def guarded(self) -> web.Application:
+        """Return what textual-serve serves, below the token, and nothing beside it."""
+
+        @web.middleware
+        async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
+            given = request.path.partition("/")[2].partition("/")[0]
+            if not secrets.compare_digest(given.encode(errors="replace"), self.token.encode()):
+                return web.Response(status=403, text=_REFUSAL)
+            if request.method == "GET" and not self._is_meant(request):
+                raise web.HTTPFound(self.address)
+            return await handler(request)
+
+        async def add_headers(request: web.Request, response: web.StreamResponse) -> None:
+            here = f"ws://{HOST}:{self.port}"
+            response.headers.update({name: text.format(here=here) for name, text in _HEADERS.items()})
+
+        app = web.Application(middlewares=[guard])
+        app.add_subapp(f"/{self.token}/", await self._make_app())
+        app.on_response_prepare.append(add_headers)
+        return app
+
+    def _is_meant(self, request: web.Request) -> bool:
+        """Tell whether it is for the address as it was told: another name of the host is another origin."""
+        return request.host == f"{HOST}:{self.port}" and request.path != f"/{self.token}"
+
+    async def on_startup(self, app: web.Application) -> None:
+        """Say nothing: the address is told by the command."""
+
+    async def on_shutdown(self, app: web.Application) -> None:
+        """End all sessions, each of which ends its process."""
+        for session in self._sessions:
+            session.cancel()
+        if self._sessions:
+            await asyncio.wait(self._sessions, timeout=_SECONDS)
+
+    async def handle_index(self, request: web.Request) -> web.Response:
+        """Return the page."""
+        page = cast(web.Response, await super().handle_index(request))
+        page.text = (page.text or "").replace("</body>", f"{_MORE}</body>")
+        return page
+
+    async def handle_websocket(self, request: web.Request) -> web.WebSocketResponse:
+        """Run a session."""
+        session = asyncio.current_task()
+        assert session is not None
+        self._sessions.add(session)
+        try:
+            return await super().handle_websocket(request)
+        finally:
+            self._sessions.discard(session)

@@ -1,0 +1,96 @@
+"""What a command loads before it does its work, and what it leaves undone."""
+
+import subprocess
+import sys
+
+import pytest
+
+from orbitdb.cli.app import _ROOM_OF, program
+
+ROOMS = [
+    "numpy", "sqlalchemy", "alembic", "scipy", "flint", "textual", "matplotlib", "asyncio", "multiprocessing",
+    "orbitdb.averages", "orbitdb.averages.sum_rules", "orbitdb.entropy", "orbitdb.filling",
+    "orbitdb.orbits.births", "orbitdb.orbits.newton", "orbitdb.plots", "orbitdb.cli.commands.bench",
+]  # fmt: skip
+"""What takes a hundredth of a second to load, or ten times as long."""
+
+LIGHTEST_FIRST = {
+    "fill --help": "",
+    "columns": "",
+    "query 1232131 -c code,length": "numpy",
+    "query 1232131": "orbitdb.orbits.births orbitdb.orbits.newton",
+    "table": "sqlalchemy asyncio orbitdb.averages",
+    "query --p 3": "",
+    "lyapunov": "orbitdb.averages.sum_rules",
+    "births --p 2": "multiprocessing orbitdb.filling",
+    "fill --p 2 --db new.db": "",
+    "--help": "orbitdb.cli.commands.bench",
+}
+"""Commands, each with what it loads that those before it have not."""
+
+SCRIPT = """
+import sys
+from orbitdb.cli.main import _run
+rooms, *lines = sys.argv[1:]
+known = set()
+for line in lines:
+    _run(line.split())
+    loaded = {room for room in rooms.split() if room in sys.modules}
+    print("loads", *sorted(loaded - known))
+    known |= loaded
+"""
+
+
+def python(code: str, *arguments: str, **options) -> list[str]:
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", code, *arguments], capture_output=True, text=True, check=True, **options
+    )
+    return done.stdout.splitlines()
+
+
+def test_a_command_loads_what_it_needs(filled, monkeypatch):
+    monkeypatch.setenv("ORBITDB_DB", str(filled))
+    told = python(SCRIPT, " ".join(ROOMS), *LIGHTEST_FIRST, cwd=filled.parent)
+    loaded = [line.split()[1:] for line in told if line.split()[:1] == ["loads"]]
+    assert dict(zip(LIGHTEST_FIRST, loaded, strict=True)) == {
+        line: sorted(rooms.split()) for line, rooms in LIGHTEST_FIRST.items()
+    }
+
+
+def test_every_command_is_found_in_its_module():
+    whole = program().registered_commands
+    names = [command.name or command.callback.__name__ for command in whole]
+    assert sorted(names) == sorted(_ROOM_OF)
+    for name, room in _ROOM_OF.items():
+        own = program([room]).registered_commands
+        assert name in [command.name or command.callback.__name__ for command in own]
+
+
+@pytest.mark.parametrize("typed", ["colums", "--versio", "table --colour"])
+def test_a_slip_is_told_as_where_all_commands_are_loaded(cli, monkeypatch, typed):
+    told = cli(*typed.split())
+    monkeypatch.setattr("orbitdb.cli.app._ROOM_OF", {})
+    assert told.code == 2
+    assert cli(*typed.split()) == told
+
+
+def test_nothing_is_collected_while_a_short_command_runs():
+    code = "import gc, sys\nfrom orbitdb.cli.main import run\ntold = []\n"
+    code += "gc.callbacks.append(lambda phase, info: told.append(phase))\n"
+    code += "try: run()\nfinally: gc.collect(); print(len(told), gc.get_freeze_count() > 1000)"
+    assert python(code, "columns")[-1] == "2 True"  # the start and the stop of the last line's
+
+
+def test_a_long_command_collects_as_always():
+    code = """if True:
+        import gc
+        from orbitdb.cli.garbage import collect_later
+        usual = gc.get_threshold()
+        collect_later()
+        before = gc.get_stats()[0]["collections"]
+        kept = [[] for _ in range(90_000)]
+        print(gc.get_stats()[0]["collections"] - before)
+        kept += [[] for _ in range(20_000)]
+        print(gc.get_threshold() == usual, gc.get_freeze_count() > 90_000)
+    """
+    assert python(code) == ["0", "True True"]

@@ -1,0 +1,97 @@
+"""The screen in a browser: what is served, to whom, and how it ends."""
+
+import asyncio
+import json
+import re
+import signal
+import socket
+import subprocess
+import sys
+
+import pytest
+from processes import COMMAND
+
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.catalogue import Catalogue
+
+_ESCAPE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|[@-_])")
+
+aiohttp = pytest.importorskip("aiohttp")
+
+
+def start(*arguments):
+    """Start the command; return its process and what it tells first."""
+    served = subprocess.Popen(
+        [*COMMAND, "browse", "--web", *map(str, arguments)],
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    return served, served.stderr.readline()
+
+
+async def seen(socket, text):
+    """Read what a session draws until a text is among it."""
+    drawn = ""
+    async with asyncio.timeout(60):
+        while text not in _ESCAPE.sub("", drawn):
+            message = await socket.receive()
+            assert message.type == aiohttp.WSMsgType.BINARY, message
+            drawn += message.data.decode("utf-8", "replace")
+
+
+@pytest.mark.slow
+def test_the_screen_is_served_with_its_options_to_those_who_have_the_token(filled_once):
+    chosen = Selection(time_reversal="self", periods=((2, 4),))
+    where = "time_reversal = 'self' and p < :top"
+    served, told = start("--port", 0, "--db", filled_once, "--where", where, "-P", "top=5", "--a", 1.6)
+    page, _, rest = told.partition(" ")
+    base = page.rpartition("/")[0].rpartition("/")[0]
+
+    async def visit():
+        async with aiohttp.ClientSession() as session:
+            for path in ("/", "/ws", "/static/js/textual.js", f"/{'0' * 32}/", "/\xff", "//"):
+                async with session.get(base + path) as refused:
+                    assert refused.status == 403
+            with pytest.raises(aiohttp.WSServerHandshakeError, match="403"):
+                await session.ws_connect(f"{base}/ws")
+            for other in (page.replace("127.0.0.1", "localhost"), page.rstrip("/")):
+                async with session.get(other) as answer:
+                    assert (answer.status, str(answer.url)) == (200, page)
+            assert "frame-ancestors 'none'" in answer.headers["Content-Security-Policy"]
+            async with session.ws_connect(f"{page}ws?width=120&height=30") as keys:
+                await seen(keys, f"1 of {Catalogue(filled_once).count(chosen)}")
+                await keys.send_str(json.dumps(["stdin", "d"]))
+                await seen(keys, "time_reversal")
+                served.send_signal(signal.SIGINT)
+                async with asyncio.timeout(60):
+                    while not keys.closed:
+                        await keys.receive()
+
+    try:
+        asyncio.run(visit())
+        out, err = served.communicate(timeout=60)
+    finally:
+        served.kill()
+    assert rest == f"shows {filled_once}; Ctrl-C ends it\n"
+    assert (served.returncode, out, err) == (0, "", "")
+
+
+@pytest.mark.slow
+def test_what_cannot_be_served_is_told_in_one_line(cli, filled_once, monkeypatch):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        result = cli("browse", "--web", "--port", str(port), "--db", str(filled_once))
+    assert (result.code, result.out) == (2, "")
+    assert f"port {port} cannot be used (Address already in use): name another" in result.err
+    result = cli("browse", "--web", "--where", "lenght < 3", "--db", str(filled_once))
+    assert (result.code, result.err.count("\n")) == (2, 1)
+    monkeypatch.setitem(sys.modules, "textual_serve.server", None)
+    monkeypatch.delitem(sys.modules, "orbitdb.cli.tui.web", raising=False)
+    result = cli("browse", "--web", "--db", str(filled_once))
+    assert result.code == 1
+    assert "pip install 'orbitdb[web]'" in result.err
+    assert result.err.count("\n") == 1
+
+
+def test_a_port_without_web_is_refused(cli):
+    result = cli("browse", "--port", "8001")
+    assert (result.code, result.err) == (2, "orbitdb: --port does nothing without --web: leave it out\n")
