@@ -140,3 +140,10 @@ def test_the_largest_cuts(filled, cli, monkeypatch):
 def test_weights_have_names(filled, cli):
     done = cli("lyapunov", "--weight", "x", "--db", str(filled))
     assert done == (2, "", "orbitdb: weight 'x': use exp or det\n")
+
+
+@pytest.mark.parametrize("command", ["entropy", "lyapunov"])
+def test_periods_that_the_zeta_function_lacks_are_told(filled, cli, command):
+    lacks = "the zeta function lacks the periods 2, 4 (not chosen)"
+    assert lacks in cli(command, "--p", "3,5", "--db", str(filled)).err
+    assert "lacks" not in cli(command, "--p", "2-4", "--db", str(filled)).err

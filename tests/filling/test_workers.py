@@ -211,7 +211,7 @@ def test_no_process_is_left_behind(tmp_path, how):
 
 def test_a_signal_that_another_thread_takes_is_held_back():
     """That thread has no mask, and Python would act on it in the main thread, in the middle of a start."""
-    begin = threading.Event()
+    begin, before = threading.Event(), signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def take() -> None:
         begin.wait(60)
@@ -225,4 +225,4 @@ def test_a_signal_that_another_thread_takes_is_held_back():
         other.join()
         finished = True
     assert finished
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert signal.signal(signal.SIGINT, before) is signal.default_int_handler

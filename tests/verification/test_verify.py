@@ -470,11 +470,17 @@ def test_subsets_samples_and_seeds(filled, cli):
     assert cli("verify", "--sample", "100000").code == 0
 
 
-def test_counts_of_a_fill_that_goes_on_and_rules_of_words_not_chosen_are_left(small):
-    alter(small, "UPDATE fill SET state = 'filling', n_c = NULL, classes = 0 WHERE p = 6 AND stadium = 2")
+def test_what_cannot_be_compared_is_left(small):
+    """Counts of a fill that goes on, rules of words that are not chosen, bits of another version."""
+    alter(
+        small,
+        "UPDATE fill SET state = 'filling', n_c = NULL, classes = 0 WHERE p = 6 AND stadium = 2",
+        "UPDATE orbit SET iterations = 9, run = (SELECT min(id) FROM run)",
+        "UPDATE run SET version = '0.0.1' WHERE id = (SELECT min(id) FROM run)",
+    )
     found = checks(small, Selection(a=1.0, statuses=(Status.ORBIT,)))
     assert not [name for name, check in found.items() if check.failures]
-    assert found["fills"].rows == 1
+    assert (found["fills"].rows, found["bits"].rows) == (1, 0)
     assert "rules" not in found
 
 

@@ -27,7 +27,7 @@ _LARGE = 1 << 14
 _MOST_LARGE = 250
 
 
-@dataclass
+@dataclass(eq=False)
 class Listed:
     """Rows that are listed by the places of their words.
 
@@ -73,7 +73,7 @@ class Listed:
         return found
 
 
-@dataclass
+@dataclass(eq=False)
 class ByClass:
     """All words of some classes, by a value of the class, then by period and word.
 

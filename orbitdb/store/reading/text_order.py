@@ -24,7 +24,7 @@ from orbitdb.symbols.words import BITS, MAX_KEYED, packed
 _PIECE = 1 << 20
 
 
-@dataclass
+@dataclass(eq=False)
 class ByText:
     """All words of some classes, by their texts.
 

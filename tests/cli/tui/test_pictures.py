@@ -9,6 +9,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.braille import DOTS_X, DOTS_Y, Frame, Layer, Mark, draw, polyline
 from orbitdb.cli.tui.pictures import (
     Curve,
+    _padded,
     along,
     draw_curves,
     draw_orbit,
@@ -152,3 +153,8 @@ def test_curves_fill_their_frame_and_pass_over_what_is_not_known(size):
     assert draw_curves([], *size).text.shape == size[::-1]
     if size[0] == 60:
         assert (picture.text[:-1] == "×").sum() == 5
+
+
+def test_frames_are_a_little_larger_than_their_curves():
+    assert _padded(0.0, 2.0) == pytest.approx((-0.1, 2.1))
+    assert _padded(1.0, 1.0) == (0.5, 1.5)

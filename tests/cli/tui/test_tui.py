@@ -155,6 +155,9 @@ def test_choices_of_one_session(filled):
         await press(pilot, "right_square_bracket", "right_square_bracket")
         assert screen.selection.periods == ((3, 3),)
         assert "that retrace their path" in screen.sub_title
+        await press(pilot, "f")
+        assert app.screen.query_one("#periods").value == "2-8"  # 3 is filled; what follows the last is not
+        await press(pilot, "escape")
         await press(pilot, "left_square_bracket", "left_square_bracket")
         assert screen.selection.periods == ()
         await press(pilot, "a", "k", "enter")

@@ -1,0 +1,59 @@
+"""Rows have what their status demands; each number that is missing or impossible is seen by itself."""
+
+import numpy as np
+import pytest
+
+from orbitdb.orbits.orbit import NUMBERS
+from orbitdb.store.reading.soundness import is_whole
+
+BLOB = np.array([0.5, -0.25]).astype("<f8").tobytes()
+NUMBERS_OF_IT = dict.fromkeys(NUMBERS, 0.5) | {"residual": 0.0, "error": 0.0}
+ORBIT = {"status": "orbit", "solver": "newton", "coordinates": BLOB, **NUMBERS_OF_IT}
+NOTHING = dict.fromkeys(NUMBERS) | {"coordinates": None, "solver": "newton"}
+BARE = {"solver": "relaxation", "error": None, "length_error": None, "lyapunov_error": None}
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        ORBIT,
+        ORBIT | {"status": "boundary", "margin": -0.0},
+        ORBIT | BARE,
+        NOTHING | {"status": "dynamical", "margin": -0.1},
+        NOTHING | {"status": "unresolved"},
+    ],
+)
+def test_whole_rows(row):
+    assert is_whole(row, 2)
+    assert not is_whole(row | {"solver": "magic"}, 2)
+    assert not is_whole(row | {"status": "odd"}, 2)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        *({name: None} for name in (*NUMBERS, "coordinates")),
+        *({name: value} for name in NUMBERS for value in (float("nan"), float("inf"))),
+        *({name: -1e-9} for name in ("error", "length_error", "lyapunov_error", "residual")),
+        {"length": 0.0},
+        {"lyapunov": 0.0},
+        {"coordinates": BLOB[:8]},
+        {"coordinates": BLOB + BLOB},
+        {"coordinates": np.array([0.5, np.nan]).tobytes()},
+        {"coordinates": np.array([0.5, -1e8]).tobytes()},
+        {"solver": "newton", **{name: None for name in BARE if name != "solver"}},
+        BARE | {"error": 0.5},
+        BARE | {"length": None},
+    ],
+    ids=str,
+)
+def test_rows_that_lack_something_or_have_what_cannot_be(change):
+    assert not is_whole(ORBIT | change, 2)
+
+
+@pytest.mark.parametrize("name", [*NUMBERS, "coordinates"])
+@pytest.mark.parametrize("status", ["dynamical", "unresolved"])
+def test_words_that_are_no_orbits_have_no_numbers_of_one(name, status):
+    row = NOTHING | {"status": status, "margin": -0.1, name: BLOB if name == "coordinates" else -0.1}
+    assert is_whole(row, 2) == (name == "margin")
+    assert is_whole(NOTHING | {"status": status}, 2) == (status == "unresolved")
