@@ -80,7 +80,7 @@ def _need_terminal() -> None:
     if "TEXTUAL_DRIVER" in os.environ:
         return
     if not all(stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr)):  # it draws on stderr
-        raise InputError("browse needs a terminal: use 'orbitdb query' where there is none, or --web")
+        raise InputError("browse needs a terminal: use 'orbitdb query' where there is none")
 
 
 def _typed_again(context: typer.Context) -> list[str]:

@@ -3,7 +3,7 @@
 Few words take almost as long as thousands, so that small periods go into one block together.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -115,12 +115,27 @@ def birth_blocks(periods: Sequence[tuple[int, int]], block: int, jobs: int) -> I
             small.append(Span.whole(p))
             room -= total
             continue
-        room, size = 0, block
+        room, size = block, block
         if jobs > 1:
             size = min(block, max(total // (_BLOCKS_A_JOB * jobs), block // _SMALLEST))
-        yield from (BirthBlock((span,)) for span in class_spans(p, size // _WORDS_A_CLASS, after))
+        most = size // _WORDS_A_CLASS
+        yield from (BirthBlock((span,)) for span in _joined(class_spans(p, most, after), most))
     if small:
         yield BirthBlock(tuple(small))
+
+
+def _joined(spans: Iterable[Span], most: int) -> Iterator[Span]:
+    """Join neighbours as long as they have no more classes together; most least words are low ones."""
+    held, count = None, 0
+    for span in spans:
+        more = sum(len(each.codes) for each in least_words(span))
+        if held is not None and count + more > most:
+            yield held
+            held, count = None, 0
+        held = span if held is None else held._replace(upto=span.upto)
+        count += more
+    if held is not None:
+        yield held
 
 
 def _classes(span: Span) -> LeastWords:

@@ -286,7 +286,7 @@ CASES = [
     Case("query --a 1 --range length=:8 --status orbit", queried(a=1.0, length=(None, 8), status="orbit")),
     Case("query --a 1 --range length=8:8", queried(a=1.0, length=(8, 8)), slow=True),
     Case("query --code 1232131 --code 01132", words_of("1232131", "01132")),
-    Case("identify --start 0,0.001,0 --bounces 9 --limit 4", shadowed),
+    Case("identify --start 0,0.001,0 --bounces 9 --limit 4", shadowed, slow=True),
     Case("identify --length 22 --tolerance 0.4", with_length),
     Case("table", table_1),
     Case("entropy", averages(ENTROPY), slow=True),

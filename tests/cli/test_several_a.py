@@ -13,11 +13,11 @@ from orbitdb.filling.births import fill_births
 COMMANDS = [
     ("table --p 2-6", "all"),
     ("entropy --p 2-5", "1.6 1"),
-    ("entropy --p 3-4 --reversal self", "1:1.6:2"),
+    pytest.param("entropy --p 3-4 --reversal self", "1:1.6:2", marks=pytest.mark.slow),
     ("lyapunov --p 2-4", "all"),
-    ("lyapunov --p 2-4 --cut 5", "1.6 1"),
+    pytest.param("lyapunov --p 2-4 --cut 5", "1.6 1", marks=pytest.mark.slow),
     ("query --p 3 -c length,rules --order a,p,code", "1:1.6:2"),
-    ("export --p 3 --order a,p,code --coordinates --limit 1000", "all"),
+    pytest.param("export --p 3 --order a,p,code --coordinates --limit 1000", "all", marks=pytest.mark.slow),
     ("export --p 2 --order a,p,code --bounces -c p,rules", "1.6 1"),
 ]
 
@@ -87,6 +87,7 @@ def test_what_is_missing_at_one_a_is_told_and_the_others_are_shown(cli, varied):
     assert cli("entropy", "--a", "2", "--a", "3", "--p", "2-5", "--db", str(varied)).code == 1
 
 
+@pytest.mark.slow
 def test_columns_of_rows_may_be_asked_of_a_word(cli, varied, tmp_path):
     """Those that do not depend on the file are the same as those of the row; its births, too."""
     copy = Path(shutil.copy(varied, tmp_path / "orbits.db"))

@@ -50,6 +50,7 @@ def test_what_is_simulated_is_stored_and_shown_beside_averages(filled, cli):
     )
 
 
+@pytest.mark.slow
 def test_a_table_shows_the_digits_that_a_small_error_is_of(cli):
     asked = ("simulate", "--a", "20", "--legwise", "--bounces", "5000", "--no-store")
     (row,) = json.loads(cli(*asked, "--json").out)

@@ -34,7 +34,16 @@ def test_other_commands_answer_from_sweeps(cli):
             assert row == close
 
 
-def test_what_is_swept_is_told_and_verified(cli, tmp_path):
+CHANGES = [
+    ("n_c = n_c - 2, classes = classes - 1", "sweeps", "n_c is 78 instead of 80"),
+    ("sums = CAST(substr(sums, 1, length(sums) - 8) || zeroblob(8) AS BLOB)", "sums", ""),
+    ("words = words - 2", "sweeps", "94 sequences instead of 96"),
+    ("sums = x'00'", "sweeps", ""),
+]
+
+
+@pytest.mark.parametrize("changes", [CHANGES[:1], pytest.param(CHANGES[1:], marks=pytest.mark.slow)])
+def test_what_is_swept_is_told_and_verified(cli, tmp_path, changes):
     """A file that has sweeps alone is checked; counts and sums that were altered are found."""
     cli("sweep", "--p", "5")
     cli("sweep", "--p", "4", "--a", "1")
@@ -46,12 +55,7 @@ def test_what_is_swept_is_told_and_verified(cli, tmp_path):
     sound = cli("verify", "--p", "2-5", "--a", "1.6", "--json")
     assert (sound.code, sound.err.split(" all is well")[0]) == (0, f"{tmp_path / 'orbits.db'}:")
     assert [(row["check"], row["rows"]) for row in json.loads(sound.out)[-2:]] == [("sweeps", 4), ("sums", 4)]
-    for change, check, first in (
-        ("n_c = n_c - 2, classes = classes - 1", "sweeps", "n_c is 78 instead of 80"),
-        ("words = words - 2", "sweeps", "94 sequences instead of 96"),
-        ("sums = CAST(substr(sums, 1, length(sums) - 8) || zeroblob(8) AS BLOB)", "sums", ""),
-        ("sums = x'00'", "sweeps", ""),
-    ):
+    for change, check, first in changes:
         with closing(sqlite3.connect(tmp_path / "orbits.db")) as plain:
             before = plain.execute("SELECT * FROM sweep").fetchall()
             plain.execute(f"UPDATE sweep SET {change} WHERE p = 5")
@@ -63,7 +67,6 @@ def test_what_is_swept_is_told_and_verified(cli, tmp_path):
         failing = {row["check"]: row["first"] for row in json.loads(found.out) if row["failures"]}
         assert (found.code, list(failing)) == (1, [check])
         assert first in failing[check]
-    assert cli("verify").code == 0
 
 
 def test_what_cannot_be_swept(cli):

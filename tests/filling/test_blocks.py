@@ -17,33 +17,38 @@ from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import least_words
 
 
-def test_blocks_of_births_hold_every_class_once_and_small_periods_together():
-    numbers = []
-    for jobs in (1, 4):
-        first, second, *rest = birth_blocks([(p, -1) for p in range(2, 11)], 8000, jobs)
-        assert first.spans == tuple(map(Span.whole, range(2, 7)))  # 389 words: an eighth of a block, at most
-        assert second.spans == (Span.whole(7), Span.whole(8))  # with p = 9 they are too many
-        assert all(len(block.spans) == 1 for block in rest)
-        cut = {p: list(part) for p, part in groupby((block.spans[0] for block in rest), lambda span: span.p)}
-        assert list(cut) == [9, 10]
-        for p, parts in cut.items():
-            assert (parts[0].after, parts[-1].upto) == (-1, Span.whole(p).upto)
-            assert all(one.upto == other.after for one, other in pairwise(parts))
-        found = [sum(len(part.codes) for part in least_words(span)) for span in cut[10]]
-        assert max(found) < 8000 / 8 / jobs * 1.2 + 20  # about an eighth of the words are least of a class
-        numbers.append(len(rest))
-    assert numbers[0] < numbers[1] < 4 * numbers[0]
+@pytest.mark.parametrize(("jobs", "blocks"), [(1, range(12, 17)), (2, range(17, 21)), (4, range(21, 30))])
+def test_blocks_of_births_hold_every_class_once_and_small_periods_together(jobs, blocks):
+    periods = range(2, 12)
+    soon, small, *rest = birth_blocks([(p, -1) for p in periods], 8000, jobs)
+    assert soon.spans == tuple(map(Span.whole, range(2, 7)))  # 389 words: with p = 7 more than an eighth
+    assert small.spans == tuple(map(Span.whole, (7, 8)))
+    assert all(len(block.spans) == 1 for block in rest)
+    spans = [block.spans[0] for block in rest]
+    assert len(spans) in blocks
+    cut = {p: list(part) for p, part in groupby(spans, lambda span: span.p)}
+    assert list(cut) == [9, 10, 11]
+    for p, parts in cut.items():
+        assert (parts[0].after, parts[-1].upto) == (-1, Span.whole(p).upto)
+        assert all(one.upto == other.after for one, other in pairwise(parts))
+        counts = [sum(len(each.codes) for each in least_words(span)) for span in parts]
+        assert max(counts) <= 8000 / 8
+        assert all(one + other > 8000 / 8 / min(jobs, 2) for one, other in pairwise(counts))
 
 
-def test_a_block_of_births_is_filled_to_the_last_word():
+def test_the_first_block_of_births_is_filled_to_the_last_word():
+    """The words of p = 2..6 are 389."""
     assert len(list(birth_blocks([(p, -1) for p in range(2, 7)], 8 * 389, 1))) == 1
-    assert len(list(birth_blocks([(p, -1) for p in range(2, 7)], 8 * 388, 1))) == 2
+    assert len(list(birth_blocks([(p, -1) for p in range(2, 7)], 8 * 389 - 1, 1))) == 2
 
 
-def test_what_was_begun_is_a_block_of_its_own_behind_lower_periods():
+def test_what_was_begun_is_a_block_of_its_own():
+    begun, *rest = birth_blocks([(4, 200), (5, -1), (6, -1)], 390, 1)
+    assert begun.spans == (Span.whole(4, 200),)
+    assert [block.spans for block in rest] == [(Span.whole(5), Span.whole(6))]
     small, begun, *rest = birth_blocks([(3, -1), (4, 200), (5, -1), (6, -1)], 390, 1)
     assert (small.spans, begun.spans) == ((Span.whole(3),), (Span.whole(4, 200),))
-    assert [span.p for block in rest for span in block.spans] == [5, 6, 6]
+    assert [block.spans for block in rest] == [(Span.whole(5), Span.whole(6))]
 
 
 def test_for_several_jobs_a_period_is_cut_smaller_down_to_a_quarter():

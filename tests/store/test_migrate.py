@@ -56,6 +56,7 @@ def before_length(before: dict, word: str) -> float:
     return next(row[6] for row in before["catalogue"] if least in (row[2], row[3]))
 
 
+@pytest.mark.slow
 def test_bounds_leave_an_older_catalogue_as_it_is_unless_they_are_to_be_stored(older, cli):
     path, _ = older
     before = path.read_bytes()
