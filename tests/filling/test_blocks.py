@@ -42,7 +42,10 @@ def test_the_first_block_of_births_is_filled_to_the_last_word():
     assert len(list(birth_blocks([(p, -1) for p in range(2, 7)], 8 * 389 - 1, 1))) == 2
 
 
-def test_what_was_begun_is_a_block_of_its_own_behind_lower_periods():
+def test_what_was_begun_is_a_block_of_its_own():
+    begun, *rest = birth_blocks([(4, 200), (5, -1), (6, -1)], 390, 1)
+    assert begun.spans == (Span.whole(4, 200),)
+    assert [block.spans for block in rest] == [(Span.whole(5), Span.whole(6))]
     small, begun, *rest = birth_blocks([(3, -1), (4, 200), (5, -1), (6, -1)], 390, 1)
     assert (small.spans, begun.spans) == ((Span.whole(3),), (Span.whole(4, 200),))
     assert [block.spans for block in rest] == [(Span.whole(5), Span.whole(6))]
