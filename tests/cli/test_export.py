@@ -432,6 +432,7 @@ def test_lines_that_words_of_a_class_share_are_those_of_rows(
 
 def test_lines_of_long_words_whose_class_is_not_chosen_are_left_out(tmp_path, monkeypatch):
     path = tmp_path / "orbits.db"
+    Catalogue.create(path)
     for word in ("1" * 20 + "3", "13" * 10 + "1"):  # the first of no orbit
         fill_word(path, word, 1.6)
     monkeypatch.setattr(class_first, "_MANY", 0)
