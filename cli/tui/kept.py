@@ -69,7 +69,7 @@ class Kept:
             return
         except OSError as error:
             raise InputError(f"{self.path} cannot be read ({error.strerror})") from error
-        except (ValueError, TypeError, AttributeError) as error:
+        except (ValueError, TypeError, AttributeError, RecursionError) as error:
             raise InputError(f"{self.path} holds no choices of this program: move it away") from error
 
     def change(self, changed: Callable[[State], State]) -> None:

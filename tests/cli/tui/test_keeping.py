@@ -144,7 +144,7 @@ def test_a_kept_filter_comes_back_as_it_was():
 
 def test_a_state_file_that_is_none_is_left_as_it_is(tmp_path):
     path = tmp_path / "browse.json"
-    for text in ("[", "[]", '{"marked": ["9"]}', '{"filters": {"x": 3}}', "\xff"):
+    for text in ("[", "[]", "[" * 9999, '{"marked": ["9"]}', '{"filters": {"x": 3}}', "\xff"):
         path.write_bytes(text.encode("latin-1"))
         kept = Kept(path)
         with pytest.raises(InputError, match="move it away"):

@@ -250,7 +250,8 @@ def test_words_of_classes_come_in_their_order(p):
 
 
 def test_an_impossible_status_is_told_with_its_period(filled):
+    fill_word(filled, "131313131132", 1.6)  # its number has fewer digits than its word
     with contextlib.closing(sqlite3.connect(filled)) as plain, plain:
-        plain.execute("UPDATE orbit SET status = 'odd' WHERE cycle = (SELECT id FROM cycle WHERE p = 4)")
-    with pytest.raises(StoreError, match="without a status of period '4'"):
+        plain.execute("UPDATE orbit SET status = 'odd' WHERE cycle = (SELECT id FROM cycle WHERE p = 12)")
+    with pytest.raises(StoreError, match="without a status of period '12'"):
         load_index(Catalogue(filled), 1.6)
