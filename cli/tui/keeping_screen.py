@@ -14,7 +14,7 @@ from orbitdb.cli.tui.columns import chosen
 from orbitdb.cli.tui.dialogs import LineDialog
 from orbitdb.cli.tui.filters_dialog import KEEP, FiltersDialog
 from orbitdb.cli.tui.jumping_screen import JumpingScreen
-from orbitdb.cli.tui.kept import State, criteria_of, selection_of, toggled
+from orbitdb.cli.tui.kept import State, among_marked, criteria_of, selection_of, toggled
 from orbitdb.cli.tui.orbit_screen import OrbitScreen
 from orbitdb.cli.tui.table import PagedTable
 from orbitdb.errors import InputError
@@ -105,8 +105,7 @@ class KeepingScreen(JumpingScreen):
             self.notify("no orbit is marked: * marks one")
             self.selection = replace(self.selection, where=where)
             return
-        marks = f"code({', '.join(map(repr, words))})"
-        wanted = f"({where}) and {marks}" if where else marks
+        wanted = among_marked(words, where)
         try:
             self.browser.check_filter(wanted, dict(self.selection.parameters))
         except InputError as error:

@@ -5,7 +5,7 @@ two sessions side by side keep each other's marks.
 """
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from orbitdb.cli.tui.columns import USUAL
 from orbitdb.errors import InputError, StoreError
 from orbitdb.export import complete
 from orbitdb.store.asking.selection import Selection, choose
+from orbitdb.store.file.tokens import tokens
 from orbitdb.symbols.words import least_rotation, parse_primitive
 
 Criteria = Mapping[str, Any]
@@ -68,7 +69,7 @@ class Kept:
             return
         except OSError as error:
             raise InputError(f"{self.path} cannot be read ({error.strerror})") from error
-        except (ValueError, TypeError, AttributeError) as error:
+        except (ValueError, TypeError, AttributeError, RecursionError) as error:
             raise InputError(f"{self.path} holds no choices of this program: move it away") from error
 
     def change(self, changed: Callable[[State], State]) -> None:
@@ -107,6 +108,16 @@ def toggled(state: State, word: str) -> State:
     """Mark a word, or unmark it."""
     others = tuple(other for other in state.marked if other != word)
     return replace(state, marked=others if len(others) < len(state.marked) else (*others, word))
+
+
+def among_marked(words: Sequence[str], where: str | None) -> str:
+    """Return the expression that chooses marked words, among those of a filter if there is one."""
+    marks = f"code({', '.join(map(repr, words))})"
+    if not where:
+        return marks
+    # in one line, so that a comment would hide what follows
+    bare = "".join(" " if token.kind == "blank" else token.text for token in tokens(where))
+    return f"({bare.strip()}) and {marks}"
 
 
 def criteria_of(selection: Selection) -> Criteria:

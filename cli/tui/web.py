@@ -176,7 +176,15 @@ class TokenServer(Server):
         return page
 
     async def handle_websocket(self, request: web.Request) -> web.WebSocketResponse:
-        """Run a session."""
+        """Run a session.
+
+        Raises
+        ------
+        HTTPBadRequest
+            If it is no websocket that is asked for; aiohttp would tell that as an error of this program.
+        """
+        if not web.WebSocketResponse().can_prepare(request):
+            raise web.HTTPBadRequest(text="a session is a websocket\n")
         session = asyncio.current_task()
         assert session is not None
         self._sessions.add(session)

@@ -21,6 +21,7 @@ from orbitdb import Catalogue, __version__, npz
 from orbitdb import export as files
 from orbitdb.cli import rows as cli_rows
 from orbitdb.errors import InputError
+from orbitdb.filling.single_word import fill_word
 from orbitdb.store.asking.selection import choose
 from orbitdb.store.reading import class_first, spread
 
@@ -427,3 +428,14 @@ def test_lines_that_words_of_a_class_share_are_those_of_rows(
     rows = cli_rows.with_rules(columns, catalogue.rows(choose(**chosen), columns))
     rows = cli_rows.with_marks(columns, rows) if mark else rows
     assert list(lines) == list(files.LINES[form](columns, rows)) != []
+
+
+def test_lines_of_long_words_whose_class_is_not_chosen_are_left_out(tmp_path, monkeypatch):
+    path = tmp_path / "orbits.db"
+    Catalogue.create(path)
+    for word in ("1" * 20 + "3", "13" * 10 + "1"):  # the first of no orbit
+        fill_word(path, word, 1.6)
+    monkeypatch.setattr(class_first, "_MANY", 0)
+    catalogue, chosen = Catalogue(path), choose(status="orbit")
+    lines = cli_rows.ready_lines(catalogue, [chosen], ("code",), "p,code", "csv", False)
+    assert list(lines) == list(files.LINES["csv"](("code",), catalogue.rows(chosen, ("code",))))

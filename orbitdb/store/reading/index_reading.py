@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.file.schema import cycle, orbit, sequence, stadium
+from orbitdb.store.reading.class_first import orders
 from orbitdb.store.reading.class_index import LONG, STATUSES, Index, Part
 from orbitdb.store.reading.period_words import Integers, ListedWords, expand
 from orbitdb.store.reading.reader import Reader
@@ -46,7 +47,7 @@ def load_index(reader: Reader, a: float, known: Mapping[int, Part] | None = None
         here = connection.scalar(sa.select(stadium.c.id).where(stadium.c.a == a))
         if here is None:
             return Index(a, ())
-        periods = [p for p in _orders(connection) if p <= MAX_KEYED]
+        periods = [p for p in orders(connection) if p <= MAX_KEYED]
         # the largest period first: while it is sorted it takes more room than when it is done
         parts = {p: known.get(p) or _read_period(connection, here, p) for p in reversed(periods)}
         long_words, long_part = _read_long(connection, here)
@@ -64,15 +65,6 @@ def little_kept(connection: sa.Connection) -> Iterator[None]:
     finally:
         connection.exec_driver_sql("PRAGMA shrink_memory")
         connection.exec_driver_sql(f"PRAGMA cache_size = {before}")
-
-
-def _orders(connection: sa.Connection) -> list[int]:
-    """Return the orders of all words, each by a look at where the next one begins."""
-    found: list[int] = []
-    first = sa.select(sa.func.min(sequence.c.p))
-    while (p := connection.scalar(first.where(sequence.c.p > found[-1]) if found else first)) is not None:
-        found.append(p)
-    return found
 
 
 def _read_period(connection: sa.Connection, here: int, p: int) -> Part:
@@ -109,11 +101,11 @@ def _classes(
         if not (np.diff(numbers, prepend=after) > 0).all():  # the words say the numbers
             raise unsound("impossible numbers or sizes of classes, of period", p)
         after = int(numbers[-1])
-        yield numbers, _digits(sizes).astype(np.uint32), _statuses(connection, here, numbers)
+        yield numbers, _digits(sizes).astype(np.uint32), _statuses(connection, here, numbers, p)
 
 
-def _statuses(connection: sa.Connection, here: int, numbers: Integers) -> NDArray[np.uint8]:
-    """Return the statuses at one a of classes that come one behind the other."""
+def _statuses(connection: sa.Connection, here: int, numbers: Integers, p: int) -> NDArray[np.uint8]:
+    """Return the statuses at one a of classes of a period that come one behind the other."""
     mark = sa.case(*((orbit.c.status == name, code) for name, code in _CODES.items()))
     ends = orbit.c.cycle.between(int(numbers[0]), int(numbers[-1]))
     piece = sa.select(orbit.c.cycle, mark.label("mark")).where(orbit.c.stadium == here, ends)
@@ -124,7 +116,7 @@ def _statuses(connection: sa.Connection, here: int, numbers: Integers) -> NDArra
         return _digits(marks)
     solved = np.array(connection.scalars(sa.select(rows.cycle)).all(), dtype=np.int64)
     if len(marks) != len(solved):
-        raise unsound("orbits without a status of period", len(str(numbers[0])))
+        raise unsound("orbits without a status of period", p)
     found[np.isin(numbers, solved)] = _digits(marks)[np.isin(solved, numbers)]
     return found
 

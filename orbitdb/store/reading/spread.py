@@ -124,9 +124,9 @@ def _lines_of_block(
     words, cycles = zip(*block, strict=True)
     need_words(words, [p] * len(words))
     wanted = np.array([number or 0 for number in cycles], np.int64)
-    places = np.searchsorted(numbers, wanted)
-    chosen = np.flatnonzero(np.append(numbers, -1)[places] == wanted)
-    starts = ends[places[chosen]]
-    sizes = ends[places[chosen] + 1] - starts
+    chosen = np.flatnonzero(np.isin(wanted, numbers))
+    places = np.searchsorted(numbers, wanted[chosen])
+    starts = ends[places]
+    sizes = ends[places + 1] - starts
     for row, start, size in zip(chosen.tolist(), starts.tolist(), sizes.tolist(), strict=True):
         yield os.pread(draft, size, start).decode().replace(_HERE, words[row])

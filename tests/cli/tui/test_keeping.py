@@ -9,7 +9,7 @@ from orbitdb.cli.tui import jumping_screen
 from orbitdb.cli.tui.columns import COLUMNS, EVERY, USUAL
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.jumping import place_of
-from orbitdb.cli.tui.kept import Kept, State, criteria_of, selection_of, toggled
+from orbitdb.cli.tui.kept import Kept, State, among_marked, criteria_of, selection_of, toggled
 from orbitdb.cli.tui.source import Ordering, Pages
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
@@ -144,7 +144,7 @@ def test_a_kept_filter_comes_back_as_it_was():
 
 def test_a_state_file_that_is_none_is_left_as_it_is(tmp_path):
     path = tmp_path / "browse.json"
-    for text in ("[", "[]", '{"marked": ["9"]}', '{"filters": {"x": 3}}', "\xff"):
+    for text in ("[", "[]", "[" * 9999, '{"marked": ["9"]}', '{"filters": {"x": 3}}', "\xff"):
         path.write_bytes(text.encode("latin-1"))
         kept = Kept(path)
         with pytest.raises(InputError, match="move it away"):
@@ -179,3 +179,9 @@ def test_two_sessions_keep_each_others_marks(tmp_path):
 
 def test_every_column_can_be_shown_but_the_doubles():
     assert set(EVERY) == {column.name for column in IN_CATALOGUE} - {"a", "word"}
+
+
+@pytest.mark.parametrize("where", ["p < 3 -- short", "p < 3 or p = 9", "p /* of 13 */ < 3"])
+def test_marked_orbits_are_those_of_a_filter_even_with_a_comment(filled_once, where):
+    selection = Selection(where=among_marked(("13", "013"), where))
+    assert list(Catalogue(filled_once).rows(selection, ("code",))) == [("13",)]

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 
+from orbitdb.errors import StoreError
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.filling.single_word import fill_word
 from orbitdb.orbits.orbit import Status
@@ -246,3 +247,11 @@ def test_words_of_classes_come_in_their_order(p):
     assert least[found.classes(slice(None))].tolist() == classes.representative.tolist()
     assert (found.entries & 7).tolist() == classes.element.tolist()
     assert [found.lower(key) for key in found.keys(slice(0, 9)).tolist()] == list(range(9))
+
+
+def test_an_impossible_status_is_told_with_its_period(filled):
+    fill_word(filled, "131313131132", 1.6)  # its number has fewer digits than its word
+    with contextlib.closing(sqlite3.connect(filled)) as plain, plain:
+        plain.execute("UPDATE orbit SET status = 'odd' WHERE cycle = (SELECT id FROM cycle WHERE p = 12)")
+    with pytest.raises(StoreError, match="without a status of period '12'"):
+        load_index(Catalogue(filled), 1.6)
