@@ -151,10 +151,6 @@ class BrowseApp(App[None]):
         self._known = None
         self._main.refresh_catalogue()
 
-    def _look_on(self) -> None:
-        """Read what a fill here has stored since the last look; periods that were whole are as they were."""
-        self._main.refresh_catalogue()
-
     def find(self, word: str, a: float) -> Orbit:
         """Return what is stored of a word, or solve it."""
         from orbitdb.billiard.stadium import Stadium
@@ -237,7 +233,9 @@ class BrowseApp(App[None]):
         self._main.follow_fill(state)
         if not state.runs or now - self._shown_at > max(_SECONDS_BETWEEN_LOOKS, _RESTS * self._took):
             self._shown_at = now
-            self._look_on()
+            if state.wish.words:  # of which no period tells
+                self._known = None
+            self._main.refresh_catalogue()
         if not state.runs:
             self.notify(
                 f"fill {state.sentence()}",

@@ -84,7 +84,7 @@ def test_without_a_catalogue_nothing_is_kept_unless_asked_for(cli, tmp_path):
 @pytest.mark.slow
 def test_an_older_file_is_copied_before_bounds_go_into_it(filled, cli):
     make_older(filled)
-    assert "orbits.db.schema-1" in cli("bounds", "--window", "3", "--db", str(filled)).err
+    assert "orbits.db.schema-1" in cli("bounds", "--window", "3", "--store", "--db", str(filled)).err
     assert Catalogue(filled).entropy_bounds().window == 3
 
 
