@@ -60,6 +60,7 @@ def test_a_long_run_is_half_a_polygon(k):
     assert found.margin[0] == pytest.approx(np.pi / (2 * k), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_words_of_random_trajectories_are_orbits_of_high_order():
     stadium = Stadium()
     words = closed_words(stadium, 200, 10)

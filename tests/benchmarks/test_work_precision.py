@@ -109,6 +109,7 @@ def test_newton_is_charged_once_for_a_class(cases):
     assert row.seconds * row.words == pytest.approx(row.seconds_per_sequence * count_admissible(5))
 
 
+@pytest.mark.slow
 def test_relaxation_errs_in_proportion_to_its_force_and_takes_longer_for_less(cases):
     rows = list(relaxation_rows(cases, (1e-4, 1e-6, 1e-8)))
     assert [row.setting for row in rows] == [1e-4, 1e-6, 1e-8]

@@ -155,6 +155,7 @@ def test_closed_streams(filled, tmp_path, command, streams, code, err):
     assert (done.returncode, done.stderr) == (code, err)
 
 
+@pytest.mark.slow
 def test_a_path_that_stdout_has_no_code_for_is_written_in_escapes(filled, tmp_path):
     path = filled.rename(tmp_path / "øb.db")
     done = run("info", "--db", path, env={"PYTHONIOENCODING": "ascii"})
@@ -162,6 +163,7 @@ def test_a_path_that_stdout_has_no_code_for_is_written_in_escapes(filled, tmp_pa
     assert r"/\xf8b.db" in done.stdout.splitlines()[0]
 
 
+@pytest.mark.slow
 def test_a_folder_that_is_gone_is_told(tmp_path):
     line = f"rmdir ../gone; exec {shlex.join([*COMMAND, 'fill', '--p', '3', '--db', 'x.db'])}"
     (tmp_path / "gone").mkdir()

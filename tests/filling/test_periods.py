@@ -106,6 +106,7 @@ def test_geometric_words_are_kept_with_their_rules(filled):
     assert ("0011", "1,3,6") in pruned or catalogue.find("1001", 1.6).rules == (1, 3, 6)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_stopped_between_blocks_and_resumed(filled, tmp_path):
     path = tmp_path / "stopped.db"

@@ -83,6 +83,7 @@ def test_words_that_are_always_orbits_and_words_that_never_are():
         existence("13" * 150 + "0")
 
 
+@pytest.mark.slow
 def test_a_class_shares_its_births(found):
     words, changes = found[6]
     word = to_strings(words)[int(changes.word[0])]

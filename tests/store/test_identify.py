@@ -85,6 +85,7 @@ def test_random_trajectories_are_those_of_the_reference(catalogue):
             assert each.orbit.stored == (each.orbit.p <= 8)
 
 
+@pytest.mark.slow
 def test_a_mirrored_and_a_reversed_start_find_the_images(catalogue):
     x, y, angle = 0.3, 0.4, 3.3
     plain = catalogue.identify(start=(x, y, angle), bounces=8, limit=99)

@@ -288,6 +288,7 @@ def flip_every_bit(path: Path) -> dict[str, float]:
     return changes
 
 
+@pytest.mark.slow
 def test_every_single_bit_of_a_coordinate_is_found(filled):
     flip_every_bit(filled)
     found = checks(filled)

@@ -658,7 +658,7 @@ def normalised(svg):
         pytest.param("phase", SMALL, ["m", "j", "m", "G", "v"], marks=pytest.mark.slow),
         pytest.param("statistics", LARGE, ["S"], marks=pytest.mark.slow),
         pytest.param("help", SMALL, ["question_mark"], marks=pytest.mark.slow),
-        ("empty", SMALL, []),
+        pytest.param("empty", SMALL, [], marks=pytest.mark.slow),
     ],
 )
 def test_snapshots(filled, tmp_path, monkeypatch, name, size, keys):
