@@ -9,7 +9,9 @@ import resource
 import sqlite3
 import subprocess
 import sys
+import tempfile
 from contextlib import closing
+from functools import partial
 from importlib.metadata import version
 
 import numpy as np
@@ -355,6 +357,7 @@ def test_an_interrupted_export_leaves_what_was_there(tmp_path, form, trouble):
 
 WRITE = """
 import random, sys
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from orbitdb import errors, export
@@ -439,3 +442,13 @@ def test_lines_of_long_words_whose_class_is_not_chosen_are_left_out(tmp_path, mo
     catalogue, chosen = Catalogue(path), choose(status="orbit")
     lines = cli_rows.ready_lines(catalogue, [chosen], ("code",), "p,code", "csv", False)
     assert list(lines) == list(files.LINES["csv"](("code",), catalogue.rows(chosen, ("code",))))
+
+
+def test_a_draft_that_has_no_room_is_not_taken_for_the_file(varied, cli, monkeypatch, tmp_path):
+    monkeypatch.setattr(class_first, "_MANY", 0)
+    monkeypatch.setattr(tempfile, "TemporaryFile", partial(open, "/dev/full", "wb"))
+    found = cli("export", str(tmp_path / "orbits.csv"), "--status", "orbit", "--db", str(varied))
+    assert (found.code, found.err.count("\n")) == (3, 1)
+    assert "a draft cannot be written in" in found.err
+    assert "(No space left on device): name another folder by TMPDIR" in found.err
+    assert not list(tmp_path.iterdir())

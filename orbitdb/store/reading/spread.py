@@ -5,16 +5,17 @@ them; each word takes the line of its class, with itself in it.
 """
 
 import os
+import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import closing
+from contextlib import closing, contextmanager
 from dataclasses import replace
-from tempfile import TemporaryFile
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.errors import StoreError
 from orbitdb.store.asking.conditions import answering, conditions_of, containing
 from orbitdb.store.asking.confinement import Patience
 from orbitdb.store.asking.selection import Selection
@@ -65,7 +66,7 @@ def spread_lines(
 def _lines_of_period(
     reader: Reader, selection: Selection, columns: Sequence[str], p: int, lines: Lines
 ) -> Iterator[str]:
-    with TemporaryFile() as draft, reader.reading() as connection:
+    with _new_draft() as draft, reader.reading() as connection:
         numbers, ends = _write_classes(
             connection, replace(selection, contains=None), columns, p, lines, draft
         )
@@ -79,13 +80,26 @@ def _lines_of_period(
                 yield from _lines_of_block(block, p, numbers, ends, draft.fileno())
 
 
+@contextmanager
+def _new_draft() -> Iterator[IO[bytes]]:
+    """Give a temporary file; its disk may be another one than that of what is written in the end."""
+    try:
+        with tempfile.TemporaryFile() as draft:
+            yield draft
+    except OSError as error:
+        folder = tempfile.tempdir or "the folder for temporary files"
+        raise StoreError(
+            f"a draft cannot be written in {folder} ({error.strerror}): name another folder by TMPDIR"
+        ) from error
+
+
 def _write_classes(
     connection: sa.Connection,
     selection: Selection,
     columns: Sequence[str],
     p: int,
     lines: Lines,
-    draft: Any,
+    draft: IO[bytes],
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Write the lines of the chosen classes of one period; return their numbers, rising, and the ends."""
     known = class_view().c
