@@ -1,12 +1,14 @@
 """All commands of ``orbitdb``: one module a group of commands, loaded when one of them is called."""
 
 import logging
+from collections import Counter
 from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from orbitdb import __version__
 
@@ -39,6 +41,19 @@ def _options(
 logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its fonts is nobody's concern here
 
 
+class _Once(TyperCommand):
+    """A command that refuses an option with several values of which it would take the last."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse what is typed behind the command."""
+        if not ctx.resilient_parsing:
+            *_, order = self.make_parser(ctx).parse_args(args=list(args))
+            for each, times in Counter(order).items():
+                if times > 1 and not getattr(each, "multiple", True) and not getattr(each, "is_flag", True):
+                    ctx.fail(f"{each.opts[0]} is given {times} times: give it once")
+        return super().parse_args(ctx, args)
+
+
 def program(rooms: Sequence[str] = _ROOMS) -> typer.Typer:
     """Return the program with the commands of some modules, by default all."""
     app = typer.Typer(
@@ -51,6 +66,8 @@ def program(rooms: Sequence[str] = _ROOMS) -> typer.Typer:
     app.callback()(_options)
     for room in rooms:
         import_module(f"orbitdb.cli.commands.{room}").register(app)
+    for command in app.registered_commands:
+        command.cls = _Once
     return app
 
 

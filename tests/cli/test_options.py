@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 import shlex
 import subprocess
 
@@ -199,3 +200,10 @@ def test_browse_needs_the_stream_that_it_draws_on(cli, monkeypatch):
         monkeypatch.setattr(f"sys.{name}.isatty", lambda: True, raising=False)
     outcome = cli("browse")
     assert (outcome.code, outcome.err.split(":")[1]) == (2, " browse needs a terminal")
+
+
+@pytest.mark.parametrize("command", ["fill --p 2 --p 3", "simulate --a 1 --a=2", "query --p 3 --p 4"])
+def test_an_option_of_one_value_is_given_once(cli, command):
+    refused = cli(*command.split())
+    assert refused.code == 2
+    assert re.fullmatch(r"orbitdb: --\w+ is given 2 times: give it once \(.*\)\n", refused.err)

@@ -11,7 +11,7 @@ import pexpect
 import pytest
 from offered import commands
 from processes import COMMAND, small_blocks
-from quick import slow_but
+from quick import fuzz_but, slow_but
 from terminal import Run, Session, ended, run_in_terminal, run_several_in_terminal, spawn
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
@@ -242,7 +242,7 @@ def test_ctrl_c_while_the_bar_is_up_and_the_window_changes(tmp_path, jobs):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("jobs", ["1", "2"])
+@pytest.mark.parametrize("jobs", fuzz_but(["2"], ["1", "2"]))
 def test_ctrl_c_twice(tmp_path, jobs):
     child = filling(tmp_path / "orbits.db", "--jobs", jobs)
     child.sendintr()
@@ -338,12 +338,12 @@ ODD = [*PLAIN[:4], *QUIET]
     [
         pytest.param([ODD[0], *QUIET[-5:], HELP[0], HELP[2]], 1, {"TERM": "dumb"}, id="few"),
         *(
-            pytest.param([*ODD, *HELP], columns, variables, marks=pytest.mark.slow)
-            for columns, variables in (
-                (0, {}),
-                (1, {}),
-                (20, {"TERM": "", "LC_ALL": "C"}),
-                (80, {"NO_COLOR": "1", "PYTHONIOENCODING": "latin-1"}),
+            pytest.param([*ODD, *HELP], columns, variables, marks=mark)
+            for columns, variables, mark in (
+                (0, {}, pytest.mark.fuzz),
+                (1, {}, pytest.mark.fuzz),
+                (20, {"TERM": "", "LC_ALL": "C"}, pytest.mark.slow),
+                (80, {"NO_COLOR": "1", "PYTHONIOENCODING": "latin-1"}, pytest.mark.fuzz),
             )
         ),
     ],
@@ -366,7 +366,7 @@ def test_odd_terminals(varied, tmp_path, commands, columns, variables):
         pytest.param("\x03", 0, "", 80, marks=pytest.mark.slow),
         pytest.param(signal.SIGTERM, 143, TERMINATED.removesuffix(GOES_ON), 80, marks=pytest.mark.slow),
         pytest.param(signal.SIGINT, 130, INTERRUPTED.removesuffix(GOES_ON), 200, marks=pytest.mark.slow),
-        pytest.param(signal.SIGHUP, 129, TERMINATED.removesuffix(GOES_ON), 80, marks=pytest.mark.slow),
+        pytest.param(signal.SIGHUP, 129, TERMINATED.removesuffix(GOES_ON), 80, marks=pytest.mark.fuzz),
     ],
 )
 def test_browse_leaves_the_terminal_as_it_was(varied, leave, code, said, columns):
@@ -386,7 +386,7 @@ def test_browse_leaves_the_terminal_as_it_was(varied, leave, code, said, columns
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("columns", [80, 200])
+@pytest.mark.parametrize("columns", fuzz_but([80], [80, 200]))
 @pytest.mark.parametrize("arguments", [("births", "--p", "5"), ("bounds", "--window", "8", "--prove")])
 def test_births_and_bounds(tmp_path, columns, arguments):
     path = ["--db", str(tmp_path / "orbits.db")] if arguments[0] == "births" else []

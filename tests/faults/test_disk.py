@@ -13,6 +13,7 @@ import pytest
 from contents import content, is_sound
 from older import make_older
 from processes import run, run_several, small_blocks
+from quick import fuzz_but
 
 resource = pytest.importorskip("resource")
 
@@ -67,7 +68,7 @@ def disk(tmp_path: Path) -> Iterator[Callable[[int], Path]]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("size", [300, 400])
+@pytest.mark.parametrize("size", fuzz_but([300], [300, 400]))
 def test_a_disk_that_gets_full_during_a_fill(filled, disk, size):
     path = disk(size) / "orbits.db"
     arguments = "fill", "--p", "8", "--db", path
@@ -79,9 +80,7 @@ def test_a_disk_that_gets_full_during_a_fill(filled, disk, size):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "size", [0, *(pytest.param(size, marks=pytest.mark.fuzz) for size in (50_000, 225_000)), 150_000]
-)
+@pytest.mark.parametrize("size", fuzz_but([150_000], [0, 50_000, 225_000, 150_000]))
 def test_wherever_a_fill_is_starved_it_goes_on(filled, tmp_path, size):
     """The sizes meet the creation, blocks of several periods, and the journal."""
     path = tmp_path / "new.db"
@@ -109,7 +108,7 @@ def test_the_close_of_a_period_has_no_room(filled, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("size", [0, 100])
+@pytest.mark.parametrize("size", fuzz_but([100], [0, 100]))
 def test_a_migration_has_no_room_for_its_copy(filled, disk, size):
     older = filled.with_name("older.db")
     shutil.copy(filled, older)
@@ -127,7 +126,9 @@ def test_a_migration_has_no_room_for_its_copy(filled, disk, size):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["new.csv", "new.jsonl", "new.parquet", "new.npz"])
+@pytest.mark.parametrize(
+    "name", fuzz_but(["new.csv", "new.npz"], ["new.csv", "new.jsonl", "new.parquet", "new.npz"])
+)
 def test_an_export_has_no_room(filled, disk, name):
     folder = disk(40)
     fails(run("export", folder / name, "--coordinates", "--db", filled), "No space left")
@@ -135,7 +136,7 @@ def test_an_export_has_no_room(filled, disk, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["new.pdf", "new.svg"])
+@pytest.mark.parametrize("name", fuzz_but(["new.svg"], ["new.pdf", "new.svg"]))
 def test_a_figure_has_no_room(filled, disk, name):
     folder = disk(4)
     fails(run("plot", "entropy", "-o", folder / name, "--db", filled), "No space left")

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from contents import agrees, content, is_sound, rows
 from processes import kill_group, nobody_left, run, seeded, small_blocks, start, wait_until_ready, workers_of
+from quick import fuzz_but
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
@@ -116,7 +117,7 @@ def test_ctrl_c_while_objects_are_collected_is_remembered_without_a_word():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("turn", range(4))
+@pytest.mark.parametrize("turn", fuzz_but([0, 1], range(4)))
 def test_ctrl_c_at_any_moment(tmp_path, turn):
     """Processes that start, work or end, Ctrl-C once or twice: one line, and nobody is left behind."""
     moments = seeded(turn)

@@ -102,7 +102,7 @@ def test_what_was_written_is_in_the_file_though_others_read(filled):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("options", [[], ["--jobs", "2"]])
+@pytest.mark.parametrize("options", [pytest.param([], marks=pytest.mark.fuzz), ["--jobs", "2"]])
 def test_a_commit_holds_rows_and_cursor(filled, tmp_path, options):
     """Whoever looks at whatever moment sees the words that the cursor says, with classes and orbits."""
     path = tmp_path / "new.db"

@@ -25,7 +25,7 @@ async def typed(pilot, line):
     await settle(pilot)
 
 
-@pytest.mark.parametrize("size", [(80, 24), pytest.param((160, 48))])
+@pytest.mark.parametrize("size", [(80, 24), pytest.param((160, 48), marks=pytest.mark.fuzz)])
 @pytest.mark.slow
 def test_rows_and_count_follow_what_is_typed(filled_once, size):
     async def steps(app, pilot):

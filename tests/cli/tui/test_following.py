@@ -116,7 +116,7 @@ def test_a_word_that_died_may_be_born_again():
     assert found == [Standing.NOT_YET, Standing.ORBIT, Standing.NO_LONGER, Standing.ORBIT]
 
 
-@pytest.mark.parametrize("size", [(80, 24), pytest.param(LARGE)])
+@pytest.mark.parametrize("size", [(80, 24), pytest.param(LARGE, marks=pytest.mark.fuzz)])
 @pytest.mark.slow
 def test_the_table_follows_the_orbit_in_a_and_comes_back(born, size):
     async def steps(app, pilot):
