@@ -68,7 +68,7 @@ MEANS_OF_C2 = {
 @pytest.mark.parametrize(
     "a",
     [
-        pytest.param(a, marks=[pytest.mark.fuzz] if a < 0.0005 else [pytest.mark.slow] if a < 0.03 else [])
+        pytest.param(a, marks=[pytest.mark.fuzz] if a < 0.005 else [pytest.mark.slow] if a < 0.03 else [])
         for a in MEANS_OF_C2
     ],
 )

@@ -121,7 +121,7 @@ def test_a_chosen_period_says_nothing_of_the_file(varied):
     assert notes_of(found) == ["without the periods 2, 3, 4, 5 (not chosen)"]
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 def test_the_command_leaves_out_a_spurious_average_and_says_so(tmp_path, cli):
     path = tmp_path / "small.db"
     Catalogue.create(path)

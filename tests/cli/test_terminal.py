@@ -264,7 +264,7 @@ def test_told_to_end_while_the_bar_is_up(tmp_path, arguments):
     ends_in_order(ended(child, (child.before, 200)), 143, [said])
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 def test_trajectories_leg_by_leg_are_ended_begun_again_and_shown(varied, tmp_path):
     path = shutil.copy(varied, tmp_path)
     child = spawn("simulate", "--legwise", "--bounces", "1000000000", "--db", path)

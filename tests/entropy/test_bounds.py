@@ -213,7 +213,7 @@ def test_design_figures_at_large_a():
     assert found.upper < geometric_entropy()
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 def test_design_figures_at_a_1():
     found = list(search(Stadium(1), window=16))[-1]
     assert found.lower == pytest.approx(1.100364, abs=5e-6)

@@ -172,7 +172,7 @@ def test_whole_periods_are_read_without_their_neighbours_parts(partial):
     assert len(read_whole(Catalogue(partial), NINE).classes) == 0
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 def test_readers_beside_a_process_that_fills(cli, filled):
     """Whenever they look: all words of the period, none, or a word that it is partial."""
     script = SMALL_BLOCKS + (
