@@ -117,7 +117,8 @@ class TokenServer(Server):
         told: asyncio.Future[int] = asyncio.get_running_loop().create_future()
 
         def end(number: int) -> None:
-            _LOG.disabled = True  # of sessions that end as they are told
+            for log in (_LOG, logging.getLogger("asyncio")):  # of sessions that end as they are told, or later
+                log.disabled = True
             if not told.done():
                 told.set_result(number)
 
