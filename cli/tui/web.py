@@ -117,7 +117,7 @@ class TokenServer(Server):
         told: asyncio.Future[int] = asyncio.get_running_loop().create_future()
 
         def end(number: int) -> None:
-            for log in (_LOG, logging.getLogger("asyncio")):  # of sessions that end as they are told, or later
+            for log in (_LOG, logging.getLogger("asyncio")):  # of sessions that end now, or later
                 log.disabled = True
             if not told.done():
                 told.set_result(number)
