@@ -14,7 +14,7 @@ if TYPE_CHECKING:  # the process that only starts those that test need not impor
     from orbitdb.filling.periods import Progress
 
 settings.register_profile("quick", deadline=None, max_examples=20)
-settings.register_profile("thorough", deadline=None, max_examples=100)
+settings.register_profile("thorough", deadline=None, max_examples=60)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
 
 

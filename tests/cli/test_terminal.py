@@ -143,7 +143,7 @@ def test_what_fills(tmp_path):
     on_screens_as_in_files(FILLING, [], tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 def test_several_processes_and_the_way_they_have_come(tmp_path):
     wanted = ["fill", "--p", "10", "--jobs", "2", "--db", str(tmp_path / "orbits.db")]
     (session,) = run_several_in_terminal([Run(wanted, 200)])

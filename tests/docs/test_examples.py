@@ -17,6 +17,8 @@ SCREENSHOTS_OF = "8.2"
 
 QUICK = ("README", "orbit.svg")
 """Pages and pictures that plain pytest compares."""
+LONG = {"entropy-over-a.svg": "fuzz"}
+"""Pictures that take so long that CI leaves them out."""
 
 
 @pytest.fixture(scope="session")
@@ -136,7 +138,7 @@ def test_what_agrees(shown, output, agree):
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow)
+        pytest.param(name, marks=[] if name in QUICK else getattr(pytest.mark, LONG.get(name, "slow")))
         for name in sorted(set(pictures.DRAWN) - pictures.MEASURED)
     ],
 )

@@ -224,7 +224,7 @@ def test_partners_share_an_event(born):
     assert all(width <= 4 * error for _, width, error in events)
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 def test_counts_agree_at_many_a_to_period_9(tmp_path):
     """Below 0.4733 two classes of period 9 die; there N_c falls as a grows."""
     path = tmp_path / "nine.db"

@@ -458,7 +458,7 @@ def test_an_altered_row_gets_no_certificate_and_loses_the_one_it_had(filled, cli
     assert ask(filled, f"SELECT count(*) FROM certificate WHERE cycle = {cycle}") == [(0,)]
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 def test_subsets_samples_and_seeds(filled, cli):
     found = checks(filled, Selection(periods=((3, 5),)))
     assert found["counts"].rows == found["sequences"].rows == 8 + 32 + 96

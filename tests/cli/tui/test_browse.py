@@ -5,7 +5,7 @@ import pytest
 from terminal import ended, spawn
 
 HABITS = [
-    pytest.param((1, 1), {}, id="1x1"),
+    pytest.param((1, 1), {}, id="1x1", marks=pytest.mark.fuzz),
     pytest.param((20, 8), {"TERM": "dumb", "LC_ALL": "C"}, id="dumb"),
     pytest.param((160, 48), {"TERM": ""}, id="no TERM", marks=pytest.mark.fuzz),
 ]
