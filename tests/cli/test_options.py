@@ -128,11 +128,16 @@ NO_ROOM = "orbitdb: the output cannot be written (No space left on device)\n"
     [
         ("table", ">&-", 3, NOWHERE),
         *(
-            pytest.param(*case, marks=pytest.mark.slow)
+            pytest.param(*case, marks=pytest.mark.fuzz)
             for case in (
                 ("table", ">/dev/full", 3, NO_ROOM),
                 ("query --format csv", ">&-", 3, NOWHERE),
                 ("--version", ">&-", 3, NOWHERE),
+            )
+        ),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in (
                 ("table", ">&- 2>&-", 3, ""),
                 ("table", ">/dev/null 2>&-", 0, ""),
                 ("export rows.csv --p 2", ">&- 2>&- <&-", 0, ""),

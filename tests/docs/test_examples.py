@@ -17,7 +17,7 @@ SCREENSHOTS_OF = "8.2"
 
 QUICK = ("README", "orbit.svg")
 """Pages and pictures that plain pytest compares."""
-LONG = {"entropy-over-a.svg": "fuzz"}
+LONG = dict.fromkeys(("entropy-over-a.svg", "births.svg", "deviations.svg"), "fuzz")
 """Pictures that take so long that CI leaves them out."""
 
 

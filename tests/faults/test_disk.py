@@ -90,7 +90,7 @@ def test_wherever_a_fill_is_starved_it_goes_on(filled, tmp_path, size):
     assert content(path) == content(filled)
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 def test_the_close_of_a_period_has_no_room(filled, tmp_path):
     """Every size of the journal between the last block and the end."""
     whole = tmp_path / "whole.db"

@@ -117,7 +117,7 @@ def test_a_commit_holds_rows_and_cursor(filled, tmp_path, options):
     assert content(path) == content(filled)
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 @pytest.mark.parametrize("jobs", [pytest.param("1", marks=pytest.mark.fuzz), "2"])
 def test_three_fills_at_once(tmp_path, jobs):
     """They make the same new file, and fill the same periods, one of them at another a."""
