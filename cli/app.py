@@ -39,6 +39,7 @@ def _options(
 
 
 logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its fonts is nobody's concern here
+logging.getLogger("sqlalchemy.pool").setLevel(logging.CRITICAL)  # a Ctrl-C as a file is closed it tells, too
 
 
 class _Once(TyperCommand):
