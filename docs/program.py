@@ -7,17 +7,10 @@ import inspect
 import re
 from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
+from functools import partial
 from typing import Any
 
-from orbitdb.columns import (
-    OF_ANSWERS,
-    OF_BOUNCES,
-    OF_LENGTHS,
-    OF_ORBITS,
-    OF_TRAJECTORIES,
-    OF_WORDS,
-    Column,
-)
+from orbitdb.columns import GROUPS, OF_ORBITS, Column
 
 _HERE = re.compile(r"^<!-- here: (\w+) -->$", re.MULTILINE)
 
@@ -179,10 +172,5 @@ _TEXTS: dict[str, Callable[[], str]] = {
     "commands": commands,
     "names": names,
     "keys": keys,
-    "columns_of_words": lambda: columns(OF_WORDS),
-    "columns_of_orbits": lambda: columns(OF_ORBITS),
-    "columns_of_bounces": lambda: columns(OF_BOUNCES),
-    "columns_of_answers": lambda: columns(OF_ANSWERS),
-    "columns_of_trajectories": lambda: columns(OF_TRAJECTORIES),
-    "columns_of_lengths": lambda: columns(OF_LENGTHS),
+    **{f"columns_of_{of}": partial(columns, group) for of, group in GROUPS},
 }

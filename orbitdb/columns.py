@@ -155,7 +155,17 @@ OF_LENGTHS = (
 IN_CATALOGUE = (*OF_WORDS, *OF_ORBITS)
 """The columns of the view ``catalogue``."""
 
-EVERY = (*IN_CATALOGUE, *OF_BOUNCES, *OF_ANSWERS, *OF_TRAJECTORIES, *OF_LENGTHS)
+GROUPS = (
+    ("word", OF_WORDS),
+    ("orbit", OF_ORBITS),
+    ("bounce", OF_BOUNCES),
+    ("answer", OF_ANSWERS),
+    ("trajectory", OF_TRAJECTORIES),
+    ("length", OF_LENGTHS),
+)
+"""All of them, each group with what its columns are of."""
+
+EVERY = tuple(column for _, group in GROUPS for column in group)
 
 _KINDS = {column.name: column.kind for column in EVERY}
 

@@ -10,16 +10,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
 from orbitdb.cli.render import write
-from orbitdb.columns import (
-    IN_CATALOGUE,
-    OF_ANSWERS,
-    OF_BOUNCES,
-    OF_LENGTHS,
-    OF_ORBITS,
-    OF_TRAJECTORIES,
-    OF_WORDS,
-    Column,
-)
+from orbitdb.columns import GROUPS, IN_CATALOGUE, Column
 
 EXAMPLES = """
 Examples:
@@ -30,14 +21,6 @@ Examples:
 """
 
 KEYS = ("column", "of", "type", "unit", "bound", "empty", "means")
-GROUPS = (
-    ("word", OF_WORDS),
-    ("orbit", OF_ORBITS),
-    ("bounce", OF_BOUNCES),
-    ("answer", OF_ANSWERS),
-    ("trajectory", OF_TRAJECTORIES),
-    ("length", OF_LENGTHS),
-)
 _LEAST_WIDTH = 24
 _GAP = "  "
 

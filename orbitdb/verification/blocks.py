@@ -1,5 +1,6 @@
 """Blocks of classes that are checked apart, by whatever process: what they find depends on nothing else."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
@@ -27,7 +28,7 @@ class Checked:
 
 
 @dataclass(frozen=True, eq=False)
-class ClassBlock(ByValue):
+class ClassBlock(ByValue, ABC):
     """Classes of one period that are to be checked.
 
     Attributes
@@ -52,9 +53,9 @@ class ClassBlock(ByValue):
         """How many classes are checked with these."""
         return self.before + len(self.ids)
 
+    @abstractmethod
     def checked(self, connection: "sa.Connection") -> Step:
         """Return what is found in the rows that a connection reads."""
-        raise NotImplementedError
 
     def solved(self) -> Checked:
         """Return what is found in the rows as they are now: those of a class stay what they are."""

@@ -48,15 +48,7 @@ def first_words(
 ) -> list[str] | None:
     """Return words of a catalogue among which are those of the wanted rows; None if only a pass can tell.
 
-    Parameters
-    ----------
-    connection : Connection
-    selection : Selection
-    order : str
-        As in `orbitdb.store.reading.catalogue.Catalogue.rows`.
-    wanted : int or None
-        How many rows, the first ones in this order; None for all.
-    patience : Patience
+    The arguments are those of `orbitdb.store.reading.class_first.few_words`.
     """
     keys = keys_before_words(order)
     if wanted is None or not 0 < wanted <= MOST or not keys or not is_long(connection):
