@@ -87,9 +87,10 @@ def _newton_step(slope: Floats, spread: Floats) -> Floats | None:
     if not len(slope):
         return slope
     try:
-        return np.asarray(-np.linalg.solve(spread, slope), dtype=np.float64)
+        step: Floats = -np.linalg.solve(spread, slope)
     except np.linalg.LinAlgError:
         return None
+    return step
 
 
 def _log_sum(log_weights: Floats, exponents: Floats) -> tuple[float, Floats]:
