@@ -17,6 +17,7 @@ from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
 from orbitdb.trajectories.ensemble import Beam, follow, references, simulate
 from orbitdb.trajectories.rays import Rays, bounce, itineraries, random_rays
+from orbitdb.trajectories.traces import _ROUNDING, _follow
 
 WIDTHS = [1e-6, 1e-3, 0.3, 1.6, 1e3, 1e6]
 widths = st.floats(-3, 3).map(lambda power: 10.0**power)
@@ -380,3 +381,23 @@ def test_runs_go_the_way_their_symbols_say():
         run = (s[:, 1:] == symbol) & (s[:, :-1] == symbol)
         assert run.sum() > 100
         assert np.all(np.sign(t[:, 1:] - t[:, :-1])[run] == sign)
+
+
+def test_errors_of_a_followed_start_are_what_its_displacements_grow_to():
+    """Starts moved across the path, and turned: what their bounces move by along the wall, together."""
+    a, n, near = 1.6, 40, 1e-7
+    rng = np.random.default_rng(10)
+    x, y, angle = rng.uniform(-1, 1, n), rng.uniform(-0.9, 0.9, n), rng.uniform(-math.pi, math.pi, n)
+    moved = (x - near * np.sin(angle), y + near * np.cos(angle), angle)
+
+    def followed(x, y, angle):
+        px, py, side, error = _follow(Stadium(a), Rays(x, y, np.cos(angle), np.sin(angle), np.zeros(n)), 3)
+        return np.where(side == 0, px, np.arctan2(py, side * px - a)), side, error
+
+    place, side, error = followed(x, y, angle)
+    others = [followed(*each) for each in (moved, (x, y, angle + near))]
+    off = sum(np.abs(other - place) for other, _, _ in others) / near
+    same = np.all([each == side for _, each, _ in others], axis=0) & (off < 1e3)
+    assert same.mean() > 0.9
+    assert {*side[same]} == {-1, 0, 1}
+    np.testing.assert_allclose((error / (_ROUNDING * (1 + a)) - 1)[same], off[same], rtol=1e-3)
