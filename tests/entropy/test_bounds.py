@@ -101,6 +101,17 @@ def test_growth_encloses_the_spectral_radius(states, steps):
         assert found.upper - found.lower < 1e-8
 
 
+def test_growth_is_enclosed_at_every_step(monkeypatch):
+    """The first one tells the least and the largest number of steps from a state, not of those to it."""
+    steps = [(0, 1), (0, 3), (1, 2), (1, 0), (2, 0), (3, 0)]
+    origin, target = (np.array([step[k] for step in steps], dtype=np.int32) for k in (0, 1))
+    exact = growth(origin, target, 4)
+    monkeypatch.setattr("orbitdb.entropy.growth.MAX_STEPS", 1)
+    first = growth(origin, target, 4)
+    assert (first.lower, first.upper) == pytest.approx((0, math.log(2)))
+    assert first.lower < exact.lower <= exact.upper < first.upper
+
+
 def test_growth_is_rounded_outward():
     """The golden mean, ln((1 + sqrt 5)/2), ln 2 and ln 3, to forty digits; doubles lie on either side."""
     with localcontext() as context:

@@ -7,7 +7,7 @@ from solutions import representatives
 from orbitdb.billiard.legs import cut
 from orbitdb.orbits import cells
 from orbitdb.orbits.births import find_changes
-from orbitdb.orbits.cells import Kind
+from orbitdb.orbits.cells import Cells, Kind, judge
 from orbitdb.orbits.completeness import Verdict, prove_all, walk
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.reaches import reach_of
@@ -57,6 +57,17 @@ def test_what_is_said_of_a_cell_holds_at_its_points(a):
         for kind, word in zip(found.kind[here].tolist(), found.word[here].tolist(), strict=True):
             if kind in (Kind.ALIVE, Kind.DEAD):
                 assert (status[rows[word]] == "orbit") == (kind == Kind.ALIVE)
+
+
+@pytest.mark.parametrize("a", [1e-3, 0.37, 30.0])
+def test_of_a_cell_without_width_all_is_said(a):
+    words = representatives(6)
+    status = solve(words, a).status
+    for rows, legs in cut(words):
+        count = len(rows)
+        x, nothing = np.full(count, np.log(a)), np.zeros(count)
+        kind, *_ = judge(legs, Cells(np.arange(count), x, nothing, np.zeros(legs.k.shape)))
+        assert (kind == np.where(status[rows] == "orbit", Kind.ALIVE, Kind.DEAD)).all()
 
 
 @pytest.mark.parametrize("a", [0.05, 1.6])

@@ -17,7 +17,7 @@ from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
 from orbitdb.trajectories.ensemble import Beam, follow, references, simulate
 from orbitdb.trajectories.rays import Rays, bounce, itineraries, random_rays
-from orbitdb.trajectories.traces import _ROUNDING, _follow
+from orbitdb.trajectories.traces import _ROUNDING, _follow, trace_points
 
 WIDTHS = [1e-6, 1e-3, 0.3, 1.6, 1e3, 1e6]
 widths = st.floats(-3, 3).map(lambda power: 10.0**power)
@@ -381,6 +381,11 @@ def test_runs_go_the_way_their_symbols_say():
         run = (s[:, 1:] == symbol) & (s[:, :-1] == symbol)
         assert run.sum() > 100
         assert np.all(np.sign(t[:, 1:] - t[:, :-1])[run] == sign)
+
+
+def test_a_polygon_that_ends_where_it_began_is_closed():
+    points = [(0, -1), (0.5, 1), (0.3, -1), (0, -1)]
+    assert to_strings(trace_points(Stadium(1.6), points, 0.0).symbols[None]) == ["020"]
 
 
 def test_errors_of_a_followed_start_are_what_its_displacements_grow_to():
