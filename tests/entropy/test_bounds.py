@@ -243,6 +243,32 @@ def test_search_ends_where_it_is_told():
     assert len(list(search(Stadium(1.6), seconds=1e-9))) == 1
 
 
+@pytest.mark.parametrize(
+    ("levels_take", "seconds", "done"),
+    [
+        ([1, 1], 2.79, 1),  # the second is taken to last 1.8 s
+        ([1, 1], 2.81, 2),
+        ([1, 2, 9], 6.9, 2),  # as the last two grew
+        ([1, 2, 9], 7.1, 3),
+        ([1, 1, 1], 3.29, 2),  # by three tenths at least
+        ([1, 1, 1], 3.31, 3),
+        ([0.04, 1, 1], 2.83, 2),  # what is brief tells nothing of growth
+        ([0.04, 1, 1], 2.85, 3),
+        ([0.06, 0.18, 1], 0.77, 2),
+        ([0.06, 0.18, 1], 0.79, 3),
+    ],
+)
+def test_a_level_that_would_not_fit_is_not_begun(monkeypatch, levels_take, seconds, done):
+    clock, left = [0.0], iter([*levels_take, 100.0])
+
+    def judge(*work):
+        clock[0] += next(left)
+        return decide(*work)
+
+    monkeypatch.setattr("orbitdb.entropy.bounds.time.monotonic", lambda: clock[0])
+    assert len(list(search(Stadium(1.6), seconds=seconds, judge=judge))) == done
+
+
 def test_work_is_told():
     told = []
     for level in levels(Stadium(3), lambda *state: told.append(state)):
