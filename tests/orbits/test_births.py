@@ -16,6 +16,7 @@ from orbitdb.orbits import births
 from orbitdb.orbits.batches import JOINTS
 from orbitdb.orbits.births import events, find_changes
 from orbitdb.orbits.continuation import follow, motion
+from orbitdb.orbits.crossings import _zero_step, candidates, refine
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.symbols.symmetry import images_of
 from orbitdb.symbols.words import from_strings, to_strings
@@ -55,6 +56,19 @@ def test_following_leads_where_solving_does():
     ((_, legs),) = [each for each in cut(representatives(6)) if each[1].k.shape[0] == 4]
     stations = list(follow(legs, np.log(np.geomspace(60, 0.05, 20))))
     assert stations[-1].alpha == pytest.approx(newton(legs, 0.05).alpha, abs=1e-5)
+
+
+def test_a_step_towards_a_zero_leaves_the_square_of_what_was_off():
+    ((_, legs),) = [each for each in cut(representatives(6)) if each[1].k.shape[0] == 4]
+    zeros = refine(legs, candidates(legs, follow(legs, np.log(np.geomspace(20, 0.05, 20)))))
+    assert len(zeros) > 10
+    rng, far = np.random.default_rng(2), 1e-4
+    x = zeros.x + far * rng.uniform(-1, 1, len(zeros))
+    dx, alpha = _zero_step(
+        legs.chain(zeros.word), zeros.slack, x, zeros.alpha + far * rng.uniform(-1, 1, zeros.alpha.shape)
+    )
+    assert np.abs(x + dx - zeros.x).max() < 100 * far**2
+    assert np.abs(alpha - zeros.alpha).max() < 100 * far**2
 
 
 def test_the_first_birth_is_an_exact_number():
