@@ -11,13 +11,14 @@ from hypothesis import strategies as st
 from quick import slow_but
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError
 from orbitdb.orbits.newton import solve
 from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
 from orbitdb.trajectories.ensemble import Beam, follow, references, simulate
 from orbitdb.trajectories.rays import Rays, bounce, itineraries, random_rays
-from orbitdb.trajectories.traces import _ROUNDING, _follow, trace_points
+from orbitdb.trajectories.traces import _ROUNDING, _follow, trace_points, trace_start
 
 WIDTHS = [1e-6, 1e-3, 0.3, 1.6, 1e3, 1e6]
 widths = st.floats(-3, 3).map(lambda power: 10.0**power)
@@ -381,6 +382,20 @@ def test_runs_go_the_way_their_symbols_say():
         run = (s[:, 1:] == symbol) & (s[:, :-1] == symbol)
         assert run.sum() > 100
         assert np.all(np.sign(t[:, 1:] - t[:, :-1])[run] == sign)
+
+
+def test_a_path_into_a_joint_may_be_followed_up_to_it():
+    def followed(height, **most):
+        return trace_start(Stadium(1.6), (0, 0, math.atan2(height, 1.6)), 1e-3, **most)
+
+    for bounce, height in enumerate((1, -3), 1):  # to the joint, and to its image in the bottom wall
+        with pytest.raises(InputError, match=rf"at bounce {bounce}, .*: move the start$"):
+            followed(height)
+    with pytest.raises(InputError, match=r"at bounce 3, .*: move the start, or follow fewer than 2 bounces$"):
+        followed(-5)
+    with pytest.raises(InputError, match="at bounce 3"):
+        followed(-5, bounces=2)
+    assert to_strings(followed(-5, bounces=1).symbols[None]) == ["20"]
 
 
 def test_a_polygon_that_ends_where_it_began_is_closed():
