@@ -16,7 +16,7 @@ from orbitdb.orbits.newton import solve
 from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
-from orbitdb.trajectories.ensemble import Beam, follow, references, simulate
+from orbitdb.trajectories.ensemble import Beam, _settled, follow, references, simulate
 from orbitdb.trajectories.rays import Rays, bounce, itineraries, random_rays
 from orbitdb.trajectories.traces import _ROUNDING, _follow, trace_points, trace_start
 
@@ -382,6 +382,22 @@ def test_runs_go_the_way_their_symbols_say():
         run = (s[:, 1:] == symbol) & (s[:, :-1] == symbol)
         assert run.sum() > 100
         assert np.all(np.sign(t[:, 1:] - t[:, :-1])[run] == sign)
+
+
+@pytest.mark.parametrize("a", [0.01, 1.6, 100.0])
+def test_settled_vectors_have_forgotten_how_they_began(a):
+    n = 300
+    arcs, settled = _settled(n, a, np.random.default_rng(13))
+    here, other = random_arcs(n, np.random.default_rng(13)), Beam.begin(np.ones(n), np.zeros(n))
+    for _ in range(500):
+        if (here.x == arcs.x).all():
+            break
+        here, other = follow(here, other, a, 1)
+    assert (here.x == arcs.x).all()
+    apart = np.abs(settled.y * other.slope - settled.slope * other.y)
+    assert np.median(apart) < 1e-5
+    assert not settled.growth.any()
+    assert not settled.path.any()
 
 
 def test_a_path_into_a_joint_may_be_followed_up_to_it():
