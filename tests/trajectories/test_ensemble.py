@@ -417,6 +417,8 @@ def test_a_path_into_a_joint_may_be_followed_up_to_it():
 def test_a_polygon_that_ends_where_it_began_is_closed():
     points = [(0, -1), (0.5, 1), (0.3, -1), (0, -1)]
     assert to_strings(trace_points(Stadium(1.6), points, 0.0).symbols[None]) == ["020"]
+    joint = [(1.6, 1), (0.5, -1), (0.3, 1)]  # the end of a wall
+    assert to_strings(trace_points(Stadium(1.6), joint, 0.0).symbols[None]) == ["202"]
 
 
 def test_errors_of_a_followed_start_are_what_its_displacements_grow_to():
