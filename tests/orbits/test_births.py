@@ -71,6 +71,13 @@ def test_a_step_towards_a_zero_leaves_the_square_of_what_was_off():
     assert np.abs(alpha - zeros.alpha).max() < 100 * far**2
 
 
+def test_what_happens_between_two_stations_is_found():
+    """The word is an orbit at both, and none for a while between them."""
+    ((_, legs),) = cut(from_strings(["010203113"]))
+    zeros = refine(legs, candidates(legs, follow(legs, np.log([0.8, 0.4]))))
+    assert np.exp(np.sort(zeros.x)) == pytest.approx([0.473270308236, 0.605684335145], rel=1e-11)
+
+
 def test_the_first_birth_is_an_exact_number():
     """(sqrt 3 - 1)/2, where a path through four joints begins."""
     words = representatives(5)
