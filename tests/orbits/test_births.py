@@ -15,8 +15,8 @@ from orbitdb.errors import InputError, WorkError
 from orbitdb.orbits import births
 from orbitdb.orbits.batches import JOINTS
 from orbitdb.orbits.births import events, find_changes
-from orbitdb.orbits.continuation import follow, motion
-from orbitdb.orbits.crossings import _zero_step, candidates, refine
+from orbitdb.orbits.continuation import Station, follow, motion
+from orbitdb.orbits.crossings import _judge, _zero_step, candidates, refine
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.symbols.symmetry import images_of
 from orbitdb.symbols.words import from_strings, to_strings
@@ -69,6 +69,25 @@ def test_a_step_towards_a_zero_leaves_the_square_of_what_was_off():
     )
     assert np.abs(x + dx - zeros.x).max() < 100 * far**2
     assert np.abs(alpha - zeros.alpha).max() < 100 * far**2
+
+
+def test_cubics_tell_where_a_cell_is_to_be_halved():
+    rows = [
+        # values and slopes at both ends; crosses, dead, doubtful
+        ((1, 1, -0.5, -0.5), (0, 0, 0)),
+        ((1, 1, -2, 2), (0, 0, 0)),
+        ((1, 1, -8, 8), (0, 0, 1)),  # dips below zero
+        ((-1, -1, 2, -2), (0, 1, 0)),
+        ((-1, -1, 8, -8), (0, 0, 1)),  # rises above it
+        ((-1, -1, -1, -2), (0, 1, 0)),
+        ((-1, 1, 1, 1), (1, 0, 0)),
+        ((1, -1, -1, -1), (1, 0, 0)),
+        ((-1, 1, 20, 20), (1, 0, 1)),  # crosses thrice
+    ]
+    f0, f1, slope0, slope1 = np.array([row for row, _ in rows], dtype=float).T[:, None]
+    nothing = np.zeros((1, len(rows)))
+    judged = _judge(Station(0.5, nothing, nothing, f0, slope0), Station(1.5, nothing, nothing, f1, slope1))
+    assert np.stack([judged[0][0], *judged[1:]]).T.astype(int).tolist() == [list(said) for _, said in rows]
 
 
 def test_what_happens_between_two_stations_is_found():
