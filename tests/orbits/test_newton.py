@@ -10,11 +10,11 @@ from quick import slow_but
 from reference import symbols_of_trajectory
 from solutions import random_word, real, representatives, solved, words_of
 
-from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits
+from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits, length
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.bounds import direction_errors, pressed_directions
-from orbitdb.orbits.newton import MAX_STEPS, newton, solve
+from orbitdb.orbits.newton import MAX_STEPS, _uphill, newton, solve
 from orbitdb.orbits.orbit import NUMBERS, Status
 from orbitdb.symbols.pruning import rules_broken, rules_of
 from orbitdb.symbols.symmetry import class_size, classify
@@ -262,3 +262,16 @@ def test_words_in_stadiums_of_their_own():
         alone = newton(legs.chain(np.array([i])), float(a[i]))
         assert np.array_equal(together.alpha[:, i], alone.alpha[:, 0])
         assert together.iterations[i] == alone.iterations[0]
+
+
+def test_steps_are_halved_for_each_word_alone():
+    """At a maximum a step as small as rounding stays, though another word's is far too long."""
+    ((_, legs),) = cut(from_strings(["1232131", "1232131"]))
+    alpha = newton(legs, 1.6).alpha
+    step = np.full_like(alpha, 1e-13)
+    alpha[:, 1] += 0.1
+    step[:, 1] = -5.0
+    found = _uphill(legs, 1.6, alpha, step)
+    assert (found[:, 0] == step[:, 0]).all()
+    assert (length(legs, 1.6, alpha + found) > length(legs, 1.6, alpha))[1]
+    assert not (length(legs, 1.6, alpha + 2 * found) > length(legs, 1.6, alpha))[1]
