@@ -172,6 +172,18 @@ def test_whispering_gallery_keeps_its_angle():
     np.testing.assert_allclose(np.diff(angles), 2 * graze, rtol=1e-5)
 
 
+def test_bounce_by_bounce_a_whispering_path_stays_on_the_circle():
+    """Where the next radius is the last one, what is put back must be put back the right way."""
+    graze, a = 1e-3, 1.6
+    rays = Rays(*(np.array([v]) for v in (a + 1, 0.0, -math.sin(graze), math.cos(graze), 1.0)))
+    for _ in range(700):
+        rays = bounce(rays, a).rays
+    assert rays.side[0] == 1
+    assert math.atan2(rays.y[0], rays.x[0] - a) == pytest.approx(700 * 2 * graze, rel=1e-9)
+    assert math.hypot(rays.x[0] - a, rays.y[0]) == pytest.approx(1, abs=1e-14)
+    assert math.hypot(rays.vx[0], rays.vy[0]) == pytest.approx(1, abs=1e-14)
+
+
 def test_whispering_gallery_grows_by_shear_alone():
     """On one circle M^n is a shear: the tangent vector grows as n, never exponentially."""
     arcs = Arcs(*(np.array([v]) for v in (1.0, 1.0, 0.0, -1e-5, math.sqrt(1 - 1e-10))))

@@ -116,5 +116,6 @@ def test_seed_decides_and_senseless_numbers_are_refused():
     assert one == simulate_legs(Stadium(1.6), 1000, (2.8, 0.0), 3)
     assert seen[-1] == 1
     assert one != simulate_legs(Stadium(1.6), 1000, (2.8, 0.0), 4)
+    assert simulate_legs(Stadium(1.6), 1, (2.8, 0.0)).bounces > 0
     with pytest.raises(ValueError, match="at least one bounce"):
         simulate_legs(Stadium(1.6), 0, (2.8, 0.0))
