@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from solutions import representatives
 
+from orbitdb.billiard.bounces import slack_changes, smooth_slacks
 from orbitdb.billiard.legs import cut
 from orbitdb.orbits import cells
 from orbitdb.orbits.births import find_changes
@@ -59,6 +60,21 @@ def test_what_is_said_of_a_cell_holds_at_its_points(a):
         for kind, word in zip(found.kind[here].tolist(), found.word[here].tolist(), strict=True):
             if kind in (Kind.ALIVE, Kind.DEAD):
                 assert (status[rows[word]] == "orbit") == (kind == Kind.ALIVE)
+
+
+def test_slacks_change_by_no_more_than_directions_allow():
+    """Slacks are linear: the most is the sum over all directions, each at its most the worse way."""
+    for _, legs in cut(representatives(6)):
+        bound = np.random.default_rng(len(legs.k)).random(legs.k.shape)
+        most = np.zeros((6, *bound.shape))
+        for row, size in enumerate(bound):
+            change = np.zeros_like(bound)
+            change[row] = size
+            most += np.abs(slack_changes(legs, change))
+        found = cells._spread(legs, bound)
+        known = np.isfinite(smooth_slacks(legs, bound))
+        assert (most <= found)[known].all()
+        assert found[:4][known[:4]] == pytest.approx(most[:4][known[:4]], rel=1e-8)
 
 
 @pytest.mark.parametrize("a", [1e-3, 0.37, 30.0])

@@ -264,6 +264,14 @@ def test_words_in_stadiums_of_their_own():
         assert together.iterations[i] == alone.iterations[0]
 
 
+def test_statuses_in_words():
+    """A few words of each sentence that say what it must mean."""
+    said = {"orbit": "unstable", "geometric": "at any a", "dynamical": "at this a", "boundary": "joint",
+            "family": "bouncing-ball", "unresolved": "not decided"}  # fmt: skip
+    assert {*said} == {*Status}
+    assert all(said[status] in status.sentence for status in Status)
+
+
 def test_steps_are_halved_for_each_word_alone():
     """At a maximum a step as small as rounding stays, though another word's is far too long."""
     ((_, legs),) = cut(from_strings(["1232131", "1232131"]))
