@@ -47,7 +47,8 @@ def _first_elements() -> NDArray[np.bool_]:
     return first
 
 
-_FIRST = _first_elements()
+FIRST = _first_elements()
+"""For each stabiliser, which elements are the first ones to lead to their image."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +177,7 @@ def keys_of_classes(least: Integers, p: int) -> tuple[Integers, Places]:
     found, which = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.intp)]
     for start in range(0, len(least), _BATCH):
         images, stabilisers = all_images(least[start : start + _BATCH], p)
-        new = _FIRST[stabilisers].T
+        new = FIRST[stabilisers].T
         found.append(keys(images[new], p))
         which.append(start + np.nonzero(new)[1])
     return np.concatenate(found), np.concatenate(which)
@@ -241,7 +242,7 @@ class _Planes:
 
     def add(self, start: int, images: Integers, stabilisers: NDArray[np.uint8]) -> None:
         """Add the words of some classes; an image that an element before has led to is left out."""
-        new = _FIRST[stabilisers].T
+        new = FIRST[stabilisers].T
         here = np.s_[:, start : start + len(stabilisers)]
         self.upper[here] = np.where(new, images >> self.low_bits, 0xFFFFFFFF)
         self.lower[here] = images & ((1 << self.low_bits) - 1)
