@@ -79,14 +79,19 @@ class PeriodWords(ByValue):
     def __len__(self) -> int:
         return len(self.entries)
 
+    def told(self, places: Places | slice) -> tuple[NDArray[np.integer], NDArray[np.integer]]:
+        """Return by what some words are told: their classes, counted from 0 among the C, and elements."""
+        entries = self.entries[places]
+        return entries >> _ABOVE, entries & 7
+
     def classes(self, places: Places | slice) -> NDArray[np.int64]:
         """Return the numbers, in the index, of the classes of some words."""
         return (self.entries[places] >> _ABOVE) + np.int64(self.offset)
 
     def keys(self, places: Places | slice) -> Integers:
         """Return the keys of some words."""
-        entries = self.entries[places]
-        return keys_of_images(self.least[entries >> _ABOVE], entries & 7, self.p)
+        classes, elements = self.told(places)
+        return keys_of_images(self.least[classes], elements, self.p)
 
     def lower(self, key: int) -> int:
         """Return how many words stand before a key."""
