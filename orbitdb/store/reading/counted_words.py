@@ -17,7 +17,7 @@ from orbitdb.store.asking.conditions import answering
 from orbitdb.store.asking.confinement import authorize_joined
 from orbitdb.store.file.schema import catalogue as view
 from orbitdb.store.file.schema import cycle
-from orbitdb.store.reading.class_first import orders, orders_with_pruned, pruned_of, ragged_periods
+from orbitdb.store.reading.class_first import orders, pruned_words, ragged_periods
 from orbitdb.store.reading.class_view import class_view
 from orbitdb.store.reading.first_rows import Asked
 from orbitdb.store.reading.fitting_words import Masks, count_images, fitting_images, words_between
@@ -93,20 +93,21 @@ def by_periods(asked: Asked) -> Iterator[Words] | None:
 
 
 def _periods(asked: Asked, parts: TextParts) -> Iterator[Words]:
-    ragged = ragged_periods(asked.connection)
-    with_pruned = set(orders_with_pruned(asked.connection, parts.classes))
+    others = {*ragged_periods(asked.connection), *pruned_words(asked.connection, parts.classes)}
     for p in filter(asked.selection.includes, orders(asked.connection)):
-        listed = p > MAX_KEYED or p in ragged or (p in with_pruned and pruned_of(asked.connection, p))
-        yield ByView(p, asked) if listed else _by_classes(asked, parts, p)
+        yield ByView(p, asked) if p in others or p > MAX_KEYED else _by_classes(asked, parts, p)
 
 
 def _by_classes(asked: Asked, parts: TextParts, p: int) -> ByClasses:
     """Return the words of one period, of which all words of classes, and no others, are stored."""
-    pieces = list(_pieces(asked, parts, p))
-    least = np.concatenate([np.zeros(0, np.int64), *(least for least, _ in pieces)])
-    sizes = np.concatenate([np.zeros(0, np.uint8), *(sizes for _, sizes in pieces)])
-    masks = fitting_images(least, p, parts.patterns)
-    return ByClasses(p, least, masks, count_images(masks, sizes))
+    found: list[tuple[Integers, Masks]] = [(np.zeros(0, np.int64), np.zeros(0, np.uint8))]
+    rows = 0
+    for least, sizes in _pieces(asked, parts, p):
+        masks = fitting_images(least, p, parts.patterns)
+        rows += count_images(masks, sizes)
+        found.append((least[masks > 0], masks[masks > 0]))
+    least, masks = (np.concatenate(column) for column in zip(*found, strict=True))
+    return ByClasses(p, least, masks, rows)
 
 
 def _pieces(asked: Asked, parts: TextParts, p: int) -> Iterator[tuple[Integers, NDArray[np.uint8]]]:

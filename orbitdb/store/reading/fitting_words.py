@@ -85,9 +85,8 @@ def words_between(least: Integers, p: int, masks: Masks, first: int, last: int) 
 
 def _batches(least: Integers, p: int, masks: Masks) -> Iterator[Integers]:
     """Yield the words that count, as packed words in no order, some thousand classes at a time."""
-    some = np.flatnonzero(masks)
-    for start in range(0, len(some), _BATCH):
-        batch = some[start : start + _BATCH]
+    for start in range(0, len(least), _BATCH):
+        batch = slice(start, start + _BATCH)
         images, stabilisers = all_images(least[batch], p)
         fits = masks[batch] >> np.arange(len(ELEMENTS), dtype=np.uint8)[:, None] & 1
         yield images[FIRST[stabilisers].T & (fits == 1)]
