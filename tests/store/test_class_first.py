@@ -125,6 +125,25 @@ def test_what_is_of_few_classes_needs_no_pass(filled, monkeypatch, chosen, order
     assert len(words) <= 8 * 30
 
 
+@pytest.mark.parametrize(
+    ("chosen", "order", "limit", "offset", "words"),
+    [
+        ({"contains": "13"}, "p,code", 3, 40, 3),
+        ({"where": "code like '%31' and margin > 0"}, "p,code", 2, 0, 2),
+        ({"contains": "0101"}, "length", None, 0, 0),
+        ({"status": "orbit"}, "p,code", 3, 100, 3),
+    ],
+)
+def test_what_patterns_ask_of_words_needs_no_pass(filled, monkeypatch, chosen, order, limit, offset, words):
+    monkeypatch.setattr(places, "MOST", 4)
+    monkeypatch.setattr(first_rows.Asked, "rows", None)  # it asks the view
+    with Catalogue(filled).reading() as connection:
+        place = places.place_of(connection, choose(**chosen), order, limit, offset, Patience())
+    assert place is not None
+    assert (len(place.words), place.before) == (words, offset)
+    assert Catalogue(filled).count(choose(**chosen)) >= words
+
+
 def test_what_is_of_many_classes_needs_one(filled, monkeypatch):
     monkeypatch.setattr(class_first, "_FEW", 30)
     with Catalogue(filled).reading() as connection:

@@ -67,20 +67,21 @@ def place_of(
         As in `orbitdb.store.reading.catalogue.Catalogue.rows`.
     patience : Patience
     """
-    wanted = None if limit is None else limit + offset
+    wanted, usual = None if limit is None else limit + offset, limit is None or 0 < limit <= MOST
     words = few_words(connection, selection, order, wanted, patience)
-    if words is None:
-        words = first_words(connection, selection, order, wanted, patience)
     if words is not None:
         return Place(words)
-    if not is_long(connection) or not (limit is None or 0 < limit <= MOST):
-        return None
     asked, keys = Asked(connection, selection, patience), keys_before_words(order)
-    if not asked.by_class:
-        return _of_single_words(asked, keys, limit, offset)
-    if limit is None or limit + offset <= MOST:
+    if usual and is_long(connection) and not asked.by_class:
+        place = _of_single_words(asked, keys, limit, offset)
+        if place is not None:
+            return place
+    words = first_words(connection, selection, order, wanted, patience)
+    if words is not None:
+        return Place(words)
+    if limit is None or not usual or limit + offset <= MOST or not is_long(connection):
         return None
-    if ragged_periods(connection) or pruned_words(connection, selection):
+    if not asked.by_class or ragged_periods(connection) or pruned_words(connection, selection):
         return None
     return _behind(asked, keys, limit, offset)
 
