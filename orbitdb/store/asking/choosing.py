@@ -74,29 +74,28 @@ def within_ranges(
     chosen = np.ones(len(codes), dtype=np.bool_)
     if not selection.ranges:
         return chosen
-    measures = _measures(length, lyapunov, p)
-    near = np.zeros(len(codes), dtype=np.bool_)
+    measures = _measures(length, lyapunov, np.full(len(codes), np.nan), p)
+    near = np.full(len(codes), "margin" in selection.ranges)
     for name, bounds in selection.ranges.items():
-        values = measures.get(name)
         for bound in bounds:
             if bound is not None:
-                near |= True if values is None else np.abs(values - bound) <= _NEAR * values
+                near |= np.abs(measures[name] - bound) <= _NEAR * measures[name]
     if near.any():
         solved = solve_admissible(unpack(codes[near], p), Stadium(selection.a))
-        stored = _measures(solved.length, solved.lyapunov, p) | {"margin": solved.margin}
-        for name, values in stored.items():
-            measures.setdefault(name, np.zeros(len(codes)))[near] = values
+        for name, values in _measures(solved.length, solved.lyapunov, solved.margin, p).items():
+            measures[name][near] = values
     for name, (low, high) in selection.ranges.items():
         chosen &= True if low is None else measures[name] >= low
         chosen &= True if high is None else measures[name] <= high
     return chosen
 
 
-def _measures(length: Floats, lyapunov: Floats, p: int) -> dict[str, Floats]:
-    """Return what orbits can be chosen by, apart from their margins, by name."""
+def _measures(length: Floats, lyapunov: Floats, margin: Floats, p: int) -> dict[str, Floats]:
+    """Return what orbits of one period can be chosen by, by name, in arrays of their own."""
     return {
         "length": length.copy(),
         "lyapunov": lyapunov.copy(),
         "lambda_d": lyapunov / p,
         "lambda_c": lyapunov / length,
+        "margin": margin.copy(),
     }
