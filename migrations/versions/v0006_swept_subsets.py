@@ -17,10 +17,8 @@ BLOCK = ("number", "sums", "moments", "run")
 def upgrade() -> None:
     _remake(["selection"])
     for table, columns in (("sweep", SWEEP), ("sweep_block", BLOCK)):
-        names = ", ".join(columns)
-        op.execute(
-            f"INSERT INTO {table} (stadium, p, selection, {names}) SELECT stadium, p, '', {names} FROM old_{table}"
-        )
+        names, to = ", ".join(columns), f"INSERT INTO {table} (stadium, p, selection"
+        op.execute(f"{to}, {names}) SELECT stadium, p, '', {names} FROM old_{table}")
     _drop_old()
 
 

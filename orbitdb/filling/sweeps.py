@@ -80,9 +80,7 @@ def sweep_periods(
         writer.close()
 
 
-def _period(
-    writer: Writer, stadium: Stadium, p: int, selection: str, workers: Workers
-) -> Iterator[Progress]:
+def _period(writer: Writer, stadium: Stadium, p: int, selection: str, workers: Workers) -> Iterator[Progress]:
     """Sweep what is missing, block by block; go on behind another process that does the same."""
     total = count_admissible(p)
     tilts = {} if selection else _tilts(writer.path, stadium.a, p)  # sum rules are of all orbits

@@ -118,7 +118,7 @@ def _parts(span: Span) -> Iterator[LeastWords]:
     if found:
         classes = LeastWords(*(np.concatenate(columns) for columns in zip(*found, strict=True)))
         for start in range(0, len(classes.codes), _PART):
-            yield LeastWords(*(column[start : start + _PART] for column in classes))
+            yield LeastWords._make(column[start : start + _PART] for column in classes)
 
 
 def _summed(

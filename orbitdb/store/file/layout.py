@@ -201,7 +201,8 @@ CREATE TABLE sweep_block (
     moments BLOB NOT NULL,
     run INTEGER NOT NULL,
     PRIMARY KEY (stadium, p, selection, number),
-    CONSTRAINT fk_sweep_block_sweep FOREIGN KEY(stadium, p, selection) REFERENCES sweep (stadium, p, selection),
+    CONSTRAINT fk_sweep_block_sweep FOREIGN KEY(stadium, p, selection)
+        REFERENCES sweep (stadium, p, selection),
     CONSTRAINT fk_sweep_block_run FOREIGN KEY(run) REFERENCES run (id)
 ) WITHOUT ROWID, STRICT"""
 

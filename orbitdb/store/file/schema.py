@@ -241,10 +241,10 @@ sweep = sa.Table(
     **STRICT_ORDERED,
 )
 """How far a period is swept at one a, and what has been counted on the way, in so many blocks; the seconds
-are as they passed, and of the processors that solved. The orbits are those of a subset, of which
-`orbitdb.store.asking.sweepable.swept_text` is the selection, empty for all orbits. The sums, as `orbitdb.averages.period_sums.PeriodSums`
+are as they passed, and of the processors that solved. The sums, as `orbitdb.averages.period_sums.PeriodSums`
 gives their bytes, are there once the state is ``done``, as the moments are (`orbitdb.averages.tilt_moments`),
-which begin as those of no orbit."""
+which begin as those of no orbit. All of it is of a subset of the orbits, by its canonical text
+(`orbitdb.store.asking.sweepable.swept_text`), which is empty for all orbits."""
 
 sweep_block = sa.Table(
     "sweep_block",

@@ -62,7 +62,8 @@ def open_sweep(
     selection: str = "",
 ) -> SweepCursor:
     """Return where the sweep of a period stands, beginning it if need be, with some tilts."""
-    here = {"stadium": writer.stadium_id(connection, a), "p": p, "selection": selection}
+    number = writer.stadium_id(connection, a)
+    here = {"stadium": number, "p": p, "selection": selection}
     none = dict.fromkeys(("blocks", "seconds", "processor", *SWEPT), 0)
     moments = to_bytes({level: TiltMoments.none(mu) for level, mu in tilts.items()})
     fresh = sa.insert(sweep).prefix_with("OR IGNORE").values(**here, state=FILLING, moments=moments, **none)
@@ -70,7 +71,7 @@ def open_sweep(
     names = (sweep.c.state, sweep.c.cursor, sweep.c.blocks, sweep.c.words, sweep.c.moments)
     row = connection.execute(sa.select(*names).filter_by(**here)).one()
     centres = {level: each.centre for level, each in from_bytes(row.moments).items()}
-    return SweepCursor(**here, state=row.state, word=row.cursor, blocks=row.blocks, words=row.words, tilts=centres)
+    return SweepCursor(number, p, selection, row.state, row.cursor, row.blocks, row.words, centres)
 
 
 def add_swept(
