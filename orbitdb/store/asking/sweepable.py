@@ -79,7 +79,7 @@ def selection_of(text: str, a: float) -> Selection:
 
     Raises
     ------
-    SelectionError
+    InputError
         If no subset has this text.
     """
     given = dict(part.partition("=")[::2] for part in text.split())

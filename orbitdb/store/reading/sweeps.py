@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
-from orbitdb.store.asking.selection import Selection, SelectionError
+from orbitdb.errors import InputError
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import selection_of
 from orbitdb.store.file.schema import DONE, SWEPT, stadium, sweep
 from orbitdb.store.reading.soundness import unsound
@@ -91,7 +92,7 @@ def swept_subsets(connection: sa.Connection, a: float) -> list[Selection]:
     found = connection.scalars(texts.where(stadium.c.a == a, sweep.c.selection != ""))
     try:
         return [selection_of(text, a) for text in found]
-    except SelectionError as error:
+    except InputError as error:
         raise unsound("a swept subset:", error) from error
 
 
