@@ -93,5 +93,5 @@ def selection_of(text: str, a: float) -> Selection:
         ranges=ranges,
     )
     if swept_text(found) != text:
-        raise SelectionError(f"{text!r:.60} is no subset that was swept")
+        raise SelectionError(f"{text!r:.60} is the canonical text of no subset")
     return found

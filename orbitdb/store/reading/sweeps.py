@@ -89,11 +89,13 @@ def swept_subsets(connection: sa.Connection, a: float) -> list[Selection]:
         If one of them is none that can be swept.
     """
     texts = sa.select(sweep.c.selection).distinct().join(stadium).order_by(sweep.c.selection)
-    found = connection.scalars(texts.where(stadium.c.a == a, sweep.c.selection != ""))
-    try:
-        return [selection_of(text, a) for text in found]
-    except InputError as error:
-        raise unsound("a swept subset:", error) from error
+    found = []
+    for text in connection.scalars(texts.where(stadium.c.a == a, sweep.c.selection != "")):
+        try:
+            found.append(selection_of(text, a))
+        except InputError as error:
+            raise unsound("a swept subset that is none:", text) from error
+    return found
 
 
 def moments_of(found: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
