@@ -101,29 +101,27 @@ def test_averages_over_a_subset_answer_from_its_sweep(cli):
 
 
 def test_swept_subsets_are_told_and_verified(cli, tmp_path, monkeypatch):
-    """What is told of a subset names it; its counts are compared with new solutions, and with stored rows."""
-    cli("sweep", "--p", "5", "--contains", "13")
-    cli("sweep", "--p", "4-5")
+    """What is told of a subset names it; its sums are solved anew, its counts compared with stored rows."""
+    cli("sweep", "--p", "2-3,5", "--contains", "13")
+    cli("sweep", "--p", "5-5")
     rows = json.loads(cli("info", "--json").out)
     told = [(row["p"], row["N_c"], row["selection"]) for row in rows]
     assert told[:2] == [(2, 1, "contains=13"), (3, 4, "contains=13")]
     assert told[-2:] == [(5, 80, None), (5, 20, "contains=13")]
-    sound = cli("verify", "--p", "2-5", "--a", "1.6", "--json")
+    sound = cli("verify", "--p", "2,3,5", "--a", "1.6", "--json")
     assert (sound.code, sound.err.split(" all is well")[0]) == (0, f"{tmp_path / 'orbits.db'}:")
-    assert [(row["check"], row["rows"]) for row in json.loads(sound.out)[-2:]] == [("sweeps", 6), ("sums", 6)]
-    cli("fill", "--p", "5")
+    assert [(row["check"], row["rows"]) for row in json.loads(sound.out)[-2:]] == [("sweeps", 4), ("sums", 4)]
+    cli("fill", "--p", "5-5")
     with closing(sqlite3.connect(tmp_path / "orbits.db")) as plain:
         plain.execute("UPDATE sweep SET n_c = n_c - 2 WHERE p = 5 AND selection <> ''")
         plain.commit()
+        monkeypatch.setattr("orbitdb.verification.sweeps.SWEPT_ANEW", 1)
+        found = cli("verify", "--json")
+        failing = {row["check"]: row["first"] for row in json.loads(found.out) if row["failures"]}
         wrong = "p = 5 at a = 1.6, contains=13: n_c is 18 instead of 20"
-        for highest in (11, 1):
-            monkeypatch.setattr("orbitdb.verification.sweeps.SWEPT_ANEW", highest)
-            found = cli("verify", "--json")
-            failing = {row["check"]: row["first"] for row in json.loads(found.out) if row["failures"]}
-            assert (found.code, failing) == (1, {"sweeps": wrong})
+        assert (found.code, failing) == (1, {"sweeps": wrong})
         plain.execute("UPDATE sweep SET selection = 'born=1.0:' WHERE selection <> ''")
         plain.commit()
-    assert cli("verify", "--json").code == 1
     assert cli("info").err.startswith(
         "orbitdb: the catalogue was altered: a swept subset that is none: 'born"
     )
