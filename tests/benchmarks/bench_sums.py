@@ -3,8 +3,8 @@
     python tests/benchmarks/bench_sums.py 13
 
 At three a, for all periods up to the one named: counts must be equal; of sums and averages by sum rules the
-largest differences are shown, relative and absolute. So are those of sums over subsets, without sum rules; the
-bounds of the last are numbers that are stored.
+largest differences are shown, relative and absolute. So are those of sums over subsets; the bounds
+of the last are numbers that are stored.
 """
 
 import sys
