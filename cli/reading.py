@@ -75,20 +75,14 @@ def all_meant(path: Path, asked: Sequence[str] | None) -> tuple[float, ...]:
 
     Raises
     ------
-    InputError
+    StoreError
         If all are asked for that are stored, and there is no catalogue.
     """
-    from orbitdb.store.file.database import check_file
-
     values = half_lengths.named(asked)
     if values is not None:
         return values
     if not asked:
         return (meant(path, None),)
-    if check_file(path) is None:
-        raise InputError(
-            f"--a {half_lengths.ALL} is every a that is stored, and there is no catalogue at {path}"
-        )
     from orbitdb.store.reading.catalogue import Catalogue
 
     with closing(Catalogue(path)) as catalogue:
