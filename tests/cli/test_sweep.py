@@ -77,6 +77,8 @@ def test_averages_over_a_subset_answer_from_its_sweep(cli):
         [5, 96, 0, 0], [6, 252, 2, 1]
     ]  # fmt: skip
     assert swept.err.endswith("\norbits at a = 1.6 that retrace their path with length <= 20\n")
+    for more, coming in ((), 389), (subset, 0):
+        assert f": {coming} sequences to come" in cli("sweep", "--p", "6", "--dry-run", *more).err
     commands = [(name, "--json", *subset[2:], *subset[:2]) for name in ("entropy", "lyapunov")]
     before = [cli(*command) for command in commands]
     source = "periods 2-6 at a = 1.6: from a sweep, their rows are not stored\n"
@@ -140,7 +142,10 @@ WRONG = [
     ("3 --exists 1 --range born=1:", "exists, born cannot be swept, as"),
     ("3 --not-at 1", "not_at cannot be swept, as"),
     ("3 --status boundary,orbit", "status boundary, orbit cannot be swept: sums are over orbits alone"),
-    ("3 --contains 1^41", "contains cannot be swept: no word that can has more than 40 symbols in a row"),
+    (
+        "3 --contains 1^41",
+        "contains 41 symbols cannot be swept: words that can have no more than 40 in a row",
+    ),
     ("3 --contains 16", "symbol '6' at place 2"),
     ("3 --reversal both", "reversal 'both': use self or pair"),
     ("3 --symmetry z", "symmetry 'z': use 1, or"),

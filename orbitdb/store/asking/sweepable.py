@@ -36,8 +36,10 @@ def why_not_swept(selection: Selection) -> str:
         )
     if selection.statuses not in ((), (Status.ORBIT,)):
         return f"status {', '.join(selection.statuses)} cannot be swept: sums are over orbits alone"
-    if len(selection.contains or "") > _LONGEST:
-        return f"contains cannot be swept: no word that can has more than {_LONGEST} symbols in a row"
+    if (count := len(selection.contains or "")) > _LONGEST:
+        return (
+            f"contains {count} symbols cannot be swept: words that can have no more than {_LONGEST} in a row"
+        )
     return ""
 
 
