@@ -52,6 +52,13 @@ def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(METHODS, "newton", Method(solve, 64))
 
 
+@pytest.fixture
+def small_sweeps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cut periods into many blocks, for which other processes are begun."""
+    monkeypatch.setattr("orbitdb.filling.swept_blocks._LEAST", 16)
+    monkeypatch.setattr("orbitdb.filling.sweeps.SMALL", 1)
+
+
 class Outcome(NamedTuple):
     code: int
     out: str
