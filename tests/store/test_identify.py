@@ -141,6 +141,21 @@ def test_points_along_a_longer_trajectory_name_what_it_passes():
     assert best.bounces >= 12
 
 
+def test_a_polygon_of_more_bounces_than_are_sought_is_known_as_a_whole():
+    word = "13" * 12 + "1232131"
+    symbols, points = from_strings([word])[0], solve_word(word, STADIUM).points
+    found, parts = (shadows(STADIUM, symbols, points, 1e-2, whole=whole) for whole in (True, False))
+    assert word in [each.word for each in found]
+    assert len(word) > max(len(each.word) for each in parts)
+
+
+def test_of_two_stretches_at_an_orbit_the_longer_one_is_told():
+    words = ["033244"] * 2 + ["13"] + ["033244"] * 4 + ["13"] + ["033244"] * 3
+    points = np.concatenate([solve_word(word, STADIUM).points for word in words])
+    best = shadows(STADIUM, from_strings(["".join(words)])[0], points, 1e-6)[0]
+    assert (best.word, best.first, best.bounces) == ("033244", 14, 24)
+
+
 def test_lengths_are_those_of_stored_orbits_and_their_repetitions(catalogue):
     """Against all lengths, one by one."""
     known = catalogue.select(status="orbit")
