@@ -416,8 +416,8 @@ def test_a_path_into_a_joint_may_be_followed_up_to_it():
     def followed(height, **most):
         return trace_start(Stadium(1.6), (0, 0, math.atan2(height, 1.6)), 1e-3, **most)
 
-    for bounce, height in enumerate((1, -3), 1):  # to the joint, and to its image in the bottom wall
-        with pytest.raises(InputError, match=rf"at bounce {bounce}, .*: move the start$"):
+    for number, height in enumerate((1, -3), 1):  # to the joint, and to its image in the bottom wall
+        with pytest.raises(InputError, match=rf"at bounce {number}, .*: move the start$"):
             followed(height)
     with pytest.raises(InputError, match=r"at bounce 3, .*: move the start, or follow fewer than 2 bounces$"):
         followed(-5)

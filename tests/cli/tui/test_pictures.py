@@ -142,7 +142,9 @@ def test_phase_space_names_walls_and_orbits():
     assert lines[-2].split() == ["0", "bottom", "3", "right", "2", "top", "1", "left"]
     assert lines[-1].split() == ["●", "13", "•", "113"]
     assert sum(line.count("●") for line in lines[:-2]) == 2
-    columns, heights = (np.unique(found, return_counts=True) for found in dots_of(draw_phase(A, [], 60, 11)).T)
+    columns, heights = (
+        np.unique(found, return_counts=True) for found in dots_of(draw_phase(A, [], 60, 11)).T
+    )
     joints = np.array([0.0, 2 * A, 2 * A + math.pi, 4 * A + math.pi, Stadium(A).perimeter])
     assert columns[0][columns[1] > 20] == pytest.approx(119 * joints / joints[-1], abs=0.51)
     assert heights[0][heights[1] > 25].tolist() == [20]  # sine 0, half way down
