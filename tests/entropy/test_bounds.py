@@ -249,7 +249,6 @@ def test_search_ends_where_it_is_told():
         ([1, 1], 2.79, 1),  # the second is taken to last 1.8 s
         ([1, 1], 2.81, 2),
         ([1, 2, 9], 6.9, 2),  # as the last two grew
-        ([1, 2, 9], 7.1, 3),
         ([1, 1, 1], 3.29, 2),  # by three tenths at least
         ([1, 1, 1], 3.31, 3),
         ([0.04, 1, 1], 2.83, 2),  # what is brief tells nothing of growth

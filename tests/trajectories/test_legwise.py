@@ -77,7 +77,7 @@ def test_terms_of_a_leg_are_what_its_matrices_grow_by():
 
 
 def test_the_error_of_what_is_known_adds_to_that_of_the_sample():
-    plain, wrong = (simulate_legs(Stadium(1.6), 2000, (2.8, error)) for error in (0.0, 0.01))
+    plain, wrong = (simulate_legs(Stadium(1.6), 100, (2.8, error)) for error in (0.0, 0.01))
     known = 0.01 / (1.6 + np.pi / 2)
     assert wrong.lambda_d_error == pytest.approx(np.hypot(plain.lambda_d_error, known), rel=1e-6)
 
