@@ -184,6 +184,15 @@ def test_bounce_by_bounce_a_whispering_path_stays_on_the_circle():
     assert math.hypot(rays.vx[0], rays.vy[0]) == pytest.approx(1, abs=1e-14)
 
 
+def test_what_is_off_the_circle_is_put_back_by_one_bounce():
+    t, graze, off, a = np.linspace(-1.4, 1.4, 9), 1e-3, 1 + 1e-7, 1.6
+    way = t + math.pi / 2 + graze
+    rays = Rays(a + off * np.cos(t), off * np.sin(t), off * np.cos(way), off * np.sin(way), np.ones(9))
+    after = bounce(rays, a).rays
+    assert np.hypot(after.x - a, after.y) == pytest.approx(1, abs=1e-12)
+    assert np.hypot(after.vx, after.vy) == pytest.approx(1, abs=1e-12)
+
+
 def test_whispering_gallery_grows_by_shear_alone():
     """On one circle M^n is a shear: the tangent vector grows as n, never exponentially."""
     arcs = Arcs(*(np.array([v]) for v in (1.0, 1.0, 0.0, -1e-5, math.sqrt(1 - 1e-10))))
