@@ -109,7 +109,7 @@ def test_counts_are_those_of_a_pass(ragged, chosen):
     [
         ({"where": "lambda_c < 0.35", "p": "2-6"}, "p,code", None),
         ({"status": "orbit"}, "length", 10),
-        ({"status": "orbit"}, "lambda_c desc", 3),
+        ({"status": "orbit"}, "lambda_c desc", 30),
         ({"length": (None, 12.0)}, "code", 5),
     ],
 )

@@ -25,11 +25,11 @@ from orbitdb.store.reading import (
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.index_reading import load_index
 from orbitdb.store.reading.pages import CancelledError, certificate_of, chosen_keys, fetch
-from orbitdb.store.reading.period_words import ListedWords, expand
+from orbitdb.store.reading.period_words import HEAD, ListedWords, expand
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.symmetry import classify
-from orbitdb.symbols.words import keys, keys_of_period, pack
+from orbitdb.symbols.words import keys, keys_of_period, pack, to_strings
 
 SELECTIONS = [
     Selection(),
@@ -190,7 +190,7 @@ def in_small_pieces(monkeypatch):
     [
         (Selection(), "p", True),
         (Selection(statuses=(Status.ORBIT, Status.GEOMETRIC)), "symmetry", True),
-        (Selection(where="code like '%13%'"), "lambda_c", False),
+        (Selection(periods=((5, 6),), where="code like '%13%'"), "lambda_c", False),
         pytest.param(Selection(), "p", False, marks=pytest.mark.slow),
         pytest.param(Selection(periods=((2, 5),)), "length", False, marks=pytest.mark.slow),
         pytest.param(Selection(where="margin > -0.5"), "code", True, marks=pytest.mark.slow),
@@ -237,7 +237,7 @@ def test_words_that_are_not_all_of_their_classes_are_listed(catalogues, tmp_path
     assert load_index(catalogues[0], 1.6, kept) == whole
 
 
-@pytest.mark.parametrize("p", [5, 8])
+@pytest.mark.parametrize("p", [5, 9])
 def test_words_of_classes_come_in_their_order(p):
     words = np.concatenate(list(admissible_words(p)))
     classes = classify(words)
@@ -247,6 +247,9 @@ def test_words_of_classes_come_in_their_order(p):
     assert least[found.classes(slice(None))].tolist() == classes.representative.tolist()
     assert (found.entries & 7).tolist() == classes.element.tolist()
     assert [found.lower(key) for key in found.keys(slice(0, 9)).tolist()] == list(range(9))
+    heads = [text[:HEAD].ljust(HEAD, "0") for text in to_strings(words)]
+    assert [f"{head:0{HEAD}o}" for head in found.heads.tolist()] == sorted(set(heads))
+    assert found.head_starts.tolist() == [heads.index(head) for head in sorted(set(heads))]
 
 
 def test_an_impossible_status_is_told_with_its_period(filled):
