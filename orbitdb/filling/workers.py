@@ -126,7 +126,7 @@ class Processes:
 
 
 class _Started(NamedTuple):
-    """What starts processes when they are needed, the folder of their parcels, and the line that ends them."""
+    """What starts processes when needed, the folder of their parcels, and the line that ends them."""
 
     executor: Executor
     folder: Path

@@ -53,6 +53,13 @@ def test_assertions_are_left_alone():
     }
 
 
+def test_what_makes_no_difference_is_left_alone():
+    assert not mutants("a.py", 'T = TypeVar("T", bound=int, covariant=True)\n')
+    kinds = [each.kind for each in mutants("a.py", "f = x in (a, b, 3)\n")]
+    assert kinds == ["comparison", "constant"]  # but not the order of what x may be one of
+    assert "values swapped" in {each.kind for each in mutants("a.py", "f = x == (a, b)\n")}
+
+
 def test_a_mutant_knows_its_lines():
     limit, *_, last = mutants("package/a.py", SOURCE)
     assert (limit.first, limit.names) == (2, ("LIMIT",))

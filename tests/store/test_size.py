@@ -73,6 +73,8 @@ def test_half_a_period_needs_the_other_half(filled):
     stored = [next(going).words for _ in range(5)][-1]
     going.close()
     assert need(filled, 1.6, [9], 1).sequences == count_admissible(9) - stored
+    every = count_admissible(9) * sum(_RATES["newton"])  # elsewhere none is known without looking for it
+    assert need(filled, 1.0, [9], 1).seconds == pytest.approx(every)
 
 
 @pytest.mark.slow
@@ -133,8 +135,8 @@ def test_times_are_told_in_their_units(seconds, said):
 
 def test_estimates_are_told_in_few_words():
     assert [about(0.0046), about(17.3)] == ["under a second", "about 17 s"]
-    sizes = [gigabytes(count) for count in (20, 44_100, 12_340_000, 527e6, 1.66e9, 2e11)]
-    assert sizes == ["1 kB", "44 kB", "12 MB", "527 MB", "1.7 GB", "200 GB"]
+    sizes = [gigabytes(count) for count in (20, 44_100, 1e6, 12_340_000, 527e6, 1.66e9, 99.6e9, 2e11)]
+    assert sizes == ["1 kB", "44 kB", "1 MB", "12 MB", "527 MB", "1.7 GB", "100 GB", "200 GB"]
 
 
 def test_a_disk_that_is_too_small_is_told_before_anything_is_written(cli, tmp_path, monkeypatch):

@@ -501,9 +501,14 @@ def test_pruned_words_are_words_and_least_and_primitive_and_have_their_rules(sma
             f"INSERT INTO sequence (p, word, rules) VALUES (3, '{word}', '{kept}')"
             for word, kept in (("0x1", "1"), (least[1:] + least[0], rules[least]), ("000", "1"))
         ),
+        "INSERT INTO sequence (p, word, rules) VALUES (4, '0011', '1,3,6')",  # right, and alone
     )
-    (check,) = (check for step in check_pruned(Catalogue(small), Selection()) for check in step.checks if check.failures)
-    assert (check.name, check.rows, check.failures) == ("rules", len(rules) + 3, 4)
+    steps = [step for step in check_pruned(Catalogue(small), Selection()) if step.stage[-1] in "34"]
+    assert [(step.stage, step.done, step.total) for step in steps] == [
+        (f"pruned words, p = {p}", 0, 1) for p in (3, 4)
+    ]
+    found = [(check.name, check.rows, check.failures) for step in steps for check in step.checks]
+    assert found == [("rules", len(rules) + 3, 4), ("rules", 1, 0)]
 
 
 def test_a_sample_still_checks_all_counts(filled):

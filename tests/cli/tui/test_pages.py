@@ -140,9 +140,11 @@ def test_filters_that_hold_for_classes_are_answered_from_them(catalogues, monkey
 
 def test_a_factor_chooses_words_and_not_whole_classes(catalogues):
     index, chosen = load_index(catalogues[0], 1.6), Selection(contains="0132")
-    keys = chosen_keys(catalogues[0], index, chosen, "length", True)
-    words = [code for (code,) in catalogues[0].rows(chosen, ("code",), "length desc")]
-    assert [index.word(key) for key in keys[:].tolist()] == words
+    for column, descending in (("length", True), ("code", False)):
+        keys = chosen_keys(catalogues[0], index, chosen, column, descending)
+        order = f"{column} desc" if descending else column
+        words = [code for (code,) in catalogues[0].rows(chosen, ("code",), order)]
+        assert [index.word(key) for key in keys[:].tolist()] == words
     assert 0 < len(words) < len(catalogues[0].select(p="4-6")) / 2
 
 
@@ -193,7 +195,7 @@ def in_small_pieces(monkeypatch):
         (Selection(periods=((5, 6),), where="code like '%13%'"), "lambda_c", False),
         pytest.param(Selection(), "p", False, marks=pytest.mark.slow),
         pytest.param(Selection(periods=((2, 5),)), "length", False, marks=pytest.mark.slow),
-        pytest.param(Selection(where="margin > -0.5"), "code", True, marks=pytest.mark.slow),
+        (Selection(where="margin > -0.5"), "code", True),
         pytest.param(Selection(contains="21", time_reversal="pair"), "code", False, marks=pytest.mark.slow),
     ],
     ids=lambda value: value.describe() if isinstance(value, Selection) else str(value),
@@ -229,7 +231,7 @@ def test_words_that_are_not_all_of_their_classes_are_listed(catalogues, tmp_path
     whole = load_index(catalogues[0], 1.6)
     assert isinstance(index.parts[-1].words, ListedWords)
     assert len(index) < len(whole)
-    for column in ("p", "length", "code"):
+    for column in ("p", "length", "code", "representative", "cycle", "status"):
         keys = chosen_keys(catalogue, index, Selection(), column)
         rows = catalogue.rows(Selection(), ("code",), column)
         assert [index.word(key) for key in keys[:].tolist()] == [code for (code,) in rows]
