@@ -6,9 +6,11 @@ import math
 import os
 import pickle
 import shutil
+import sqlite3
 import subprocess
 import sys
 from collections import Counter
+from contextlib import closing
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -153,6 +155,14 @@ def test_an_empty_subset_is_empty(catalogue):
     subset = catalogue.select(p=4, length=(99.0, None), coordinates=True)
     assert len(subset) == len(subset.length) == len(subset.coordinates) == 0
     assert len(catalogue.classes(p=4, length=(99.0, None))) == 0
+
+
+def test_a_class_by_a_word_that_is_none_is_refused(varied, tmp_path):
+    path = shutil.copy(varied, tmp_path / "altered.db")
+    with closing(sqlite3.connect(path)) as plain, plain:
+        plain.execute("UPDATE cycle SET word = '0x3' WHERE word = '013'")
+    with pytest.raises(StoreError, match="altered: a word that is none: '0x3'"):
+        Catalogue(path).select(p=3)
 
 
 def test_words_are_keys_in_any_rotation(catalogue):

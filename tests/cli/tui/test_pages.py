@@ -53,7 +53,7 @@ LONG = "1" * 25 + "3"
 
 @pytest.fixture(scope="module")
 def catalogues(tmp_path_factory):
-    """Return a plain catalogue, and one that also has pruned words and one of order 26."""
+    """Return a plain catalogue, and one that also has pruned words and two long ones, one of them pruned."""
     folder = tmp_path_factory.mktemp("pages")
     Catalogue.create(folder / "plain.db")
     for a, highest in ((1.6, 6), (1.0, 5)):
@@ -62,7 +62,8 @@ def catalogues(tmp_path_factory):
     (folder / "mixed.db").write_bytes((folder / "plain.db").read_bytes())
     for _ in fill_geometric(folder / "mixed.db", range(2, 5)):
         pass
-    fill_word(folder / "mixed.db", LONG, 1.6)
+    for word in (LONG, "1" * 23 + "00"):
+        fill_word(folder / "mixed.db", word, 1.6)
     return [Catalogue(folder / name) for name in ("plain.db", "mixed.db")]
 
 
@@ -139,7 +140,7 @@ def test_filters_that_hold_for_classes_are_answered_from_them(catalogues, monkey
 
 
 def test_a_factor_chooses_words_and_not_whole_classes(catalogues):
-    index, chosen = load_index(catalogues[0], 1.6), Selection(contains="0132")
+    index, chosen = load_index(catalogues[0], 1.6), Selection(contains="321")
     for column, descending in (("length", True), ("code", False)):
         keys = chosen_keys(catalogues[0], index, chosen, column, descending)
         order = f"{column} desc" if descending else column
