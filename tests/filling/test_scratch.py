@@ -41,6 +41,7 @@ def test_it_is_gone_afterwards(temporary):
     assert not list(temporary.iterdir())
 
 
+@pytest.mark.timeout(60)
 def test_what_a_killed_process_left_is_cleared_and_nothing_else(temporary):
     held, killed = (start(PARCEL, command=[*COMMAND[:-1], _HOLD]) for _ in range(2))
     folders = [Path(process.stdout.readline().strip()) for process in (held, killed)]
