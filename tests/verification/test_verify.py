@@ -373,6 +373,21 @@ def test_rows_without_bounds_are_the_relaxation_s_alone(small, cli):
     assert "values" in broken(small)
 
 
+def test_rows_too_long_for_bounds_of_their_own_are_left(small, monkeypatch):
+    """As the relaxation leaves them; here those of more than 5 bounces."""
+    monkeypatch.setattr("orbitdb.verification.invariants.MAX_DENSE", 5)
+    before = checks(small)["lengths"].rows
+    nothing = "error = NULL, length_error = NULL, lyapunov_error = NULL"
+    chosen = "SELECT max(cycle) FROM orbit JOIN cycle ON id = cycle WHERE p = 6 AND status = 'orbit'"
+    alter(
+        small,
+        f"UPDATE orbit SET solver = 'relaxation', {nothing} WHERE stadium = 1 AND cycle = ({chosen} AND stadium = 1)",
+    )
+    found = checks(small)
+    assert not [name for name, check in found.items() if check.failures]
+    assert found["lengths"].rows == before - 1
+
+
 def moved(orbits: Orbits, name: str, by: float) -> Orbits:
     """Move one number of the first row by so many times its error bound."""
     bound = {"coordinates": "error", "length": "length_error", "lyapunov": "lyapunov_error"}[name]

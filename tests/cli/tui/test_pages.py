@@ -261,3 +261,18 @@ def test_an_impossible_status_is_told_with_its_period(filled):
         plain.execute("UPDATE orbit SET status = 'odd' WHERE cycle = (SELECT id FROM cycle WHERE p = 12)")
     with pytest.raises(StoreError, match="without a status of period '12'"):
         load_index(Catalogue(filled), 1.6)
+
+
+@pytest.mark.parametrize("other", [4, 6])
+def test_words_of_classes_of_another_period_are_told_with_theirs(catalogues, tmp_path, other):
+    path = tmp_path / "mixed_up.db"
+    path.write_bytes(catalogues[0].path.read_bytes())
+    with contextlib.closing(sqlite3.connect(path)) as plain, plain:
+        last = "(SELECT max(word) FROM sequence WHERE p = 5)"
+        foreign = f"(SELECT max(id) FROM cycle WHERE p = {other})"
+        plain.execute(f"UPDATE sequence SET cycle = {foreign} WHERE p = 5 AND word = {last}")
+        plain.execute(
+            "DELETE FROM sequence WHERE p = 5 AND word < '0103'"
+        )  # so that they are read one by one
+    with pytest.raises(StoreError, match="impossible numbers of classes, of period '5'"):
+        load_index(Catalogue(path), 1.6)
