@@ -378,11 +378,9 @@ def test_rows_too_long_for_bounds_of_their_own_are_left(small, monkeypatch):
     monkeypatch.setattr("orbitdb.verification.invariants.MAX_DENSE", 5)
     before = checks(small)["lengths"].rows
     nothing = "error = NULL, length_error = NULL, lyapunov_error = NULL"
-    chosen = "SELECT max(cycle) FROM orbit JOIN cycle ON id = cycle WHERE p = 6 AND status = 'orbit'"
-    alter(
-        small,
-        f"UPDATE orbit SET solver = 'relaxation', {nothing} WHERE stadium = 1 AND cycle = ({chosen} AND stadium = 1)",
-    )
+    of_six = "JOIN cycle ON id = cycle WHERE p = 6 AND status = 'orbit' AND stadium = 1"
+    chosen = f"stadium = 1 AND cycle = (SELECT max(cycle) FROM orbit {of_six})"
+    alter(small, f"UPDATE orbit SET solver = 'relaxation', {nothing} WHERE {chosen}")
     found = checks(small)
     assert not [name for name, check in found.items() if check.failures]
     assert found["lengths"].rows == before - 1
