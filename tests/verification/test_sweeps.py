@@ -42,8 +42,8 @@ def swept(swept_once: Path, tmp_path: Path) -> Callable[..., list[Check]]:
     def found(change: str = "p = p", *values: object) -> list[Check]:
         with closing(sqlite3.connect(path)) as plain, plain:
             plain.execute(f"UPDATE sweep SET {change} WHERE p = 5", values)
-        with Catalogue(path).reading() as connection:
-            return list(check_sweeps(connection, BOTH))
+        with Catalogue(path).at_one_moment() as still:
+            return list(check_sweeps(still, BOTH))
 
     found.path = path
     return found
