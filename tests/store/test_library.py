@@ -2,7 +2,6 @@
 
 import importlib.util
 import inspect
-import json
 import math
 import os
 import pickle
@@ -218,24 +217,6 @@ def test_parts_of_a_subset_are_subsets(catalogue):
     ):
         with pytest.raises(error):
             subset[wrong]
-
-
-def test_an_arrow_table_has_the_values_of_the_rows_and_null_where_there_are_none(catalogue):
-    subset = catalogue.select(p=3, status="orbit,geometric", coordinates=True, order="length")
-    table = subset.to_arrow()
-    names = [name for name in table.column_names if name != "coordinates"]
-    rows = catalogue.rows(p=3, status="orbit,geometric", columns=names, order="length")
-    for name, values in zip(names, zip(*rows, strict=True), strict=True):
-        assert table[name].to_pylist() == list(values), name
-    assert table["coordinates"].to_pylist() == [
-        None if orbit.coordinates is None else orbit.coordinates.tolist() for orbit in subset
-    ]
-    assert [str(table[name].type) for name in ("code", "p", "walls", "length")] == [
-        "string", "int64", "int64", "double"
-    ]  # fmt: skip
-    assert json.loads(table.schema.metadata[b"a"]) == 1.6
-    assert catalogue.select(p=3).to_arrow().column_names == names
-    assert len(catalogue.select(p=3, length=(99, None), coordinates=True).to_arrow()) == 0
 
 
 def test_what_cannot_be_drawn_is_refused(catalogue):
