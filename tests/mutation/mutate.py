@@ -224,6 +224,8 @@ def _told(verdict: Verdict) -> str:
 
 def report(verdicts: Sequence[Verdict]) -> str:
     """Return how many were killed, wing by wing, and what nobody noticed."""
+    if not verdicts:
+        return "there is nothing to alter"
     lines = [f"{'wing':14}{'mutants':>8}" + "".join(f"{word:>16}" for word in _ORDER) + f"{'noticed':>9}"]
     for wing in (*sorted({verdict.wing for verdict in verdicts}), "all"):
         count = Counter(verdict.outcome for verdict in verdicts if wing in (verdict.wing, "all"))

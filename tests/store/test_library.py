@@ -343,6 +343,10 @@ def test_a_range_without_bounds_is_none(catalogue):
     subset = catalogue.select(p=2, status="orbit", length=(None, None))
     assert repr(subset) == "<1 orbits of period 2 at a = 1.6>"
     assert Selection(ranges={"length": (None, None)}).describe() == "symbol sequences at a = 1.6"
+    several = choose(p="2,4-5", status="orbit", time_reversal="self", symmetry="x", contains="13")
+    assert several.describe([1.0, 1.6]) == (
+        "orbits of period 2, 4 to 5 at a = 1, 1.6 that retrace their path with symmetry x containing 13"
+    )
 
 
 @pytest.mark.parametrize(
