@@ -26,7 +26,7 @@ Run i precedes leg i; run 0 is on the left.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
 
@@ -96,6 +96,10 @@ class Legs(Chain):
     run: NDArray[np.intp]
     place: NDArray[np.intp]
     straight: NDArray[np.bool_]
+
+    def of_words(self, words: NDArray[np.intp]) -> "Legs":
+        """Return those of some of the words."""
+        return Legs(**{each.name: getattr(self, each.name).take(words, axis=1) for each in fields(self)})
 
 
 def preceding(rows: NDArray[Any]) -> NDArray[Any]:

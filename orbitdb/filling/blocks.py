@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.newton import solve_admissible
+from orbitdb.orbits.newton import solve_for_orbits
 from orbitdb.orbits.orbit import Orbits
 from orbitdb.orbits.relaxation import relax
 from orbitdb.symbols.counting import count_admissible
@@ -63,7 +63,7 @@ _BLOCKS_A_JOB = 3
 _SMALLEST = 1 / 4
 """Of a full block: smaller ones cost more a word."""
 
-METHODS = {"newton": Method(solve_admissible, 1 << 16), "relaxation": Method(relax, 1 << 8)}
+METHODS = {"newton": Method(solve_for_orbits, 1 << 16), "relaxation": Method(relax, 1 << 8)}
 
 
 @dataclass(frozen=True, eq=False)
