@@ -20,6 +20,7 @@ Every bound holds for the numbers as they are computed: it adds what they are ro
 times it is above what its own evaluation loses (`orbitdb.arithmetic` says what is assumed).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -83,17 +84,28 @@ def assess(
 
 def assess_orbits(
     words: NDArray[np.uint8],
-    legs: Legs,
+    chain: Chain,
+    legs: Callable[[NDArray[np.intp]], Legs],
     stadium: Stadium,
-    alpha: Floats,
-    iterations: NDArray[np.int64],
+    found: tuple[Floats, NDArray[np.int64]],
 ) -> Orbits:
-    """Do as `assess` does, but of words that are proved to be no orbits tell margin and steps alone."""
-    verdict = _decided(legs, stadium.a, alpha)
+    """Do as `assess` does, but of words that are proved to be no orbits tell margin and steps alone.
+
+    Parameters
+    ----------
+    words, stadium, found
+        As there, ``found`` being the directions and the steps that the solver took.
+    chain : Chain
+        The words, cut.
+    legs : callable
+        From places among the words to their `Legs`.
+    """
+    alpha, iterations = found
+    verdict = _decided(chain, stadium.a, alpha)
     orbits = replace(Orbits.empty(words), status=verdict.status, margin=verdict.margin, iterations=iterations)
     left = np.flatnonzero(verdict.status != Status.DYNAMICAL)
     if len(left):
-        here = legs.of_words(left), stadium, alpha.take(left, axis=1), iterations[left]
+        here = legs(left), stadium, alpha.take(left, axis=1), iterations[left]
         orbits.place(left, _measured(words[left], *here, verdict.of_words(left)))
     return orbits
 

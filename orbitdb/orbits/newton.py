@@ -6,7 +6,6 @@ directions obey, finds the one maximum of every word, whether it is an orbit or 
 stadium; words that have converged leave the batch.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +17,7 @@ from orbitdb.billiard.legs import (
     Derivatives,
     centre_directions,
     cut,
+    cut_on_demand,
     derivatives,
     direction_limits,
     following,
@@ -101,7 +101,12 @@ def solve_for_orbits(words: NDArray[np.uint8], stadium: Stadium) -> Orbits:
 
     What it tells is the same, bit by bit, as `solve_admissible` does.
     """
-    return _left_to_balls(solve_in_doubles(words, stadium, assessed=assess_orbits), stadium)
+    orbits = Orbits.empty(words)
+    for rows, chain, legs in cut_on_demand(words):
+        found = newton(chain, stadium.a)
+        way = found.alpha, found.iterations
+        orbits.place(rows, assess_orbits(words[rows], chain, legs, stadium, way))
+    return _left_to_balls(orbits, stadium)
 
 
 def _left_to_balls(orbits: Orbits, stadium: Stadium) -> Orbits:
@@ -138,17 +143,12 @@ def solve_word(word: str, stadium: Stadium | float) -> Orbit:
     )
 
 
-def solve_in_doubles(
-    words: NDArray[np.uint8],
-    stadium: Stadium,
-    tolerance: float = TOLERANCE,
-    assessed: Callable[..., Orbits] = assess,
-) -> Orbits:
+def solve_in_doubles(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE) -> Orbits:
     """Find the orbits of admissible words as `solve` does, but leave unresolved what doubles do not show."""
     orbits = Orbits.empty(words)
     for rows, legs in cut(words):
         found = newton(legs, stadium.a, tolerance)
-        orbits.place(rows, assessed(words[rows], legs, stadium, found.alpha, found.iterations))
+        orbits.place(rows, assess(words[rows], legs, stadium, found.alpha, found.iterations))
     return orbits
 
 
