@@ -27,7 +27,7 @@ Run i precedes leg i; run 0 is on the left.
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -145,13 +145,7 @@ def cut_on_demand(
     """
     pieces = _Pieces.of(words)
     for rows, chain in pieces.by_runs():
-        yield (
-            rows,
-            Chain(*chain),
-            lambda few, rows=rows, chain=chain: pieces.legs(
-                [part.take(few, axis=1) for part in chain], rows[few]
-            ),
-        )
+        yield rows, Chain(*chain), partial(pieces.some_legs, chain, rows)
 
 
 def chains(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Chain]]:
@@ -209,10 +203,15 @@ class _Pieces:
 
     def legs(self, chain: list[NDArray[Any]], rows: NDArray[np.intp]) -> Legs:
         """Return the legs of some words, whose k, d, n and s are known."""
+        k, d, n, s = chain
         p = self.symbols.shape[1]
         back = rows * p + (np.arange(p)[:, None] - self.origin[rows, 0]) % p
         run, place = self.places
-        return Legs(*chain, run.take(back), place.take(back), self.straight.take(back))
+        return Legs(k, d, n, s, run.take(back), place.take(back), self.straight.take(back))
+
+    def some_legs(self, chain: list[NDArray[Any]], rows: NDArray[np.intp], few: NDArray[np.intp]) -> Legs:
+        """Return the legs of a few of some words."""
+        return self.legs([part.take(few, axis=1) for part in chain], rows[few])
 
     @cached_property
     def places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
