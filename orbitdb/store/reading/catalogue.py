@@ -16,13 +16,13 @@ from orbitdb.store.file.database import default_path
 from orbitdb.store.file.engines import driver
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading import enclosures, lives, sweeps
-from orbitdb.store.reading.class_first import count_rows
 from orbitdb.store.reading.counted import Counted, count
 from orbitdb.store.reading.enclosures import Enclosure
 from orbitdb.store.reading.fills import Fill, describe_fills
 from orbitdb.store.reading.lives import BirthFill, Life
 from orbitdb.store.reading.lookup import find_word
 from orbitdb.store.reading.reader import Reader
+from orbitdb.store.reading.row_counts import count_rows
 from orbitdb.store.reading.stadiums import a_stored, meant
 from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root

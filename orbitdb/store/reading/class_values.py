@@ -4,7 +4,6 @@ SQLite answers for a piece of the classes at a time and leaves the interpreter f
 are chosen comes as one text, a character a class.
 """
 
-import sqlite3
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import chain
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 from orbitdb.columns import kind_of
 from orbitdb.orbits.orbit import NUMBERS, Status
 from orbitdb.store.asking.conditions import Columns, answering, conditions_of
-from orbitdb.store.asking.confinement import Patience, authorize_checked, never
+from orbitdb.store.asking.confinement import Patience, authorize_joined, never
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import ENDS, change, cycle, orbit, stadium
 from orbitdb.store.file.schema import catalogue as view
@@ -115,15 +114,6 @@ def _answers(
         yield first, np.frombuffer(marks.encode(), dtype=np.uint8) == ord("1")
 
 
-def authorize_joined(
-    action: int, first: str | None, second: str | None, base: str | None, view: str | None
-) -> int:
-    """Allow, too, that the answers are joined: a checked expression cannot do it itself."""
-    if action == sqlite3.SQLITE_FUNCTION and second == "group_concat":
-        return sqlite3.SQLITE_OK
-    return authorize_checked(action, first, second, base, view)
-
-
 def _pieces(
     connection: sa.Connection, index: Index, asked: Callable[[Columns], sa.Select[Any]]
 ) -> Iterator[tuple[sa.Select[Any], dict[str, Any], int, int]]:
@@ -193,14 +183,13 @@ def class_values(
         return _ranks_of_words(index, column)
     if column not in class_view().c or (kind_of(column) == "text" and column not in TEXTS):
         return None
-    if column not in index.last_values:
+    found = index.last_values.get(column)  # another thread may forget it at any time
+    if found is None:
         index.last_values.clear()  # of millions of classes each takes some tens of megabytes
         found = _read_values(reader, index, column, cancelled)
-        if column in ENDS:  # births may come while the fills stay
-            return found
-        index.last_values[column] = found
-        return found
-    return index.last_values[column]
+        if column not in ENDS:  # births may come while the fills stay
+            index.last_values[column] = found
+    return found
 
 
 def _read_values(reader: Reader, index: Index, column: str, cancelled: Callable[[], bool]) -> Values:
