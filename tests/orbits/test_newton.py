@@ -14,7 +14,7 @@ from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits, leng
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.bounds import direction_errors, pressed_directions
-from orbitdb.orbits.newton import MAX_STEPS, _uphill, newton, solve
+from orbitdb.orbits.newton import MAX_STEPS, _uphill, newton, solve, solve_for_orbits
 from orbitdb.orbits.orbit import NUMBERS, Status
 from orbitdb.symbols.pruning import rules_broken, rules_of
 from orbitdb.symbols.symmetry import class_size, classify
@@ -136,6 +136,21 @@ def test_a_batch_is_a_loop_over_its_words(a):
             for name in ("coordinates", *NUMBERS):
                 one, many = getattr(single, name)[0], getattr(batch, name)[i]
                 assert np.allclose(one, many, rtol=1e-14, atol=1e-15), name
+
+
+@pytest.mark.parametrize("a", slow_but([1.0], [0.5, 1.0, 1.6]))
+def test_a_fill_measures_orbits_as_all_words_are_measured_and_no_others(a):
+    """At a = 1 words run through joints, which balls decide."""
+    for p in range(2, 8):
+        every = solve(representatives(p), Stadium(a))
+        orbits = solve_for_orbits(every.words, Stadium(a))
+        kept = every.status != Status.DYNAMICAL
+        for name in ("status", "margin", "iterations"):
+            assert (getattr(orbits, name) == getattr(every, name)).all(), name
+        for name in ("coordinates", *NUMBERS):
+            one, other = getattr(orbits, name), getattr(every, name)
+            assert np.array_equal(one[kept], other[kept], equal_nan=True), name
+            assert name == "margin" or np.isnan(one[~kept]).all(), name
 
 
 @pytest.mark.parametrize("a", slow_but([1.0], [0.5, 1.0, 1.6]))

@@ -173,6 +173,7 @@ def test_lengths_are_those_of_stored_orbits_and_their_repetitions(catalogue):
             assert each.difference == pytest.approx(each.total - length, abs=1e-9)
             assert each.class_size == len(symmetry.members(each.code))
     assert [each.code for each in catalogue.identify(length=31.2, tolerance=0.2, limit=1)] == ["13"]
+    assert catalogue.identify(length=31.2, tolerance=0.2, limit=0) == ()
 
 
 def test_a_length_of_a_repetition_is_found_at_its_own_rounding(catalogue):
