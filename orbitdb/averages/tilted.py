@@ -87,10 +87,9 @@ def _newton_step(slope: Floats, spread: Floats) -> Floats | None:
     if not len(slope):
         return slope
     try:
-        step: Floats = -np.linalg.solve(spread, slope)
+        return np.asarray(-np.linalg.solve(spread, slope), dtype=np.float64)
     except np.linalg.LinAlgError:
         return None
-    return step
 
 
 def _log_sum(log_weights: Floats, exponents: Floats) -> tuple[float, Floats]:
