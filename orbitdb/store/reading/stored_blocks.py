@@ -87,13 +87,15 @@ def _dicts(connection: sa.Connection, query: sa.Select[Any]) -> list[dict[str, A
 
 
 def load_class_rows(connection: sa.Connection, ids: NDArray[np.int64]) -> list[tuple[Any, ...]]:
-    """Return some rows of `cycle` as `load_classes` does, as tuples of all columns."""
-    query = sa.select(cycle).where(cycle.c.id.in_(_listed(ids))).order_by(cycle.c.id)
+    """Return all rows of `cycle` from one class to another, as tuples, in the order of their numbers."""
+    if not len(ids):
+        return []
+    query = sa.select(cycle).where(cycle.c.id.between(int(ids[0]), int(ids[-1]))).order_by(cycle.c.id)
     return connection.execute(query).cursor.fetchall()
 
 
 class StoredSpan(NamedTuple):
-    """The words of a span that are stored, but for those that are kept as pruned, in their order.
+    """The words of a span that are stored, but for those that are kept as pruned.
 
     Attributes
     ----------
@@ -102,7 +104,7 @@ class StoredSpan(NamedTuple):
     longest : int
         The number of symbols of the longest.
     words : str
-        One behind the other.
+        One behind the other, in the order of the table's key, in which SQLite reads them.
     cycles : ndarray of int64
         The numbers of their classes; without those that have none.
     elements : str
@@ -119,14 +121,7 @@ class StoredSpan(NamedTuple):
 def load_span(connection: sa.Connection, span: Span) -> StoredSpan:
     """Return the stored words of a span, joined by SQLite: rows would take several times as long."""
     after, upto = (to_strings(unpack(np.array([end]), span.p))[0] for end in (max(span.after, 0), span.upto))
-    columns = sequence.c
-    rows = sa.select(columns.word, columns.cycle, columns.element).where(
-        columns.p == span.p,
-        columns.word > after if span.after >= 0 else sa.true(),
-        columns.word <= upto,
-        columns.rules.is_(None),
-    )
-    each = rows.order_by(columns.word).subquery().c
+    each = sequence.c
     joined = sa.select(
         sa.func.count(),
         sa.func.max(sa.func.length(each.word)),
@@ -134,7 +129,10 @@ def load_span(connection: sa.Connection, span: Span) -> StoredSpan:
         sa.func.group_concat(each.cycle),
         sa.func.group_concat(each.element, ""),
     )
-    count, longest, words, cycles, elements = connection.execute(joined).one()
+    here = (each.p == span.p, each.word > (after if span.after >= 0 else ""), each.word <= upto)
+    count, longest, words, cycles, elements = connection.execute(
+        joined.where(*here, each.rules.is_(None))
+    ).one()
     return StoredSpan(count, longest or 0, words or "", _integers(cycles), elements or "")
 
 
