@@ -55,12 +55,19 @@ def spread_lines(
     known = {*_NAMES, "rules", *class_view().c.keys()}
     if keys_before_words(order) or not known.issuperset(columns) or not set(_NAMES).intersection(columns):
         return None
+    periods = periods_by_class(reader, selection)
+    if periods is None:
+        return None
+    return (line for p in periods for line in _lines_of_period(reader, selection, columns, p, lines))
+
+
+def periods_by_class(reader: Reader, selection: Selection) -> list[int] | None:
+    """Return the chosen periods; None if the subset is small, or takes single words of classes."""
     whole = replace(selection, contains=None)
     with reader.reading() as connection:
         if not is_long(connection) or not same_for_classes(whole) or pruned_words(connection, whole):
             return None
-        periods = [p for p in orders(connection) if selection.includes(p)]
-    return (line for p in periods for line in _lines_of_period(reader, selection, columns, p, lines))
+        return [p for p in orders(connection) if selection.includes(p)]
 
 
 def _lines_of_period(
