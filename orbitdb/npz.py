@@ -16,7 +16,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.column_blocks import Column, Lists, in_columns
+from orbitdb.column_blocks import Lists, in_columns
 from orbitdb.columns import kind_of
 from orbitdb.errors import ExportError
 
@@ -87,8 +87,8 @@ class _Numbers:
     def __init__(self, name: str, draft: IO[bytes]) -> None:
         self.name, self.draft, self.count = name, draft, 0
 
-    def add(self, values: Column) -> None:
-        """Take the values of further rows."""
+    def add(self, values: Any) -> None:
+        """Take the values of further rows (`orbitdb.column_blocks.Column`)."""
         if not isinstance(values, np.ndarray):
             values = np.array([self.missing if value is None else value for value in values], self.dtype)
         self._keep(values.astype(self.dtype, copy=False))
@@ -118,7 +118,7 @@ class _Lists(_Numbers):
         super().__init__(name, draft)
         self.lengths: list[NDArray[np.int64]] = []
 
-    def add(self, values: Column) -> None:
+    def add(self, values: Any) -> None:
         """Take the values of further rows."""
         if isinstance(values, Lists):
             self.lengths.append(values.lengths)
@@ -144,7 +144,7 @@ class _Texts(_Numbers):
 
     width = 1
 
-    def add(self, values: Column) -> None:
+    def add(self, values: Any) -> None:
         """Take the values of further rows."""
         if isinstance(values, np.ndarray):
             widest = int(np.char.str_len(values).max(initial=0))

@@ -170,7 +170,7 @@ class _Expected:
         """Tell whether just these words are stored, each with its class and its element."""
         count, p = self.words.shape
         return (
-            (found.count, found.longest) == (count, p if count else 0)  # so no other words join to the same
+            (found.total, found.longest) == (count, p if count else 0)  # so no other words join to the same
             and found.words == _digits(self.words)
             and found.elements == _digits(self.classes.element)
             and np.array_equal(found.cycles, self.numbers)

@@ -25,7 +25,7 @@ from orbitdb.cli import rows as cli_rows
 from orbitdb.errors import InputError
 from orbitdb.filling.single_word import fill_word
 from orbitdb.store.asking.selection import choose
-from orbitdb.store.reading import class_first, spread
+from orbitdb.store.reading import class_first, spread, spread_columns
 
 KEYS = (
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
@@ -431,6 +431,53 @@ def test_lines_that_words_of_a_class_share_are_those_of_rows(
     rows = cli_rows.with_rules(columns, catalogue.rows(choose(**chosen), columns))
     rows = cli_rows.with_marks(columns, rows) if mark else rows
     assert list(lines) == list(files.LINES[form](columns, rows)) != []
+
+
+@pytest.mark.parametrize("form", ["npz", "parquet"])
+@pytest.mark.parametrize(
+    ("chosen", "columns"),
+    [
+        ({"status": "orbit,boundary", "p": "2-7,12"}, (*cli_rows.KEYS, "coordinates")),
+        (
+            {"status": "orbit,dynamical", "contains": "13"},
+            ("rules", "word", "element", "coordinates", "cycle", "born"),
+        ),
+        ({"where": "length > 12", "a": 1.0}, ("margin", "code")),
+    ],
+)
+def test_columns_that_words_of_a_class_share_are_those_of_rows(
+    varied, monkeypatch, tmp_path, form, chosen, columns
+):
+    from pyarrow import parquet
+
+    monkeypatch.setattr(spread_columns, "_BLOCK", 7)
+    catalogue, selection = Catalogue(varied), choose(**chosen)
+    plain = tuple(name for name in columns if name != "coordinates")
+    behind = {row[0]: row[1] for row in coordinates_of_words(catalogue, selection)}
+    rows = cli_rows.with_rules(plain, catalogue.rows(selection, plain))
+    codes = (code for (code,) in catalogue.rows(selection, ("code",)))
+    whole = [dict(zip(plain, row, strict=True), coordinates=behind[next(codes)]) for row in rows]
+    assert cli_rows.ready_columns(catalogue, [selection], columns, "p,code", form) is None
+    monkeypatch.setattr(class_first, "_MANY", 0)
+    blocks = cli_rows.ready_columns(catalogue, [selection], columns, "p,code", form)
+    found, expected = tmp_path / f"found.{form}", tmp_path / f"expected.{form}"
+    files.write_file(found, form, columns, blocks, {})
+    files.write_file(expected, form, columns, ([row[name] for name in columns] for row in whole), {})
+    if form == "parquet":
+        assert parquet.read_table(found).equals(parquet.read_table(expected))
+        return
+    with np.load(found) as one, np.load(expected) as other:
+        assert one.files == other.files
+        for name in one.files:
+            assert (one[name].dtype, one[name].tobytes()) == (other[name].dtype, other[name].tobytes())
+
+
+def coordinates_of_words(catalogue, selection):
+    """Yield the words of a selection, each with its coordinates, or None."""
+    subset = catalogue.select(selection, coordinates=True)
+    for n, word in enumerate(subset.words.tolist()):
+        places = subset.coordinates_of(n)
+        yield word, None if np.isnan(places).any() else places.tolist()
 
 
 def test_lines_of_long_words_whose_class_is_not_chosen_are_left_out(tmp_path, monkeypatch):

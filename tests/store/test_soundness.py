@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from orbitdb.orbits.orbit import NUMBERS
-from orbitdb.store.reading.soundness import is_whole
+from orbitdb.store.reading.soundness import are_whole, is_whole
 
 BLOB = np.array([0.5, -0.25]).astype("<f8").tobytes()
 NUMBERS_OF_IT = dict.fromkeys(NUMBERS, 0.5) | {"residual": 0.0, "error": 0.0}
@@ -44,6 +44,9 @@ def test_whole_rows(row):
         {"solver": "newton", **{name: None for name in BARE if name != "solver"}},
         BARE | {"error": 0.5},
         BARE | {"length": None},
+        {"length": "12"},
+        {"margin": b"\0"},
+        {"coordinates": "0" * len(BLOB)},
     ],
     ids=str,
 )
@@ -57,3 +60,9 @@ def test_words_that_are_no_orbits_have_no_numbers_of_one(name, status):
     row = NOTHING | {"status": status, "margin": -0.1, name: BLOB if name == "coordinates" else -0.1}
     assert is_whole(row, 2) == (name == "margin")
     assert is_whole(NOTHING | {"status": status}, 2) == (status == "unresolved")
+
+
+def test_of_many_rows_each_is_judged_by_itself():
+    far = {"coordinates": np.array([0.5, 1e8]).tobytes()}
+    rows = [ORBIT, ORBIT | far, NOTHING | {"status": "unresolved"}, ORBIT | {"coordinates": BLOB[:8]}, ORBIT]
+    assert are_whole({name: [row[name] for row in rows] for name in ORBIT}, 2).tolist() == [1, 0, 1, 0, 1]

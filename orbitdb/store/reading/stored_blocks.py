@@ -91,7 +91,7 @@ def load_class_rows(connection: sa.Connection, ids: NDArray[np.int64]) -> list[t
     if not len(ids):
         return []
     query = sa.select(cycle).where(cycle.c.id.between(int(ids[0]), int(ids[-1]))).order_by(cycle.c.id)
-    return connection.execute(query).cursor.fetchall()
+    return list(connection.execute(query).cursor.fetchall())
 
 
 class StoredSpan(NamedTuple):
@@ -99,7 +99,7 @@ class StoredSpan(NamedTuple):
 
     Attributes
     ----------
-    count : int
+    total : int
         How many there are.
     longest : int
         The number of symbols of the longest.
@@ -111,7 +111,7 @@ class StoredSpan(NamedTuple):
         The numbers of the elements, likewise.
     """
 
-    count: int
+    total: int
     longest: int
     words: str
     cycles: NDArray[np.int64]
@@ -130,10 +130,10 @@ def load_span(connection: sa.Connection, span: Span) -> StoredSpan:
         sa.func.group_concat(each.element, ""),
     )
     here = (each.p == span.p, each.word > (after if span.after >= 0 else ""), each.word <= upto)
-    count, longest, words, cycles, elements = connection.execute(
+    total, longest, words, cycles, elements = connection.execute(
         joined.where(*here, each.rules.is_(None))
     ).one()
-    return StoredSpan(count, longest or 0, words or "", _integers(cycles), elements or "")
+    return StoredSpan(total, longest or 0, words or "", _integers(cycles), elements or "")
 
 
 def load_sequences(connection: sa.Connection, p: int, words: Sequence[str]) -> dict[str, tuple[Any, ...]]:
