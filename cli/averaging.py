@@ -23,7 +23,7 @@ def read_classes(catalogue: "Catalogue", chosen: "Selection", swept: bool = Fals
     subset = read_whole(catalogue, chosen, swept)
     note_gaps(catalogue, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
     if not len(subset.classes) and not any(sums.ranges.least for sums in subset.swept.values()):
-        note_nothing(catalogue, subset.selection)
+        note_nothing(catalogue, subset.selection, swept=bool(subset.swept))
         return None
     return subset
 

@@ -122,6 +122,22 @@ MarkWords = Annotated[
 Periods = Annotated[str | None, typer.Option("--p", metavar="PERIODS", help="Periods: 11, 2-8 or 2,3,5-7.")]
 
 
+Reversal = Annotated[
+    str | None,
+    typer.Option(
+        "--reversal", metavar="self|pair", help="Orbits that retrace their path, or those that do not."
+    ),
+]
+Symmetry = Annotated[
+    str | None,
+    typer.Option("--symmetry", metavar="LABEL", help="Exact symmetry, such as x,T,xT; 1 for none."),
+]
+Contains = Annotated[
+    str | None,
+    typer.Option("--contains", metavar="SYMBOLS", help="Words with these symbols in a row, in any rotation."),
+]
+
+
 @dataclass(frozen=True)
 class Choice:
     """The options that choose a subset of the catalogue, as they were typed; their help says what they take.
@@ -138,22 +154,9 @@ class Choice:
             autocompletion=completion.statuses,
         ),
     ] = None
-    reversal: Annotated[
-        str | None,
-        typer.Option(
-            "--reversal", metavar="self|pair", help="Orbits that retrace their path, or those that do not."
-        ),
-    ] = None
-    symmetry: Annotated[
-        str | None,
-        typer.Option("--symmetry", metavar="LABEL", help="Exact symmetry, such as x,T,xT; 1 for none."),
-    ] = None
-    contains: Annotated[
-        str | None,
-        typer.Option(
-            "--contains", metavar="SYMBOLS", help="Words with these symbols in a row, in any rotation."
-        ),
-    ] = None
+    reversal: Reversal = None
+    symmetry: Symmetry = None
+    contains: Contains = None
     exists: Annotated[
         list[float] | None,
         number_option("--exists", help="Words that are orbits at this a, by their births; repeatable."),
@@ -212,18 +215,58 @@ class Choice:
         )
 
 
+def _hidden(*flags: str) -> Any:
+    return typer.Option(*flags, hidden=True)
+
+
+@dataclass(frozen=True)
+class SweptChoice:
+    """The options of `Choice` that choose what is swept; the hidden ones are refused, and told why."""
+
+    reversal: Reversal = None
+    symmetry: Symmetry = None
+    contains: Contains = None
+    bounds: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--range",
+            metavar="NAME=LOW:HIGH",
+            help="Bounds on length, lyapunov, lambda_d, lambda_c or margin; repeatable.",
+        ),
+    ] = None
+    status: Annotated[str | None, _hidden("--status")] = None
+    exists: Annotated[list[float] | None, _hidden("--exists")] = None
+    not_at: Annotated[list[float] | None, _hidden("--not-at")] = None
+    where: Annotated[str | None, _hidden("--where")] = None
+
+    def at(self, a: float) -> "Selection":
+        """Return the subset at one a.
+
+        Raises
+        ------
+        InputError
+            If an option cannot be read, or cannot choose what is swept.
+        """
+        from orbitdb.store.asking.sweepable import swept_text
+
+        chosen = Choice(**{each.name: getattr(self, each.name) for each in fields(self)}).at(a)
+        swept_text(chosen)
+        return chosen
+
+
 def with_choice(command: Callable[..., None]) -> Callable[..., None]:
-    """Show Typer the options of `Choice` in the place of a command's parameter ``choice``."""
+    """Show Typer the options of `Choice`, or of `SweptChoice`, in the place of a parameter ``choice``."""
+    parameters = list(signature(command).parameters.values())
+    place = [parameter.name for parameter in parameters].index("choice")
+    kind = parameters[place].annotation
 
     @wraps(command)
     def run(**given: Any) -> None:
-        command(choice=Choice(**{each.name: given.pop(each.name) for each in fields(Choice)}), **given)
+        command(choice=kind(**{each.name: given.pop(each.name) for each in fields(kind)}), **given)
 
-    parameters = list(signature(command).parameters.values())
-    place = [parameter.name for parameter in parameters].index("choice")
     parameters[place : place + 1] = [
         Parameter(each.name, Parameter.KEYWORD_ONLY, default=each.default, annotation=each.type)
-        for each in fields(Choice)
+        for each in fields(kind)
     ]
     shown = [parameter.replace(kind=Parameter.KEYWORD_ONLY) for parameter in parameters]
     run.__signature__ = Signature(shown)  # type: ignore[attr-defined]  # what Typer reads

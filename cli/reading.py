@@ -75,20 +75,14 @@ def all_meant(path: Path, asked: Sequence[str] | None) -> tuple[float, ...]:
 
     Raises
     ------
-    InputError
+    StoreError
         If all are asked for that are stored, and there is no catalogue.
     """
-    from orbitdb.store.file.database import check_file
-
     values = half_lengths.named(asked)
     if values is not None:
         return values
     if not asked:
         return (meant(path, None),)
-    if check_file(path) is None:
-        raise InputError(
-            f"--a {half_lengths.ALL} is every a that is stored, and there is no catalogue at {path}"
-        )
     from orbitdb.store.reading.catalogue import Catalogue
 
     with closing(Catalogue(path)) as catalogue:
@@ -153,10 +147,10 @@ def without(chosen: "Selection", known: tuple[int, ...]) -> "Selection | None":
     return replace(chosen, periods=spans) if spans else None
 
 
-def note_nothing(catalogue: "Catalogue", chosen: "Selection", more: str = "") -> None:
-    """Say that a subset is empty, if any of its periods is filled: of the others that is not known."""
+def note_nothing(catalogue: "Catalogue", chosen: "Selection", more: str = "", swept: bool = False) -> None:
+    """Say that a subset is empty, if any of its periods is filled or swept: of others that is not known."""
     unfilled = catalogue.unfilled(chosen)
-    if unfilled is None or any(chosen.includes(fill.p) for fill in catalogue.fills(chosen.a)):
+    if swept or unfilled is None or any(chosen.includes(fill.p) for fill in catalogue.fills(chosen.a)):
         lacking = unfilled or catalogue.lacking_births(chosen) or catalogue.partial(chosen)
         where = " in what is stored" if lacking else ""
         note(f"no {chosen.describe()}{where}{more}")

@@ -71,11 +71,11 @@ def _at_one(
         note_gaps(catalogue, chosen, left_out=True, counted=counted)
         return _of_counts(counted, form, many, proved)
     _note_uncounted(catalogue, chosen)
-    subset = read_classes(catalogue, chosen)
+    subset = read_classes(catalogue, chosen, swept=True)
     if subset is None:
         return None
     shown.tell("expanding the zeta function")
-    found = by_period.entropy(subset.classes.rows(), subset.highest)
+    found = by_period.entropy_of_counts(subset.cycles())
     note(subset.selection.describe())
     if form is Format.TABLE:
         _note_proved(subset.selection.a, many, proved)
@@ -120,10 +120,16 @@ def _counted(catalogue: "Catalogue", chosen: "Selection") -> "Counted | None":
 
 def _note_uncounted(catalogue: "Catalogue", chosen: "Selection") -> None:
     """Say why births do not answer for a subset of the orbits of periods that only they know."""
+    from orbitdb.store.asking.sweepable import why_not_swept
+    from orbitdb.store.reading.fills import written_periods
+
     all_of_them = type(chosen)(chosen.a, chosen.periods)
-    if chosen != all_of_them and (counted := catalogue.counts(all_of_them)).from_births:
+    if chosen == all_of_them:
+        return
+    known = [] if why_not_swept(chosen) else [s.p for s in catalogue.sweeps(chosen.a, chosen) if s.whole]
+    if born := [p for p in catalogue.counts(all_of_them).from_births if p not in known]:
         note(
-            f"births tell how many orbits of {counted.from_births_written()} there are at a = {chosen.a:g}, "
+            f"births tell how many orbits of {written_periods(born)} there are at a = {chosen.a:g}, "
             "and not which of them are chosen: leave out all but --p, or fill them"
         )
 

@@ -11,6 +11,7 @@ from orbitdb.cli.storing import bring
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.sweeps import Sweep
 
 INFO_EXAMPLES = """
 Examples:
@@ -44,23 +45,27 @@ def info(
     """Show where the catalogue is, what is filled, and what that took in time and room.
 
     stored: sequences so far; seconds: as they passed; enumerating, solving, storing: seconds of
-    processors. Of periods that are swept no rows are stored; solving has all of it.
+    processors. Of periods that are swept no rows are stored; solving has all of it. selection: of which
+    orbits, where chosen ones are swept.
     """
     from orbitdb.store.reading.catalogue import Catalogue
 
     form = options.chosen(format_, json)
     with Catalogue(db).at_one_moment() as catalogue:
         rows = [row for a in catalogue.a_values() for row in _periods(catalogue, a)]
+        chosen = [row for a in catalogue.a_values() for row in _swept_subsets(catalogue, a)]
         facts = _facts(catalogue) if form is Format.TABLE else []
     if facts:
         write_facts(facts)
         print()
-    write(COLUMNS, rows, form)
+    if chosen:
+        rows = sorted([*((*row, None) for row in rows), *chosen], key=lambda row: (*row[:2], row[-1] or ""))
+    write((*COLUMNS, "selection") if chosen else COLUMNS, rows, form)
 
 
 def _periods(catalogue: "Catalogue", a: float) -> list[tuple[Any, ...]]:
     """Return what is filled at one a, and what is swept besides, a row a period."""
-    fills, swept = catalogue.fills(a), catalogue.sweeps(a)
+    fills = catalogue.fills(a)
     rows: list[tuple[Any, ...]] = [
         (
             a, fill.p, fill.state, fill.words, fill.n_t, fill.n_c, fill.boundary, fill.unresolved,
@@ -69,13 +74,23 @@ def _periods(catalogue: "Catalogue", a: float) -> list[tuple[Any, ...]]:
         for fill in fills
     ]  # fmt: skip
     filled = {fill.p for fill in fills if fill.whole}
-    for each in swept:
-        if each.p not in filled:
-            tally, nothing = each.tally, (None,) * 4
-            counts = (tally.words, tally.n_c, tally.boundary, tally.unresolved) if each.whole else nothing
-            state = "swept" if each.whole else "sweeping"
-            rows.append((a, each.p, state, 0, *counts, each.seconds, None, each.processor, None))
+    rows += [_swept(a, each) for each in catalogue.sweeps(a) if each.p not in filled]
     return sorted(rows, key=lambda row: row[:2])
+
+
+def _swept_subsets(catalogue: "Catalogue", a: float) -> list[tuple[Any, ...]]:
+    """Return what is swept of chosen orbits at one a, and not filled: a row a subset and period."""
+    filled = {fill.p for fill in catalogue.fills(a) if fill.whole}
+    found = [each for chosen in catalogue.swept_subsets(a) for each in catalogue.sweeps(a, chosen)]
+    return [(*_swept(a, each), each.selection) for each in found if each.p not in filled]
+
+
+def _swept(a: float, sweep: "Sweep") -> tuple[Any, ...]:
+    """Return the row of a swept period."""
+    tally, nothing = sweep.tally, (None,) * 4
+    counts = (tally.words, tally.n_c, tally.boundary, tally.unresolved) if sweep.whole else nothing
+    state = "swept" if sweep.whole else "sweeping"
+    return (a, sweep.p, state, 0, *counts, sweep.seconds, None, sweep.processor, None)
 
 
 def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:

@@ -3,8 +3,9 @@
 import time
 from collections.abc import Sequence
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,12 +17,17 @@ from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note, write
 from orbitdb.cli.storing import asked_periods, bring, show_steps, written
 
+if TYPE_CHECKING:
+    from orbitdb.store.asking.selection import Selection
+
 EXAMPLES = """
 Examples:
 
   orbitdb sweep --p 16
 
   orbitdb sweep --p 12 --a 1 --json
+
+  orbitdb sweep --p 14 --reversal self --range length=:20
 
   orbitdb sweep --p 19 --scheduler tcp://node1:8786
 """
@@ -34,7 +40,9 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=EXAMPLES)(sweep)
 
 
+@options.with_choice
 def sweep(
+    *,
     context: typer.Context,
     p: Annotated[
         str,
@@ -42,6 +50,7 @@ def sweep(
     ],
     first: Annotated[int, count_option("--from", help="The lowest period to sweep.")] = 2,
     a: HalfLength = 1.6,
+    choice: options.SweptChoice,
     jobs: Jobs = None,
     executor: ExecutorOption = None,
     scheduler: Scheduler = None,
@@ -54,26 +63,29 @@ def sweep(
 
     'orbitdb table', 'entropy' and 'lyapunov' answer from it where no fill does. It takes a third of the time
     of a fill and next to no room. Goes on where it was stopped; periods that are swept are passed over.
+    Of a chosen subset N_c and classes are of its orbits, N_t is of all sequences that were looked at, and
+    boundary and unresolved are of those that --range does not decide about.
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.file.database import default_path
 
-    Stadium(a)
+    chosen = choice.at(Stadium(a).a)
     solvers = Solvers.chosen(executor, scheduler, jobs)
     form = options.chosen(format_, json)
     path, periods = db or default_path(), asked_periods(context, p, first)
-    if _sweep(path, a, periods, solvers, dry_run):
-        _write(path, a, periods, form)
+    if _sweep(path, chosen, periods, solvers, dry_run):
+        _write(path, chosen, periods, form)
 
 
-def _sweep(path: Path, a: float, periods: Sequence[int], solvers: Solvers, dry_run: bool) -> bool:
+def _sweep(path: Path, chosen: "Selection", periods: Sequence[int], solvers: Solvers, dry_run: bool) -> bool:
     """Sweep periods, and say what that is going to take and what it took; tell whether it was done."""
     from orbitdb.filling.estimate import LARGE, about, sweep_need
     from orbitdb.filling.sweeps import SMALL, sweep_periods
     from orbitdb.symbols.counting import count_admissible
 
+    a = chosen.a
     span = f"p = {written(periods)} at a = {a:g}"
-    coming = sweep_need(path, a, periods, solvers.number())
+    coming = sweep_need(path, a, periods, solvers.number(), chosen)
     if dry_run or coming.sequences >= LARGE:
         note(f"{span}: {coming.sequences} sequences to come, {about(coming.seconds)}, in {path}")
     if dry_run:
@@ -83,18 +95,22 @@ def _sweep(path: Path, a: float, periods: Sequence[int], solvers: Solvers, dry_r
         bring(path)
         with progress(span) as shown:
             words = {p: count_admissible(p) for p in periods}
-            steps = until_interrupted(sweep_periods(path, a, periods, workers))
+            steps = until_interrupted(sweep_periods(path, a, periods, workers, chosen))
             show_steps(shown, steps, "words", words, sum(words.values()) - coming.sequences)
     note(f"{span}: {coming.sequences} sequences, {time.monotonic() - start:.1f} s, in {path}")
     return True
 
 
-def _write(path: Path, a: float, periods: Sequence[int], form: Format) -> None:
-    """Write one row a period."""
+def _write(path: Path, chosen: "Selection", periods: Sequence[int], form: Format) -> None:
+    """Write one row a period; say of which orbits they are, if not of all."""
+    from orbitdb.orbits.orbit import Status
+    from orbitdb.store.asking.sweepable import swept_text
     from orbitdb.store.reading.catalogue import Catalogue
 
+    if swept_text(chosen):
+        note(replace(chosen, statuses=(Status.ORBIT,)).describe())
     with closing(Catalogue(path)) as catalogue:
-        found = [each for each in catalogue.sweeps(a) if each.p in periods]
+        found = [each for each in catalogue.sweeps(chosen.a, chosen) if each.p in periods]
     rows = []
     for each in found:
         counts = each.tally

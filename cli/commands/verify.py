@@ -176,7 +176,8 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, form:
 def _unfilled(catalogue: "Catalogue", chosen: "Selection") -> str | None:
     """Say which of the periods asked for are neither filled nor swept."""
     try:
-        swept = tuple(each.p for each in catalogue.sweeps(chosen.a))
+        subsets = (None, *catalogue.swept_subsets(chosen.a))
+        swept = tuple(each.p for subset in subsets for each in catalogue.sweeps(chosen.a, subset))
     except StoreError:
         return None  # it is among what is checked
     rest = without(chosen, swept) if swept else chosen

@@ -21,6 +21,7 @@ from textual.screen import Screen
 from textual.worker import get_current_worker
 
 from orbitdb.cli.endings import TERMINATING, Terminated
+from orbitdb.cli.garbage import collect_no_more
 from orbitdb.cli.tui.dialogs import KeysDialog, QuestionDialog
 from orbitdb.cli.tui.facts import Certificate
 from orbitdb.cli.tui.fill_dialog import FillDialog
@@ -132,6 +133,8 @@ class BrowseApp(App[None]):
 
         with self._reading:  # one worker reads, though another may wait for the same
             fills, begun = catalogue.fills(a), time.monotonic()
+            if self._known is None:
+                collect_no_more()  # to go through all that stands by now keeps every key waiting for long
             if self._known is None or self._known[0] != fills or self._known[1].a != a:
                 self._known = fills, load_index(catalogue, a, self._still_known(fills, a))
                 self._took = time.monotonic() - begun

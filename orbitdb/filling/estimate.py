@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from orbitdb.errors import StoreError
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import check_file
 from orbitdb.store.file.layout import SCHEMA_VERSION
 from orbitdb.store.file.schema import DONE
@@ -83,16 +84,18 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
     return Need(sequences, round(_BYTES * sequences), seconds)
 
 
-def sweep_need(path: Path, a: float, periods: Sequence[int], jobs: int) -> Need:
-    """Estimate what a sweep needs, at the rates of the catalogue's own large sweeps.
+def sweep_need(
+    path: Path, a: float, periods: Sequence[int], jobs: int, selection: Selection | None = None
+) -> Need:
+    """Estimate what a sweep needs, at the rates of the catalogue's own large sweeps of the same subset.
 
-    The parameters are those of `need`. No row is stored, so it takes next to no room.
+    The other parameters are those of `need`. No row is stored, so it takes next to no room.
     """
     catalogue = Catalogue(path) if check_file(path) == SCHEMA_VERSION else None
-    known = [] if catalogue is None else [s for b in catalogue.a_values() for s in catalogue.sweeps(b)]
-    here = {} if catalogue is None else {each.p: each.tally.words for each in catalogue.sweeps(a)}
+    known = {} if catalogue is None else {b: catalogue.sweeps(b, selection) for b in catalogue.a_values()}
+    here = {each.p: each.tally.words for each in known.get(a, ())}
     sequences = sum(count_admissible(p) - here.get(p, 0) for p in periods)
-    large = [each for each in known if each.tally.words >= _ENOUGH]
+    large = [each for found in known.values() for each in found if each.tally.words >= _ENOUGH]
     words = sum(each.tally.words for each in large)
     rate = sum(each.processor for each in large) / words if words else _SWEEPING
     return Need(sequences, 0, rate * sequences / jobs)

@@ -18,6 +18,8 @@ from orbitdb.errors import StoreError
 from orbitdb.filling.periods import Progress
 from orbitdb.filling.swept_blocks import cut_into_swept_blocks
 from orbitdb.filling.workers import HERE, Workers
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file.schema import DONE
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.sweeps import moments_of
@@ -31,7 +33,11 @@ SMALL = 200_000
 
 
 def sweep_periods(
-    path: Path, a: float, periods: Iterable[int], workers: Workers = HERE
+    path: Path,
+    a: float,
+    periods: Iterable[int],
+    workers: Workers = HERE,
+    selection: Selection | None = None,
 ) -> Iterator[Progress]:
     """Store the counts of all admissible words of some periods at one a, and sums over the orbits.
 
@@ -45,6 +51,9 @@ def sweep_periods(
         Periods, 2..`MAX_PERIOD`; those that are swept are passed over.
     workers : Workers, optional
         Where the words are found and solved; what is stored does not depend on it.
+    selection : Selection, optional
+        Of which orbits the counts and sums are, by default of all; its a and its periods do not count. It is
+        kept beside those of other subsets.
 
     Yields
     ------
@@ -53,26 +62,31 @@ def sweep_periods(
 
     Raises
     ------
+    SelectionError
+        If the subset cannot be swept (`orbitdb.store.asking.sweepable.why_not_swept`).
     StoreError
         If the database cannot be written.
     WorkError
         If the workers fail.
     """
     stadium, periods = Stadium(a), list(periods)
-    writer = Writer(path, {"command": "sweep", "a": a, "periods": periods}, references=False)
+    chosen = "" if selection is None else swept_text(selection)
+    parameters = {"command": "sweep", "a": a, "periods": periods, **({"selection": chosen} if chosen else {})}
+    writer = Writer(path, parameters, references=False)
     try:
         for p in periods:
-            yield from _period(writer, stadium, p, workers)
+            yield from _period(writer, stadium, p, chosen, workers)
     finally:
         writer.close()
 
 
-def _period(writer: Writer, stadium: Stadium, p: int, workers: Workers) -> Iterator[Progress]:
+def _period(writer: Writer, stadium: Stadium, p: int, selection: str, workers: Workers) -> Iterator[Progress]:
     """Sweep what is missing, block by block; go on behind another process that does the same."""
-    total, tilts = count_admissible(p), _tilts(writer.path, stadium.a, p)
+    total = count_admissible(p)
+    tilts = {} if selection else _tilts(writer.path, stadium.a, p)  # sum rules are of all orbits
     while True:
         with writer.writing() as connection:
-            cursor = open_sweep(writer, connection, stadium.a, p, tilts)
+            cursor = open_sweep(writer, connection, stadium.a, p, tilts, selection)
         if cursor.state == DONE:
             return
         try:
@@ -103,7 +117,8 @@ def _tilts(path: Path, a: float, p: int) -> dict[int, NDArray[np.float64]]:
 def _blocks(writer: Writer, cursor: SweepCursor, stadium: Stadium, workers: Workers) -> Iterator[SweepCursor]:
     """Store the blocks behind the cursor; yield where it has come to."""
     clock = time.monotonic()
-    for found in workers.solved(cut_into_swept_blocks(stadium.a, cursor.p, cursor.after, cursor.tilts)):
+    blocks = cut_into_swept_blocks(stadium.a, cursor.p, cursor.after, cursor.tilts, cursor.selection)
+    for found in workers.solved(blocks):
         with writer.writing() as connection:
             before, clock = clock, time.monotonic()
             spent = clock - before, found.processor

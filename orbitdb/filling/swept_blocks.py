@@ -1,7 +1,7 @@
 """Blocks of a sweep: classes of a period that are enumerated, solved and added up apart from one another."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import thread_time
 
 import numpy as np
@@ -15,11 +15,14 @@ from orbitdb.averages.swept_sum_rules import tilted_orbits
 from orbitdb.averages.tilt_moments import TiltMoments
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.exponents import exponents
+from orbitdb.orbits.exponents import Exponents, exponents
 from orbitdb.orbits.tally import Tally
+from orbitdb.store.asking.choosing import chosen_words, within_ranges
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.sweepable import selection_of
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import class_spans, least_words
+from orbitdb.symbols.least_words import LeastWords, class_spans, least_words
 from orbitdb.symbols.symmetry import ELEMENTS, SIZES
 from orbitdb.version import __version__
 
@@ -45,17 +48,21 @@ class SweptBlock:
         The least words of the classes.
     tilts : tuple of (int, tuple of float)
         By level, those that moments are wanted around (`orbitdb.averages.swept_sum_rules`).
+    selection : str
+        Of which orbits the sums are: the canonical text of a subset, empty for all orbits.
     """
 
     a: float
     span: Span
     tilts: tuple[tuple[int, tuple[float, ...]], ...] = ()
+    selection: str = ""
 
     def solved(self) -> "SweptSums":
         """Find its classes, what becomes of them, and the sums over their orbits."""
         clock = thread_time()
         centres = {level: np.array(mu) for level, mu in self.tilts}
-        found = [_summed(part, self.span.p, self.a, centres) for part in _parts(self.span)]
+        chosen = selection_of(self.selection, self.a)
+        found = [_summed(part, self.span.p, chosen, centres) for part in _parts(self.span)]
         tally = sum((each for each, *_ in found), Tally())
         sums = PeriodSums.joined([each for _, each, _ in found], self.span.p)
         moments = {
@@ -94,7 +101,7 @@ class SweptSums(ByValue):
 
 
 def cut_into_swept_blocks(
-    a: float, p: int, after: int = -1, tilts: Mapping[int, Floats] | None = None
+    a: float, p: int, after: int = -1, tilts: Mapping[int, Floats] | None = None, selection: str = ""
 ) -> Iterator[SweptBlock]:
     """Cut a period, or what of it is behind a block, into blocks, in order.
 
@@ -102,32 +109,45 @@ def cut_into_swept_blocks(
     """
     size = max(_LEAST, count_admissible(p) // (len(ELEMENTS) * _BLOCKS))
     named = tuple((level, tuple(mu.tolist())) for level, mu in sorted((tilts or {}).items()))
-    return (SweptBlock(a, span, named) for span in class_spans(p, size, after))
+    return (SweptBlock(a, span, named, selection) for span in class_spans(p, size, after))
 
 
-def _parts(span: Span) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
-    """Yield the packed least words of a span and the sizes of their classes, so many at a time."""
-    found = [(part.codes, SIZES[part.stabiliser]) for part in least_words(span)]
+def _parts(span: Span) -> Iterator[LeastWords]:
+    """Yield the classes of a span, so many at a time."""
+    found = list(least_words(span))
     if found:
-        codes, sizes = (np.concatenate(columns) for columns in zip(*found, strict=True))
-        for start in range(0, len(codes), _PART):
-            yield codes[start : start + _PART], sizes[start : start + _PART]
+        classes = LeastWords(*(np.concatenate(columns) for columns in zip(*found, strict=True)))
+        for start in range(0, len(classes.codes), _PART):
+            yield LeastWords._make(column[start : start + _PART] for column in classes)
 
 
 def _summed(
-    part: tuple[NDArray[np.int64], NDArray[np.int64]], p: int, a: float, centres: Mapping[int, Floats]
+    part: LeastWords, p: int, selection: Selection, centres: Mapping[int, Floats]
 ) -> tuple[Tally, PeriodSums, dict[int, TiltMoments]]:
-    """Solve some classes and add up."""
-    codes, sizes = part
-    found = list(exponents(codes, p, Stadium(a)))
+    """Solve the chosen ones of some classes and add up, each with the number of its chosen words."""
+    words = chosen_words(part, p, selection)
+    rows = np.flatnonzero(words)
+    sizes = words[rows]
+    found = list(_solved(part.codes[rows], p, selection))
     none = (np.zeros(0, int), np.zeros(0), np.zeros(0), np.zeros(0, bool))
     columns = [
         (sizes[each.orbits], each.length, each.lyapunov, each.legs.n.sum(axis=0) % 2 == 1) for each in found
     ]
     size, length, lyapunov, inverse = (np.concatenate(of) for of in zip(none, *columns, strict=True))
-    rows = ClassRows(np.full(len(size), p), size, length, lyapunov, inverse)
+    of_orbits = ClassRows(np.full(len(size), p), size, length, lyapunov, inverse)
     moments = {}
     if centres:
-        orbits = tilted_orbits(((sizes[each.orbits], each) for each in found), exact_means(a))
+        orbits = tilted_orbits(((sizes[each.orbits], each) for each in found), exact_means(selection.a))
         moments = {level: TiltMoments.of(mu, orbits.held(level)) for level, mu in centres.items()}
-    return Tally.of(sizes, found), PeriodSums.of(rows, p), moments
+    tally = replace(Tally.of(sizes, found), words=int(SIZES[part.stabiliser].sum()))
+    return tally, PeriodSums.of(of_orbits, p), moments
+
+
+def _solved(codes: NDArray[np.int64], p: int, selection: Selection) -> Iterator[Exponents]:
+    """Find the orbits among packed words that are within the ranges of a subset."""
+    for found in exponents(codes, p, Stadium(selection.a)) if len(codes) else ():
+        if selection.ranges:
+            inside = within_ranges(codes[found.orbits], p, found.length, found.lyapunov, selection)
+            yield found.of_orbits(np.flatnonzero(inside))
+        else:
+            yield found

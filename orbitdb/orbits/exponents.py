@@ -5,7 +5,7 @@ orbits show it after one step of Newton's method, and that is where they are lef
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,17 @@ class Exponents(ByValue):
     lyapunov: Floats
     legs: Chain
     slopes: Derivatives
+
+    def of_orbits(self, chosen: NDArray[np.intp]) -> "Exponents":
+        """Return them with some of the orbits alone."""
+        return replace(
+            self,
+            orbits=self.orbits[chosen],
+            length=self.length[chosen],
+            lyapunov=self.lyapunov[chosen],
+            legs=self.legs.chain(chosen),
+            slopes=self.slopes.of_words(chosen),
+        )
 
 
 def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Exponents]:

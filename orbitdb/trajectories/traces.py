@@ -191,7 +191,10 @@ def trace_points(stadium: Stadium, points: Any, tolerance: float) -> Trace:
     if found.ndim != 2 or found.shape[1] != 2:
         raise InputError("points are pairs x,y, one a bounce")
     if not _LEAST_POINTS <= len(found) <= MOST_BOUNCES:
-        raise InputError(f"{len(found)} points: give {_LEAST_POINTS} to {MOST_BOUNCES}, one a bounce")
+        many = "few" if len(found) < _LEAST_POINTS else "many"
+        raise InputError(
+            f"too {many} points ({len(found)}): give {_LEAST_POINTS} to {MOST_BOUNCES}, one a bounce"
+        )
     _check_on_boundary(stadium, found, tolerance)
     same = np.flatnonzero((found[1:] == found[:-1]).all(axis=1))
     if len(same):

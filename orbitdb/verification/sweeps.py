@@ -1,8 +1,8 @@
 """What sweeps have counted and added up, against the transfer matrix, fills, births, and new solutions."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, replace
+from typing import Any
 
 import numpy as np
 
@@ -13,20 +13,19 @@ from orbitdb.errors import StoreError
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.tally import Tally
+from orbitdb.store.asking.choosing import chosen_words, within_ranges
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import DONE
 from orbitdb.store.reading import audit
+from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.lives import birth_fills, counts_at
-from orbitdb.store.reading.sweeps import Sweep, sweeps
+from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import least_words
+from orbitdb.symbols.least_words import LeastWords, least_words
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import unpack
 from orbitdb.verification.check import Check, measured
-
-if TYPE_CHECKING:
-    import sqlalchemy as sa
 
 SWEPT_ANEW = 11
 """The highest period that is solved anew, in half a second."""
@@ -38,24 +37,51 @@ _REPETITIONS = 20
 _COUNTS = ("n_c", "classes", "boundary", "unresolved")
 
 
-def check_sweeps(connection: "sa.Connection", selections: Sequence[Selection]) -> Iterator[Check]:
-    """Check the counts of every chosen period that is swept, and the sums of those up to `SWEPT_ANEW`."""
-    fills = {(fill["a"], fill["p"]): fill for fill in audit.fills(connection) if fill["state"] == DONE}
-    born = {each.p for each in birth_fills(connection) if each.whole}
+def check_sweeps(catalogue: Catalogue, selections: Sequence[Selection]) -> Iterator[Check]:
+    """Check the counts of every chosen period that is swept, and the sums of those up to `SWEPT_ANEW`.
+
+    All subsets that are swept there are checked, whatever else is chosen.
+    """
     for selection in selections:
         a = selection.a
         try:
-            found = [each for each in sweeps(connection, a) if selection.includes(each.p)]
+            found = list(_swept(catalogue, selection))
         except StoreError as error:
             yield Check("sweeps", 1, 1, first=f"at a = {a:g}: {error}")
             continue
-        for each in found:
-            others: list[Mapping[str, Any]] = [fills[a, each.p]] if (a, each.p) in fills else []
-            if each.p in born and each.whole:
-                others.append(vars(counts_at(connection, a, each.p)))
-            yield _counted(each, a, others)
+        for each, subset in found:
+            yield _counted(each, a, list(_others(catalogue, each, subset)) if each.whole else [])
             if each.whole and each.p <= SWEPT_ANEW:
-                yield from _anew(each, a)
+                yield from _anew(each, subset)
+
+
+def _swept(catalogue: Catalogue, selection: Selection) -> Iterator[tuple[Sweep, Selection]]:
+    """Yield what is swept at one a, of all orbits and of subsets of them, and what its orbits are."""
+    for subset in (Selection(selection.a, statuses=(Status.ORBIT,)), *catalogue.swept_subsets(selection.a)):
+        for each in catalogue.sweeps(selection.a, subset):
+            if selection.includes(each.p):
+                yield each, replace(subset, periods=((each.p, each.p),))
+
+
+def _others(catalogue: Catalogue, swept: Sweep, subset: Selection) -> Iterator[Mapping[str, Any]]:
+    """Yield what else tells the counts of a period: its fill, and its births if all orbits are swept."""
+    a, p = subset.a, swept.p
+    with catalogue.reading() as connection:
+        for fill in audit.fills(connection):
+            if (fill["a"], fill["p"], fill["state"]) == (a, p, DONE):
+                yield _stored(catalogue, subset) if swept.selection else fill
+        if not swept.selection and p in {each.p for each in birth_fills(connection) if each.whole}:
+            yield vars(counts_at(connection, a, p))
+
+
+def _stored(catalogue: Catalogue, subset: Selection) -> Mapping[str, Any]:
+    """Return the counts of a subset of the orbits of a filled period; ranges are of orbits alone."""
+    rows = catalogue.classes(subset)
+    others = {
+        status.value: catalogue.count(replace(subset, statuses=(status,), ranges={}))
+        for status in (Status.BOUNDARY, Status.UNRESOLVED)
+    }
+    return {"n_c": int(rows.chosen.sum()), "classes": len(rows), **others}
 
 
 def _counted(swept: Sweep, a: float, others: Sequence[Mapping[str, Any]]) -> Check:
@@ -75,10 +101,10 @@ def _differing(tally: Tally, other: Mapping[str, Any]) -> Iterator[str]:
             yield f"{name} is {found} instead of {other[name]}"
 
 
-def _anew(swept: Sweep, a: float) -> Iterator[Check]:
+def _anew(swept: Sweep, subset: Selection) -> Iterator[Check]:
     """Solve a period as a fill does, and compare its counts and sums with those of the sweep."""
-    tally, sums, off = _solved(swept.p, a)
-    label = _label(swept, a)
+    tally, sums, off = _solved(swept.p, subset)
+    label = _label(swept, subset.a)
     wrong = list(_differing(swept.tally, asdict(tally)))
     yield Check("sweeps", 0, int(bool(wrong)), first=f"{label}: {wrong[0]}" if wrong else None)
     if swept.sums is None:
@@ -94,17 +120,22 @@ def _anew(swept: Sweep, a: float) -> Iterator[Check]:
     yield measured("sums", [label], np.array([worst]), np.array([_ROUNDING + _REPETITIONS * off]))
 
 
-def _solved(p: int, a: float) -> tuple[Tally, PeriodSums, float]:
+def _solved(p: int, subset: Selection) -> tuple[Tally, PeriodSums, float]:
     """Return the counts and the sums of a period, and by how much its lengths and lambdas may be off."""
     parts = list(least_words(Span.whole(p)))
-    words = np.concatenate([unpack(part.codes, p) for part in parts])
-    sizes = SIZES[np.concatenate([part.stabiliser for part in parts])]
-    found = solve(words, Stadium(a))
+    classes = LeastWords(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+    sizes = chosen_words(classes, p, subset)
+    found = solve(unpack(classes.codes, p), Stadium(subset.a))
     orbits, boundary, unresolved = (
-        found.status == status for status in (Status.ORBIT, Status.BOUNDARY, Status.UNRESOLVED)
+        (found.status == status) & (sizes > 0)
+        for status in (Status.ORBIT, Status.BOUNDARY, Status.UNRESOLVED)
+    )
+    orbits[orbits] = within_ranges(
+        classes.codes[orbits], p, found.length[orbits], found.lyapunov[orbits], subset
     )
     counts = (int(sizes[which].sum()) for which in (boundary, unresolved))
-    tally = Tally(int(sizes.sum()), int(sizes[orbits].sum()), int(orbits.sum()), *counts)
+    words = int(SIZES[classes.stabiliser].sum())
+    tally = Tally(words, int(sizes[orbits].sum()), int(orbits.sum()), *counts)
     some = found.rows(orbits)
     walls = np.isin(some.words, (0, 2)).sum(axis=1)
     rows = ClassRows(np.full(len(some), p), sizes[orbits], some.length, some.lyapunov, walls % 2 == 1)
@@ -113,4 +144,4 @@ def _solved(p: int, a: float) -> tuple[Tally, PeriodSums, float]:
 
 
 def _label(swept: Sweep, a: float) -> str:
-    return f"p = {swept.p} at a = {a:g}"
+    return f"p = {swept.p} at a = {a:g}" + (f", {swept.selection}" if swept.selection else "")

@@ -130,7 +130,7 @@ def verify(
         yield Step("births", 0, 1, tuple(check_births(connection)))
         if missing_births:
             yield from prove_lives(connection)
-        yield Step("sweeps", 0, 1, tuple(check_sweeps(connection, selections)))
+        yield Step("sweeps", 0, 1, tuple(check_sweeps(still, selections)))
         yield Step("entropy", 0, 1, tuple(check_enclosures(connection)))
 
 

@@ -21,6 +21,8 @@ ASKING = {
     "behind 8 000 000 others": [*FIRST, "--offset", "8000000"],
     "orbits behind 3 000 000": [*FIRST, "--offset", "3000000", "--status", "orbit"],
     "--contains, rare": [*FIRST, "--contains", "11111113444444"],
+    "--contains, rare, by length": [*FIRST, "--contains", "11111113444444", "--order", "length"],
+    "--contains, behind 3 000 000": [*FIRST, "--contains", "13", "--offset", "3000000"],
     "--contains, by length": [*FIRST, "--contains", "0123", "--order", "length"],
     "--where element": [*FIRST, "--where", "element = 7"],
     "--where element, by lambda_c": [*FIRST, "--where", "element = 7", "--order", "lambda_c"],
@@ -34,6 +36,7 @@ ASKING = {
     "by status": [*FIRST, "--order", "status"],
     "by element": [*FIRST, "--order", "element desc"],
     "how many contain 13": ["query", "--contains", "13"],
+    "how many orbits end with 31": ["query", "--where", "code like '%31'", "--status", "orbit"],
 }  # fmt: skip
 EXPORTS = {
     "csv": ["export", "all.csv"],

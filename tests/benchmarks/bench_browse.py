@@ -39,6 +39,8 @@ STEPS = [
     ("where lambda_c < 0.4", Selection(where="lambda_c < 0.4"), Ordering()),
     ("where class_size < 8", Selection(where="class_size < 8"), Ordering()),
     ("where code like '%1313%'", Selection(where="code like '%1313%'"), Ordering()),
+    ("contains 13, by length", Selection(contains="13"), Ordering("length")),
+    ("code like and lambda_c", Selection(where="code like '13%' and lambda_c < 0.4"), Ordering()),
 ]
 """What is asked for one after the other: its name, a subset, and its order."""
 
@@ -59,6 +61,7 @@ async def _measure(path: Path, steps: list[tuple[str, Selection, Ordering]]) -> 
         table = app.screen.query_one(PagedTable)
         await _until(lambda: len(table.source) > 0)
         tell("first rows", [], len(table.source))
+        await pilot.pause()  # the first picture of the screen keeps keys waiting, too
         keys = await _keys_until(app, lambda: not isinstance(table.source, Head))
         tell("all rows", keys, len(table.source))
         for name, selection, ordering in steps:

@@ -104,7 +104,7 @@ def test_nothing_found_ends_with_1_and_says_so(cli, filled, arguments, told):
         ("--length 3 --mark-words", "", "--mark-words is for csv and tsv"),
         ("--points nowhere", "", "nowhere cannot be read"),
         ("--points -", "", "no points"),
-        ("--points -", "2.6,0\n-2.6,0", "2 points"),
+        ("--points -", "2.6,0\n-2.6,0", "too few points (2)"),
         ("--points -", "2.6,0\n-2.6\n2.6,0", "line 2 has not two numbers"),
         ("--points -", "x,y\n2.6,0\n-2.6,zero", "line 3: 'zero' is not a number"),
         ("--points -", "2.6,0\nnan,0\n2.6,0", "no places"),

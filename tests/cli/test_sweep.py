@@ -69,7 +69,95 @@ def test_what_is_swept_is_told_and_verified(cli, tmp_path, changes):
         assert first in failing[check]
 
 
-def test_what_cannot_be_swept(cli):
-    for wrong in (["21"], ["1"], ["x"], ["3", "--a", "0"], ["3", "--jobs", "0"]):
-        outcome = cli("sweep", "--p", *wrong)
-        assert (outcome.code, outcome.out, len(outcome.err.splitlines())) == (2, "", 1)
+def test_averages_over_a_subset_answer_from_its_sweep(cli):
+    """They are those of stored rows, beside which they also stand; no other subset answers."""
+    subset = ("--reversal", "self", "--range", "length=:20")
+    swept = cli("sweep", "--p", "6", "--json", *subset)
+    assert [[row[key] for key in KEYS[:4]] for row in json.loads(swept.out)[-2:]] == [
+        [5, 96, 0, 0], [6, 252, 2, 1]
+    ]  # fmt: skip
+    assert swept.err.endswith("\norbits at a = 1.6 that retrace their path with length <= 20\n")
+    for more, coming in ((), 389), (subset, 0):
+        assert f": {coming} sequences to come" in cli("sweep", "--p", "6", "--dry-run", *more).err
+    commands = [(name, "--json", *subset[2:], *subset[:2]) for name in ("entropy", "lyapunov")]
+    before = [cli(*command) for command in commands]
+    source = "periods 2-6 at a = 1.6: from a sweep, their rows are not stored\n"
+    assert all(outcome.code == 0 and source in outcome.err for outcome in before)
+    for other in ((), subset[:2], subset[2:]):
+        assert cli("lyapunov", *other).err.startswith("nothing is filled at a = 1.6")
+    cli("sweep", "--p", "6", "--contains", "020202")
+    empty = "no orbits at a = 1.6 containing 020202 in what is stored"
+    assert (cli("entropy", "--contains", "020202").err.splitlines()[-1]) == empty
+    cli("fill", "--p", "4")
+    mixed = [cli(*command) for command in commands]
+    assert all("periods 5-6 at a = 1.6: from a sweep" in outcome.err for outcome in mixed)
+    cli("fill", "--p", "6")
+    for command, *others in zip(commands, before, mixed, strict=True):
+        new = cli(*command)
+        assert "sweep" not in new.err
+        for outcome in others:
+            for row, stored in zip(json.loads(outcome.out), json.loads(new.out), strict=True):
+                assert row == {
+                    key: value and pytest.approx(value, rel=1e-12) for key, value in stored.items()
+                }
+
+
+def test_swept_subsets_are_told_and_verified(cli, tmp_path, monkeypatch):
+    """What is told of a subset names it; its sums are solved anew, its counts compared with stored rows."""
+    cli("sweep", "--p", "2-3,5", "--contains", "13")
+    cli("sweep", "--p", "5-5")
+    rows = json.loads(cli("info", "--json").out)
+    told = [(row["p"], row["N_c"], row["selection"]) for row in rows]
+    assert told[:2] == [(2, 1, "contains=13"), (3, 4, "contains=13")]
+    assert told[-2:] == [(5, 80, None), (5, 20, "contains=13")]
+    sound = cli("verify", "--p", "2,3,5", "--a", "1.6", "--json")
+    assert (sound.code, sound.err.split(" all is well")[0]) == (0, f"{tmp_path / 'orbits.db'}:")
+    assert [(row["check"], row["rows"]) for row in json.loads(sound.out)[-2:]] == [("sweeps", 4), ("sums", 4)]
+    cli("fill", "--p", "5-5")
+    with closing(sqlite3.connect(tmp_path / "orbits.db")) as plain:
+        plain.execute("UPDATE sweep SET n_c = n_c - 2 WHERE p = 5 AND selection <> ''")
+        plain.commit()
+        monkeypatch.setattr("orbitdb.verification.sweeps.SWEPT_ANEW", 1)
+        found = cli("verify", "--json")
+        failing = {row["check"]: row["first"] for row in json.loads(found.out) if row["failures"]}
+        wrong = "p = 5 at a = 1.6, contains=13: n_c is 18 instead of 20"
+        assert (found.code, failing) == (1, {"sweeps": wrong})
+        plain.execute("UPDATE sweep SET selection = 'born=1.0:' WHERE selection <> ''")
+        plain.commit()
+    assert cli("info").err.startswith(
+        "orbitdb: the catalogue was altered: a swept subset that is none: 'born"
+    )
+
+
+WRONG = [
+    ("21", ""),
+    ("1", ""),
+    ("x", ""),
+    ("3 --a 0", ""),
+    ("3 --jobs 0", ""),
+    (
+        "3 --where p>2",
+        "where cannot be swept, as that needs stored rows: choose by reversal, symmetry, contains",
+    ),
+    ("3 --exists 1 --range born=1:", "exists, born cannot be swept, as"),
+    ("3 --not-at 1", "not_at cannot be swept, as"),
+    ("3 --status boundary,orbit", "status boundary, orbit cannot be swept: sums are over orbits alone"),
+    (
+        "3 --contains 1^41",
+        "contains 41 symbols cannot be swept: words that can have no more than 40 in a row",
+    ),
+    ("3 --contains 16", "symbol '6' at place 2"),
+    ("3 --reversal both", "reversal 'both': use self or pair"),
+    ("3 --symmetry z", "symmetry 'z': use 1, or"),
+    ("3 --range length=9:5", "range 'length=9:5' runs backwards"),
+    ("3 --range class_size=8:", "range 'class_size=8:': name one of"),
+    ("3 --cut 9", "No such option: --cut"),
+]
+
+
+@pytest.mark.parametrize(("wrong", "said"), WRONG)
+def test_what_cannot_be_swept(cli, tmp_path, wrong, said):
+    outcome = cli("sweep", "--p", *wrong.split())
+    assert (outcome.code, outcome.out, len(outcome.err.splitlines())) == (2, "", 1)
+    assert outcome.err.startswith(f"orbitdb: {said}")
+    assert not (tmp_path / "orbits.db").exists()

@@ -1,7 +1,7 @@
 """Sweeps: the counts and sums of fills, the same bits however they come about, wherever they stopped."""
 
 from contextlib import closing
-from itertools import pairwise, zip_longest
+from itertools import pairwise, product, zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from orbitdb.filling import swept_blocks
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.filling.workers import HERE, Processes, Workers
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.selection import Selection, choose
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.leg_terms import sum_rules_of
@@ -25,19 +25,14 @@ from orbitdb.store.reading.whole_periods import read_whole
 PERIODS = range(2, 7)
 
 
-@pytest.fixture
-def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cut periods into many blocks, for which other processes are begun."""
-    monkeypatch.setattr(swept_blocks, "_LEAST", 16)
-    monkeypatch.setattr("orbitdb.filling.sweeps.SMALL", 1)
-
-
-def swept(path: Path, a: float = 1.6, periods=PERIODS, workers: Workers = HERE) -> dict[int, Sweep]:
+def swept(
+    path: Path, a: float = 1.6, periods=PERIODS, workers: Workers = HERE, selection: Selection | None = None
+) -> dict[int, Sweep]:
     migrate(path)
-    for _ in sweep_periods(path, a, periods, workers):
+    for _ in sweep_periods(path, a, periods, workers, selection):
         pass
     with closing(Catalogue(path)) as catalogue:
-        return {each.p: each for each in catalogue.sweeps(a)}
+        return {each.p: each for each in catalogue.sweeps(a, selection)}
 
 
 def found(path: Path, **options) -> list[tuple]:
@@ -68,25 +63,30 @@ def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
     assert (a != 1.0) or fills[4].boundary == 0 < fills[6].boundary
 
 
-@pytest.mark.usefixtures("small")
-def test_a_sweep_that_was_stopped_goes_on_to_the_same_bits(tmp_path):
-    whole, path = found(tmp_path / "whole.db", periods=[7]), tmp_path / "stopped.db"
+@pytest.mark.usefixtures("small_sweeps")
+def test_sweeps_that_were_stopped_go_on_to_the_same_bits(tmp_path):
+    """One of all orbits, and one of chosen ones beside it in the same file."""
+    kinds, path = (None, choose(time_reversal="pair", length=(None, 25))), tmp_path / "stopped.db"
+    whole = [found(tmp_path / "whole.db", periods=[7], selection=kind) for kind in kinds]
+    assert whole[0] != whole[1]
     migrate(path)
-    for stop in (1, 2):
-        going = sweep_periods(path, 1.6, [7])
+    for stop, kind in product((1, 2), kinds):
+        going = sweep_periods(path, 1.6, [7], selection=kind)
         steps = [next(going) for _ in range(stop)]
         assert steps[-1].words < steps[-1].total
         going.close()
     with closing(Catalogue(path)) as catalogue:
-        (begun,) = catalogue.sweeps(1.6)
-        assert (begun.whole, begun.blocks, begun.sums) == (False, 3, None)
+        for kind in kinds:
+            (begun,) = catalogue.sweeps(1.6, kind)
+            assert (begun.whole, begun.blocks, begun.sums) == (False, 3, None)
         assert catalogue.counts(a=1.6).chosen == ()
-    assert found(path, periods=[7]) == whole
-    assert found(path, periods=[7]) == whole  # again changes nothing
+    for kind, expected in zip(kinds, whole, strict=True):
+        assert found(path, periods=[7], selection=kind) == expected
+        assert found(path, periods=[7], selection=kind) == expected  # again changes nothing
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("small")
+@pytest.mark.usefixtures("small_sweeps")
 def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     """They are those of the orbits, and each period's moments are around the tilts of those before it."""
     for module in (
@@ -112,7 +112,7 @@ def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     np.testing.assert_allclose(found.lambda_l, expected.lambda_l, rtol=0, atol=1e-6)
 
 
-@pytest.mark.usefixtures("small")
+@pytest.mark.usefixtures("small_sweeps")
 @pytest.mark.slow
 def test_sums_do_not_depend_on_the_number_of_processes(tmp_path):
     alone = found(tmp_path / "alone.db")
@@ -121,7 +121,7 @@ def test_sums_do_not_depend_on_the_number_of_processes(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("small")
+@pytest.mark.usefixtures("small_sweeps")
 def test_two_sweeps_at_once_do_each_block_once(tmp_path):
     path = tmp_path / "orbits.db"
     migrate(path)
@@ -131,7 +131,7 @@ def test_two_sweeps_at_once_do_each_block_once(tmp_path):
     assert found(path, periods=[7]) == found(tmp_path / "alone.db", periods=[7])
 
 
-@pytest.mark.usefixtures("small")
+@pytest.mark.usefixtures("small_sweeps")
 def test_who_is_overtaken_goes_on_alone(tmp_path):
     path = tmp_path / "orbits.db"
     migrate(path)
@@ -143,7 +143,7 @@ def test_who_is_overtaken_goes_on_alone(tmp_path):
         assert catalogue.sweeps(1.6)[0].whole
 
 
-@pytest.mark.usefixtures("small")
+@pytest.mark.usefixtures("small_sweeps")
 def test_blocks_are_cut_the_same_behind_any_of_them():
     blocks = [block.span for block in swept_blocks.cut_into_swept_blocks(1.6, 9)]
     assert len(blocks) > 20

@@ -14,7 +14,7 @@ from orbitdb.store.asking.conditions import answering, conditions_of
 from orbitdb.store.asking.confinement import Patience
 from orbitdb.store.asking.selection import SelectionError, choose
 from orbitdb.store.file.schema import catalogue as view
-from orbitdb.store.reading import class_first, first_rows, places, reader
+from orbitdb.store.reading import class_first, counted_words, first_rows, fitting_words, places, reader
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.class_view import class_part
 
@@ -25,6 +25,8 @@ ORDERS = ("p,code", "length", "length desc,code", "lambda_c", "-p,length", "stat
 WHERE = ("lambda_c < 0.5", "length is null", "class_size = 2 or margin < 0.1", "p % 2", "word like '1%'",
          "element = 3", "element & 1 and length > 9", "word > '02' and (p = 4 or length > 9) AND margin > 0",
          "element between 1 and 3 and length > 9", "code like '%31' or length > 9 and p > 3",
+         "code like '%13%'", "margin > 0 and word not glob '?1*3' AND code like '%1%'",
+         "not code like '1_3%'",
          "representative = word", "status = 'geometric'", "upper(margin is not null) < p")  # fmt: skip
 
 choices = st.fixed_dictionaries(
@@ -35,7 +37,7 @@ choices = st.fixed_dictionaries(
         "status": st.sampled_from(["orbit", "dynamical,orbit", "geometric", "boundary", "all"]),
         "time_reversal": st.sampled_from(["self", "pair"]),
         "symmetry": st.sampled_from(["1", "T", "x,T,xT"]),
-        "contains": st.sampled_from(["13", "44"]),
+        "contains": st.sampled_from(["13", "44", "131013", "31202131"]),
         "length": st.tuples(st.none() | st.just(11.0), st.none() | st.just(14.0)),
         "where": st.sampled_from(WHERE),
     },
@@ -81,6 +83,8 @@ def test_rows_are_those_of_a_pass(ragged, varied, most, chosen, order, limit, of
             for room in (first_rows, places):
                 patch.setattr(room, "MOST", most)
             patch.setattr(class_first, "_FEW", most // 2)
+            patch.setattr(counted_words, "_PIECE", 5)
+            patch.setattr(fitting_words, "_BATCH", 7)
             found = list(catalogue.rows(selection, NAMES, order, limit, offset))
             patch.setattr(reader, "place_of", lambda *_: None)
             assert found == list(catalogue.rows(selection, NAMES, order, limit, offset))
@@ -119,6 +123,25 @@ def test_what_is_of_few_classes_needs_no_pass(filled, monkeypatch, chosen, order
         words = class_first.few_words(connection, choose(**chosen), order, wanted, Patience())
     assert words is not None
     assert len(words) <= 8 * 30
+
+
+@pytest.mark.parametrize(
+    ("chosen", "order", "limit", "offset", "words"),
+    [
+        ({"contains": "13"}, "p,code", 3, 40, 3),
+        ({"where": "code like '%31' and margin > 0"}, "p,code", 2, 0, 2),
+        ({"contains": "0101"}, "length", None, 0, 0),
+        ({"status": "orbit"}, "p,code", 3, 100, 3),
+    ],
+)
+def test_what_patterns_ask_of_words_needs_no_pass(filled, monkeypatch, chosen, order, limit, offset, words):
+    monkeypatch.setattr(places, "MOST", 4)
+    monkeypatch.setattr(first_rows.Asked, "rows", None)  # it asks the view
+    with Catalogue(filled).reading() as connection:
+        place = places.place_of(connection, choose(**chosen), order, limit, offset, Patience())
+    assert place is not None
+    assert (len(place.words), place.before) == (words, offset)
+    assert Catalogue(filled).count(choose(**chosen)) >= words
 
 
 def test_what_is_of_many_classes_needs_one(filled, monkeypatch):
@@ -160,6 +183,7 @@ def test_pruned_words_of_a_period_in_the_making_count_once(tmp_path):
         ("word like 'a and b' and (p > 3 and element) and margin > 0", "(\nmargin > 0\n)"),
         ("element = 3 or lambda_c < :cut", None),
         ("length between element and 9", None),
+        ("not length > 9 and element = 3", "(\nnot length > 9\n)"),
     ],
 )
 def test_what_classes_fulfil_of_an_expression(where, kept):

@@ -188,7 +188,7 @@ REFUSED = [
     ({"start": START, "limit": -1}, "limit -1"),
     ({"start": START, "a": -1}, "not a half length"),
     ({"points": []}, "no points"),
-    ({"points": PATH[:2]}, "2 points: give 3"),
+    ({"points": PATH[:2]}, r"too few points \(2\): give 3"),
     ({"points": [*PATH, [1]]}, "pairs x,y"),
     ({"points": [1, 2, 3]}, "pairs x,y"),
     ({"points": [[10**400, 0]] * 3}, "pairs x,y"),

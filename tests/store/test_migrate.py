@@ -8,12 +8,14 @@ from pathlib import Path
 
 import pytest
 from contents import content
-from older import make_older
+from older import make_older, without_subsets
 from processes import start
 
 from orbitdb.errors import StoreError
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.single_word import fill_word
+from orbitdb.filling.sweeps import sweep_periods
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.layout import SCHEMA_VERSION
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.catalogue import Catalogue
@@ -94,6 +96,35 @@ def test_a_stopped_fill_goes_on_after_the_migration(older, tmp_path):
     for _ in fill_periods(path, 1.6, [7, 8]):
         pass
     assert {f.p: f.words for f in Catalogue(path).fills(1.6)}[8] == 2096
+
+
+@pytest.mark.usefixtures("small_sweeps")
+def test_sweeps_of_an_older_catalogue_are_those_of_all_orbits(tmp_path):
+    """One that is done, and one that is stopped and goes on behind the migration."""
+    path = tmp_path / "old.db"
+    migrate(path)
+    for _ in sweep_periods(path, 1.6, [6, 7]):
+        pass
+    whole = [(each.tally, each.sums) for each in Catalogue(path).sweeps(1.6)]
+    with closing(sqlite3.connect(path)) as plain:
+        plain.execute("DELETE FROM sweep WHERE p = 7")
+        plain.commit()
+    going = sweep_periods(path, 1.6, [7])
+    assert [next(going).words for _ in range(4)][-1] > 100
+    going.close()
+    before = Catalogue(path).sweeps(1.6)
+    without_subsets(path)
+    with pytest.raises(StoreError, match="orbitdb migrate"):
+        Catalogue(path)
+    assert migrate(path) == (5, SCHEMA_VERSION, path.with_name("old.db.schema-5"))
+    assert Catalogue(path).sweeps(1.6) == before
+    for subset in (None, Selection(time_reversal="self")):
+        for _ in sweep_periods(path, 1.6, [6, 7], selection=subset):
+            pass
+    assert [(each.tally, each.sums) for each in Catalogue(path).sweeps(1.6)] == whole
+    with closing(sqlite3.connect(path)) as plain:
+        assert plain.execute("PRAGMA foreign_key_check").fetchall() == []
+        assert plain.execute("SELECT name FROM sqlite_master WHERE name LIKE 'old_%'").fetchall() == []
 
 
 def test_a_migration_that_fails_leaves_the_file_as_it_was(older, monkeypatch):

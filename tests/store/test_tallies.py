@@ -47,6 +47,8 @@ def test_bins_have_round_edges_or_even_ones_in_the_logarithm(filled_once, monkey
     catalogue = Catalogue(filled_once)
     lengths = histogram(catalogue, Selection(periods=((2, 5),)), "length", 10)
     assert lengths.edges == pytest.approx(np.arange(10, 23, 2))
+    fine = histogram(catalogue, Selection(periods=((2, 5),)), "lambda_d", 10).edges
+    assert fine.tolist() == [float(f"{edge:.2f}") for edge in fine]
     monkeypatch.setattr(tallies, "_DECADES", 100.0)
     margins = histogram(catalogue, Selection(where="margin > 0"), "margin", 10)
     assert margins.logarithmic

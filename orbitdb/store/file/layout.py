@@ -8,7 +8,7 @@ Alembic, half a second of imports, stay unloaded.
 APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
 
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 """The number of the newest migration; kept as SQLite's user_version."""
 
 _TABLES = """\
@@ -143,6 +143,7 @@ CREATE TABLE sequence (
 CREATE TABLE sweep (
     stadium INTEGER NOT NULL,
     p INTEGER NOT NULL,
+    selection TEXT NOT NULL,
     state TEXT NOT NULL,
     cursor TEXT,
     blocks INTEGER NOT NULL,
@@ -156,7 +157,7 @@ CREATE TABLE sweep (
     sums BLOB,
     moments BLOB NOT NULL,
     run INTEGER,
-    PRIMARY KEY (stadium, p),
+    PRIMARY KEY (stadium, p, selection),
     CONSTRAINT fk_sweep_stadium FOREIGN KEY(stadium) REFERENCES stadium (id),
     CONSTRAINT fk_sweep_run FOREIGN KEY(run) REFERENCES run (id)
 ) WITHOUT ROWID, STRICT
@@ -194,12 +195,14 @@ CREATE TABLE certificate (
 CREATE TABLE sweep_block (
     stadium INTEGER NOT NULL,
     p INTEGER NOT NULL,
+    selection TEXT NOT NULL,
     number INTEGER NOT NULL,
     sums BLOB NOT NULL,
     moments BLOB NOT NULL,
     run INTEGER NOT NULL,
-    PRIMARY KEY (stadium, p, number),
-    CONSTRAINT fk_sweep_block_sweep FOREIGN KEY(stadium, p) REFERENCES sweep (stadium, p),
+    PRIMARY KEY (stadium, p, selection, number),
+    CONSTRAINT fk_sweep_block_sweep FOREIGN KEY(stadium, p, selection)
+        REFERENCES sweep (stadium, p, selection),
     CONSTRAINT fk_sweep_block_run FOREIGN KEY(run) REFERENCES run (id)
 ) WITHOUT ROWID, STRICT"""
 

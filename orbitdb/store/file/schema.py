@@ -228,6 +228,7 @@ sweep = sa.Table(
     metadata,
     sa.Column("stadium", sa.Integer, sa.ForeignKey("stadium.id"), primary_key=True),
     sa.Column("p", sa.Integer, primary_key=True),
+    sa.Column("selection", sa.Text, primary_key=True),
     _required("state", sa.Text),
     sa.Column("cursor", sa.Text),
     _required("blocks", sa.Integer),
@@ -242,18 +243,24 @@ sweep = sa.Table(
 """How far a period is swept at one a, and what has been counted on the way, in so many blocks; the seconds
 are as they passed, and of the processors that solved. The sums, as `orbitdb.averages.period_sums.PeriodSums`
 gives their bytes, are there once the state is ``done``, as the moments are (`orbitdb.averages.tilt_moments`),
-which begin as those of no orbit."""
+which begin as those of no orbit. All of it is of a subset of the orbits, by its canonical text
+(`orbitdb.store.asking.sweepable.swept_text`), which is empty for all orbits."""
 
 sweep_block = sa.Table(
     "sweep_block",
     metadata,
     sa.Column("stadium", sa.Integer, primary_key=True),
     sa.Column("p", sa.Integer, primary_key=True),
+    sa.Column("selection", sa.Text, primary_key=True),
     sa.Column("number", sa.Integer, primary_key=True),
     _required("sums", sa.LargeBinary),
     _required("moments", sa.LargeBinary),
     _required("run", sa.Integer, sa.ForeignKey("run.id")),
-    sa.ForeignKeyConstraint(["stadium", "p"], ["sweep.stadium", "sweep.p"], name="fk_sweep_block_sweep"),
+    sa.ForeignKeyConstraint(
+        ["stadium", "p", "selection"],
+        ["sweep.stadium", "sweep.p", "sweep.selection"],
+        name="fk_sweep_block_sweep",
+    ),
     **STRICT_ORDERED,
 )
 """The sums of a block of a sweep that is not done, counted from 0."""

@@ -11,17 +11,18 @@ from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Criteria, Selection, SelectionError, choose, with_criteria
+from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file.database import default_path
 from orbitdb.store.file.engines import driver
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading import enclosures, lives, sweeps
-from orbitdb.store.reading.class_first import count_rows
 from orbitdb.store.reading.counted import Counted, count
 from orbitdb.store.reading.enclosures import Enclosure
 from orbitdb.store.reading.fills import Fill, describe_fills
 from orbitdb.store.reading.lives import BirthFill, Life
 from orbitdb.store.reading.lookup import find_word
 from orbitdb.store.reading.reader import Reader
+from orbitdb.store.reading.row_counts import count_rows
 from orbitdb.store.reading.stadiums import a_stored, meant
 from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
@@ -346,10 +347,29 @@ class Catalogue(Reader):
         with self.reading() as connection:
             return enclosures.closest(connection, proof)
 
-    def sweeps(self, a: float | None = None) -> list[Sweep]:
-        """Return what sweeps have counted and added up at one a, by default the catalogue's, by period."""
+    def sweeps(self, a: float | None = None, selection: Selection | None = None) -> list[Sweep]:
+        """Return what sweeps have counted and added up at one a, by period.
+
+        Parameters
+        ----------
+        a : float, optional
+            The stadium; by default the catalogue's.
+        selection : Selection, optional
+            Of which orbits; by default of all. Its a and its periods do not count.
+
+        Raises
+        ------
+        SelectionError
+            If the subset cannot be swept.
+        """
+        chosen = "" if selection is None else swept_text(selection)
         with self.reading() as connection:
-            return sweeps.sweeps(connection, self.a if a is None else a)
+            return sweeps.sweeps(connection, self.a if a is None else a, chosen)
+
+    def swept_subsets(self, a: float | None = None) -> list[Selection]:
+        """Return the subsets, other than all orbits, that are swept at one a, by default the catalogue's."""
+        with self.reading() as connection:
+            return sweeps.swept_subsets(connection, self.a if a is None else a)
 
     @with_criteria
     def counts(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> Counted:

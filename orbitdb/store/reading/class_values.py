@@ -4,7 +4,6 @@ SQLite answers for a piece of the classes at a time and leaves the interpreter f
 are chosen comes as one text, a character a class.
 """
 
-import sqlite3
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import chain
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 from orbitdb.columns import kind_of
 from orbitdb.orbits.orbit import NUMBERS, Status
 from orbitdb.store.asking.conditions import Columns, answering, conditions_of
-from orbitdb.store.asking.confinement import Patience, authorize_checked, never
+from orbitdb.store.asking.confinement import Patience, authorize_joined, never
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import ENDS, change, cycle, orbit, stadium
 from orbitdb.store.file.schema import catalogue as view
@@ -113,15 +112,6 @@ def _answers(
         if len(marks) != count:
             raise unsound("classes without what became of them at a =", index.a)
         yield first, np.frombuffer(marks.encode(), dtype=np.uint8) == ord("1")
-
-
-def authorize_joined(
-    action: int, first: str | None, second: str | None, base: str | None, view: str | None
-) -> int:
-    """Allow, too, that the answers are joined: a checked expression cannot do it itself."""
-    if action == sqlite3.SQLITE_FUNCTION and second == "group_concat":
-        return sqlite3.SQLITE_OK
-    return authorize_checked(action, first, second, base, view)
 
 
 def _pieces(

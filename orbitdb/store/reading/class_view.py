@@ -57,11 +57,16 @@ def class_part(selection: Selection) -> Selection:
     chosen = replace(selection, contains=None)
     if same_for_classes(chosen):
         return chosen
-    parts = (_with_part(chosen, part) for part in _joined_by_and(chosen.where or ""))
-    shared = [part for part in parts if same_for_classes(part)]
+    shared = [part for part in parts_of(chosen) if same_for_classes(part)]
     where = " AND ".join(f"(\n{part.where}\n)" for part in shared) or None
     used = {name: value for part in shared for name, value in part.parameters.items()}
     return replace(chosen, where=where, parameters=used)
+
+
+def parts_of(selection: Selection) -> list[Selection]:
+    """Return a subset for each of the conditions that its expression joins by AND, be it a single one."""
+    where = selection.where or ""
+    return [_with_part(selection, part) for part in _joined_by_and(where) or [where]]
 
 
 def _with_part(selection: Selection, where: str) -> Selection:
@@ -77,7 +82,7 @@ def _joined_by_and(where: str) -> list[str]:
     parts, depth = [""], 0
     for token in tokens(where):
         depth += (token.text == "(") - (token.text == ")")
-        if depth == 0 and token.keyword in ("OR", "BETWEEN", "CASE", "NOT"):
+        if depth == 0 and token.keyword in ("OR", "BETWEEN", "CASE"):
             return []
         if depth == 0 and token.keyword == "AND":
             parts.append("")

@@ -52,10 +52,6 @@ class Counted:
         ]
         return "; ".join(told) or None
 
-    def from_births_written(self) -> str:
-        """Write the periods that are counted from births, such as "periods 2-8"."""
-        return written_periods(self.from_births)
-
 
 def count(connection: sa.Connection, fills: Sequence[Fill], selection: Selection) -> Counted:
     """Return the counts at one a, given what is filled there (`Catalogue.counts`)."""

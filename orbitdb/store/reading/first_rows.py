@@ -15,6 +15,7 @@ from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.conditions import answering, conditions_of, parse_order, sort_key
 from orbitdb.store.asking.confinement import Patience
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.schema import DONE, fill, stadium
 from orbitdb.store.file.schema import catalogue as view
 from orbitdb.store.reading.class_first import (
     OF_FEW_VALUES,
@@ -89,6 +90,15 @@ class Asked:
         """Whether it takes all words of a class or none."""
         alone = all(name in class_view().c for name, _ in self.fixed)
         return alone and self.selection.contains is None and same_for_classes(self.selection)
+
+    @cached_property
+    def whole_periods(self) -> dict[int, int]:
+        """How many admissible words the filled periods have, if all classes are asked for; none otherwise."""
+        a = self.selection.a
+        if self.fixed or replace(class_part(self.selection), periods=()) != Selection(a):
+            return {}
+        filled = sa.select(fill.c.p, fill.c.n_t).join(stadium).where(stadium.c.a == a, fill.c.state == DONE)
+        return dict(map(tuple, self.connection.execute(filled)))
 
     def where(self, name: str, value: Any) -> "Asked":
         """Return those of which a column has one value."""

@@ -6,7 +6,6 @@ interpreter is free for other threads.
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
 
 import numpy as np
 import sqlalchemy as sa
@@ -16,10 +15,11 @@ from orbitdb.orbits.orbit import Status
 from orbitdb.store.file.schema import cycle, orbit, sequence, stadium
 from orbitdb.store.reading.class_first import orders
 from orbitdb.store.reading.class_index import LONG, STATUSES, Index, Part
+from orbitdb.store.reading.joined_texts import digits, one_text, written_keys
 from orbitdb.store.reading.period_words import Integers, ListedWords, expand
 from orbitdb.store.reading.reader import Reader
-from orbitdb.store.reading.soundness import is_written, need_words, unsound
-from orbitdb.symbols.words import MAX_KEYED, from_strings, keys, keys_of_period, pack
+from orbitdb.store.reading.soundness import need_words, unsound
+from orbitdb.symbols.words import MAX_KEYED, keys_of_period
 
 PIECE = 1 << 15
 """Classes or words that are read at a time."""
@@ -94,14 +94,14 @@ def _classes(
         piece = sa.select(cycle.c.word, cycle.c.class_size)
         piece = piece.where(cycle.c.id > after, cycle.c.id <= high).order_by(cycle.c.id).limit(PIECE)
         rows = piece.subquery().c
-        words, sizes = connection.execute(sa.select(_text(rows.word), _text(rows.class_size))).one()
+        words, sizes = connection.execute(sa.select(one_text(rows.word), one_text(rows.class_size))).one()
         if words is None:
             return
-        numbers = _keys(words, len(sizes), p)
+        numbers = written_keys(words, len(sizes), p)
         if not (np.diff(numbers, prepend=after) > 0).all():  # the words say the numbers
             raise unsound("impossible numbers or sizes of classes, of period", p)
         after = int(numbers[-1])
-        yield numbers, _digits(sizes).astype(np.uint32), _statuses(connection, here, numbers, p)
+        yield numbers, digits(sizes).astype(np.uint32), _statuses(connection, here, numbers, p)
 
 
 def _statuses(connection: sa.Connection, here: int, numbers: Integers, p: int) -> NDArray[np.uint8]:
@@ -110,14 +110,14 @@ def _statuses(connection: sa.Connection, here: int, numbers: Integers, p: int) -
     ends = orbit.c.cycle.between(int(numbers[0]), int(numbers[-1]))
     piece = sa.select(orbit.c.cycle, mark.label("mark")).where(orbit.c.stadium == here, ends)
     rows = piece.order_by(orbit.c.cycle).subquery().c
-    marks = connection.scalar(sa.select(_text(rows.mark))) or ""
+    marks = connection.scalar(sa.select(one_text(rows.mark))) or ""
     found = np.full(len(numbers), len(STATUSES), dtype=np.uint8)
     if len(marks) == len(numbers):
-        return _digits(marks)
+        return digits(marks)
     solved = np.array(connection.scalars(sa.select(rows.cycle)).all(), dtype=np.int64)
     if len(marks) != len(solved):
         raise unsound("orbits without a status of period", p)
-    found[np.isin(numbers, solved)] = _digits(marks)[np.isin(solved, numbers)]
+    found[np.isin(numbers, solved)] = digits(marks)[np.isin(solved, numbers)]
     return found
 
 
@@ -131,13 +131,13 @@ def _read_words(connection: sa.Connection, p: int) -> tuple[Integers, Integers]:
         rows = piece.order_by(sequence.c.word).limit(PIECE).subquery().c
         joined = sa.func.group_concat(rows.number)
         words, numbers, last = connection.execute(
-            sa.select(_text(rows.word), joined, sa.func.max(rows.word))
+            sa.select(one_text(rows.word), joined, sa.func.max(rows.word))
         ).one()
         if last is None:
             break
         after = last
         found = np.fromstring(numbers, dtype=np.int64, sep=",")
-        parts.append((_keys(words, len(found), p), found))
+        parts.append((written_keys(words, len(found), p), found))
     listed, of_words = (np.concatenate(column) for column in zip(*parts, strict=True))
     low, high = keys_of_period(p)
     if not (listed[1:] > listed[:-1]).all():
@@ -178,19 +178,3 @@ def _read_long(connection: sa.Connection, here: int) -> tuple[tuple[str, ...], P
     here_too = (of_words > 0) | np.isin(of_words, numbers)
     part = _listed(0, numbers, statuses, LONG + np.arange(int(here_too.sum())), of_words[here_too])
     return tuple(row[1] for row, keep in zip(rows, here_too.tolist(), strict=True) if keep), part
-
-
-def _text(column: sa.ColumnElement[Any]) -> sa.ColumnElement[str]:
-    """Return the values of a column, one behind the other."""
-    return sa.func.group_concat(column, "")
-
-
-def _digits(text: str) -> NDArray[np.uint8]:
-    return np.frombuffer(text.encode("latin-1", "replace"), dtype=np.uint8) - np.uint8(ord("0"))
-
-
-def _keys(words: str, count: int, p: int) -> Integers:
-    """Return the keys of some words of order p, written one behind the other."""
-    if len(words) != p * count or not is_written(words, len(words)):
-        raise unsound("words that are none, of period", p)
-    return keys(pack(from_strings([words]).reshape(-1, p)), p)

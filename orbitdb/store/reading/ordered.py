@@ -69,7 +69,7 @@ class Listed:
         found = np.zeros(len(self.index.numbers), dtype=np.int64)
         for first in range(0, len(self), _PIECE):
             places = np.sort(self.places[first : first + _PIECE]).astype(np.int64)
-            np.add.at(found, self.index.classes(places), 1)
+            found += np.bincount(self.index.classes(places), minlength=len(found))
         return found
 
 

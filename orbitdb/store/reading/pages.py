@@ -21,12 +21,13 @@ from orbitdb.store.file.schema import catalogue as view
 from orbitdb.store.file.schema import certificate, cycle, stadium
 from orbitdb.store.reading.class_index import Index
 from orbitdb.store.reading.class_values import CancelledError, Values, chosen_classes, class_values
-from orbitdb.store.reading.class_view import same_for_classes
 from orbitdb.store.reading.index_reading import load_index
 from orbitdb.store.reading.ordered import ByText, Listed, Ordered, by_class
+from orbitdb.store.reading.pattern_places import fitting_places
 from orbitdb.store.reading.period_words import Integers
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.text_order import texts_of
+from orbitdb.store.reading.text_parts import text_parts
 from orbitdb.store.reading.word_conditions import chosen_words, same_for_texts
 
 __all__ = ["CancelledError", "certificate_of", "chosen_keys", "fetch", "load_index"]
@@ -91,20 +92,20 @@ def _in_order(
     cancelled: Callable[[], bool],
 ) -> Ordered:
     """Return the rows of a subset by their texts, by values of their classes, or by period and word."""
-    of_words = not same_for_classes(selection)
-    if not of_words and selection.contains is None:
+    parts = text_parts(selection)
+    if parts is not None and not parts.patterns:
         chosen = chosen_classes(reader, index, selection, cancelled)
         if by_text:
             return ByText(index, chosen, descending)
         return by_class(index, chosen, values, descending)
     places = None
-    if same_for_texts(selection) or not of_words:
-        rest = replace(selection, contains=None)
-        asked = replace(selection, where=None, parameters={})
-        if of_words:
-            asked, rest = selection, replace(rest, where=None, parameters={})
+    if parts is not None:
+        chosen = chosen_classes(reader, index, parts.classes, cancelled)
+        places = fitting_places(index, parts.patterns, chosen, cancelled)
+    elif same_for_texts(selection):
+        rest = replace(selection, contains=None, where=None, parameters={})
         chosen = chosen_classes(reader, index, rest, cancelled)
-        places = chosen_words(reader, index, asked, chosen, cancelled)
+        places = chosen_words(reader, index, selection, chosen, cancelled)
     if places is None:
         places = _scanned(reader, index, selection, "p,code", cancelled).places
     return Listed(index, places[_order(index, places, values, by_text, descending)])

@@ -47,7 +47,8 @@ def _first_elements() -> NDArray[np.bool_]:
     return first
 
 
-_FIRST = _first_elements()
+FIRST = _first_elements()
+"""For each stabiliser, which elements are the first ones to lead to their image."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,14 +79,19 @@ class PeriodWords(ByValue):
     def __len__(self) -> int:
         return len(self.entries)
 
+    def told(self, places: Places | slice) -> tuple[NDArray[np.integer], NDArray[np.integer]]:
+        """Return by what some words are told: their classes, counted from 0 among the C, and elements."""
+        entries = self.entries[places]
+        return entries >> _ABOVE, entries & 7
+
     def classes(self, places: Places | slice) -> NDArray[np.int64]:
         """Return the numbers, in the index, of the classes of some words."""
         return (self.entries[places] >> _ABOVE) + np.int64(self.offset)
 
     def keys(self, places: Places | slice) -> Integers:
         """Return the keys of some words."""
-        entries = self.entries[places]
-        return keys_of_images(self.least[entries >> _ABOVE], entries & 7, self.p)
+        classes, elements = self.told(places)
+        return keys_of_images(self.least[classes], elements, self.p)
 
     def lower(self, key: int) -> int:
         """Return how many words stand before a key."""
@@ -176,7 +182,7 @@ def keys_of_classes(least: Integers, p: int) -> tuple[Integers, Places]:
     found, which = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.intp)]
     for start in range(0, len(least), _BATCH):
         images, stabilisers = all_images(least[start : start + _BATCH], p)
-        new = _FIRST[stabilisers].T
+        new = FIRST[stabilisers].T
         found.append(keys(images[new], p))
         which.append(start + np.nonzero(new)[1])
     return np.concatenate(found), np.concatenate(which)
@@ -241,7 +247,7 @@ class _Planes:
 
     def add(self, start: int, images: Integers, stabilisers: NDArray[np.uint8]) -> None:
         """Add the words of some classes; an image that an element before has led to is left out."""
-        new = _FIRST[stabilisers].T
+        new = FIRST[stabilisers].T
         here = np.s_[:, start : start + len(stabilisers)]
         self.upper[here] = np.where(new, images >> self.low_bits, 0xFFFFFFFF)
         self.lower[here] = images & ((1 << self.low_bits) - 1)

@@ -14,7 +14,7 @@ from orbitdb.columns import kind_of
 from orbitdb.store.asking.conditions import answering
 from orbitdb.store.asking.confinement import Patience
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.schema import DONE, fill, sequence, stadium
+from orbitdb.store.file.schema import sequence
 from orbitdb.store.reading.class_first import (
     OF_FEW_VALUES,
     few_classes,
@@ -26,6 +26,7 @@ from orbitdb.store.reading.class_first import (
     words_of,
 )
 from orbitdb.store.reading.class_view import class_view
+from orbitdb.store.reading.counted_words import Words, by_periods
 from orbitdb.store.reading.first_rows import MOST, Asked, Keys, first_words, keys_before_words
 
 _VALUED = np.dtype("f8,i8")
@@ -66,18 +67,48 @@ def place_of(
         As in `orbitdb.store.reading.catalogue.Catalogue.rows`.
     patience : Patience
     """
-    wanted = None if limit is None else limit + offset
+    wanted, usual = None if limit is None else limit + offset, limit is None or 0 < limit <= MOST
     words = few_words(connection, selection, order, wanted, patience)
-    if words is None:
-        words = first_words(connection, selection, order, wanted, patience)
     if words is not None:
         return Place(words)
-    if limit is None or not 0 < limit <= MOST or limit + offset <= MOST or not is_long(connection):
+    asked, keys = Asked(connection, selection, patience), keys_before_words(order)
+    if usual and is_long(connection) and not asked.by_class:
+        place = _of_single_words(asked, keys, limit, offset)
+        if place is not None:
+            return place
+    words = first_words(connection, selection, order, wanted, patience)
+    if words is not None:
+        return Place(words)
+    if limit is None or not usual or limit + offset <= MOST or not is_long(connection):
         return None
-    asked = Asked(connection, selection, patience)
     if not asked.by_class or ragged_periods(connection) or pruned_words(connection, selection):
         return None
-    return _behind(asked, keys_before_words(order), limit, offset)
+    return _behind(asked, keys, limit, offset)
+
+
+def _of_single_words(asked: Asked, keys: Keys, limit: int | None, offset: int) -> Place | None:
+    """Return where rows are of which patterns are asked; None if they are many, in another order."""
+    periods = by_periods(asked)
+    if periods is None:
+        return None
+    if not keys and limit is not None:
+        return Place(list(_words_behind(periods, limit, offset)), offset)
+    found: list[str] = []
+    for words in periods:
+        if len(found) + words.rows > MOST:
+            return None
+        found += words.between(0, words.rows)
+    return Place(found)
+
+
+def _words_behind(periods: Iterator[Words], limit: int, offset: int) -> Iterator[str]:
+    """Yield the words of rows behind an offset in the order of the table."""
+    for words in periods:
+        first, last = min(offset, words.rows), min(offset + limit, words.rows)
+        yield from words.between(first, last)
+        offset, limit = offset - first, limit - (last - first)
+        if not limit:
+            return
 
 
 def _behind(asked: Asked, keys: Keys, limit: int, offset: int) -> Place | None:
@@ -97,34 +128,18 @@ def _shifted(place: Place | None, rows: int) -> Place | None:
 
 def _in_order_of_table(asked: Asked, limit: int, offset: int) -> Iterator[str]:
     """Yield the words of rows behind an offset."""
-    for p, rows in _rows_filled(asked) or _rows_of_values(asked, "p", False):
+    wanted = [p for p in orders(asked.connection) if asked.selection.includes(p)]
+    if not asked.whole_periods.keys() >= set(wanted):
+        yield from _words_behind(by_periods(asked) or iter(()), limit, offset)
+        return
+    for p in wanted:
+        rows = asked.whole_periods[p]
         if offset < rows and limit > 0:
-            found = _words_behind(asked, p, rows, limit, offset)
+            here = sa.select(sequence.c.word).where(sequence.c.p == p).order_by(sequence.c.word)
+            found = asked.connection.scalars(here.limit(limit).offset(offset)).all()
             limit -= len(found)
             yield from found
         offset = max(offset - rows, 0)
-
-
-def _rows_filled(asked: Asked) -> list[tuple[int, int]] | None:
-    """Return how many words the periods have, if all of them are asked for and filled."""
-    selection = asked.selection
-    if asked.fixed or replace(selection, periods=()) != Selection(selection.a):
-        return None
-    here = (
-        sa.select(fill.c.p, fill.c.n_t).join(stadium).where(stadium.c.a == selection.a, fill.c.state == DONE)
-    )
-    filled = dict(map(tuple, asked.connection.execute(here)))
-    wanted = [p for p in orders(asked.connection) if selection.includes(p)]
-    return [(p, filled[p]) for p in wanted] if filled.keys() >= set(wanted) else None
-
-
-def _words_behind(asked: Asked, p: int, rows: int, limit: int, offset: int) -> list[str]:
-    """Return words of one period behind an offset; it is known how many the subset has."""
-    here = sa.select(sequence.c.word).where(sequence.c.p == p)
-    if rows < (asked.connection.scalar(sa.select(sa.func.count()).select_from(here.subquery())) or 0):
-        known = class_view().c
-        here = here.where(sequence.c.cycle.in_(asked.classes(known.cycle).where(known.p == p)))
-    return [word for (word,) in asked.all(here.order_by(sequence.c.word).limit(limit).offset(offset))]
 
 
 def _behind_values(

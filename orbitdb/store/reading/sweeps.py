@@ -1,4 +1,4 @@
-"""What sweeps have counted and added up: whole periods of which no rows are stored."""
+"""What sweeps have counted and added up: whole periods, or chosen orbits of them, without stored rows."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
+from orbitdb.errors import InputError
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.sweepable import selection_of
 from orbitdb.store.file.schema import DONE, SWEPT, stadium, sweep
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.enumeration import MAX_PERIOD
@@ -27,15 +30,19 @@ class Sweep:
     state : str
         ``filling`` or ``done``.
     tally : Tally
-        The counts, of what is swept so far.
+        The counts, of what is swept so far; of a subset, `words` are all that were looked at, and `boundary`
+        and `unresolved` those that are chosen but for ranges, which are of orbits.
     blocks : int
         The blocks it was swept in, so far.
     seconds, processor : float
         Time spent, and that of the processors that solved.
     sums : PeriodSums or None
-        The sums over all orbits; None before it is done.
+        The sums over all orbits, or those chosen; None before it is done.
     moments : mapping of int to TiltMoments
-        By level, what sum rules need (`orbitdb.averages.swept_sum_rules`); empty before it is done.
+        By level, what sum rules need (`orbitdb.averages.swept_sum_rules`); empty before it is done, and for
+        a subset.
+    selection : str
+        The canonical text of the subset (`orbitdb.store.asking.sweepable`); empty for all orbits.
     """
 
     p: int
@@ -46,6 +53,7 @@ class Sweep:
     processor: float
     sums: "PeriodSums | None"
     moments: "Mapping[int, TiltMoments]"
+    selection: str = ""
 
     @property
     def whole(self) -> bool:
@@ -53,16 +61,41 @@ class Sweep:
         return self.state == DONE
 
 
-def sweeps(connection: sa.Connection, a: float) -> list[Sweep]:
+def sweeps(connection: sa.Connection, a: float, selection: str = "") -> list[Sweep]:
     """Return how far periods are swept at one a, by period.
+
+    Parameters
+    ----------
+    connection : Connection
+    a : float
+    selection : str, optional
+        The canonical text of a subset; by default all orbits.
 
     Raises
     ------
     StoreError
         If a row is none that a sweep has written.
     """
-    query = sa.select(sweep).join(stadium).where(stadium.c.a == a).order_by(sweep.c.p)
-    return [_as_sweep(row) for row in connection.execute(query)]
+    query = sa.select(sweep).join(stadium).where(stadium.c.a == a, sweep.c.selection == selection)
+    return [_as_sweep(row) for row in connection.execute(query.order_by(sweep.c.p))]
+
+
+def swept_subsets(connection: sa.Connection, a: float) -> list[Selection]:
+    """Return the subsets, other than all orbits, that are swept at one a, whole or in part.
+
+    Raises
+    ------
+    StoreError
+        If one of them is none that can be swept.
+    """
+    texts = sa.select(sweep.c.selection).distinct().join(stadium).order_by(sweep.c.selection)
+    found = []
+    for text in connection.scalars(texts.where(stadium.c.a == a, sweep.c.selection != "")):
+        try:
+            found.append(selection_of(text, a))
+        except InputError as error:
+            raise unsound("a swept subset that is none:", text) from error
+    return found
 
 
 def moments_of(found: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
@@ -93,4 +126,4 @@ def _as_sweep(row: sa.Row[Any]) -> Sweep:
         except ValueError as error:
             raise unsound("sums of a sweep:", error) from error
     spent = values["blocks"], values["seconds"], values["processor"]
-    return Sweep(p, values["state"], Tally(*counts), *spent, sums, moments)
+    return Sweep(p, values["state"], Tally(*counts), *spent, sums, moments, values["selection"])

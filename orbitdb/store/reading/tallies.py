@@ -137,7 +137,8 @@ def _round_edges(low: float, high: float, bins: int) -> NDArray[np.float64]:
 
 def _multiples(low: float, high: float, step: float) -> NDArray[np.float64]:
     first, last = math.floor(low / step), math.floor(high / step) + 1
-    return np.asarray(step * np.arange(first, last + 1), dtype=np.float64)
+    # 3 * 0.1 is an ulp above 0.3, which somebody who asks for the same bin types
+    return np.asarray([float(f"{step * n:.15g}") for n in range(first, last + 1)])
 
 
 def _bin(value: sa.ColumnElement[Any], inner: Sequence[float]) -> sa.ColumnElement[Any]:

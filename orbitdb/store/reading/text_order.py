@@ -51,9 +51,9 @@ class ByText:
     @cached_property
     def _heads(self) -> Integers:
         """All heads of words, rising."""
-        return np.unique(
-            np.concatenate([np.zeros(0, np.int64), *(_heads(part.words)[0] for part in self.index.parts)])
-        )
+        heads = [np.zeros(0, np.int64), *(_heads(part.words)[0] for part in self.index.parts)]
+        found = np.sort(np.concatenate(heads))  # np.unique keeps other threads waiting
+        return found[new_heads(found)]
 
     @cached_property
     def _edges(self) -> Integers:

@@ -4,11 +4,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import NDArray
+
 from orbitdb.averages.fixed_points import missing_periods
 from orbitdb.averages.period_sums import PeriodSums
 from orbitdb.averages.tilt_moments import TiltMoments
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.chosen_classes import ChosenClasses
 from orbitdb.store.reading.counted import Counted
@@ -32,6 +36,8 @@ class WholePeriods:
         The sums over chosen periods of which no rows are stored.
     moments : sequence
         What sum rules need of them (`orbitdb.store.reading.sweeps.moments_of`).
+    orbits : mapping of int to int
+        How many chosen orbits they have.
     unborn : tuple of int
         The chosen periods that are left out as the subset depends on their births, and none are stored.
     """
@@ -42,6 +48,7 @@ class WholePeriods:
     classes: ChosenClasses
     swept: Mapping[int, PeriodSums] = field(default_factory=dict)
     moments: Sequence[Mapping[int, TiltMoments]] = ()
+    orbits: Mapping[int, int] = field(default_factory=dict)
     unborn: tuple[int, ...] = ()
 
     @cached_property
@@ -57,6 +64,14 @@ class WholePeriods:
         """Return the sums over the chosen orbits of each period."""
         rows = self.classes.rows().by_period()
         return {p: PeriodSums.of(part, p) for p, part in rows.items()} | dict(self.swept)
+
+    def cycles(self) -> NDArray[np.int64]:
+        """Return how many chosen words of each period 0 .. `highest` are orbits."""
+        found = np.zeros(self.highest + 1, dtype=np.int64)
+        np.add.at(found, self.classes.p, self.classes.chosen)
+        for p, count in self.orbits.items():
+            found[p] = count
+        return found
 
     @property
     def highest(self) -> int:
@@ -81,27 +96,23 @@ def read_whole(catalogue: Catalogue, selection: Selection, swept: bool = False) 
     catalogue : Catalogue
     selection : Selection
     swept : bool, optional
-        Whether periods of which there are only sums will do, too, where all their orbits are chosen.
+        Whether periods of which there are only sums will do, too, where these are over the chosen orbits.
     """
-    swept &= replace(selection, periods=()) in (Selection(selection.a), _all_orbits(selection.a))
     if not selection.statuses:
         selection = replace(selection, statuses=(Status.ORBIT,))
     with catalogue.at_one_moment() as still:
         fills = [fill for fill in still.fills(selection.a) if selection.includes(fill.p)]
         unborn = tuple(still.without_births(selection))
         whole = tuple(fill for fill in fills if fill.whole and fill.p not in unborn)
-        known = still.sweeps(selection.a) if swept else []
-        sums = {each.p: each.sums for each in known if each.sums is not None and selection.includes(each.p)}
-        for fill in whole:
-            sums.pop(fill.p, None)
+        known = still.sweeps(selection.a, selection) if swept and not why_not_swept(selection) else []
+        filled = {fill.p for fill in whole}
+        wanted = [each for each in known if selection.includes(each.p) and each.p not in filled]
+        sums = {each.p: each.sums for each in wanted if each.sums is not None}
+        orbits = {each.p: each.tally.n_c for each in wanted if each.p in sums}
         partial = tuple(fill for fill in fills if not fill.whole and fill.p not in sums)
         spans = tuple((fill.p, fill.p) for fill in whole) or ((0, 0),)
         classes = still.classes(replace(selection, periods=spans))
-        return WholePeriods(selection, whole, partial, classes, sums, moments_of(known), unborn)
-
-
-def _all_orbits(a: float) -> Selection:
-    return Selection(a, statuses=(Status.ORBIT,))
+        return WholePeriods(selection, whole, partial, classes, sums, moments_of(known), orbits, unborn)
 
 
 def why_missing(

@@ -24,7 +24,8 @@ class SweepCursor(ByValue):
     Attributes
     ----------
     stadium, p : int
-        What is swept.
+    selection : str
+        What is swept: all orbits, or a subset by its canonical text (`orbitdb.store.asking.sweepable`).
     state : str
         ``filling`` or ``done``.
     word : str or None
@@ -39,6 +40,7 @@ class SweepCursor(ByValue):
 
     stadium: int
     p: int
+    selection: str
     state: str
     word: str | None
     blocks: int
@@ -52,10 +54,16 @@ class SweepCursor(ByValue):
 
 
 def open_sweep(
-    writer: Writer, connection: sa.Connection, a: float, p: int, tilts: Mapping[int, NDArray[np.float64]]
+    writer: Writer,
+    connection: sa.Connection,
+    a: float,
+    p: int,
+    tilts: Mapping[int, NDArray[np.float64]],
+    selection: str = "",
 ) -> SweepCursor:
     """Return where the sweep of a period stands, beginning it if need be, with some tilts."""
-    here = {"stadium": writer.stadium_id(connection, a), "p": p}
+    number = writer.stadium_id(connection, a)
+    here = {"stadium": number, "p": p, "selection": selection}
     none = dict.fromkeys(("blocks", "seconds", "processor", *SWEPT), 0)
     moments = to_bytes({level: TiltMoments.none(mu) for level, mu in tilts.items()})
     fresh = sa.insert(sweep).prefix_with("OR IGNORE").values(**here, state=FILLING, moments=moments, **none)
@@ -63,7 +71,7 @@ def open_sweep(
     names = (sweep.c.state, sweep.c.cursor, sweep.c.blocks, sweep.c.words, sweep.c.moments)
     row = connection.execute(sa.select(*names).filter_by(**here)).one()
     centres = {level: each.centre for level, each in from_bytes(row.moments).items()}
-    return SweepCursor(here["stadium"], p, row.state, row.cursor, row.blocks, row.words, centres)
+    return SweepCursor(number, p, selection, row.state, row.cursor, row.blocks, row.words, centres)
 
 
 def add_swept(
@@ -104,7 +112,7 @@ def add_swept(
     seconds, processor = spent
     moved = connection.execute(
         sa.update(sweep)
-        .where(_of(cursor), sweep.c.state == FILLING, sweep.c.cursor.is_not_distinct_from(cursor.word))
+        .where(_of(cursor, sweep), sweep.c.state == FILLING, sweep.c.cursor.is_not_distinct_from(cursor.word))
         .values(
             cursor=last,
             blocks=sweep.c.blocks + 1,
@@ -115,9 +123,14 @@ def add_swept(
     )
     if moved.rowcount != 1:
         raise OvertakenError
-    key = {"stadium": cursor.stadium, "p": cursor.p, "number": cursor.blocks}
     block = sa.insert(sweep_block).values(
-        **key, sums=sums.numbers(), moments=to_bytes(moments), run=writer.run_id(connection, computed)
+        stadium=cursor.stadium,
+        p=cursor.p,
+        selection=cursor.selection,
+        number=cursor.blocks,
+        sums=sums.numbers(),
+        moments=to_bytes(moments),
+        run=writer.run_id(connection, computed),
     )
     connection.execute(block)
     return replace(cursor, word=last, blocks=cursor.blocks + 1, words=cursor.words + tally.words)
@@ -128,9 +141,9 @@ def close_sweep(writer: Writer, connection: sa.Connection, cursor: SweepCursor) 
 
     Another process that has swept the same may have done it already.
     """
-    if connection.scalar(sa.select(sweep.c.state).where(_of(cursor))) == DONE:
+    if connection.scalar(sa.select(sweep.c.state).where(_of(cursor, sweep))) == DONE:
         return
-    here = (sweep_block.c.stadium == cursor.stadium) & (sweep_block.c.p == cursor.p)
+    here = _of(cursor, sweep_block)
     query = sa.select(sweep_block.c.sums, sweep_block.c.moments).where(here).order_by(sweep_block.c.number)
     blocks = connection.execute(query).all()
     sums = PeriodSums.joined([PeriodSums.from_numbers(cursor.p, each.sums) for each in blocks], cursor.p)
@@ -144,10 +157,10 @@ def close_sweep(writer: Writer, connection: sa.Connection, cursor: SweepCursor) 
     connection.execute(sa.delete(sweep_block).where(here))
     connection.execute(
         sa.update(sweep)
-        .where(_of(cursor))
+        .where(_of(cursor, sweep))
         .values(state=DONE, sums=sums.numbers(), moments=to_bytes(moments), run=number)
     )
 
 
-def _of(cursor: SweepCursor) -> sa.ColumnElement[bool]:
-    return (sweep.c.stadium == cursor.stadium) & (sweep.c.p == cursor.p)
+def _of(cursor: SweepCursor, table: sa.Table) -> sa.ColumnElement[bool]:
+    return sa.and_(*(table.c[name] == getattr(cursor, name) for name in ("stadium", "p", "selection")))

@@ -16,8 +16,10 @@ from orbitdb.store.file.schema import certificate, cycle
 from orbitdb.store.reading import (
     class_index,
     class_values,
+    fitting_words,
     index_reading,
     ordered,
+    pattern_places,
     period_words,
     text_order,
     word_conditions,
@@ -44,6 +46,8 @@ SELECTIONS = [
     Selection(where="length is null or p = 3"),
     Selection(where="p > (select min(p) + 1 from catalogue)"),
     Selection(where="code like '%13%'"),
+    Selection(where="length(code) > 4 or code like '1%'"),
+    Selection(where="margin > 0 and code not like :end", parameters={"end": "%_31"}, contains="13"),
     Selection(a=1.0),
     Selection(a=7.0),
 ]
@@ -138,6 +142,14 @@ def test_filters_that_hold_for_classes_are_answered_from_them(catalogues, monkey
     assert len(chosen_keys(catalogues[1], index, chosen)) == catalogues[1].count(chosen) > 0
 
 
+def test_filters_on_texts_are_answered_from_classes(catalogues, monkeypatch):
+    for way in ("_scanned", "chosen_words"):
+        monkeypatch.setattr(f"orbitdb.store.reading.pages.{way}", None)  # they ask for every word
+    index = load_index(catalogues[1], 1.6)
+    chosen = Selection(where="margin > 0 and code not like '%0%'", contains="13")
+    assert len(chosen_keys(catalogues[1], index, chosen)) == catalogues[1].count(chosen) > 0
+
+
 def test_a_factor_chooses_words_and_not_whole_classes(catalogues):
     index, chosen = load_index(catalogues[0], 1.6), Selection(contains="0132")
     keys = chosen_keys(catalogues[0], index, chosen, "length", True)
@@ -178,6 +190,8 @@ def in_small_pieces(monkeypatch):
         (class_index, {"_PIECE": 50, "_FEW": 8}),
         (class_values, {"_PIECE": 30}),
         (word_conditions, {"_PIECE": 70}),
+        (pattern_places, {"_PIECE": 70}),
+        (fitting_words, {"_BATCH": 16}),
         (text_order, {"_PIECE": 60}),
         (ordered, {"_PIECE": 64, "_BLOCK": 16, "_LARGE": 20, "_MOST_LARGE": 3}),
     ):
@@ -190,7 +204,8 @@ def in_small_pieces(monkeypatch):
     [
         (Selection(), "p", True),
         (Selection(statuses=(Status.ORBIT, Status.GEOMETRIC)), "symmetry", True),
-        (Selection(where="code like '%13%'"), "lambda_c", False),
+        (Selection(where="margin > -1 and code like '%13%'", contains="3"), "lambda_c", False),
+        pytest.param(Selection(where="code like '%1_' or p = 3"), "length", False, marks=pytest.mark.slow),
         pytest.param(Selection(), "p", False, marks=pytest.mark.slow),
         pytest.param(Selection(periods=((2, 5),)), "length", False, marks=pytest.mark.slow),
         pytest.param(Selection(where="margin > -0.5"), "code", True, marks=pytest.mark.slow),

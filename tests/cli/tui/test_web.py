@@ -16,8 +16,6 @@ from orbitdb.store.reading.catalogue import Catalogue
 
 _ESCAPE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|[@-_])")
 
-aiohttp = pytest.importorskip("aiohttp")
-
 
 def start(*arguments):
     """Start the command; return its process and what it tells first."""
@@ -34,12 +32,13 @@ async def seen(socket, text):
     async with asyncio.timeout(60):
         while text not in _ESCAPE.sub("", drawn):
             message = await socket.receive()
-            assert message.type == aiohttp.WSMsgType.BINARY, message
+            assert isinstance(message.data, bytes), message
             drawn += message.data.decode("utf-8", "replace")
 
 
 @pytest.mark.slow
 def test_the_screen_is_served_with_its_options_to_those_who_have_the_token(filled_once):
+    aiohttp = pytest.importorskip("aiohttp")  # here, as importing it takes what ten tests take
     chosen = Selection(time_reversal="self", periods=((2, 4),))
     where = "time_reversal = 'self' and p < :top"
     served, told = start("--port", 0, "--db", filled_once, "--where", where, "-P", "top=5", "--a", 1.6)

@@ -1,0 +1,125 @@
+"""Patterns in words: factors, and texts with wildcards, looked for in many packed words at once.
+
+Where a pattern may go on in a word is a set of places, a bit each, three bits apart as the symbols are. One
+symbol of the pattern after the other moves the sets of all words on, in a few operations on integers.
+"""
+
+import re
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.symbols.symmetry import next_symbols
+from orbitdb.symbols.words import BITS, MAX_KEYED, SYMBOLS, least_rotation
+
+Integers = NDArray[np.int64]
+Found = NDArray[np.bool_]
+
+_UNITS = int("1" * MAX_KEYED, 8)
+
+
+class Pattern(Protocol):
+    """What words may fit."""
+
+    @property
+    def cyclic(self) -> bool:
+        """Whether all rotations of a word fit if one does."""
+
+    def fits(self, word: str) -> bool:
+        """Tell whether a least rotation fits."""
+
+    def fitting(self, codes: Integers, p: int) -> Found:
+        """Return which packed words of order p <= `MAX_KEYED` fit."""
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A factor that a word has in some rotation.
+
+    One longer than the word is looked for in two rounds from the least rotation on.
+    """
+
+    factor: str
+    cyclic = True
+
+    def fits(self, word: str) -> bool:
+        """Tell whether a least rotation has the factor."""
+        return self.factor in 2 * word
+
+    def fitting(self, codes: Integers, p: int) -> Found:
+        """Return which packed words of order p <= `MAX_KEYED`, in any rotation, have the factor."""
+        symbols = self.factor[:p]
+        if len(self.factor) > p and not self.fits(least_rotation(symbols)):
+            return np.zeros(len(codes), dtype=np.bool_)
+        where = {symbol: _where(symbol, codes, p) for symbol in set(symbols)}
+        begins = where[symbols[-1]]
+        for symbol in symbols[-2::-1]:
+            begins = where[symbol] & next_symbols(begins, p)
+        return begins != 0
+
+
+@dataclass(frozen=True)
+class Like:
+    """A text with wildcards: ``%`` stands for any symbols or none, ``_`` for one.
+
+    Attributes
+    ----------
+    pattern : str
+    wanted : bool, optional
+        False for the words that are not like it.
+    """
+
+    pattern: str
+    wanted: bool = True
+    cyclic = False
+
+    def fits(self, word: str) -> bool:
+        """Tell whether a word, as it is written, fits."""
+        parts = [re.compile(part.replace("_", ".")) for part in self.pattern.split("%")]
+        return _goes_through(parts, word) == self.wanted
+
+    def fitting(self, codes: Integers, p: int) -> Found:
+        """Return which packed words of order p <= `MAX_KEYED`, as they are written, fit."""
+        where = {symbol: _where(symbol, codes, p) for symbol in set(self.pattern) - {"%", "_"}}
+        places = np.full(len(codes), 1 << BITS * p, dtype=np.int64)  # the lowest bit is behind the word
+        for symbol in self.pattern:
+            if symbol == "%":
+                _spread(places, p)
+                continue
+            places >>= BITS
+            if symbol != "_":
+                places &= where[symbol]
+        return (places & 1 != 0) == self.wanted
+
+
+def _goes_through(parts: list[re.Pattern[str]], word: str) -> bool:
+    """Tell whether a word consists of some parts with anything in between, as early as they come."""
+    if len(parts) == 1:
+        return parts[0].fullmatch(word) is not None
+    *before, last = parts
+    found = before[0].match(word)
+    for part in before[1:]:
+        if found is None:
+            return False
+        found = part.search(word, found.end())
+    size = len(last.pattern)
+    return found is not None and found.end() + size <= len(word) and bool(last.match(word, len(word) - size))
+
+
+def _where(symbol: str, codes: Integers, p: int) -> Integers:
+    """Return the lowest bits of the places where packed words have a symbol."""
+    if symbol not in SYMBOLS:
+        return np.zeros_like(codes)
+    units = np.int64(_UNITS & (1 << BITS * p) - 1)
+    other = codes ^ units * int(symbol)
+    return ~(other | other >> 1 | other >> 2) & units
+
+
+def _spread(places: Integers, p: int) -> None:
+    """Add all later places, in place."""
+    step = BITS
+    while step <= BITS * p:
+        places |= places >> step
+        step *= 2

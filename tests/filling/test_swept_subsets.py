@@ -1,0 +1,169 @@
+"""Sweeps of chosen orbits: what they choose is what is chosen of stored rows, and has one canonical text."""
+
+from contextlib import closing
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from quick import slow_but
+
+from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError
+from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.sweeps import sweep_periods
+from orbitdb.orbits.exponents import exponents
+from orbitdb.orbits.newton import solve_admissible
+from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.choosing import within_ranges
+from orbitdb.store.asking.selection import Selection, choose
+from orbitdb.store.asking.sweepable import SWEPT_MEASURES, selection_of, swept_text
+from orbitdb.store.file.migrate import migrate
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.symbols.enumeration import Span
+from orbitdb.symbols.factors import words_containing
+from orbitdb.symbols.least_words import LeastWords, least_words
+from orbitdb.symbols.symmetry import members
+from orbitdb.symbols.words import from_strings, pack, to_strings, unpack
+
+SUBSETS = [
+    {"time_reversal": "self"},
+    {"symmetry": "x,T,xT"},
+    {"contains": "13"},
+    {"length": (None, 20.0)},
+    {"lambda_d": (0.8, 1.0)},
+    {"time_reversal": "pair", "contains": "31", "lyapunov": (3, None), "margin": (0.05, None)},
+]
+MORE = [
+    {"time_reversal": "pair"},
+    {"symmetry": "1"},
+    {"contains": "3131"},
+    {"contains": "0131313"},
+    {"lambda_c": (None, 0.4)},
+    {"margin": (None, 0.1), "symmetry": "1", "contains": "02"},
+    {"contains": "020202", "time_reversal": "self"},
+]
+
+
+@pytest.mark.parametrize(
+    ("a", "highest", "subsets"),
+    [
+        (1.6, 7, SUBSETS),
+        pytest.param(1.6, 8, MORE, marks=pytest.mark.slow),
+        pytest.param(0.5, 8, SUBSETS + MORE, marks=pytest.mark.slow),
+    ],
+)
+def test_what_is_swept_is_what_is_chosen_of_stored_rows(tmp_path, a, highest, subsets):
+    """To the word, and sums to the last digits."""
+    path, periods = tmp_path / "orbits.db", (2, highest)
+    migrate(path)
+    for _ in fill_periods(path, a, periods):
+        pass
+    with closing(Catalogue(path)) as catalogue:
+        for subset in subsets:
+            agree(catalogue, choose(a, **subset), periods)
+
+
+def agree(catalogue: Catalogue, chosen: Selection, periods: tuple[int, ...]) -> None:
+    for _ in sweep_periods(catalogue.path, chosen.a, periods, selection=chosen):
+        pass
+    for swept in catalogue.sweeps(chosen.a, chosen):
+        here = replace(chosen, periods=((swept.p, swept.p),))
+        of_words = replace(here, ranges={})
+        rows, tally = catalogue.classes(here), swept.tally
+        counts = [
+            catalogue.count(replace(of_words, statuses=(s,))) for s in (Status.BOUNDARY, Status.UNRESOLVED)
+        ]
+        assert [tally.n_c, tally.classes, tally.boundary, tally.unresolved] == [
+            rows.chosen.sum(), len(rows), *counts
+        ]  # fmt: skip
+        expected = PeriodSums.of(rows.rows(), swept.p)
+        for mine, other in (
+            (swept.sums.sums, expected.sums),
+            (swept.sums.ranges.least, expected.ranges.least),
+            (swept.sums.ranges.greatest, expected.ranges.greatest),
+        ):
+            np.testing.assert_allclose(mine, other, rtol=2e-15)
+
+
+def test_a_bound_is_compared_with_the_number_that_is_stored():
+    """One of 10 000 orbits may have another last digit where it is swept; this one had."""
+    word, a = "0204420233", 0.5
+    stored = float(solve_admissible(from_strings([word]), Stadium(a)).length[0])
+    (swept,) = exponents(pack(from_strings([word])), 10, Stadium(a))
+    assert swept.length[0] == pytest.approx(stored, rel=1e-14)
+    for bounds in ((stored, None), (None, stored), (stored, stored)):
+        selection = choose(a, length=bounds)
+        assert within_ranges(pack(from_strings([word])), 10, swept.length, swept.lyapunov, selection).all()
+
+
+@pytest.mark.parametrize("p", slow_but([2, 5], range(2, 7)))
+def test_words_that_contain_a_factor(p):
+    parts = zip(*least_words(Span.whole(p)), strict=True)
+    classes = LeastWords(*map(np.concatenate, parts))
+    words = [members(word) for word in to_strings(unpack(classes.codes, p))]
+    for factor in ("1", "02", "13", "131", "313", "1313", "3131", "020", "55555", "013130", "0131301313"):
+        counts = [sum(factor in 2 * word for word in each) for each in words]
+        assert words_containing(classes.codes, classes.stabiliser, p, factor).tolist() == counts, factor
+
+
+BOUND = st.one_of(st.none(), st.floats(-9, 99), st.sampled_from([-np.inf, np.inf, -0.0, 0, 20]))
+CRITERIA = st.fixed_dictionaries(
+    {},
+    optional={
+        "time_reversal": st.sampled_from(["self", "pair"]),
+        "symmetry": st.one_of(
+            st.just(["1"]), st.lists(st.sampled_from(["x", "T", "xT", "xyT"]), min_size=1, unique=True)
+        ),
+        "contains": st.text("012345", min_size=1, max_size=3),
+        **dict.fromkeys(
+            SWEPT_MEASURES, st.tuples(BOUND, BOUND).filter(lambda pair: None in pair or pair[0] <= pair[1])
+        ),
+    },
+)
+
+
+def asked(criteria: dict, order: list[str]) -> Selection:
+    """Name the criteria one by one in some order."""
+    named = {name: criteria[name] for name in order}
+    if "symmetry" in named:
+        named["symmetry"] = ",".join(named["symmetry"])
+    return choose(**named)
+
+
+def meant(criteria: dict) -> dict:
+    """What criteria choose, however they are written."""
+    found = {}
+    for name, value in criteria.items():
+        if name in SWEPT_MEASURES:
+            low, high = value
+            value = None if low == -np.inf else low, None if high == np.inf else high
+        found[name] = frozenset(value) if name == "symmetry" else value
+    return {name: value for name, value in found.items() if value != (None, None)}
+
+
+@given(CRITERIA, CRITERIA, st.randoms())
+def test_a_subset_has_one_text_and_no_other_has_it(one, other, chance):
+    order = chance.sample(list(one), len(one))
+    text = swept_text(asked(one, list(one)))
+    turned = one | ({"symmetry": one["symmetry"][::-1]} if "symmetry" in one else {})
+    assert swept_text(asked(turned, order)) == text
+    assert swept_text(replace(asked(one, order), a=0.5, periods=((3, 4),), statuses=(Status.ORBIT,))) == text
+    assert swept_text(selection_of(text, 1.6)) == text
+    for changed in (other, one | other):
+        assert (swept_text(asked(changed, list(changed))) == text) == (meant(changed) == meant(one))
+
+
+def test_all_orbits_have_the_empty_text():
+    assert swept_text(choose()) == swept_text(choose(p=3, status="orbit", length=(-np.inf, None))) == ""
+    assert swept_text(choose(length=(-0.0, 20), time_reversal="self")) == "reversal=self length=0.0:20.0"
+
+
+@pytest.mark.parametrize(
+    "text", ["length=:20", "length=:20.0 reversal=self", "born=1.0:", "contains=9", "reversal=x", "anything"]
+)
+def test_a_text_that_no_sweep_has_is_refused(text):
+    with pytest.raises(InputError):
+        selection_of(text, 1.6)
