@@ -16,6 +16,7 @@ from importlib.metadata import version
 
 import numpy as np
 import pytest
+import sqlalchemy as sa
 from processes import COMMAND
 from quick import slow_but
 
@@ -26,6 +27,7 @@ from orbitdb.errors import InputError
 from orbitdb.filling.single_word import fill_word
 from orbitdb.store.asking.selection import choose
 from orbitdb.store.reading import class_first, spread, spread_columns
+from orbitdb.store.reading.class_view import class_view
 
 KEYS = (
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
@@ -470,6 +472,16 @@ def test_columns_that_words_of_a_class_share_are_those_of_rows(
         assert one.files == other.files
         for name in one.files:
             assert (one[name].dtype, one[name].tobytes()) == (other[name].dtype, other[name].tobytes())
+
+
+def test_classes_are_read_in_order_and_not_sorted(varied):
+    """To sort those of p = 15 takes SQLite 50 MB."""
+    known = class_view().c
+    query = sa.select(known.cycle, known.coordinates).where(known.a == 1.6, known.p == 6)
+    with Catalogue(varied).reading() as connection:
+        text = query.order_by(known.class_order).compile(connection, compile_kwargs={"literal_binds": True})
+        plan = connection.exec_driver_sql(f"EXPLAIN QUERY PLAN {text}").all()
+    assert not any("TEMP B-TREE" in step[3] for step in plan)
 
 
 def coordinates_of_words(catalogue, selection):

@@ -77,6 +77,8 @@ def _lines_of_period(
         numbers, ends = _write_classes(
             connection, replace(selection, contains=None), columns, p, lines, draft
         )
+        if not len(numbers):
+            return
         draft.flush()
         query = sa.select(sequence.c.word, sequence.c.cycle).where(sequence.c.p == p)
         if selection.contains is not None:
@@ -116,7 +118,7 @@ def _write_classes(
     numbers: list[NDArray[np.int64]] = [np.zeros(0, np.int64)]
     sizes: list[NDArray[np.int64]] = [np.zeros(1, np.int64)]
     with answering(connection, selection, Patience()):
-        cursor = connection.execute(query.order_by(known.cycle)).cursor
+        cursor = connection.execute(query.order_by(known.class_order)).cursor
         while block := cursor.fetchmany(_BLOCK):
             texts = [line.encode() for line in lines(row[1:] for row in block)]
             if any(text.count(_HERE.encode()) != names for text in texts):
@@ -134,6 +136,15 @@ def _of_class(name: str) -> sa.ColumnElement[Any]:
     return sa.null().label(name) if name == "rules" else class_view().c[name]
 
 
+def places_of(
+    wanted: NDArray[np.int64], numbers: NDArray[np.int64]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return which of some numbers are among those that rise, at least one, and their places there."""
+    places = np.searchsorted(numbers, wanted).clip(max=len(numbers) - 1)
+    chosen = np.flatnonzero(numbers[places] == wanted)  # `np.isin` would sort all of them for each block
+    return chosen, places[chosen]
+
+
 def _lines_of_block(
     block: Sequence[tuple[str, int | None]],
     p: int,
@@ -145,8 +156,7 @@ def _lines_of_block(
     words, cycles = zip(*block, strict=True)
     need_words(words, [p] * len(words))
     wanted = np.array([number or 0 for number in cycles], np.int64)
-    chosen = np.flatnonzero(np.isin(wanted, numbers))
-    places = np.searchsorted(numbers, wanted[chosen])
+    chosen, places = places_of(wanted, numbers)
     starts = ends[places]
     sizes = ends[places + 1] - starts
     for row, start, size in zip(chosen.tolist(), starts.tolist(), sizes.tolist(), strict=True):

@@ -22,7 +22,7 @@ from orbitdb.store.reading.class_view import class_view
 from orbitdb.store.reading.first_rows import keys_before_words
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import coordinates_of, need_elements, need_words, unsound
-from orbitdb.store.reading.spread import periods_by_class
+from orbitdb.store.reading.spread import periods_by_class, places_of
 from orbitdb.symbols.symmetry import ELEMENTS, image_places
 from orbitdb.symbols.words import from_strings
 
@@ -121,9 +121,7 @@ def _block(classes: _Classes, columns: Sequence[str], p: int, block: Sequence[An
     need_words(words, [p] * len(words))
     need_elements(set(elements))
     wanted = np.array([number or 0 for number in cycles], np.int64)
-    places = np.searchsorted(classes.numbers, wanted).clip(max=len(classes.numbers) - 1)
-    chosen = np.flatnonzero(classes.numbers[places] == wanted)
-    places = places[chosen]
+    chosen, places = places_of(wanted, classes.numbers)
     symbols = from_strings(words)[chosen]
     images = np.array([element or 0 for element in elements], np.int64)[chosen]
 
@@ -149,7 +147,7 @@ def _read_classes(
     known = class_view().c
     wanted = [name for name in dict.fromkeys(("cycle", "representative", *columns)) if name not in _OF_WORDS]
     query = sa.select(*(known[name] for name in wanted))
-    query = query.where(*conditions_of(selection, known), known.p == p).order_by(known.cycle)
+    query = query.where(*conditions_of(selection, known), known.p == p).order_by(known.class_order)
     parts: list[dict[str, NDArray[Any]]] = []
     places: list[NDArray[np.float64]] = [np.zeros((0, p))]
     with answering(connection, selection, Patience()):
