@@ -23,6 +23,7 @@ from orbitdb.store.file.schema import sequence
 from orbitdb.store.reading.class_first import is_long, orders, pruned_words
 from orbitdb.store.reading.class_view import class_view, same_for_classes
 from orbitdb.store.reading.first_rows import keys_before_words
+from orbitdb.store.reading.index_reading import little_kept
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import need_words, unsound
 
@@ -73,7 +74,7 @@ def periods_by_class(reader: Reader, selection: Selection) -> list[int] | None:
 def _lines_of_period(
     reader: Reader, selection: Selection, columns: Sequence[str], p: int, lines: Lines
 ) -> Iterator[str]:
-    with _new_draft() as draft, reader.reading() as connection:
+    with _new_draft() as draft, reader.reading() as connection, little_kept(connection):
         numbers, ends = _write_classes(
             connection, replace(selection, contains=None), columns, p, lines, draft
         )

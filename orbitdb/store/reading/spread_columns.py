@@ -20,6 +20,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import sequence
 from orbitdb.store.reading.class_view import class_view
 from orbitdb.store.reading.first_rows import keys_before_words
+from orbitdb.store.reading.index_reading import little_kept
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import coordinates_of, need_elements, need_words, unsound
 from orbitdb.store.reading.spread import periods_by_class, places_of
@@ -100,7 +101,7 @@ class _Classes:
 def _blocks_of_period(
     reader: Reader, selection: Selection, columns: Sequence[str], p: int
 ) -> Iterator[ColumnBlock]:
-    with reader.reading() as connection:
+    with reader.reading() as connection, little_kept(connection):
         classes = _read_classes(connection, replace(selection, contains=None), columns, p)
         if classes is None:
             return
