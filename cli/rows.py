@@ -7,6 +7,7 @@ from orbitdb.cli.half_lengths import merged
 from orbitdb.columns import IN_CATALOGUE
 
 if TYPE_CHECKING:
+    from orbitdb.column_blocks import ColumnBlock
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.catalogue import Catalogue
 
@@ -107,3 +108,15 @@ def ready_lines(
         return LINES[form](names, with_marks(names, told) if mark else told)
 
     return spread_lines(catalogue, stadiums[0], names, order, lines)
+
+
+def ready_columns(
+    catalogue: "Catalogue", stadiums: Sequence["Selection"], names: tuple[str, ...], order: str, form: str
+) -> "Iterator[ColumnBlock] | None":
+    """Return all rows of a subset at one a by columns; None where they are not so many, or form is a text."""
+    from orbitdb.export import TEXT_WRITERS
+    from orbitdb.store.reading.spread_columns import spread_columns
+
+    if form in TEXT_WRITERS or len(stadiums) > 1:
+        return None
+    return spread_columns(catalogue, stadiums[0], names, order)

@@ -14,18 +14,20 @@ import os
 import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from itertools import islice
 from pathlib import Path
-from typing import IO, Any, TextIO
+from typing import IO, TYPE_CHECKING, Any, TextIO
 
 from orbitdb.columns import kind_of
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.plaintext import cell
 
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from orbitdb.column_blocks import Column
+
 Row = Sequence[Any]
 Metadata = Mapping[str, Any]
-
-_BLOCK = 20_000
 
 
 def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Row | str], delimiter: str = ",") -> int:
@@ -234,10 +236,12 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
             draft.unlink()
 
 
-def write_parquet(file: IO[bytes], columns: Sequence[str], rows: Iterable[Row], metadata: Metadata) -> None:
+def write_parquet(file: IO[bytes], columns: Sequence[str], rows: Iterable[Any], metadata: Metadata) -> None:
     """Write typed columns, with each part of the metadata as JSON in the schema's metadata."""
     import pyarrow as pa
     from pyarrow import parquet
+
+    from orbitdb.column_blocks import in_columns
 
     types = {
         "number": pa.float64(),
@@ -248,11 +252,25 @@ def write_parquet(file: IO[bytes], columns: Sequence[str], rows: Iterable[Row], 
     }
     notes = {name: json.dumps(value) for name, value in metadata.items()}
     schema = pa.schema([(name, types[kind_of(name)]) for name in columns], metadata=notes)
-    rows = iter(rows)
     with parquet.ParquetWriter(file, schema) as writer:
-        while block := list(islice(rows, _BLOCK)):
-            arrays = [
-                pa.array(values, type=field.type)
-                for values, field in zip(zip(*block, strict=True), schema, strict=True)
-            ]
+        for block in in_columns(rows):
+            arrays = [_arrow(values, field.type) for values, field in zip(block, schema, strict=True)]
             writer.write_batch(pa.record_batch(arrays, schema=schema))
+
+
+def _arrow(values: "Column", kind: "pa.DataType") -> "pa.Array":
+    """Return a column as an Arrow array."""
+    import numpy as np
+    import pyarrow as pa
+
+    from orbitdb.column_blocks import Lists
+
+    if isinstance(values, Lists):
+        starts = np.concatenate([[0], np.cumsum(values.lengths)]).astype(np.int32)
+        return pa.ListArray.from_arrays(
+            pa.array(starts), pa.array(values.values, kind.value_type), mask=pa.array(~values.present)
+        )
+    if isinstance(values, np.ndarray):
+        plain = values.astype(f"U{values.itemsize}") if values.dtype.kind == "S" else values
+        return pa.array(plain, type=kind, from_pandas=True)  # NaN is none
+    return pa.array(values, type=kind)

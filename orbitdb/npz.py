@@ -9,7 +9,6 @@ import marshal
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import IO, Any
@@ -17,6 +16,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.column_blocks import Lists, in_columns
 from orbitdb.columns import kind_of
 from orbitdb.errors import ExportError
 
@@ -27,7 +27,7 @@ _LEVEL = 3
 
 
 def write_npz(
-    file: IO[bytes], columns: Sequence[str], rows: Iterable[Sequence[Any]], metadata: Mapping[str, Any]
+    file: IO[bytes], columns: Sequence[str], rows: Iterable[Any], metadata: Mapping[str, Any]
 ) -> None:
     """Write one array a column and ``metadata``, a text with JSON.
 
@@ -40,7 +40,7 @@ def write_npz(
         Drafts of the columns are kept in its folder meanwhile.
     columns : sequence of str
     rows : iterable of sequences
-        Plain Python values, lists or arrays; None where there is none.
+        Plain Python values, lists or arrays; None where there is none. Or `ColumnBlock`s.
     metadata : mapping
 
     Raises
@@ -53,9 +53,8 @@ def write_npz(
         kept = [
             _KINDS[kind_of(name)](name, drafts.enter_context(TemporaryFile(dir=folder))) for name in columns
         ]
-        rows = iter(rows)
-        while block := list(islice(rows, _BLOCK)):
-            for column, values in zip(kept, zip(*block, strict=True), strict=True):
+        for block in in_columns(rows):
+            for column, values in zip(kept, block, strict=True):
                 column.add(values)
         with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as archive:
             note = np.array(json.dumps(dict(metadata)))
@@ -88,9 +87,11 @@ class _Numbers:
     def __init__(self, name: str, draft: IO[bytes]) -> None:
         self.name, self.draft, self.count = name, draft, 0
 
-    def add(self, values: Sequence[Any]) -> None:
-        """Take the values of further rows."""
-        self._keep(np.array([self.missing if value is None else value for value in values], self.dtype))
+    def add(self, values: Any) -> None:
+        """Take the values of further rows (`orbitdb.column_blocks.Column`)."""
+        if not isinstance(values, np.ndarray):
+            values = np.array([self.missing if value is None else value for value in values], self.dtype)
+        self._keep(values.astype(self.dtype, copy=False))
 
     def _keep(self, array: NDArray[Any]) -> None:
         self.draft.write(array.tobytes())
@@ -117,8 +118,12 @@ class _Lists(_Numbers):
         super().__init__(name, draft)
         self.lengths: list[NDArray[np.int64]] = []
 
-    def add(self, values: Sequence[Any]) -> None:
+    def add(self, values: Any) -> None:
         """Take the values of further rows."""
+        if isinstance(values, Lists):
+            self.lengths.append(values.lengths)
+            self._keep(values.values.astype(self.dtype, copy=False))
+            return
         lists = [() if value is None else value for value in values]
         self.lengths.append(np.array(list(map(len, lists)), np.int64))
         self._keep(np.concatenate([np.zeros(0, self.dtype), *lists]).astype(self.dtype))
@@ -139,17 +144,22 @@ class _Texts(_Numbers):
 
     width = 1
 
-    def add(self, values: Sequence[Any]) -> None:
+    def add(self, values: Any) -> None:
         """Take the values of further rows."""
-        texts = [value or "" for value in values]
-        self.width = max(self.width, *map(len, texts))
-        self.count += len(texts)
+        if isinstance(values, np.ndarray):
+            widest = int(np.char.str_len(values).max(initial=0))
+            draft: Any = (f"S{values.itemsize}", values.tobytes())
+        else:
+            draft = [value or "" for value in values]
+            widest = max(map(len, draft), default=0)
+        self.width = max(self.width, widest)
+        self.count += len(values)
         if 4 * self.width * self.count > _LARGEST_TEXT:
             raise ExportError(
                 f"npz holds all texts as wide as the longest {self.name}, of {self.width}: use parquet, or "
                 "fewer periods"
             )
-        marshal.dump(texts, self.draft)
+        marshal.dump(draft, self.draft)
 
     def write(self, archive: zipfile.ZipFile) -> None:
         """Write the array."""
@@ -160,7 +170,9 @@ class _Texts(_Numbers):
         end = self.draft.tell()
         self.draft.seek(0)
         while self.draft.tell() < end:
-            yield np.array(marshal.load(self.draft), self.dtype)
+            texts = marshal.load(self.draft)
+            plain = np.frombuffer(texts[1], texts[0]) if isinstance(texts, tuple) else np.array(texts)
+            yield plain.astype(self.dtype)
 
 
 _KINDS = {

@@ -15,7 +15,17 @@ from orbitdb.cli.half_lengths import several, with_a
 from orbitdb.cli.progress import Progress, progress
 from orbitdb.cli.reading import note_gaps, note_nothing, reading_all
 from orbitdb.cli.render import note
-from orbitdb.cli.rows import COLUMNS_HELP, KEYS, Reading, Row, in_order, ready_lines, with_marks, with_rules
+from orbitdb.cli.rows import (
+    COLUMNS_HELP,
+    KEYS,
+    Reading,
+    Row,
+    in_order,
+    ready_columns,
+    ready_lines,
+    with_marks,
+    with_rules,
+)
 from orbitdb.columns import OF_BOUNCES
 from orbitdb.errors import InputError
 
@@ -126,6 +136,8 @@ def export(
         rows = with_marks(names, rows) if mark_words else rows
         if not behind and limit is None:
             rows = ready_lines(catalogue, stadiums, names, order, kind, mark_words) or rows
+        if not bounces and limit is None:
+            rows = ready_columns(catalogue, stadiums, names, order, kind) or rows
         with progress("sorting"):
             first = next(rows, None)
         if first is None:
@@ -143,11 +155,16 @@ def export(
 
 
 def _watched(rows: Iterator[Any], shown: Progress) -> Iterator[Any]:
-    """Pass rows on, and show how many they are."""
-    for count, row in enumerate(rows):
-        if count % _BETWEEN_TELLING == 0:
+    """Pass rows on, or blocks of them, and show how many they are."""
+    from orbitdb.column_blocks import ColumnBlock
+
+    count, told = 0, -_BETWEEN_TELLING
+    for row in rows:
+        if count >= told + _BETWEEN_TELLING:
             shown.tell(f"{count:,} rows written")
+            told = count
         yield row
+        count += len(row) if isinstance(row, ColumnBlock) else 1
 
 
 def _form_of_stdout(form: str | None) -> str:

@@ -126,6 +126,11 @@ def hessian(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> 
     at p = 2 both links fall on one entry and b_i is each link's own part (`link_couplings`).
     """
     links = Links.of(stadium, words, coordinates)
+    return hessian_of(words, links, couplings_of(links, stadium.tangents(words, coordinates)))
+
+
+def hessian_of(words: NDArray[np.uint8], links: "Links", couplings: Floats) -> Floats:
+    """Return the Hessian as `hessian` does, from links and their couplings, shape (N, p)."""
     n, p = words.shape
     sin_in, sin_out = np.sqrt(1 - links.cos_in**2), np.sqrt(1 - links.cos_out**2)
     curved = np.where(STRAIGHT[words], 0.0, sin_in + sin_out)
@@ -133,7 +138,6 @@ def hessian(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> 
     here = np.arange(p)
     after = np.roll(here, -1)
     matrix[:, here, here] += sin_in**2 / links.before + sin_out**2 / links.after - curved
-    couplings = link_couplings(stadium, words, coordinates)
     matrix[:, here, after] += couplings
     matrix[:, after, here] += couplings
     return matrix
@@ -142,7 +146,11 @@ def hessian(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> 
 def link_couplings(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> Floats:
     """Return b_i, the mixed second derivative of each link's length in its two ends, shape (N, p)."""
     links = Links.of(stadium, words, coordinates)
-    tangents = stadium.tangents(words, coordinates)
+    return couplings_of(links, stadium.tangents(words, coordinates))
+
+
+def couplings_of(links: "Links", tangents: Floats) -> Floats:
+    """Return what `link_couplings` does, from links and the tangents at their ends, shape (N, p, 2)."""
     dot = (tangents * np.roll(tangents, -1, axis=1)).sum(axis=-1)
     found: Floats = (links.cos_out * np.roll(links.cos_in, -1, axis=1) - dot) / links.after
     return found

@@ -17,6 +17,7 @@ from orbitdb.equality import ByValue
 from orbitdb.symbols.words import (
     BITS,
     MAX_KEYED,
+    MAX_PACKED,
     from_strings,
     least_rotation,
     least_rotations,
@@ -134,12 +135,38 @@ def image_coordinates(
     ndarray, shape (N, p)
         In the order of ``words``.
     """
-    symbols = from_strings(least)
-    images = to_strings(act_on_words(element, symbols))
-    turned = act_on_coordinates(element, symbols, coordinates)
-    shift = np.array([(2 * image).index(word) for image, word in zip(images, words, strict=True)])
-    p = coordinates.shape[1]
-    return np.take_along_axis(turned, (shift[:, None] + np.arange(p)) % p, axis=1)
+    return image_places(from_strings(words), from_strings(least), element, coordinates)
+
+
+def image_places(
+    words: NDArray[np.uint8], least: NDArray[np.uint8], element: int, coordinates: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return what `image_coordinates` does, of words as arrays, shape (N, p).
+
+    Raises
+    ------
+    ValueError
+        If one is no rotation of its image.
+    """
+    shift = _turns(act_on_words(element, least), words)[:, None]
+    turned, p = act_on_coordinates(element, least, coordinates), words.shape[1]
+    return np.take_along_axis(turned, (shift + np.arange(p)) % p, axis=1)
+
+
+def _turns(words: NDArray[np.uint8], rotations: NDArray[np.uint8]) -> NDArray[np.intp]:
+    """Return by how many symbols words are to be turned to become some rotations of them."""
+    p = words.shape[1]
+    if p > MAX_PACKED:
+        pairs = zip(to_strings(words), to_strings(rotations), strict=True)
+        return np.array([(2 * word).index(rotation) for word, rotation in pairs], np.intp)
+    codes, wanted = pack(words), pack(rotations)
+    found = np.full(len(codes), p, dtype=np.intp)
+    for shift in range(p):
+        found[(codes == wanted) & (found == p)] = shift
+        codes = next_symbols(codes, p)
+    if (found == p).any():
+        raise ValueError("a word that is no rotation of the image")
+    return found
 
 
 @dataclass(frozen=True, eq=False)

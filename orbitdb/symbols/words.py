@@ -186,6 +186,15 @@ def is_primitive(word: str) -> bool:
     return len(primitive_root(word)) == len(word)
 
 
+def are_primitive(words: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Tell which words of one order, shape (N, p), are not repetitions of shorter ones, shape (N,)."""
+    p = words.shape[1]
+    found = np.ones(len(words), dtype=np.bool_)
+    for shift in (n for n in range(1, p) if p % n == 0):
+        found &= (words != np.roll(words, shift, axis=1)).any(axis=1)
+    return found
+
+
 def parse_primitive(text: str) -> str:
     """Read a word as `parse` does, one that is not a repetition of a shorter one.
 

@@ -1,4 +1,4 @@
-"""Blocks of classes that are checked apart, by whatever process: what they find depends on nothing else."""
+"""Parts of a catalogue that are checked apart, by whatever process: what is found depends on nothing else."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
@@ -21,20 +21,40 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Checked:
-    """What a block has found, and which orbitdb looked."""
+    """What was found in a part, and which orbitdb looked."""
 
     step: Step
     version: str
 
 
 @dataclass(frozen=True, eq=False)
-class ClassBlock(ByValue, ABC):
-    """Classes of one period that are to be checked.
+class Part(ByValue, ABC):
+    """A part of a catalogue that is to be checked.
 
     Attributes
     ----------
     path : Path
         The catalogue.
+    """
+
+    path: Path
+
+    @abstractmethod
+    def checked(self, connection: "sa.Connection") -> Step:
+        """Return what is found in what a connection reads."""
+
+    def solved(self) -> Checked:
+        """Return what is found in the catalogue as it is now: the rows of a class stay what they are."""
+        with _opened(self.path).reading() as connection:
+            return Checked(self.checked(connection), __version__)
+
+
+@dataclass(frozen=True, eq=False)
+class ClassBlock(Part, ABC):
+    """Classes of one period that are to be checked.
+
+    Attributes
+    ----------
     p : int
     ids : ndarray of int64, shape (N,)
         Their numbers.
@@ -42,7 +62,6 @@ class ClassBlock(ByValue, ABC):
         How many classes are checked before these, and how many there are to check.
     """
 
-    path: Path
     p: int
     ids: NDArray[np.int64]
     before: int
@@ -53,15 +72,6 @@ class ClassBlock(ByValue, ABC):
         """How many classes are checked with these."""
         return self.before + len(self.ids)
 
-    @abstractmethod
-    def checked(self, connection: "sa.Connection") -> Step:
-        """Return what is found in the rows that a connection reads."""
-
-    def solved(self) -> Checked:
-        """Return what is found in the rows as they are now: those of a class stay what they are."""
-        with _opened(self.path).reading() as connection:
-            return Checked(self.checked(connection), __version__)
-
 
 @lru_cache(maxsize=1)
 def _opened(path: Path) -> Catalogue:
@@ -69,16 +79,14 @@ def _opened(path: Path) -> Catalogue:
 
 
 class Workers(Protocol):
-    """Something that checks blocks, such as `orbitdb.filling.workers.Processes`."""
+    """Something that checks parts, such as `orbitdb.filling.workers.Processes`."""
 
-    def solved(self, blocks: Iterable[ClassBlock]) -> Iterator[Checked]:
-        """Yield what blocks have found, in their order."""
+    def solved(self, blocks: Iterable[Part]) -> Iterator[Checked]:
+        """Yield what was found in parts, in their order."""
 
 
-def steps_of(
-    blocks: Iterable[ClassBlock], connection: "sa.Connection", workers: Workers | None
-) -> Iterator[Step]:
-    """Yield what blocks find, in their order: by workers, or here, in what one connection reads."""
+def steps_of(parts: Iterable[Part], connection: "sa.Connection", workers: Workers | None) -> Iterator[Step]:
+    """Yield what is found in parts, in their order: by workers, or here, in what one connection reads."""
     if workers is None:
-        return (block.checked(connection) for block in blocks)
-    return (found.step for found in workers.solved(blocks))
+        return (part.checked(connection) for part in parts)
+    return (found.step for found in workers.solved(parts))

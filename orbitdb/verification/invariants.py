@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Derivatives
-from orbitdb.billiard.stability import Links, exponent, hessian, link_couplings
+from orbitdb.billiard.stability import Links, couplings_of, exponent, hessian, hessian_of
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.symbols.words import to_strings
@@ -154,7 +154,8 @@ def check_consistency(orbits: Orbits, stadium: Stadium) -> Iterator[Check]:
         step = max(1, _DENSE_NUMBERS // p**2)
         for start in range(0, len(orbits), step):
             part = orbits.rows(np.arange(start, min(start + step, len(orbits))))
-            yield from _hessian(part, stadium, _Path.of(part, stadium), labels[start : start + step])
+            own = path if len(part) == len(orbits) else _Path.of(part, stadium)
+            yield from _hessian(part, stadium, own, labels[start : start + step])
 
 
 def _walls(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str]) -> Iterator[Check]:
@@ -242,7 +243,8 @@ def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str
     own, coupling, loose, loose_coupling, sines = path.bend()
     scale = 1 / np.sqrt(own + sines)
     beside = scale * _behind(scale)
-    matrix = hessian(stadium, words, orbits.coordinates) * scale[:, :, None] * scale[:, None, :]
+    links = couplings_of(path.links, stadium.tangents(words, orbits.coordinates))
+    matrix = hessian_of(words, path.links, links) * scale[:, :, None] * scale[:, None, :]
     eigenvalues = np.linalg.eigvalsh(_finite(matrix))
     off, loose_off = coupling * beside, loose_coupling * beside
     norm = (loose * scale**2 + loose_off + _before(loose_off)).max(axis=1)
@@ -255,8 +257,8 @@ def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str
 
     exponent, sign = orbits.lyapunov[sure], 1.0 - 2.0 * (straights % 2)
     trace = exponent + 2 * np.log(np.abs(1 - sign * np.exp(-exponent)))
-    links = np.abs(link_couplings(stadium, words, orbits.coordinates) * beside)[sure]
-    identity = np.log(np.abs(eigenvalues)).sum(axis=1) - np.log(links).sum(axis=1) - trace
+    size = np.abs(links * beside)[sure]
+    identity = np.log(np.abs(eigenvalues)).sum(axis=1) - np.log(size).sum(axis=1) - trace
     allowed = 2 * norm * (1 / np.abs(eigenvalues)).sum(axis=1)
     allowed += (loose_coupling / coupling)[sure].sum(axis=1) + 8 * p * EPSILON
     allowed += np.tanh(exponent / 2) ** -sign * orbits.lyapunov_error[sure]

@@ -75,5 +75,5 @@ def _prove_block(stored: StoredBlock, p: int, stadium: Stadium) -> tuple[Check, 
         return check, []
     found, proved, radius, bits = prove(with_bounds(stored.orbits(rows), stadium), stadium)
     entries = zip(rows, radius.tolist(), bits, proved.tolist(), strict=True)
-    certificates = [(stored.rows[i]["cycle"], size, used) for i, size, used, ok in entries if ok]
+    certificates = [(stored.columns["cycle"][i], size, used) for i, size, used, ok in entries if ok]
     return found.joined(check), certificates

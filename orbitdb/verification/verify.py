@@ -8,29 +8,30 @@ with itself (`orbitdb.verification.invariants`) and with new solutions
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.newton import solve
+from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import EXISTING, Orbits
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.stored_blocks import Ids, blocks, choose, load_orbits, whole_rows
+from orbitdb.store.reading.stored_blocks import Ids, StoredBlock, blocks, choose, load_orbits, whole_rows
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.births import check_births
-from orbitdb.verification.blocks import ClassBlock, Workers, steps_of
+from orbitdb.verification.blocks import ClassBlock, Part, Workers, steps_of
 from orbitdb.verification.check import Check, Step, judged, measured
-from orbitdb.verification.completeness import check_counts, check_file, check_pruned, word_blocks
+from orbitdb.verification.completeness import OF_FILE, CountsPart, FilePart, check_pruned
 from orbitdb.verification.enclosures import check_enclosures
 from orbitdb.verification.invariants import check_consistency, with_bounds
 from orbitdb.verification.lives import prove_lives
 from orbitdb.verification.recomputation import check_against, check_bits, restart
 from orbitdb.verification.sweeps import check_sweeps
+from orbitdb.verification.word_blocks import word_blocks
 
 if TYPE_CHECKING:
     import sqlalchemy as sa
@@ -93,8 +94,8 @@ def verify(
     Parameters
     ----------
     catalogue : Catalogue
-        All is read from it as it is at one moment; by workers, the rows of single classes as they are
-        meanwhile, which a fill does not change.
+        All is read from it as it is at one moment; by workers, each part as it is at a moment of its own:
+        a fill does not change the rows of classes that are there.
     selections : sequence of Selection
         What to check, one for each a. File, schema and counts are always checked for whole periods;
         rows only of the chosen classes: a class is chosen if one of its words is.
@@ -107,7 +108,7 @@ def verify(
     missing_births : bool, optional
         Prove that no birth or death is missing, too.
     workers : Workers, optional
-        Processes that check the classes; what is found does not depend on them.
+        Processes that check file, counts and classes; what is found does not depend on them.
 
     Yields
     ------
@@ -122,18 +123,31 @@ def verify(
     rng = np.random.default_rng(seed)
     with catalogue.at_one_moment() as still, still.reading() as connection:
         chosen = {s.a: choose(still, s, sample, rng) for s in selections}
-        yield Step("file", 0, 1, tuple(check_file(connection)))
-        yield Step("counts", 0, 1, tuple(check_counts(connection, selections)))
+        parts = _parts(still, connection, selections, chosen, (restarts, seed))
+        yield from steps_of(parts, connection, workers)
+        if sample is None and selections:
+            yield from check_pruned(still, selections[0])
         yield Step("births", 0, 1, tuple(check_births(connection)))
         if missing_births:
             yield from prove_lives(connection)
         yield Step("sweeps", 0, 1, tuple(check_sweeps(still, selections)))
         yield Step("entropy", 0, 1, tuple(check_enclosures(connection)))
-        yield from steps_of(word_blocks(connection, still.path, chosen.values()), connection, workers)
-        if sample is None and selections:
-            yield from check_pruned(still, selections[0])
-        for a, ids in chosen.items():
-            yield from steps_of(_orbit_blocks(still.path, a, ids, restarts, seed), connection, workers)
+
+
+def _parts(
+    catalogue: Catalogue,
+    connection: "sa.Connection",
+    selections: Sequence[Selection],
+    chosen: Mapping[float, Ids],
+    starts: tuple[int, int],
+) -> Iterator[Part]:
+    """Yield what can be checked apart, what takes long and cannot be cut first."""
+    path = catalogue.path
+    yield from (FilePart(path, name) for name in OF_FILE)
+    yield CountsPart(path, tuple(selections))
+    yield from word_blocks(connection, path, chosen.values())
+    for a, ids in chosen.items():
+        yield from _orbit_blocks(path, a, ids, *starts)
 
 
 def _orbit_blocks(path: Path, a: float, ids: Ids, restarts: int, seed: int) -> Iterator["OrbitBlock"]:
@@ -166,13 +180,12 @@ class OrbitBlock(ClassBlock):
             return Step(stage, self.done, self.total, ())
         stored, stadium = load_orbits(connection, number, self.ids), Stadium(self.a)
         whole = stored.whole(self.p)
-        checks = [judged("values", stored.words, np.logical_not(whole))]
+        checks = [judged("values", stored.words, ~whole)]
         rows = whole_rows(stored, self.p, whole)
         if rows:
-            details = [stored.rows[i] for i in rows]
             with np.errstate(all="ignore"):  # what is stored may be any number
                 orbits = with_bounds(stored.orbits(rows), stadium)
-                checks += _block(orbits, details, stadium, audit.runs(connection))
+                checks += _block(orbits, stored, rows, stadium, audit.runs(connection))
             if self.restarts:
                 rng = np.random.default_rng([self.seed, self.before])
                 checks.append(restart(orbits.words, stadium, self.restarts, rng))
@@ -183,23 +196,25 @@ class OrbitBlock(ClassBlock):
 
 def _block(
     stored: Orbits,
-    rows: Sequence[Mapping[str, Any]],
+    block: StoredBlock,
+    rows: Sequence[int],
     stadium: Stadium,
     runs: Mapping[int, tuple[str, str | None]],
 ) -> Iterator[Check]:
-    fresh = solve(stored.words, stadium)
+    """Check some rows of a block, of sound words and whole."""
+    fresh = solve_admissible(stored.words, stadium)
     yield from check_against(stored, fresh)
     here = (__version__, arithmetic())
-    comparable = [
-        i for i, row in enumerate(rows) if row["solver"] != "relaxation" and runs.get(row["run"]) == here
-    ]
-    yield check_bits(
-        stored.rows(np.array(comparable, dtype=np.intp)), fresh.rows(np.array(comparable, dtype=np.intp))
-    )
+    ours = {number for number, by in runs.items() if by == here}
+    made = zip(block.some("solver", rows), block.some("run", rows), strict=True)
+    same = np.array([solver != "relaxation" and run in ours for solver, run in made])
+    comparable = np.flatnonzero(same)
+    yield check_bits(stored.rows(comparable), fresh.rows(comparable))
     existing = np.flatnonzero(np.isin(stored.status, EXISTING) & np.isfinite(stored.error))
     yield from check_consistency(stored.rows(existing), stadium)
-    proofs = [i for i, row in enumerate(rows) if row["radius"] is not None]
+    radii = block.some("radius", rows)
+    proofs = [i for i, radius in enumerate(radii) if radius is not None]
     labels = to_strings(stored.words[proofs])
-    radius = np.array([rows[i]["radius"] for i in proofs])
+    radius = np.array([radii[i] for i in proofs])
     allowed = np.where(np.isfinite(stored.error[proofs]), stored.error[proofs], 0.0)
     yield measured("radii", labels, radius, allowed)

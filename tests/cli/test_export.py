@@ -16,6 +16,7 @@ from importlib.metadata import version
 
 import numpy as np
 import pytest
+import sqlalchemy as sa
 from processes import COMMAND
 from quick import slow_but
 
@@ -25,7 +26,8 @@ from orbitdb.cli import rows as cli_rows
 from orbitdb.errors import InputError
 from orbitdb.filling.single_word import fill_word
 from orbitdb.store.asking.selection import choose
-from orbitdb.store.reading import class_first, spread
+from orbitdb.store.reading import class_first, spread, spread_columns
+from orbitdb.store.reading.class_view import class_view
 
 KEYS = (
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
@@ -439,6 +441,63 @@ def test_a_few_rows_of_many_are_no_more_than_these(varied, cli, monkeypatch):
     everything = cli(*command).out.splitlines()
     for typed, kept in (("--limit 2", slice(1, 3)), ("--offset 5", slice(6, None))):
         assert cli(*command, *typed.split()).out.splitlines()[1:] == everything[kept] != []
+
+
+@pytest.mark.parametrize("form", ["npz", "parquet"])
+@pytest.mark.parametrize(
+    ("chosen", "columns"),
+    [
+        ({"status": "orbit,boundary", "p": "2-7,12"}, (*cli_rows.KEYS, "coordinates")),
+        (
+            {"status": "orbit,dynamical", "contains": "13"},
+            ("rules", "word", "element", "coordinates", "cycle", "born"),
+        ),
+        ({"where": "length > 12", "a": 1.0}, ("margin", "code")),
+    ],
+)
+def test_columns_that_words_of_a_class_share_are_those_of_rows(
+    varied, monkeypatch, tmp_path, form, chosen, columns
+):
+    from pyarrow import parquet
+
+    monkeypatch.setattr(spread_columns, "_BLOCK", 7)
+    catalogue, selection = Catalogue(varied), choose(**chosen)
+    plain = tuple(name for name in columns if name != "coordinates")
+    behind = {row[0]: row[1] for row in coordinates_of_words(catalogue, selection)}
+    rows = cli_rows.with_rules(plain, catalogue.rows(selection, plain))
+    codes = (code for (code,) in catalogue.rows(selection, ("code",)))
+    whole = [dict(zip(plain, row, strict=True), coordinates=behind[next(codes)]) for row in rows]
+    assert cli_rows.ready_columns(catalogue, [selection], columns, "p,code", form) is None
+    monkeypatch.setattr(class_first, "_MANY", 0)
+    blocks = cli_rows.ready_columns(catalogue, [selection], columns, "p,code", form)
+    found, expected = tmp_path / f"found.{form}", tmp_path / f"expected.{form}"
+    files.write_file(found, form, columns, blocks, {})
+    files.write_file(expected, form, columns, ([row[name] for name in columns] for row in whole), {})
+    if form == "parquet":
+        assert parquet.read_table(found).equals(parquet.read_table(expected))
+        return
+    with np.load(found) as one, np.load(expected) as other:
+        assert one.files == other.files
+        for name in one.files:
+            assert (one[name].dtype, one[name].tobytes()) == (other[name].dtype, other[name].tobytes())
+
+
+def test_classes_are_read_in_order_and_not_sorted(varied):
+    """To sort those of p = 15 takes SQLite 50 MB."""
+    known = class_view().c
+    query = sa.select(known.cycle, known.coordinates).where(known.a == 1.6, known.p == 6)
+    with Catalogue(varied).reading() as connection:
+        text = query.order_by(known.class_order).compile(connection, compile_kwargs={"literal_binds": True})
+        plan = connection.exec_driver_sql(f"EXPLAIN QUERY PLAN {text}").all()
+    assert not any("TEMP B-TREE" in step[3] for step in plan)
+
+
+def coordinates_of_words(catalogue, selection):
+    """Yield the words of a selection, each with its coordinates, or None."""
+    subset = catalogue.select(selection, coordinates=True)
+    for n, word in enumerate(subset.words.tolist()):
+        places = subset.coordinates_of(n)
+        yield word, None if np.isnan(places).any() else places.tolist()
 
 
 def test_lines_of_long_words_whose_class_is_not_chosen_are_left_out(tmp_path, monkeypatch):

@@ -5,7 +5,14 @@ import pytest
 
 from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import NUMBERS
-from orbitdb.store.reading.soundness import coordinates_of, is_whole, need_elements, need_words, sound_words
+from orbitdb.store.reading.soundness import (
+    are_whole,
+    coordinates_of,
+    is_whole,
+    need_elements,
+    need_words,
+    sound_words,
+)
 
 BLOB = np.array([0.5, -0.25]).astype("<f8").tobytes()
 NUMBERS_OF_IT = dict.fromkeys(NUMBERS, 0.5) | {"residual": 0.0, "error": 0.0}
@@ -45,6 +52,9 @@ def test_whole_rows(row):
         {"solver": "newton", **{name: None for name in BARE if name != "solver"}},
         BARE | {"error": 0.5},
         BARE | {"length": None},
+        {"length": "12"},
+        {"margin": b"\0"},
+        {"coordinates": "0" * len(BLOB)},
     ],
     ids=str,
 )
@@ -83,3 +93,9 @@ def test_sound_words_are_admissible_primitive_and_of_their_order():
     assert sound_words(words, 3).tolist() == [0, 4, 6]
     assert sound_words(["131313", "132132", "012301"], 6).tolist() == []
     assert sound_words(["x"], 1).tolist() == []
+
+
+def test_of_many_rows_each_is_judged_by_itself():
+    far = {"coordinates": np.array([0.5, 1e8]).tobytes()}
+    rows = [ORBIT, ORBIT | far, NOTHING | {"status": "unresolved"}, ORBIT | {"coordinates": BLOB[:8]}, ORBIT]
+    assert are_whole({name: [row[name] for row in rows] for name in ORBIT}, 2).tolist() == [1, 0, 1, 0, 1]

@@ -10,6 +10,7 @@ from orbitdb.symbols.words import (
     MAX_PACKED,
     SYMBOLS,
     WordError,
+    are_primitive,
     from_strings,
     is_primitive,
     least_rotation,
@@ -144,6 +145,7 @@ def test_primitivity(word, count):
     assert is_primitive(word) == (len(set(rotations(word))) == len(word))
     assert primitive_root(word * count) == root
     assert is_primitive(word * count) == (is_primitive(word) and count == 1)
+    assert are_primitive(from_strings([word * count])).tolist() == [is_primitive(word * count)]
 
 
 @settings(deadline=None)

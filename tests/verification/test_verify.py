@@ -231,6 +231,32 @@ def test_a_class_with_all_that_is_its_own_under_another_number_is_found(small):
     assert broken(small) == {"classes"}
 
 
+OF_WORDS = [name for name, (_, check) in ALTERATIONS.items() if check in ("classes", "sequences")]
+
+
+@pytest.mark.parametrize("name", slow_but(["element", "class size"], OF_WORDS))
+def test_words_are_looked_up_where_not_all_classes_are_chosen(small, name):
+    """Of whole periods they are compared span by span."""
+    statement, check = ALTERATIONS[name]
+    alter(small, "DELETE FROM orbit WHERE cycle = (SELECT max(id) FROM cycle WHERE p = 6)", statement)
+    assert check in broken(small)
+
+
+def test_words_that_are_cut_elsewhere_are_found(small):
+    """One behind the other they make the same text."""
+    words = [word for (word,) in ask(small, "SELECT word FROM sequence WHERE p = 6 ORDER BY word")]
+    before, last = words[-2:]
+    alter(
+        small,
+        f"UPDATE sequence SET word = '{before[-1]}{last}' WHERE word = '{last}'",
+        f"UPDATE sequence SET word = '{before[:-1]}' WHERE word = '{before}'",
+    )
+    moved = [word for (word,) in ask(small, "SELECT word FROM sequence WHERE p = 6 ORDER BY word")]
+    assert "".join(moved) == "".join(words)
+    found = checks(small)["sequences"]
+    assert (found.failures, found.first) == (2, before)
+
+
 @pytest.mark.parametrize("name", slow_but(FIRST_OF_EACH_CHECK, ALTERATIONS))
 def test_what_is_altered_is_found(small, cli, name):
     statement, check = ALTERATIONS[name]

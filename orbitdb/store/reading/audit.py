@@ -108,15 +108,18 @@ def changes(connection: sa.Connection, p: int) -> list[sa.Row[Any]]:
     return list(connection.execute(query.order_by(change.c.cycle, change.c.number)))
 
 
-def status_counts(connection: sa.Connection, stadium: int, p: int) -> dict[str, tuple[int, int]]:
-    """Return by status the numbers of words and of classes of one period at one stadium."""
+def status_counts(connection: sa.Connection, stadium: int) -> dict[int, dict[str, tuple[int, int]]]:
+    """Return by period and status the numbers of words and of classes at one stadium."""
     query = (
-        sa.select(orbit.c.status, sa.func.sum(cycle.c.class_size), sa.func.count())
+        sa.select(cycle.c.p, orbit.c.status, sa.func.sum(cycle.c.class_size), sa.func.count())
         .join(cycle, cycle.c.id == orbit.c.cycle)
-        .where(orbit.c.stadium == stadium, cycle.c.p == p)
-        .group_by(orbit.c.status)
+        .where(orbit.c.stadium == stadium)
+        .group_by(cycle.c.p, orbit.c.status)
     )
-    return {status: (words, classes) for status, words, classes in connection.execute(query)}
+    found: dict[int, dict[str, tuple[int, int]]] = {}
+    for p, status, words, classes in connection.execute(query):
+        found.setdefault(p, {})[status] = (words, classes)
+    return found
 
 
 def runs(connection: sa.Connection) -> dict[int, tuple[str, str | None]]:

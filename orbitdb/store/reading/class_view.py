@@ -15,7 +15,10 @@ from orbitdb.store.file.tokens import tokens
 
 @cache
 def class_view() -> sa.Subquery:
-    """Return the columns of the view that all words of a class share, one row a stadium and class."""
+    """Return the columns of the view that all words of a class share, one row a stadium and class.
+
+    By `class_order`, which is `cycle` once more, SQLite has the rows in order without sorting them.
+    """
     return (
         sa.select(
             stadium.c.a,
@@ -28,6 +31,7 @@ def class_view() -> sa.Subquery:
             (orbit.c.lyapunov / cycle.c.p).label("lambda_d"),
             (orbit.c.lyapunov / orbit.c.length).label("lambda_c"),
             orbit.c.coordinates,
+            orbit.c.cycle.label("class_order"),
             *(_end(name, number) for number, name in enumerate(ENDS, 1)),
         )
         .join_from(orbit, cycle, cycle.c.id == orbit.c.cycle)

@@ -12,9 +12,11 @@ from orbitdb.orbits.orbit import EXISTING, NUMBERS, Status
 from orbitdb.plaintext import printable
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.symmetry import ELEMENTS
-from orbitdb.symbols.words import from_strings, is_primitive
+from orbitdb.symbols.words import are_primitive, from_strings
 
 Row = Mapping[str, Any]
+Columns = Mapping[str, Sequence[Any]]
+Marks = NDArray[np.bool_]
 
 _BOUNDS = ("error", "length_error", "lyapunov_error")
 _SOLVERS = {"newton", "relaxation"}
@@ -32,28 +34,51 @@ def unsound(what: str, value: object) -> StoreError:
 
 def is_whole(row: Row, p: int) -> bool:
     """Tell whether a row of `orbit` has what its status demands."""
-    if row["solver"] not in _SOLVERS:
-        return False
-    if row["status"] in EXISTING:
-        return _has_numbers(row, p)
-    empty = all(row[name] is None for name in (*NUMBERS, "coordinates") if name != "margin")
-    return empty and (
-        row["status"] == Status.UNRESOLVED
-        or (row["status"] == Status.DYNAMICAL and row["margin"] is not None)
-    )
+    return bool(are_whole({name: [value] for name, value in row.items()}, p)[0])
 
 
-def _has_numbers(row: Row, p: int) -> bool:
-    """Tell whether a row has sound coordinates and numbers; the relaxation knows no error bounds."""
-    blob = row["coordinates"]
-    bare = row["solver"] == "relaxation" and all(row[name] is None for name in _BOUNDS)
-    numbers = [row[name] for name in NUMBERS if not (bare and name in _BOUNDS)]
-    if blob is None or len(blob) != 8 * p or any(value is None for value in numbers):
-        return False
-    sound = bare or min(row[name] for name in _BOUNDS) >= 0
-    sound = sound and row["residual"] >= 0 and min(row["length"], row["lyapunov"]) > 0
-    places = np.frombuffer(blob, dtype="<f8")
-    return bool(sound and np.isfinite(numbers).all() and are_places(places))
+def are_whole(columns: Columns, p: int) -> Marks:
+    """Tell of rows of `orbit` of one period, given by columns, which have what their status demands."""
+    solvers, statuses, blobs = (columns[name] for name in ("solver", "status", "coordinates"))
+    numbers = {name: _numbers(columns[name]) for name in NUMBERS}
+    without = [np.isnan(numbers[name]) for name in NUMBERS if name != "margin"]
+    empty = np.all([*without, _marks(blob is None for blob in blobs)], axis=0)
+    unresolved = _marks(status == Status.UNRESOLVED for status in statuses)
+    dynamical = _marks(status == Status.DYNAMICAL for status in statuses)
+    pruned = empty & (unresolved | (dynamical & ~np.isnan(numbers["margin"])))
+    existing = _marks(status in EXISTING for status in statuses)
+    relaxed = _marks(solver == "relaxation" for solver in solvers)
+    whole = (existing & _have_numbers(numbers, relaxed) & _have_places(blobs, p)) | (pruned & ~existing)
+    return whole & _marks(solver in _SOLVERS for solver in solvers)
+
+
+def _marks(answers: Iterable[bool]) -> Marks:
+    return np.fromiter(answers, np.bool_)
+
+
+def _numbers(values: Sequence[Any]) -> NDArray[np.float64]:
+    """Return numbers, NaN for None and infinity for what a damaged file has in their place."""
+    if not set(map(type, values)) <= {float, int, type(None)}:
+        values = [value if isinstance(value, float | int | None) else np.inf for value in values]
+    return np.array(values, dtype=np.float64)
+
+
+def _have_numbers(numbers: Mapping[str, NDArray[np.float64]], relaxed: Marks) -> Marks:
+    """Tell which rows of orbits have all numbers, and sound ones; the relaxation knows no error bounds."""
+    bare = relaxed & np.all([np.isnan(numbers[name]) for name in _BOUNDS], axis=0)
+    bounded = np.all([np.isfinite(numbers[name]) & (numbers[name] >= 0) for name in _BOUNDS], axis=0)
+    sound = [np.isfinite(values) for name, values in numbers.items() if name not in _BOUNDS]
+    positive = [numbers[name] > 0 for name in ("length", "lyapunov")]
+    return np.all([bare | bounded, *sound, *positive, numbers["residual"] >= 0], axis=0)
+
+
+def _have_places(blobs: Sequence[Any], p: int) -> Marks:
+    """Tell which BLOBs hold p coordinates that some stadium has."""
+    found = _marks(isinstance(blob, bytes) and len(blob) == 8 * p for blob in blobs)
+    kept = b"".join(blobs[i] for i in np.flatnonzero(found).tolist())
+    places = np.frombuffer(kept, dtype="<f8").reshape(-1, p)
+    found[found] = (np.abs(places) < _FAR).all(axis=1)
+    return found
 
 
 def is_written(word: str, p: int) -> bool:
@@ -63,13 +88,12 @@ def is_written(word: str, p: int) -> bool:
 
 def sound_words(words: Sequence[str], p: int) -> NDArray[np.intp]:
     """Return the places of those words that are admissible, primitive, and of order p."""
-    written = [i for i, word in enumerate(words) if is_written(word, p)]
+    all_written = set(map(len, words)) == {p} and _WORD.fullmatch("".join(words))
+    written = [i for i, word in enumerate(words) if all_written or is_written(word, p)]
     if not written:
         return np.zeros(0, dtype=np.intp)
-    fine = rules_broken(from_strings([words[i] for i in written])) == 0
-    return np.array(
-        [i for i, ok in zip(written, fine, strict=True) if ok and is_primitive(words[i])], np.intp
-    )
+    symbols = from_strings([words[i] for i in written])
+    return np.array(written, np.intp)[(rules_broken(symbols) == 0) & are_primitive(symbols)]
 
 
 def need_words(words: Sequence[str], orders: Sequence[int]) -> None:

@@ -23,6 +23,7 @@ from orbitdb.store.file.schema import sequence
 from orbitdb.store.reading.class_first import is_long, orders, pruned_words
 from orbitdb.store.reading.class_view import class_view, same_for_classes
 from orbitdb.store.reading.first_rows import keys_before_words
+from orbitdb.store.reading.index_reading import little_kept
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import need_words, unsound
 
@@ -55,21 +56,30 @@ def spread_lines(
     known = {*_NAMES, "rules", *class_view().c.keys()}
     if keys_before_words(order) or not known.issuperset(columns) or not set(_NAMES).intersection(columns):
         return None
+    periods = periods_by_class(reader, selection)
+    if periods is None:
+        return None
+    return (line for p in periods for line in _lines_of_period(reader, selection, columns, p, lines))
+
+
+def periods_by_class(reader: Reader, selection: Selection) -> list[int] | None:
+    """Return the chosen periods; None if the subset is small, or takes single words of classes."""
     whole = replace(selection, contains=None)
     with reader.reading() as connection:
         if not is_long(connection) or not same_for_classes(whole) or pruned_words(connection, whole):
             return None
-        periods = [p for p in orders(connection) if selection.includes(p)]
-    return (line for p in periods for line in _lines_of_period(reader, selection, columns, p, lines))
+        return [p for p in orders(connection) if selection.includes(p)]
 
 
 def _lines_of_period(
     reader: Reader, selection: Selection, columns: Sequence[str], p: int, lines: Lines
 ) -> Iterator[str]:
-    with _new_draft() as draft, reader.reading() as connection:
+    with _new_draft() as draft, reader.reading() as connection, little_kept(connection):
         numbers, ends = _write_classes(
             connection, replace(selection, contains=None), columns, p, lines, draft
         )
+        if not len(numbers):
+            return
         draft.flush()
         query = sa.select(sequence.c.word, sequence.c.cycle).where(sequence.c.p == p)
         if selection.contains is not None:
@@ -109,7 +119,7 @@ def _write_classes(
     numbers: list[NDArray[np.int64]] = [np.zeros(0, np.int64)]
     sizes: list[NDArray[np.int64]] = [np.zeros(1, np.int64)]
     with answering(connection, selection, Patience()):
-        cursor = connection.execute(query.order_by(known.cycle)).cursor
+        cursor = connection.execute(query.order_by(known.class_order)).cursor
         while block := cursor.fetchmany(_BLOCK):
             texts = [line.encode() for line in lines(row[1:] for row in block)]
             if any(text.count(_HERE.encode()) != names for text in texts):
@@ -127,6 +137,15 @@ def _of_class(name: str) -> sa.ColumnElement[Any]:
     return sa.null().label(name) if name == "rules" else class_view().c[name]
 
 
+def places_of(
+    wanted: NDArray[np.int64], numbers: NDArray[np.int64]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return which of some numbers are among those that rise, at least one, and their places there."""
+    places = np.searchsorted(numbers, wanted).clip(max=len(numbers) - 1)
+    chosen = np.flatnonzero(numbers[places] == wanted)  # `np.isin` would sort all of them for each block
+    return chosen, places[chosen]
+
+
 def _lines_of_block(
     block: Sequence[tuple[str, int | None]],
     p: int,
@@ -138,8 +157,7 @@ def _lines_of_block(
     words, cycles = zip(*block, strict=True)
     need_words(words, [p] * len(words))
     wanted = np.array([number or 0 for number in cycles], np.int64)
-    chosen = np.flatnonzero(np.isin(wanted, numbers))
-    places = np.searchsorted(numbers, wanted[chosen])
+    chosen, places = places_of(wanted, numbers)
     starts = ends[places]
     sizes = ends[places + 1] - starts
     for row, start, size in zip(chosen.tolist(), starts.tolist(), sizes.tolist(), strict=True):

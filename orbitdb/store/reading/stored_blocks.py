@@ -1,9 +1,9 @@
 """Reading chosen classes block by block: their words and orbits as they are stored, right or wrong."""
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import sqlalchemy as sa
@@ -13,8 +13,9 @@ from orbitdb.orbits.orbit import NUMBERS, Orbits
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import certificate, cycle, orbit, sequence, stadium
 from orbitdb.store.reading.reader import Reader
-from orbitdb.store.reading.soundness import Row, is_whole, sound_words
-from orbitdb.symbols.words import from_strings
+from orbitdb.store.reading.soundness import Columns, Marks, Row, are_whole, sound_words
+from orbitdb.symbols.enumeration import Span
+from orbitdb.symbols.words import from_strings, to_strings, unpack
 
 Ids = dict[int, NDArray[np.int64]]
 """The numbers of classes, by period."""
@@ -22,7 +23,6 @@ Ids = dict[int, NDArray[np.int64]]
 SYMBOLS_A_BLOCK = 1 << 17
 
 _BLOCK = 4096
-_PAIR = np.dtype("i8,i8")
 
 
 def choose(reader: Reader, selection: Selection, sample: int | None, rng: np.random.Generator) -> Ids:
@@ -54,14 +54,18 @@ def blocks(ids: Ids, size: int = _BLOCK) -> Iterator[tuple[int, NDArray[np.int64
 def _class_ids(connection: sa.Connection, a: float) -> Ids:
     """Return the classes that have a row at one a."""
     query = (
-        sa.select(cycle.c.p, cycle.c.id)
+        sa.select(sa.func.group_concat(cycle.c.p), sa.func.group_concat(cycle.c.id))
         .join(orbit, orbit.c.cycle == cycle.c.id)
         .join(stadium, stadium.c.id == orbit.c.stadium)
         .where(stadium.c.a == a)
     )
-    cursor = connection.execute(query).cursor
-    pairs = np.fromiter(iter(cursor.fetchone, None), _PAIR)  # a million tuples would take 200 MB
-    return {int(p): np.unique(pairs["f1"][pairs["f0"] == p]) for p in np.unique(pairs["f0"])}
+    periods, numbers = map(_integers, connection.execute(query).one())
+    return {int(p): np.unique(numbers[periods == p]) for p in np.unique(periods)}
+
+
+def _integers(text: str | None) -> NDArray[np.int64]:
+    """Return the integers of a column that SQLite has joined: tuples cost ten times the time and room."""
+    return np.fromstring(text, dtype=np.int64, sep=",") if text else np.zeros(0, np.int64)
 
 
 def by_period(pairs: Sequence[Any]) -> dict[int, NDArray[np.int64]]:
@@ -80,6 +84,56 @@ def _dicts(connection: sa.Connection, query: sa.Select[Any]) -> list[dict[str, A
     """Return rows by the names of their columns, as SQLite's own driver gives them: these are many."""
     names = [column.name for column in query.selected_columns]
     return [dict(zip(names, row, strict=True)) for row in connection.execute(query).cursor.fetchall()]
+
+
+def load_class_rows(connection: sa.Connection, ids: NDArray[np.int64]) -> list[tuple[Any, ...]]:
+    """Return all rows of `cycle` from one class to another, as tuples, in the order of their numbers."""
+    if not len(ids):
+        return []
+    query = sa.select(cycle).where(cycle.c.id.between(int(ids[0]), int(ids[-1]))).order_by(cycle.c.id)
+    return list(connection.execute(query).cursor.fetchall())
+
+
+class StoredSpan(NamedTuple):
+    """The words of a span that are stored, but for those that are kept as pruned.
+
+    Attributes
+    ----------
+    total : int
+        How many there are.
+    longest : int
+        The number of symbols of the longest.
+    words : str
+        One behind the other, in the order of the table's key, in which SQLite reads them.
+    cycles : ndarray of int64
+        The numbers of their classes; without those that have none.
+    elements : str
+        The numbers of the elements, likewise.
+    """
+
+    total: int
+    longest: int
+    words: str
+    cycles: NDArray[np.int64]
+    elements: str
+
+
+def load_span(connection: sa.Connection, span: Span) -> StoredSpan:
+    """Return the stored words of a span, joined by SQLite: rows would take several times as long."""
+    after, upto = (to_strings(unpack(np.array([end]), span.p))[0] for end in (max(span.after, 0), span.upto))
+    each = sequence.c
+    joined = sa.select(
+        sa.func.count(),
+        sa.func.max(sa.func.length(each.word)),
+        sa.func.group_concat(each.word, ""),
+        sa.func.group_concat(each.cycle),
+        sa.func.group_concat(each.element, ""),
+    )
+    here = (each.p == span.p, each.word > (after if span.after >= 0 else ""), each.word <= upto)
+    total, longest, words, cycles, elements = connection.execute(
+        joined.where(*here, each.rules.is_(None))
+    ).one()
+    return StoredSpan(total, longest or 0, words or "", _integers(cycles), elements or "")
 
 
 def load_sequences(connection: sa.Connection, p: int, words: Sequence[str]) -> dict[str, tuple[Any, ...]]:
@@ -104,31 +158,38 @@ class StoredBlock:
 
     Attributes
     ----------
-    words : list of str
-        The classes' least words, as stored.
-    rows : list of dict
-        The columns of `orbit`, and `radius` of the certificate if there is one.
+    columns : dict of str to sequences
+        The columns of `orbit`; `word`, the classes' least words; and `radius` of the certificate if there
+        is one.
     """
 
-    words: list[str]
-    rows: Sequence[Row]
+    columns: Columns
 
-    def whole(self, p: int) -> list[bool]:
+    @property
+    def words(self) -> Sequence[str]:
+        """The classes' least words, as stored."""
+        return self.columns["word"]
+
+    def some(self, name: str, chosen: Iterable[int]) -> list[Any]:
+        """Return the values of some rows in one column."""
+        values = self.columns[name]
+        return [values[i] for i in chosen]
+
+    def whole(self, p: int) -> Marks:
         """Tell of each row whether it has what its status demands."""
-        return [is_whole(row, p) for row in self.rows]
+        return are_whole(self.columns, p)
 
     def orbits(self, chosen: Sequence[int]) -> Orbits:
         """Return some of the rows as arrays, NaN for NULL; their words and BLOBs must be sound."""
-        words = from_strings([self.words[i] for i in chosen])
-        rows = [self.rows[i] for i in chosen]
+        words = from_strings(self.some("word", chosen))
         blank = np.full(words.shape[1], np.nan, dtype="<f8").tobytes()
-        places = b"".join(row["coordinates"] or blank for row in rows)
+        places = b"".join(blob or blank for blob in self.some("coordinates", chosen))
         return Orbits(
             words=words,
-            status=np.array([row["status"] for row in rows], dtype=str),
+            status=np.array(self.some("status", chosen), dtype=str),
             coordinates=np.frombuffer(places, dtype="<f8").astype(float).reshape(words.shape),
-            iterations=np.array([row["iterations"] for row in rows], dtype=np.int64),
-            **{name: np.array([row[name] for row in rows], dtype=float) for name in NUMBERS},
+            iterations=np.array(self.some("iterations", chosen), dtype=np.int64),
+            **{name: np.array(self.some(name, chosen), dtype=float) for name in NUMBERS},
         )
 
 
@@ -142,10 +203,13 @@ def load_orbits(connection: sa.Connection, stadium: int, ids: NDArray[np.int64])
         .where(orbit.c.stadium == stadium, orbit.c.cycle.in_(_listed(ids)))
         .order_by(orbit.c.cycle)
     )
-    rows = _dicts(connection, query)
-    return StoredBlock([row.pop("word") for row in rows], rows)
+    names = [column.name for column in query.selected_columns]
+    rows = connection.execute(query).cursor.fetchall()
+    return StoredBlock(dict(zip(names, zip(*rows, strict=True) if rows else [()] * len(names), strict=True)))
 
 
-def whole_rows(stored: StoredBlock, p: int, whole: Sequence[bool]) -> list[int]:
+def whole_rows(stored: StoredBlock, p: int, whole: Marks) -> list[int]:
     """Return the places of rows of sound words that are whole (`StoredBlock.whole`)."""
-    return [i for i in sound_words(stored.words, p).tolist() if whole[i]]
+    sound = sound_words(stored.words, p)
+    places: list[int] = sound[whole[sound]].tolist()
+    return places

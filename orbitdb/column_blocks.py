@@ -1,0 +1,66 @@
+"""Rows as blocks of columns: what files of columns are written from, many rows at a time."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain, islice
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+_ROWS = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class Lists:
+    """A column of lists.
+
+    Attributes
+    ----------
+    values : ndarray
+        All of them, one list behind the other.
+    lengths : ndarray of int64, shape (N,)
+    present : ndarray of bool, shape (N,)
+        Which rows have a list; one of length 0 is a list, too.
+    """
+
+    values: NDArray[Any]
+    lengths: NDArray[np.int64]
+    present: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.lengths)
+
+
+Column = NDArray[Any] | Lists | Sequence[Any]
+"""Numbers, NaN for none; texts as ASCII bytes, none of them missing; lists; or any plain values."""
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnBlock:
+    """Some rows, column by column.
+
+    Attributes
+    ----------
+    columns : sequence of Column
+        Equally long.
+    """
+
+    columns: Sequence[Column]
+
+    def __len__(self) -> int:
+        return len(self.columns[0])
+
+
+def in_columns(rows: Iterable[Any]) -> Iterator[Sequence[Column]]:
+    """Yield the columns of rows, some at a time; rows may be blocks of columns, all of them or none."""
+    rows = iter(rows)
+    first = next(rows, None)
+    if first is None:
+        return
+    rows = chain([first], rows)
+    if isinstance(first, ColumnBlock):
+        yield from (block.columns for block in rows)
+        return
+    while block := list(islice(rows, _ROWS)):
+        yield list(zip(*block, strict=True))
