@@ -5,6 +5,7 @@ import re
 import sqlite3
 import struct
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -253,6 +254,19 @@ def test_words_that_are_cut_elsewhere_are_found(small):
     )
     moved = [word for (word,) in ask(small, "SELECT word FROM sequence WHERE p = 6 ORDER BY word")]
     assert "".join(moved) == "".join(words)
+    found = checks(small)["sequences"]
+    assert (found.failures, found.first) == (2, before)
+
+
+def test_an_element_that_is_lacking_is_not_made_up_for_by_the_next(small):
+    """One behind the other they make the same text."""
+    rows = ask(small, "SELECT word, element FROM sequence WHERE p = 6 ORDER BY word")
+    (before, first), (word, second) = next(pair for pair in pairwise(rows) if pair[0][1])
+    alter(
+        small,
+        f"UPDATE sequence SET element = NULL WHERE word = '{before}'",
+        f"UPDATE sequence SET element = {first}{second} WHERE word = '{word}'",
+    )
     found = checks(small)["sequences"]
     assert (found.failures, found.first) == (2, before)
 

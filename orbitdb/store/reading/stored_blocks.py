@@ -108,7 +108,8 @@ class StoredSpan(NamedTuple):
     cycles : ndarray of int64
         The numbers of their classes; without those that have none.
     elements : str
-        The numbers of the elements, likewise.
+        The numbers of the elements, one behind the other, and a mark where there is none: else a number of
+        two digits could stand in for it.
     """
 
     total: int
@@ -127,7 +128,7 @@ def load_span(connection: sa.Connection, span: Span) -> StoredSpan:
         sa.func.max(sa.func.length(each.word)),
         sa.func.group_concat(each.word, ""),
         sa.func.group_concat(each.cycle),
-        sa.func.group_concat(each.element, ""),
+        sa.func.group_concat(sa.func.coalesce(each.element, "?"), ""),
     )
     here = (each.p == span.p, each.word > (after if span.after >= 0 else ""), each.word <= upto)
     total, longest, words, cycles, elements = connection.execute(
