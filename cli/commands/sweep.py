@@ -64,7 +64,7 @@ def sweep(
     'orbitdb table', 'entropy' and 'lyapunov' answer from it where no fill does. It takes a third of the time
     of a fill and next to no room. Goes on where it was stopped; periods that are swept are passed over.
     Of a chosen subset N_c and classes are of its orbits, N_t is of all sequences that were looked at, and
-    boundary and unresolved are of those that --range does not decide about.
+    boundary and unresolved are of the chosen words whatever --range says, which chooses among orbits.
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.file.database import default_path

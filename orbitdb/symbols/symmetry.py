@@ -207,9 +207,7 @@ def classify_packed(codes: NDArray[np.int64], p: int) -> Classes:
 
 
 def _classify(own: NDArray[np.int64], p: int) -> Classes:
-    first = (
-        own << BITS
-    )  # images with the numbers of their elements behind them: of equal ones the first counts
+    first = own << BITS  # an image, its element's number behind it: of equal ones the first counts
     stabiliser = np.ones(own.shape, dtype=np.uint8)
     for g, turned in enumerate(packed_images(own, p)):
         if g:

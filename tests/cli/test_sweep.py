@@ -144,7 +144,7 @@ WRONG = [
     ("3 --status boundary,orbit", "status boundary, orbit cannot be swept: sums are over orbits alone"),
     (
         "3 --contains 1^41",
-        "contains 41 symbols cannot be swept: words that can have no more than 40 in a row",
+        "contains 41 symbols cannot be swept: no swept word has more than 40 in a row",
     ),
     ("3 --contains 16", "symbol '6' at place 2"),
     ("3 --reversal both", "reversal 'both': use self or pair"),
