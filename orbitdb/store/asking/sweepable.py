@@ -37,9 +37,7 @@ def why_not_swept(selection: Selection) -> str:
     if selection.statuses not in ((), (Status.ORBIT,)):
         return f"status {', '.join(selection.statuses)} cannot be swept: sums are over orbits alone"
     if (count := len(selection.contains or "")) > _LONGEST:
-        return (
-            f"contains {count} symbols cannot be swept: no swept word has more than {_LONGEST} in a row"
-        )
+        return f"contains {count} symbols cannot be swept: no swept word has more than {_LONGEST} in a row"
     return ""
 
 
