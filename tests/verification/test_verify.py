@@ -255,6 +255,15 @@ def test_words_that_are_cut_elsewhere_are_found(small):
     assert (found.failures, found.first) == (2, before)
 
 
+def test_a_class_by_the_word_of_another_class_lacks_the_words_of_that(small):
+    ((number,),) = ask(small, f"SELECT {SOME_CLASS}")
+    ((other,),) = ask(small, f"SELECT max(word) FROM sequence WHERE p = 6 AND cycle != {number}")
+    alter(small, f"UPDATE cycle SET word = '{other}' WHERE id = {number}")
+    found = checks(small)
+    assert found["classes"].failures == 1
+    assert 0 < found["sequences"].failures <= 8
+
+
 @pytest.mark.parametrize("name", slow_but(FIRST_OF_EACH_CHECK, ALTERATIONS))
 def test_what_is_altered_is_found(small, cli, name):
     statement, check = ALTERATIONS[name]
