@@ -203,7 +203,7 @@ class BrowseApp(App[None]):
             self._main.go_along(message.wish.a)
             self._fill(message.wish)
 
-    @work(thread=True, group="fill", exit_on_error=False)
+    @work(thread=True, group="fill")
     def _fill(self, wish: Wish) -> None:
         from dataclasses import replace
 

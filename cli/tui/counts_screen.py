@@ -116,7 +116,7 @@ class CountsScreen(Screen[None]):
         self.query_one("#histogram").border_title = title_of(column)
         self._count_values(column, self._bins)
 
-    @work(thread=True, exclusive=True, group="counts", exit_on_error=False)
+    @work(thread=True, exclusive=True, group="counts")
     def _count(self) -> None:
         from orbitdb.store.reading.tallies import marginal, tally
 
@@ -133,7 +133,7 @@ class CountsScreen(Screen[None]):
         if not worker.is_cancelled:
             self.post_message(self.Counted(counts, partial))
 
-    @work(thread=True, exclusive=True, group="values", exit_on_error=False)
+    @work(thread=True, exclusive=True, group="values")
     def _count_values(self, column: str, bins: int) -> None:
         worker = get_current_worker()
 

@@ -129,7 +129,7 @@ class FillDialog(ModalScreen[None]):
             return
         self._weigh(wish, begin)
 
-    @work(thread=True, exclusive=True, group="cost", exit_on_error=False)
+    @work(thread=True, exclusive=True, group="cost")
     def _weigh(self, wish: Wish, begin: bool) -> None:
         worker = get_current_worker()
         try:

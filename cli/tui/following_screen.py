@@ -127,7 +127,7 @@ class FollowingScreen(WordScreen):
             table.show(rows, table.cursor)
         self._say_reading("")
 
-    @work(thread=True, exclusive=True, group="standings", exit_on_error=False)
+    @work(thread=True, exclusive=True, group="standings")
     def _read_standings(self, pages: Pages) -> None:
         from orbitdb.store.reading.standings import load_standings, periods_without
 

@@ -290,7 +290,7 @@ class MainScreen(KeepingScreen):
             take,
         )
 
-    @work(thread=True, group="export", exit_on_error=False)
+    @work(thread=True, group="export")
     def _write(self, path: Path, selection: Selection, ordering: Ordering, orbit: Orbit | None) -> None:
         from orbitdb.cli.tui.export import export
 

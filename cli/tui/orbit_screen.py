@@ -214,7 +214,7 @@ class OrbitScreen(Screen[None]):
         note.display = bool(gaps)
         note.update(gaps)
 
-    @work(thread=True, exclusive=True, group="rows", exit_on_error=False)
+    @work(thread=True, exclusive=True, group="rows")
     def _read_rows(self, selection: Selection, ordering: Ordering) -> None:
         from orbitdb.store.reading.pages import CancelledError, chosen_keys
 

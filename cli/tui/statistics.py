@@ -97,7 +97,7 @@ class StatisticsScreen(Screen[None]):
         self._compute(self.weight)
         self._refer(self._bounces)
 
-    @work(thread=True, exclusive=True, group="numbers", exit_on_error=False)
+    @work(thread=True, exclusive=True, group="numbers")
     def _compute(self, weight: Weight) -> None:
         worker = get_current_worker()
         found = None
@@ -113,7 +113,7 @@ class StatisticsScreen(Screen[None]):
         except (InputError, StoreError, ValueError) as error:
             self.post_message(self.Failed(str(error)))
 
-    @work(thread=True, exclusive=True, group="trajectories", exit_on_error=False)
+    @work(thread=True, exclusive=True, group="trajectories")
     def _refer(self, bounces: int, anew: bool = False) -> None:
         """Take the stored reference if there is one; else, or to have another, follow trajectories."""
         from orbitdb.store.reading.references import best_reference

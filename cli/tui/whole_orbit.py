@@ -168,7 +168,7 @@ class WholeOrbitScreen(Screen[None]):
         panel.border_title = "the whole orbit"
         panel.show_lines(partial(whole_lines, orbit, certificate, partners))
 
-    @work(thread=True, exit_on_error=False)
+    @work(thread=True)
     def _complete(self) -> None:
         from orbitdb.store.reading.one_word import born_with, with_existence
 

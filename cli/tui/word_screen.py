@@ -76,7 +76,7 @@ class WordScreen(OrbitScreen):
         else:
             self.sub_title = f"solving {code_text(word)} …"
 
-    @work(thread=True, exclusive=True, group="find", exit_on_error=False)
+    @work(thread=True, exclusive=True, group="find")
     def _find(self, word: str, a: float) -> None:
         try:
             orbit = self.browser.find(word, a)

@@ -126,7 +126,7 @@ def _over_phi(a: float, t: Floats) -> Floats:
     rest, jumps = turns % 1, np.concatenate([_jumps(a, t), _near_zeros(a, t)], axis=1)
     middles = [rest / 2, (1 + rest) / 2]
     ends = np.concatenate([0 * rest, jumps, (turns - jumps) % 1, rest, *middles, 0 * rest + 1], axis=1)
-    ends.sort(axis=1)
+    ends.sort()
     centre = (ends[:, 1:] + ends[:, :-1]) / 2
     chosen = (centre < middles[0]) | ((centre > rest) & (centre < middles[1]))
     width = 2 * np.diff(ends, axis=1)

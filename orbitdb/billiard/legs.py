@@ -25,9 +25,9 @@ Run i precedes leg i; run 0 is on the left.
 """
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -64,7 +64,7 @@ class Chain(ByValue):
     @cached_property
     def parity(self) -> Floats:
         """(-1)^n of each leg, shape (m, N)."""
-        return 1.0 - 2.0 * (self.n % 2)
+        return 1.0 - 2.0 * (self.n - 2 * np.floor(self.n / 2))  # n % 2, in a tenth of the time
 
     @cached_property
     def lift(self) -> Floats:
@@ -97,6 +97,10 @@ class Legs(Chain):
     place: NDArray[np.intp]
     straight: NDArray[np.bool_]
 
+    def of_words(self, words: NDArray[np.intp]) -> "Legs":
+        """Return those of some of the words."""
+        return Legs(**{each.name: getattr(self, each.name).take(words, axis=1) for each in fields(self)})
+
 
 def preceding(rows: NDArray[Any]) -> NDArray[Any]:
     """Return for each row the cyclic neighbour before it: a copy, turned along the first axis."""
@@ -122,17 +126,26 @@ def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
         One entry for each number of runs: the rows of ``words`` it holds, and their structure.
     """
     pieces = _Pieces.of(words)
-    fresh, origin = pieces.fresh, pieces.origin
-    steps = np.arange(words.shape[1])
-    run = pieces.run_starts.cumsum(axis=1) - 1
-    place = steps - np.maximum.accumulate(np.where(fresh, steps, 0), axis=1)
-    back = (steps - origin) % len(steps)
-    run, place = np.take_along_axis(run, back, axis=1), np.take_along_axis(place, back, axis=1)
-    bounces: list[NDArray[Any]] = [np.ascontiguousarray(part.T) for part in (run, place, STRAIGHT[words])]
-    return [
-        (rows, Legs(*chain, *(part.take(rows, axis=1) for part in bounces)))
-        for rows, chain in pieces.by_runs()
-    ]
+    return [(rows, pieces.legs(chain, rows)) for rows, chain in pieces.by_runs()]
+
+
+def cut_on_demand(
+    words: NDArray[np.uint8],
+) -> Iterator[tuple[NDArray[np.intp], Chain, Callable[[NDArray[np.intp]], Legs]]]:
+    """Cut admissible words as `cut` does, but tell where each bounce stands only of those that are asked for.
+
+    Yields
+    ------
+    rows : ndarray of intp
+        The words that have one number of runs.
+    chain : Chain
+        Their structure.
+    legs : callable
+        From places among these words to their `Legs`.
+    """
+    pieces = _Pieces.of(words)
+    for rows, chain in pieces.by_runs():
+        yield rows, Chain(*chain), partial(pieces.some_legs, chain, rows)
 
 
 def chains(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Chain]]:
@@ -187,6 +200,26 @@ class _Pieces:
             rows = np.flatnonzero(runs == m)
             chain = first_run[rows] + np.arange(m)[:, None]
             yield rows, [part[chain] for part in (k, d, n, s)]
+
+    def legs(self, chain: list[NDArray[Any]], rows: NDArray[np.intp]) -> Legs:
+        """Return the legs of some words, whose k, d, n and s are known."""
+        k, d, n, s = chain
+        p = self.symbols.shape[1]
+        back = rows * p + (np.arange(p)[:, None] - self.origin[rows, 0]) % p
+        run, place = self.places
+        return Legs(k, d, n, s, run.take(back), place.take(back), self.straight.take(back))
+
+    def some_legs(self, chain: list[NDArray[Any]], rows: NDArray[np.intp], few: NDArray[np.intp]) -> Legs:
+        """Return the legs of a few of some words."""
+        return self.legs([part.take(few, axis=1) for part in chain], rows[few])
+
+    @cached_property
+    def places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """The run, or the leg, of every bounce, and its place in it, from 0."""
+        runs = self.run_starts.cumsum(axis=1) - 1
+        steps = np.arange(self.fresh.size)
+        start = np.maximum.accumulate(np.where(self.fresh.ravel(), steps, 0))  # each word begins with one
+        return runs.ravel(), steps - start
 
 
 def direction_limits(legs: Chain, a: float | Floats) -> tuple[Floats, Floats]:

@@ -67,8 +67,10 @@ def exponent(slopes: Derivatives) -> Floats:
     return exponents
 
 
-def exponent_error(legs: Chain, slopes: Derivatives, alpha_error: Floats) -> Floats:
-    """Bound the error of `exponent`, given those of the directions, shape (m, N).
+def exponent_error(
+    legs: Chain, slopes: Derivatives, alpha_error: Floats, value: Floats | None = None
+) -> Floats:
+    """Bound the error of `exponent`, given those of the directions, shape (m, N), and its value, if known.
 
     tr M - 2 is a sum of products that hold every drift and kick at most once. So its logarithm is off by
     at most the sum of what theirs are off by, r, and lambda by r tanh of half the larger of the two
@@ -81,7 +83,7 @@ def exponent_error(legs: Chain, slopes: Derivatives, alpha_error: Floats) -> Flo
     bend = alpha_error + preceding(alpha_error) + 4 * np.pi * epsilon
     kick = bend / (4 * legs.k**2 * slopes.stiffness)
     relative = add_up(_of_logarithm(drift) + _of_logarithm(kick)) + 12 * len(legs.k) * epsilon
-    value = exponent(slopes)
+    value = exponent(slopes) if value is None else value
     bound: Floats = relative * np.tanh((value + relative) / 2) + 3 * epsilon * value
     return ABOVE * bound
 

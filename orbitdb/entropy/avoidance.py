@@ -179,7 +179,7 @@ class _Tree:
 def _sorted(patterns: list[tuple[Letters, int]]) -> tuple[list[NDArray[np.uint64]], NDArray[np.uint8]]:
     """Return all patterns upright and run both ways, packed, in order; and their kinds."""
     # a state knows its last letter at least
-    given = [(_UPRIGHT[:, None], 0), *(pattern for pattern in patterns if len(pattern[0]))]
+    given = [(_UPRIGHT[:, None], 0), *patterns]
     longest = max(words.shape[1] for words, _ in given)
     both = [_packed(upright(way), longest) for words, _ in given for way in (words, reverse(words))]
     columns = [np.concatenate(column) for column in zip(*both, strict=True)]

@@ -5,7 +5,7 @@ the same wherever and in whatever order blocks are solved.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from time import thread_time
 from typing import Protocol, TypeVar
 
@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.newton import solve_admissible
+from orbitdb.orbits.newton import solve_for_orbits
 from orbitdb.orbits.orbit import Orbits
 from orbitdb.orbits.relaxation import relax
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.enumeration import Span, admissible_words, spans
-from orbitdb.symbols.symmetry import Classes, classify
-from orbitdb.symbols.words import pack, unpack
+from orbitdb.symbols.enumeration import Span, admissible_codes, spans
+from orbitdb.symbols.symmetry import Classes, classify_packed
+from orbitdb.symbols.words import unpack
 from orbitdb.version import __version__
 
 
@@ -63,7 +63,7 @@ _BLOCKS_A_JOB = 3
 _SMALLEST = 1 / 4
 """Of a full block: smaller ones cost more a word."""
 
-METHODS = {"newton": Method(solve_admissible, 1 << 16), "relaxation": Method(relax, 1 << 8)}
+METHODS = {"newton": Method(solve_for_orbits, 1 << 16), "relaxation": Method(relax, 1 << 8)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,8 +101,8 @@ class SolvedBlock(ByValue):
     ----------
     span : Span
         The block's.
-    words : ndarray of uint8, shape (N, p)
-        The words that were enumerated, as least rotations, in order.
+    words : ndarray of int64, shape (N,)
+        The words that were enumerated, packed, as least rotations, in order.
     classes : Classes
         Their symmetry classes.
     orbits : Orbits
@@ -116,7 +116,7 @@ class SolvedBlock(ByValue):
     """
 
     span: Span
-    words: NDArray[np.uint8]
+    words: NDArray[np.int64]
     classes: Classes
     orbits: Orbits
     stabiliser: NDArray[np.uint8]
@@ -140,9 +140,10 @@ def cut_into_blocks(a: float, method: str, p: int, after: int = -1, jobs: int = 
 def solve_block(block: Block) -> SolvedBlock:
     """Find the words of a block, their symmetry classes, and what becomes of the classes."""
     clock = [thread_time()]
-    words, classes = _enumerate(block)
-    least = classes.representative == pack(words)
-    chosen = words[least] if block.classes is None else unpack(block.classes, block.span.p)
+    words = _enumerate(block)
+    classes = classify_packed(words, block.span.p)
+    least = classes.representative == words
+    chosen = unpack(words[least] if block.classes is None else block.classes, block.span.p)
     clock.append(thread_time())
     orbits = METHODS[block.method].solve(chosen, Stadium(block.a))
     clock.append(thread_time())
@@ -151,11 +152,7 @@ def solve_block(block: Block) -> SolvedBlock:
     return SolvedBlock(block.span, words, classes, orbits, stabiliser, enumerating, solving, *by)
 
 
-def _enumerate(block: Block) -> tuple[NDArray[np.uint8], Classes]:
-    """Return the words of a block and their classes; none if it names its classes."""
-    none = np.zeros((0, block.span.p), dtype=np.uint8)
-    chunks = [none, *(admissible_words(*block.span) if block.classes is None else ())]
-    found = [classify(chunk) for chunk in chunks]  # chunk by chunk: they fit into the processor's cache
-    names = (each.name for each in fields(Classes))
-    joined = {name: np.concatenate([getattr(part, name) for part in found]) for name in names}
-    return np.concatenate(chunks), Classes(**joined)
+def _enumerate(block: Block) -> NDArray[np.int64]:
+    """Return the words of a block; none if it names its classes."""
+    none = np.zeros(0, dtype=np.int64)
+    return np.concatenate([none, *(admissible_codes(block.span) if block.classes is None else ())])

@@ -37,7 +37,7 @@ from orbitdb.symbols.automaton import RULE_NUMBERS
 from orbitdb.symbols.counting import count_admissible, count_primitive
 from orbitdb.symbols.enumeration import Span, primitive_words
 from orbitdb.symbols.pruning import FAMILY, rule_numbers, rules_broken
-from orbitdb.symbols.words import key, keys, pack, to_strings
+from orbitdb.symbols.words import key, keys, pack, to_strings, unpack
 
 _LAST_FULL_MASK = 64
 
@@ -166,7 +166,7 @@ class _PeriodFill:
         insertion.add_cycles(connection, keys(pack(least), p).tolist(), least, found.stabiliser)
         classes = keys(found.classes.representative, p).tolist()
         insertion.add_sequences(
-            connection, p, to_strings(found.words), classes, found.classes.element.tolist()
+            connection, p, to_strings(unpack(found.words, p)), classes, found.classes.element.tolist()
         )
 
     def _known_classes(self, cursor: Cursor) -> Iterator[Block]:

@@ -16,7 +16,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import TracebackType
-from typing import Generic, Protocol, Self
+from typing import Generic, NamedTuple, Protocol, Self
 from uuid import uuid4
 
 from orbitdb.errors import WorkError
@@ -74,9 +74,7 @@ class Processes:
 
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
-        self._executor: Executor | None = None
-        self._lifeline: Connection | None = None
-        self._folder: Path | None = None
+        self._started: _Started | None = None
         self._until_end = ExitStack()
 
     def __enter__(self) -> Self:
@@ -85,8 +83,8 @@ class Processes:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if error is not None and self._lifeline is not None:
-            self._lifeline.close()  # nobody waits for what is under way
+        if error is not None and self._started is not None:
+            self._started.lifeline.close()  # nobody waits for what is under way
         self._end()
 
     def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
@@ -95,36 +93,44 @@ class Processes:
 
     def start(self) -> None:
         """Start the processes, which takes them some tenths of a second, before there are blocks to solve."""
-        executor, _ = self._ready()
+        executor = self._ready().executor
         with _signals_held_back():
             for _ in range(self.jobs):  # it starts one for each task that finds none idle
                 executor.submit(os.getpid)
 
     def submit(self, block: Task[Result]) -> "Parcel[Result]":
         """Begin with a block."""
-        executor, folder = self._ready()
+        ready = self._ready()
         with _signals_held_back():  # this may start a process
-            return Parcel(block, folder, executor)
+            return Parcel(block, ready.folder, ready.executor)
 
-    def _ready(self) -> tuple[Executor, Path]:
-        """Return what starts processes when they are needed, and the folder of their parcels."""
-        if self._executor is None or self._folder is None:
-            self._folder = self._until_end.enter_context(scratch_folder())
+    def _ready(self) -> "_Started":
+        if self._started is None:
+            folder = self._until_end.enter_context(scratch_folder())
             fresh = multiprocessing.get_context("spawn")  # a fork would share open databases
-            end, self._lifeline = fresh.Pipe(duplex=False)
-            self._executor = ProcessPoolExecutor(self.jobs, fresh, _begin_worker, (end,))
-        return self._executor, self._folder
+            end, lifeline = fresh.Pipe(duplex=False)
+            executor = ProcessPoolExecutor(self.jobs, fresh, _begin_worker, (end,))
+            self._started = _Started(executor, folder, lifeline)
+        return self._started
 
     def renew(self) -> None:
         """Put new processes in the place of those of which one has died."""
         self._end()
 
     def _end(self) -> None:
-        if self._executor is not None and self._lifeline is not None:
-            self._executor.shutdown(cancel_futures=True)
-            self._lifeline.close()
+        if self._started is not None:
+            self._started.executor.shutdown(cancel_futures=True)
+            self._started.lifeline.close()
         self._until_end.close()
-        self._executor = self._lifeline = self._folder = None
+        self._started = None
+
+
+class _Started(NamedTuple):
+    """What starts processes when needed, the folder of their parcels, and the line that ends them."""
+
+    executor: Executor
+    folder: Path
+    lifeline: Connection
 
 
 class Parcel(Generic[Result]):

@@ -1,7 +1,6 @@
 """Words of several orders, cut once and followed together: what a chain does depends on no order."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +67,7 @@ class Batch:
                 start = newton(legs, a[chosen]).alpha
                 for at in np.unique(a[chosen]).tolist():
                     same = np.flatnonzero(a[chosen] == at)
-                    found = enclose_all(_legs_of(legs, same), Stadium(at), start[:, same])
+                    found = enclose_all(legs.of_words(same), Stadium(at), start[:, same])
                     signs[chosen[same]] = [PROVED_SIGNS.get(each.status, 0) for each in found]
         return signs
 
@@ -94,10 +93,6 @@ def _joined(parts: Sequence[tuple[Rows, Legs]]) -> tuple[Rows, Chain]:
     return rows, Chain(
         *(np.concatenate([getattr(legs, each) for _, legs in parts], axis=1) for each in names)
     )
-
-
-def _legs_of(legs: Legs, columns: Rows) -> Legs:
-    return Legs(**{each.name: getattr(legs, each.name).take(columns, axis=1) for each in fields(Legs)})
 
 
 def _places(legs: Legs, slack: Rows) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

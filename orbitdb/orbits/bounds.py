@@ -20,6 +20,9 @@ Every bound holds for the numbers as they are computed: it adds what they are ro
 times it is above what its own evaluation loses (`orbitdb.arithmetic` says what is assumed).
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,6 +48,7 @@ from orbitdb.billiard.legs import (
 )
 from orbitdb.billiard.stability import exponent, exponent_error, forces
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
 from orbitdb.orbits.orbit import Orbits, Status
 
 Floats = NDArray[np.float64]
@@ -75,24 +79,96 @@ def assess(
     -------
     Orbits
     """
+    return _measured(words, legs, stadium, alpha, iterations, _decided(legs, stadium.a, alpha))
+
+
+def assess_orbits(
+    words: NDArray[np.uint8],
+    chain: Chain,
+    legs: Callable[[NDArray[np.intp]], Legs],
+    stadium: Stadium,
+    found: tuple[Floats, NDArray[np.int64]],
+) -> Orbits:
+    """Do as `assess` does, but of words that are proved to be no orbits tell margin and steps alone.
+
+    Parameters
+    ----------
+    words, stadium, found
+        As there, ``found`` being the directions and the steps that the solver took.
+    chain : Chain
+        The words, cut.
+    legs : callable
+        From places among the words to their `Legs`.
+    """
+    alpha, iterations = found
+    verdict = _decided(chain, stadium.a, alpha)
+    orbits = replace(Orbits.empty(words), status=verdict.status, margin=verdict.margin, iterations=iterations)
+    left = np.flatnonzero(verdict.status != Status.DYNAMICAL)
+    if len(left):
+        here = legs(left), stadium, alpha.take(left, axis=1), iterations[left]
+        orbits.place(left, _measured(words[left], *here, verdict.of_words(left)))
+    return orbits
+
+
+@dataclass(frozen=True, eq=False)
+class _Verdict(ByValue):
+    """What has become of N words, and what that was decided by.
+
+    Attributes
+    ----------
+    slopes : Derivatives
+    alpha_error : ndarray, shape (m, N)
+    slack_error : ndarray, shape (4, m, N)
+    status, margin : ndarray, shape (N,)
+        As in `Orbits`.
+    """
+
+    slopes: Derivatives
+    alpha_error: Floats
+    slack_error: Floats
+    status: NDArray[np.str_]
+    margin: Floats
+
+    def of_words(self, words: NDArray[np.intp]) -> "_Verdict":
+        """Return those of some of the words."""
+        errors = self.alpha_error.take(words, axis=1), self.slack_error.take(words, axis=2)
+        return _Verdict(self.slopes.of_words(words), *errors, self.status[words], self.margin[words])
+
+
+def _decided(legs: Chain, a: float, alpha: Floats) -> _Verdict:
+    """Tell which words are orbits, as far as doubles can."""
     check_functions()
-    a = stadium.a
     slopes = derivatives(legs, a, alpha)
     alpha_error = direction_errors(legs, a, alpha, slopes, pressed_directions(legs, a, alpha, slopes))
     slack = slacks(legs, alpha)
     slack_error = slack_errors(legs, alpha_error)
-    place = coordinates(legs, a, alpha)
+    status = status_of(slack, slack_error, between_limits(legs, a, alpha, alpha_error))
+    margin = margin_distances(legs, alpha, slack).min(axis=(0, 1))
+    return _Verdict(slopes, alpha_error, slack_error, status, margin)
+
+
+def _measured(
+    words: NDArray[np.uint8],
+    legs: Legs,
+    stadium: Stadium,
+    alpha: Floats,
+    iterations: NDArray[np.int64],
+    verdict: _Verdict,
+) -> Orbits:
+    """Return all that is to be known of words of which it has been decided what becomes of them."""
+    a, slopes, alpha_error = stadium.a, verdict.slopes, verdict.alpha_error
+    place, lyapunov = coordinates(legs, a, alpha), exponent(slopes)
     return Orbits(
         words=words,
-        status=status_of(slack, slack_error, between_limits(legs, a, alpha, alpha_error)),
+        status=verdict.status,
         coordinates=place,
         length=length(legs, a, alpha),
-        lyapunov=exponent(slopes),
-        margin=margin_distances(legs, alpha, slack).min(axis=(0, 1)),
+        lyapunov=lyapunov,
+        margin=verdict.margin,
         residual=np.abs(forces(stadium, words, place)).max(axis=1),
-        error=_coordinate_error(legs, a, alpha, alpha_error, slack_error),
+        error=_coordinate_error(legs, a, alpha, alpha_error, verdict.slack_error),
         length_error=_length_error(legs, a, alpha, slopes, alpha_error),
-        lyapunov_error=exponent_error(legs, slopes, alpha_error),
+        lyapunov_error=exponent_error(legs, slopes, alpha_error, lyapunov),
         iterations=iterations,
     )
 

@@ -17,6 +17,7 @@ from orbitdb.billiard.legs import (
     Derivatives,
     centre_directions,
     cut,
+    cut_on_demand,
     derivatives,
     direction_limits,
     following,
@@ -25,7 +26,7 @@ from orbitdb.billiard.legs import (
 )
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.bounds import assess
+from orbitdb.orbits.bounds import assess, assess_orbits
 from orbitdb.orbits.orbit import NUMBERS, Orbit, Orbits, Status, finite
 from orbitdb.orbits.pruned import pruned_word
 from orbitdb.symbols import symmetry
@@ -92,11 +93,29 @@ def solve(words: NDArray[np.uint8], stadium: Stadium | float, tolerance: float =
 
 def solve_admissible(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE) -> Orbits:
     """Find the orbits of words as `solve` does, words that are known to be admissible."""
-    orbits = solve_in_doubles(words, stadium, tolerance)
+    return _left_to_balls(solve_in_doubles(words, stadium, tolerance), stadium)
+
+
+def solve_for_orbits(words: NDArray[np.uint8], stadium: Stadium) -> Orbits:
+    """Find the orbits of admissible words, and of those that have none their status, margin and steps alone.
+
+    What it tells is the same, bit by bit, as `solve_admissible` does.
+    """
+    orbits = Orbits.empty(words)
+    for rows, chain, legs in cut_on_demand(words):
+        found = newton(chain, stadium.a)
+        way = found.alpha, found.iterations
+        orbits.place(rows, assess_orbits(words[rows], chain, legs, stadium, way))
+    return _left_to_balls(orbits, stadium)
+
+
+def _left_to_balls(orbits: Orbits, stadium: Stadium) -> Orbits:
+    """Decide what doubles have left unresolved by ball arithmetic, in place."""
     for row in np.flatnonzero(orbits.status == Status.UNRESOLVED):
         from orbitdb.orbits.enclosure import as_orbits, enclose  # 30 ms to load, and seldom needed
 
-        orbits.place(np.array([row]), as_orbits(words[row], stadium, enclose(words[row], stadium)))
+        word = orbits.words[row]
+        orbits.place(np.array([row]), as_orbits(word, stadium, enclose(word, stadium)))
     return orbits
 
 

@@ -22,8 +22,10 @@ CHUNK = 1 << 14
 _LAST_SYMBOLS = 5
 """Symbols that a prefix leaves open when a period is cut into spans: some hundred words a prefix."""
 
-_FIRST_SYMBOLS = 3
-"""Symbols read again that show most of the words that do not close."""
+_FIRST_SYMBOLS = 4
+"""Symbols read again that show of nearly every word whether it closes."""
+
+_DEAD, _CLOSED, _OPEN = 0, 1, 2
 
 _CONTINUATIONS = 3.4
 """Admissible continuations of prefixes for each that closes and is a least rotation, at most."""
@@ -155,12 +157,23 @@ def admissible_words(p: int, after: int = -1, upto: int | None = None) -> Iterat
     time, thousands at once, by the rule of Fredricksen, Kessler and Maiorana: a prefix whose longest
     Lyndon prefix has m symbols goes on with a symbol not below the one m places back.
     """
-    _, table = automaton()
     whole = Span.whole(p, after)
-    for prefixes in _lyndon_words(whole if upto is None else whole._replace(upto=upto), table):
-        closed = closes(prefixes.codes, prefixes.states, p)
-        if len(closed):
-            yield unpack(prefixes.codes[closed], p)
+    for codes in admissible_codes(whole if upto is None else whole._replace(upto=upto)):
+        yield unpack(codes, p)
+
+
+def admissible_codes(span: Span) -> Iterator[NDArray[np.int64]]:
+    """Generate the words of a span as `admissible_words` does, packed."""
+    p = span.p
+    if p < 2:  # 1, 3, 4 and 5 stay on one side
+        return
+    _, table = automaton()
+    for prefixes in _prefixes(span, p - 1, table):
+        for start in range(0, len(prefixes.codes), CHUNK):
+            codes = _closed_by_one(prefixes.rows(slice(start, start + CHUNK)), p, table)
+            inside = (codes > span.after) & (codes <= span.upto)
+            if inside.any():
+                yield codes if inside.all() else codes[inside]
 
 
 def primitive_words(p: int, after: int = -1) -> Iterator[NDArray[np.uint8]]:
@@ -183,15 +196,69 @@ def closes(codes: NDArray[np.int64], states: NDArray[np.int8], p: int) -> NDArra
     """
     if p < 2:  # of the words on one side, only 1, 3, 4 and 5 get here
         return np.zeros(0, dtype=np.intp)
-    kept, table = automaton()
+    _, table = automaton()
+    head, verdicts = _verdicts(codes, p, min(_FIRST_SYMBOLS, p), table)
+    verdict = verdicts.ravel().take(len(table) * head + states)
+    return _read_on(codes, states, p, verdict)
+
+
+def _closed_by_one(prefixes: "_Prefixes", p: int, table: NDArray[np.int8]) -> NDArray[np.int64]:
+    """Return the Lyndon words of order p, packed, that prefixes grow to by one symbol and that close."""
+    codes, _, states = prefixes
+    head, verdicts = _verdicts(codes << BITS, p, min(_FIRST_SYMBOLS, p - 1), table)
+    after = np.where(table < 0, 0, table)
+    closing = (table >= 0) & (verdicts[:, after] != _DEAD)
+    chosen = _as_integers(closing).ravel().take(len(table) * head + states)
+    places = np.flatnonzero((chosen & _ABOVE[_back(prefixes)]).view(np.bool_))
+    parent, symbol = places >> BITS, places & 7
+    words, ends = codes[parent] << BITS | symbol, after[states[parent], symbol]
+    verdict = verdicts.ravel().take(len(table) * head[parent] + ends)
+    return words[_read_on(words, ends, p, verdict)]
+
+
+def _verdicts(
+    codes: NDArray[np.int64], p: int, first: int, table: NDArray[np.int8]
+) -> tuple[NDArray[np.intp], NDArray[np.int8]]:
+    """Tell what reading the first symbols of words again, in any state, says of whether they close.
+
+    Parameters
+    ----------
+    codes : ndarray of int64, shape (N,)
+        Packed words of order p; what is looked at are so many first symbols.
+
+    Returns
+    -------
+    head : ndarray of intp, shape (N,)
+        The number of each word's first symbols among those that follow one another.
+    verdicts : ndarray of int8, shape (heads, states)
+        `_CLOSED` where the state is then the one that it was when they were read for the first time: what
+        follows has been read, too. `_OPEN` where it is another.
+    """
+    heads = codes >> BITS * (p - first)
+    fresh = np.concatenate([np.ones(min(len(heads), 1), dtype=bool), heads[1:] != heads[:-1]])
+    different = heads[fresh]
+    kept, _ = automaton()
     rooted = np.array([state.left is not None for state in kept])
-    found = np.arange(len(codes))
-    first = min(_FIRST_SYMBOLS, p)
-    state = states.astype(np.intp)
-    for places in (range(p - 1, p - 1 - first, -1), range(p - 1 - first, -1, -1)):
-        state = _read(codes[found], state, places, table)
-        found, state = found[state >= 0], state[state >= 0]
-    return found[rooted[state]]  # only 02 has no root, and rule 3 forbids it
+    again = np.tile(np.arange(len(table)), (len(different), 1))
+    once = different >> BITS * (first - 1)  # the states after one symbol have its number
+    for place in range(first - 1, -1, -1):
+        again = _read(different[:, None], again, [place], table)
+        once = once if place == first - 1 else _read(different, once, [place], table)
+    alive = (again >= 0) & rooted  # only 02 has no root, and rule 3 forbids it
+    verdicts = np.where(alive, np.where(again == once[:, None], _CLOSED, _OPEN), _DEAD).astype(np.int8)
+    return fresh.cumsum() - 1, verdicts
+
+
+def _read_on(
+    codes: NDArray[np.int64], states: NDArray[np.int8], p: int, verdict: NDArray[np.int8]
+) -> NDArray[np.intp]:
+    """Return the places of words that close, of which verdicts are known: read those that are open again."""
+    still = np.flatnonzero(verdict == _OPEN)
+    if len(still):
+        _, table = automaton()
+        state = _read(codes[still], states[still].astype(np.intp), range(p - 1, -1, -1), table)
+        verdict[still] = np.where(state >= 0, _CLOSED, _DEAD)
+    return np.flatnonzero(verdict == _CLOSED)
 
 
 def _read(
@@ -245,12 +312,30 @@ def _prefixes(span: Span, length: int, table: NDArray[np.int8]) -> Iterator[_Pre
 def _extend(prefixes: _Prefixes, n: int, table: NDArray[np.int8]) -> _Prefixes:
     """Return all prefixes of n + 1 symbols that grow from those of n symbols, in order."""
     codes, lyndon, states = prefixes
-    back = (codes >> (BITS * (lyndon.astype(np.int64) - 1))) & 7
-    after = table[states]
-    parent, symbol = np.nonzero((after >= 0) & (np.arange(6) >= back[:, None]))
+    back = _back(prefixes)
+    chosen = _as_integers(table >= 0)[states] & _NOT_BELOW[back]
+    places = np.flatnonzero(chosen.view(np.bool_))
+    parent, symbol = places >> BITS, places & 7
     repeats = symbol == back[parent]
     return _Prefixes(
         codes[parent] << BITS | symbol,
         np.where(repeats, lyndon[parent], np.int8(n + 1)),
-        after[parent, symbol],
+        table[states[parent], symbol],
     )
+
+
+def _back(prefixes: _Prefixes) -> NDArray[np.int64]:
+    """Return the symbol of each prefix that the next one must not be below."""
+    return (prefixes.codes >> (BITS * (prefixes.lyndon.astype(np.int64) - 1))) & 7
+
+
+def _as_integers(chosen: NDArray[np.bool_]) -> NDArray[np.uint64]:
+    """Return marks of symbols, shape (..., 6), as one integer for all of them, a byte each: shape (...)."""
+    marks = np.zeros((*chosen.shape[:-1], 8), dtype=bool)
+    marks[..., : chosen.shape[-1]] = chosen
+    return marks.view(np.uint64)[..., 0]
+
+
+_NOT_BELOW = _as_integers(np.arange(6) >= np.arange(6)[:, None])
+_ABOVE = _as_integers(np.arange(6) > np.arange(6)[:, None])
+"""The symbols that are not below, and that are above, each symbol."""

@@ -207,16 +207,18 @@ def classify_packed(codes: NDArray[np.int64], p: int) -> Classes:
 
 
 def _classify(own: NDArray[np.int64], p: int) -> Classes:
-    least = own.copy()
-    element = np.zeros(own.shape, dtype=np.uint8)
+    first = (
+        own << BITS
+    )  # images with the numbers of their elements behind them: of equal ones the first counts
     stabiliser = np.ones(own.shape, dtype=np.uint8)
     for g, turned in enumerate(packed_images(own, p)):
         if g:
             image = least_rotations(turned, p)
-            stabiliser |= (image == own).astype(np.uint8) << np.uint8(g)
-            element[image < least] = g
-            np.minimum(least, image, out=least)
-    return Classes(least, element, stabiliser)
+            stabiliser[np.flatnonzero(image == own)] |= np.uint8(1 << g)
+            image <<= BITS
+            image |= g
+            np.minimum(first, image, out=first)
+    return Classes(first >> BITS, (first & 7).astype(np.uint8), stabiliser)
 
 
 def packed_images(codes: NDArray[np.int64], p: int) -> list[NDArray[np.int64]]:

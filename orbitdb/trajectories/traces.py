@@ -161,7 +161,7 @@ def _known(stadium: Stadium, rows: list[Floats], tolerance: float, way: int) -> 
     count = int(ends[0]) if len(ends) else len(x)
     if count < len(x) and room[count] <= error[count] < _EXACT:
         number = count + 1 if way > 0 else -count
-        fewer = f", or follow {count} bounces" if count else ""
+        fewer = f", or follow fewer than {count} bounces" if count > 1 else ""
         raise InputError(
             f"the trajectory runs through a joint of wall and semicircle at bounce {number}, where its "
             f"symbol is not defined: move the start{fewer}"

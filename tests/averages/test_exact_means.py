@@ -99,6 +99,12 @@ def test_coarser_quadratures_and_shorter_sums_over_legs_are_within_their_bounds(
     assert 1e-3 * found.error < abs(found.value - exact) <= found.error
 
 
+def test_rounding_is_in_the_error_of_the_mean_of_c2(monkeypatch):
+    plain = mean_coupling(1.6, 1e-3)
+    monkeypatch.setattr("orbitdb.averages.mean_coupling._ROUNDING", 1.0)
+    assert mean_coupling(1.6, 1e-3).error - plain.error == pytest.approx(1)
+
+
 def test_bounds_on_lambda_have_the_errors_of_their_means_on_the_safe_side():
     means = exact_means(0.5)
     low, high = means.bounds

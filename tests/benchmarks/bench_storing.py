@@ -18,6 +18,7 @@ ROWS_A_STATEMENT = 64
 BLOCK = 1 << 15
 TABLES = ("cycle", "sequence", "orbit")
 INTO = dict(zip(TABLES, TABLES, strict=True)) | {"sequence": "sequence (p, word, cycle, element)"}
+NULL = float("nan")
 
 
 def read(database: Path, p: int) -> tuple[dict[str, list[tuple]], list[str], float]:
@@ -30,13 +31,23 @@ def read(database: Path, p: int) -> tuple[dict[str, list[tuple]], list[str], flo
     }
     values = {"p": p, "low": low, "high": high}
     with closing(sqlite3.connect(f"file:{database}?mode=ro", uri=True)) as source:
-        rows = {name: source.execute(query, values).fetchall() for name, query in queries.items()}
+        rows = {
+            name: [tuple(map(as_bound, row)) for row in source.execute(query, values)]
+            for name, query in queries.items()
+        }
         made = [
             source.execute("SELECT sql FROM sqlite_master WHERE name = ?", (name,)).fetchone()[0]
             for name in TABLES
         ]
         (storing,) = source.execute("SELECT storing FROM fill WHERE stadium = 1 AND p = ?", (p,)).fetchone()
     return rows, made, storing
+
+
+def as_bound(value: object) -> object:
+    """Return a value as a fill gives it to the driver, which looks for adapters of None and bytes."""
+    if value is None:
+        return NULL
+    return bytearray(value) if isinstance(value, bytes) else value
 
 
 def insert(target: sqlite3.Connection, table: str, rows: list[tuple]) -> None:

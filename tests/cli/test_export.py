@@ -435,7 +435,15 @@ def test_lines_that_words_of_a_class_share_are_those_of_rows(
     assert list(lines) == list(files.LINES[form](columns, rows)) != []
 
 
-@pytest.mark.parametrize("form", ["npz", "parquet"])
+def test_a_few_rows_of_many_are_no_more_than_these(varied, cli, monkeypatch):
+    monkeypatch.setattr(class_first, "_MANY", 0)
+    command = ("query", "--db", str(varied), "--status", "orbit", "--format", "csv")
+    everything = cli(*command).out.splitlines()
+    for typed, kept in (("--limit 2", slice(1, 3)), ("--offset 5", slice(6, None))):
+        assert cli(*command, *typed.split()).out.splitlines()[1:] == everything[kept] != []
+
+
+@pytest.mark.parametrize("form", slow_but(["npz"], ["npz", "parquet"]))
 @pytest.mark.parametrize(
     ("chosen", "columns"),
     [

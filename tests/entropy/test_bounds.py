@@ -101,6 +101,17 @@ def test_growth_encloses_the_spectral_radius(states, steps):
         assert found.upper - found.lower < 1e-8
 
 
+def test_growth_is_enclosed_at_every_step(monkeypatch):
+    """The first one tells the least and the largest number of steps from a state, not of those to it."""
+    steps = [(0, 1), (0, 3), (1, 2), (1, 0), (2, 0), (3, 0)]
+    origin, target = (np.array([step[k] for step in steps], dtype=np.int32) for k in (0, 1))
+    exact = growth(origin, target, 4)
+    monkeypatch.setattr("orbitdb.entropy.growth.MAX_STEPS", 1)
+    first = growth(origin, target, 4)
+    assert (first.lower, first.upper) == pytest.approx((0, math.log(2)))
+    assert first.lower < exact.lower <= exact.upper < first.upper
+
+
 def test_growth_is_rounded_outward():
     """The golden mean, ln((1 + sqrt 5)/2), ln 2 and ln 3, to forty digits; doubles lie on either side."""
     with localcontext() as context:
@@ -230,6 +241,31 @@ def test_search_ends_where_it_is_told():
     wide = list(search(Stadium(1.6), width=0.05))
     assert wide[-1].upper - wide[-1].lower <= 0.05 < wide[-2].upper - wide[-2].lower
     assert len(list(search(Stadium(1.6), seconds=1e-9))) == 1
+
+
+@pytest.mark.parametrize(
+    ("levels_take", "seconds", "done"),
+    [
+        ([1, 1], 2.79, 1),  # the second is taken to last 1.8 s
+        ([1, 1], 2.81, 2),
+        ([1, 2, 9], 6.9, 2),  # as the last two grew
+        ([1, 1, 1], 3.29, 2),  # by three tenths at least
+        ([1, 1, 1], 3.31, 3),
+        ([0.04, 1, 1], 2.83, 2),  # what is brief tells nothing of growth
+        ([0.04, 1, 1], 2.85, 3),
+        ([0.06, 0.18, 1], 0.77, 2),
+        ([0.06, 0.18, 1], 0.79, 3),
+    ],
+)
+def test_a_level_that_would_not_fit_is_not_begun(monkeypatch, levels_take, seconds, done):
+    clock, left = [0.0], iter([*levels_take, 100.0])
+
+    def judge(*work):
+        clock[0] += next(left)
+        return decide(*work)
+
+    monkeypatch.setattr("orbitdb.entropy.bounds.time.monotonic", lambda: clock[0])
+    assert len(list(search(Stadium(1.6), seconds=seconds, judge=judge))) == done
 
 
 def test_work_is_told():

@@ -51,6 +51,13 @@ def test_proved_bounds_are_those_of_doubles(a):
     assert kept.left_open == 0 < kept.proved
 
 
+def test_balls_tell_how_far_they_are():
+    told = []
+    windows, decision = levels(1.6, 4)[-1]
+    proved(windows, decision.verdict, 1.6, lambda *state: told.append(state))
+    assert told == [("4 letters in balls", 0, np.count_nonzero(decision.verdict))]
+
+
 def test_what_is_not_proved_is_undecided_in_the_bounds(monkeypatch):
     """A verdict that is flipped on its way is left open, counted, and no bound rests on it."""
 

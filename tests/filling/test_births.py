@@ -3,6 +3,7 @@
 import json
 import shutil
 import sqlite3
+import time
 from contextlib import closing
 from pathlib import Path
 
@@ -42,7 +43,10 @@ def stored(path: Path) -> list[tuple]:
 def once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("births") / "orbits.db"
     Catalogue.create(path)
+    begun = time.monotonic()
     fill(path)
+    spent = time.monotonic() - begun
+    assert 0 < sum(each.seconds for each in Catalogue(path).birth_fills()) < spent
     return path
 
 

@@ -21,7 +21,7 @@ from workforce import Deadly, filled_by
 
 from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.blocks import Block, cut_into_blocks
-from orbitdb.filling.cluster import Cluster, _line
+from orbitdb.filling.cluster import Cluster, _address, _failure, _line
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.workers import HERE
 from orbitdb.store.file.migrate import migrate
@@ -55,6 +55,66 @@ def local_cluster() -> Iterator["LocalCluster"]:
 
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as cluster:
         yield cluster
+
+
+class Failing:
+    """A block that cannot be solved."""
+
+    def solved(self) -> None:
+        raise ZeroDivisionError("by nothing\nat all")
+
+
+class Counting:
+    """A block that says how many are under way."""
+
+    def __init__(self, number: int) -> None:
+        self.number, self.version = number, __version__
+
+    def solved(self) -> "Counting":
+        return self
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("small_blocks")
+def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch):
+    """Where it is, what it solves, what it cannot solve, how much it holds, and that it is gone."""
+    from distributed import KilledWorker, LocalCluster
+
+    file, missing = tmp_path / "scheduler.json", tmp_path / "missing.json"
+    for content in ("", "{}", "[]", "\0"):
+        file.write_text(content)
+        with pytest.raises(InputError, match="not a file that a dask scheduler has written"):
+            Cluster(str(file)).__enter__()
+    assert _address(str(missing)) == str(missing)
+    alone = filled_by(HERE, tmp_path / "alone.db", periods=(6,))
+    options = {"processes": False, "protocol": "tcp", "dashboard_address": None}
+    with LocalCluster(n_workers=1, threads_per_worker=2, **options) as cluster:
+        file.write_text(json.dumps({"address": cluster.scheduler_address}))
+        with Cluster(str(file)) as workers:
+            assert (workers.jobs, workers.size()) == (1, (1, 2))
+            assert rows(filled_by(workers, tmp_path / "shared.db", periods=(6,))) == rows(alone)
+            given: list[int] = []
+            going = workers.solved(Counting(i) for i in range(20) if given.append(i) is None)
+            assert [next(going).number for _ in range(3)] == [0, 1, 2]
+            assert given == list(range(7))  # two a thread under way, beside the one that was wanted
+            assert all(str(key).startswith("orbitdb-") for key in cluster.scheduler.tasks)
+            for _ in range(2):  # a task of its own each, or what failed once would have failed
+                with pytest.raises(WorkError, match=r"not solve a block: ZeroDivisionError: by nothing$"):
+                    list(workers.solved([Failing()]))
+            workers.renew()
+            workers._client.close()
+            assert workers.size() == (1, 2)  # it is asked now and then
+            monkeypatch.setattr("orbitdb.filling.cluster._COUNTED", 0.0)
+            with pytest.raises(WorkError, match="connection to the dask scheduler is lost"):
+                workers.size()
+        wait_until(lambda: not cluster.scheduler.tasks)
+    monkeypatch.setattr("orbitdb.filling.cluster._PATIENCE", 0.5)
+    with pytest.raises(InputError, match=f"answers at {cluster.scheduler_address}: give"):
+        Cluster(str(file)).__enter__()
+    with pytest.raises(InputError, match=r"answers at foo://there:1 \(.+\): give"):
+        Cluster("foo://there:1").__enter__()
+    assert "died 4 times on one block" in str(_failure(KilledWorker("x", None, 3)))
+    assert f"install orbitdb {__version__} there" in str(_failure(ModuleNotFoundError("no orbitdb")))
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import closing
 from itertools import zip_longest
 from pathlib import Path
 
@@ -141,6 +142,19 @@ def test_who_is_overtaken_goes_on_alone(tmp_path):
     second.close()
     assert [step.words for step in first][-1] == 252
     assert Catalogue(path).fills(1.6)[0].whole
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_a_period_that_lost_words_is_not_called_whole(tmp_path):
+    path = tmp_path / "orbits.db"
+    migrate(path)
+    going = fill_periods(path, 1.6, [6])
+    assert next(going).words < 252
+    with closing(sqlite3.connect(path)) as plain, plain:
+        plain.execute("DELETE FROM orbit WHERE cycle = (SELECT min(id) FROM cycle WHERE class_size = 8)")
+    with pytest.raises(StoreError, match=r"period 6 holds 244 words instead of 252: .* is damaged"):
+        list(going)
+    assert not Catalogue(path).fills(1.6)[0].whole
 
 
 @pytest.mark.slow

@@ -45,12 +45,14 @@ def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
     found = swept(path, a)
     with closing(Catalogue(path)) as catalogue:
         swept_rules = sum_rules_of(read_whole(catalogue, Selection(a), swept=True))
+        swept_counts = catalogue.counts(a=a)
     for _ in fill_periods(path, a, PERIODS):
         pass
     with closing(Catalogue(path)) as catalogue:
         rules = sum_rules_of(read_whole(catalogue, Selection(a), swept=True))
         fills = {fill.p: fill for fill in catalogue.fills(a)}
         rows = catalogue.classes(a=a, status="orbit").rows().by_period()
+        assert swept_counts.known == catalogue.counts(a=a).known
     for p in PERIODS:
         fill, tally, sums = fills[p], found[p].tally, PeriodSums.of(rows[p], p)
         counts = (fill.n_t, fill.n_c, fill.classes, fill.boundary, fill.unresolved)
@@ -86,7 +88,6 @@ def test_sweeps_that_were_stopped_go_on_to_the_same_bits(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("small_sweeps")
 def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     """They are those of the orbits, and each period's moments are around the tilts of those before it."""
     for module in (
@@ -151,6 +152,10 @@ def test_blocks_are_cut_the_same_behind_any_of_them():
     for number in (1, len(blocks) // 2, len(blocks) - 1):
         behind = swept_blocks.cut_into_swept_blocks(1.6, 9, blocks[number].after)
         assert [block.span for block in behind] == blocks[number:]
+
+
+def test_a_low_period_is_one_block():
+    assert [len(list(swept_blocks.cut_into_swept_blocks(1.6, p))) for p in (3, 9)] == [1, 1]
 
 
 def test_a_sweep_that_lost_words_is_refused(tmp_path, monkeypatch):

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 import time
-from concurrent.futures import Future
+from concurrent.futures import BrokenExecutor, Future
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -141,6 +141,40 @@ def test_a_worker_of_another_version_is_refused(monkeypatch):
     monkeypatch.setattr("orbitdb.filling.workers.__version__", "9.9")
     with pytest.raises(WorkError, match=r"install 9\.9 there"):
         list(in_order(Backwards(), cut_into_blocks(1.6, "newton", 5), lambda: 2))
+
+
+class Frail(Backwards):
+    """A pool whose workers die so many times: unnoticed, so that a block cannot be given, or at work."""
+
+    def __init__(self, deaths: int, unnoticed: bool) -> None:
+        super().__init__()
+        self.deaths, self.unnoticed, self.renewed = deaths, unnoticed, 0
+
+    def submit(self, block: Block) -> Future:
+        if self.unnoticed and self.renewed < self.deaths:
+            raise BrokenPipeError
+        return super().submit(block)
+
+    def renew(self) -> None:
+        self.renewed += 1
+        self.waiting.clear()
+
+    def work(self) -> None:
+        if self.renewed < self.deaths:
+            raise BrokenExecutor
+        super().work()
+
+
+@pytest.mark.usefixtures("small_blocks")
+@pytest.mark.parametrize("unnoticed", [False, True])
+def test_blocks_under_way_begin_anew_when_workers_have_died_twice_and_not_thrice(unnoticed):
+    blocks = list(cut_into_blocks(1.6, "newton", 6))
+    pool = Frail(2, unnoticed)
+    found = list(in_order(pool, blocks, lambda: 2))
+    assert [result.span for result in found] == [block.span for block in blocks]
+    assert pool.renewed == 2
+    with pytest.raises(WorkError, match="died 3 times"):
+        list(in_order(Frail(3, unnoticed), blocks, lambda: 2))
 
 
 class Mixed:

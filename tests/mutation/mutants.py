@@ -266,7 +266,16 @@ class _Finder(ast.NodeVisitor):
             for table, kind in ((_BORDERS, "border"), (_OPPOSITES, "comparison")):
                 if type(operator) in table:
                     self._with(node, kind, ops=[*node.ops[:k], table[type(operator)](), *node.ops[k + 1 :]])
-        self.generic_visit(node)
+        self.visit(node.left)
+        for operator, side in zip(node.ops, node.comparators, strict=True):
+            self._member_of(side, operator)
+
+    def _member_of(self, node: ast.expr, operator: ast.cmpop) -> None:
+        """Walk through one side of a comparison; in which order members stand makes no difference."""
+        if isinstance(operator, ast.In | ast.NotIn) and isinstance(node, ast.Tuple | ast.List):
+            self.generic_visit(node)
+        else:
+            self.visit(node)
 
     def visit_BoolOp(self, node: ast.BoolOp) -> None:
         self._with(node, "and or", op=ast.Or() if isinstance(node.op, ast.And) else ast.And())
@@ -306,6 +315,8 @@ class _Finder(ast.NodeVisitor):
 
     def visit_Call(self, node: ast.Call) -> None:
         name = getattr(node.func, "id", getattr(node.func, "attr", ""))
+        if name == "TypeVar":
+            return
         if name not in _COMMUTATIVE:
             for args in _exchanged(node.args):
                 self._with(node, "arguments swapped", args=args)

@@ -30,8 +30,8 @@ from tree import Tree, end_all, ended
 ROOT = Path(__file__).parents[2]
 _KILLED, _SURVIVED, _LATE, _NOBODY = "killed", "survived", "timed out", "never executed"
 _ORDER = (_KILLED, _LATE, _SURVIVED, _NOBODY)
-_PATIENCE, _START = 6.0, 60.0
-"""A mutant may take so many times what its tests take, and so many seconds more, on a busy machine."""
+_START = 60.0
+"""Seconds that a mutant may take beside those of its tests."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def choose(tree: Tree, known: Executed, options: argparse.Namespace) -> list[Cho
         for mutant in sample(wings[wing], sources, options.sample, options.seed, wanted):
             tests = known.tests_of(mutant, sources)
             run = within(known, tests, options.most)
-            limit = _START + _PATIENCE * sum(known.tests[test]["seconds"] for test in run)
+            limit = _START + options.patience * sum(known.tests[test]["seconds"] for test in run)
             found.append(Chosen(wing, mutant, sources[mutant.path], len(tests), run, limit))
     random.Random(options.seed).shuffle(found)
     return found
@@ -224,6 +224,8 @@ def _told(verdict: Verdict) -> str:
 
 def report(verdicts: Sequence[Verdict]) -> str:
     """Return how many were killed, wing by wing, and what nobody noticed."""
+    if not verdicts:
+        return "there is nothing to alter"
     lines = [f"{'wing':14}{'mutants':>8}" + "".join(f"{word:>16}" for word in _ORDER) + f"{'noticed':>9}"]
     for wing in (*sorted({verdict.wing for verdict in verdicts}), "all"):
         count = Counter(verdict.outcome for verdict in verdicts if wing in (verdict.wing, "all"))
@@ -254,6 +256,9 @@ def parse(arguments: Sequence[str] | None, wings: Sequence[str]) -> argparse.Nam
     )
     parser.add_argument("--jobs", type=int, default=2, help="mutants at a time")
     parser.add_argument("--most", type=float, default=60.0, metavar="S", help="seconds of tests for a mutant")
+    parser.add_argument(
+        "--patience", type=float, default=6.0, metavar="X", help="times what tests take; more if it is busy"
+    )
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every verdict to this file, too")
     options = parser.parse_args(arguments)
     for wing in options.wings:

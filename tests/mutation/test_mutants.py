@@ -2,7 +2,7 @@
 
 import pytest
 from mutants import differs, mutants
-from mutate import main, sample
+from mutate import main, report, sample
 
 SOURCE = '''"""A package."""
 LIMIT = 2.0  # of what is drawn
@@ -51,6 +51,17 @@ def test_assertions_are_left_alone():
     assert {each.kind for each in mutants("a.py", "f = zip(a, b, strict=True)\nassert f\n")} == {
         "arguments swapped"
     }
+
+
+def test_what_makes_no_difference_is_left_alone():
+    assert not mutants("a.py", 'T = TypeVar("T", bound=int, covariant=True)\n')
+    kinds = [each.kind for each in mutants("a.py", "f = x in (a, b, 3)\n")]
+    assert kinds == ["comparison", "constant"]  # but not the order of what x may be one of
+    assert "values swapped" in {each.kind for each in mutants("a.py", "f = x == (a, b)\n")}
+
+
+def test_where_there_is_no_mutant_it_is_told():
+    assert report([]) == "there is nothing to alter"
 
 
 def test_a_mutant_knows_its_lines():

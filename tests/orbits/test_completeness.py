@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from solutions import representatives
 
+from orbitdb.billiard.bounces import slack_changes, smooth_slacks
 from orbitdb.billiard.legs import cut
 from orbitdb.orbits import cells
 from orbitdb.orbits.births import find_changes
-from orbitdb.orbits.cells import Kind
+from orbitdb.orbits.cells import Cells, Kind, judge
 from orbitdb.orbits.completeness import Verdict, prove_all, walk
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.reaches import reach_of
@@ -26,7 +27,9 @@ def test_a_word_that_dies_is_proved_and_none_of_its_changes_may_be_missing():
     words = from_strings([DYING])
     right = known(find_changes(words))
     assert [born for *_, born in right] == [True, False, True]
-    assert prove_all(words, [right])[0].tolist() == [Verdict.PROVED]
+    proved, cells_judged = prove_all(words, [right])
+    assert proved.tolist() == [Verdict.PROVED]
+    assert cells_judged < 120  # as narrow as sharp bounds need them
     shifted = [(low - 0.3, high - 0.3, born) for low, high, born in right[:1]]
     for wrong in (right[:1], right[2:], [], [*shifted, *right[1:]], [*right[:1], *shifted, *right[1:]]):
         assert prove_all(words, [wrong])[0].tolist() == [Verdict.WRONG]
@@ -57,6 +60,32 @@ def test_what_is_said_of_a_cell_holds_at_its_points(a):
         for kind, word in zip(found.kind[here].tolist(), found.word[here].tolist(), strict=True):
             if kind in (Kind.ALIVE, Kind.DEAD):
                 assert (status[rows[word]] == "orbit") == (kind == Kind.ALIVE)
+
+
+def test_slacks_change_by_no_more_than_directions_allow():
+    """Slacks are linear: the most is the sum over all directions, each at its most the worse way."""
+    for _, legs in cut(representatives(6)):
+        bound = np.random.default_rng(len(legs.k)).random(legs.k.shape)
+        most = np.zeros((6, *bound.shape))
+        for row, size in enumerate(bound):
+            change = np.zeros_like(bound)
+            change[row] = size
+            most += np.abs(slack_changes(legs, change))
+        found = cells._spread(legs, bound)
+        known = np.isfinite(smooth_slacks(legs, bound))
+        assert (most <= found)[known].all()
+        assert found[:4][known[:4]] == pytest.approx(most[:4][known[:4]], rel=1e-8)
+
+
+@pytest.mark.parametrize("a", [1e-3, 0.37, 30.0])
+def test_of_a_cell_without_width_all_is_said(a):
+    words = representatives(6)
+    status = solve(words, a).status
+    for rows, legs in cut(words):
+        count = len(rows)
+        x, nothing = np.full(count, np.log(a)), np.zeros(count)
+        kind, *_ = judge(legs, Cells(np.arange(count), x, nothing, np.zeros(legs.k.shape)))
+        assert (kind == np.where(status[rows] == "orbit", Kind.ALIVE, Kind.DEAD)).all()
 
 
 @pytest.mark.parametrize("a", [0.05, 1.6])

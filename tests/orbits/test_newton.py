@@ -10,11 +10,11 @@ from quick import slow_but
 from reference import symbols_of_trajectory
 from solutions import random_word, real, representatives, solved, words_of
 
-from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits
+from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits, length
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.bounds import direction_errors, pressed_directions
-from orbitdb.orbits.newton import MAX_STEPS, newton, solve
+from orbitdb.orbits.newton import MAX_STEPS, _uphill, newton, solve, solve_for_orbits
 from orbitdb.orbits.orbit import NUMBERS, Status
 from orbitdb.symbols.pruning import rules_broken, rules_of
 from orbitdb.symbols.symmetry import class_size, classify
@@ -136,6 +136,21 @@ def test_a_batch_is_a_loop_over_its_words(a):
             for name in ("coordinates", *NUMBERS):
                 one, many = getattr(single, name)[0], getattr(batch, name)[i]
                 assert np.allclose(one, many, rtol=1e-14, atol=1e-15), name
+
+
+@pytest.mark.parametrize("a", slow_but([1.0], [0.5, 1.0, 1.6]))
+def test_a_fill_measures_orbits_as_all_words_are_measured_and_no_others(a):
+    """At a = 1 words run through joints, which balls decide."""
+    for p in range(2, 8):
+        every = solve(representatives(p), Stadium(a))
+        orbits = solve_for_orbits(every.words, Stadium(a))
+        kept = every.status != Status.DYNAMICAL
+        for name in ("status", "margin", "iterations"):
+            assert (getattr(orbits, name) == getattr(every, name)).all(), name
+        for name in ("coordinates", *NUMBERS):
+            one, other = getattr(orbits, name), getattr(every, name)
+            assert np.array_equal(one[kept], other[kept], equal_nan=True), name
+            assert name == "margin" or np.isnan(one[~kept]).all(), name
 
 
 @pytest.mark.parametrize("a", slow_but([1.0], [0.5, 1.0, 1.6]))
@@ -262,3 +277,24 @@ def test_words_in_stadiums_of_their_own():
         alone = newton(legs.chain(np.array([i])), float(a[i]))
         assert np.array_equal(together.alpha[:, i], alone.alpha[:, 0])
         assert together.iterations[i] == alone.iterations[0]
+
+
+def test_statuses_in_words():
+    """A few words of each sentence that say what it must mean."""
+    said = {"orbit": "unstable", "geometric": "at any a", "dynamical": "at this a", "boundary": "joint",
+            "family": "bouncing-ball", "unresolved": "not decided"}  # fmt: skip
+    assert {*said} == {*Status}
+    assert all(said[status] in status.sentence for status in Status)
+
+
+def test_steps_are_halved_for_each_word_alone():
+    """At a maximum a step as small as rounding stays, though another word's is far too long."""
+    ((_, legs),) = cut(from_strings(["1232131", "1232131"]))
+    alpha = newton(legs, 1.6).alpha
+    step = np.full_like(alpha, 1e-13)
+    alpha[:, 1] += 0.1
+    step[:, 1] = -5.0
+    found = _uphill(legs, 1.6, alpha, step)
+    assert (found[:, 0] == step[:, 0]).all()
+    assert (length(legs, 1.6, alpha + found) > length(legs, 1.6, alpha))[1]
+    assert not (length(legs, 1.6, alpha + 2 * found) > length(legs, 1.6, alpha))[1]

@@ -115,7 +115,7 @@ def test_bounds_stand_beside_what_orbits_give(enclosed, cli):
     assert (band.get_y(), band.get_height()) == pytest.approx((closest.lower, closest.width))
 
 
-def test_altered_bounds_are_refused_and_found_by_verify(enclosed):
+def test_altered_bounds_are_refused_and_found_by_verify(enclosed, monkeypatch):
     catalogue = Catalogue(enclosed)
 
     def found() -> list[tuple]:
@@ -123,6 +123,16 @@ def test_altered_bounds_are_refused_and_found_by_verify(enclosed):
             return [(check.rows, check.failures, check.first) for check in check_enclosures(connection)]
 
     assert found() == [(3, 0, None), (8, 0, None)]
+    monkeypatch.setattr("orbitdb.verification.enclosures._EDGES", 2)
+    closest = catalogue.entropy_bounds()
+    where = "WHERE proof = 'balls' AND edges = 3"
+    (kept,) = altered(enclosed, f"SELECT lower, upper FROM entropy_bound {where}")
+    for lower, upper in ((closest.upper, 1.2), (1.1, closest.lower)):  # with one number in common
+        altered(enclosed, f"UPDATE entropy_bound SET lower = {lower!r}, upper = {upper!r} {where}")
+        touching = found()[1]
+        altered(enclosed, f"UPDATE entropy_bound SET lower = {kept[0]!r}, upper = {kept[1]!r} {where}")
+        assert touching == (8, 0, None)
+    monkeypatch.undo()
     altered(
         enclosed, "UPDATE entropy_bound SET lower = 0.9, upper = 1.11 WHERE proof = 'balls' AND edges = 3"
     )

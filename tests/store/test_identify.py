@@ -8,7 +8,7 @@ import pytest
 from quick import slow_but
 
 from orbitdb import Catalogue, InputError, Stadium, solve_word
-from orbitdb.orbits.shadowing import shadows
+from orbitdb.orbits.shadowing import LONGEST, shadows
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
 from orbitdb.trajectories.rays import itineraries, random_rays
@@ -141,6 +141,20 @@ def test_points_along_a_longer_trajectory_name_what_it_passes():
     assert best.bounces >= 12
 
 
+def test_a_polygon_of_more_bounces_than_are_sought_is_known_as_a_whole():
+    word = "13" * 12 + "1232131"
+    symbols, points = from_strings([word])[0], solve_word(word, STADIUM).points
+    assert len(word) > LONGEST
+    assert word in [each.word for each in shadows(STADIUM, symbols, points, 1e-2, whole=True)]
+
+
+def test_of_two_stretches_at_an_orbit_the_longer_one_is_told():
+    words = ["033244"] * 2 + ["13"] + ["033244"] * 4 + ["13"] + ["033244"] * 3
+    points = np.concatenate([solve_word(word, STADIUM).points for word in words])
+    best = shadows(STADIUM, from_strings(["".join(words)])[0], points, 1e-6)[0]
+    assert (best.word, best.first, best.bounces) == ("033244", 14, 24)
+
+
 def test_lengths_are_those_of_stored_orbits_and_their_repetitions(catalogue):
     """Against all lengths, one by one."""
     known = catalogue.select(status="orbit")
@@ -159,6 +173,7 @@ def test_lengths_are_those_of_stored_orbits_and_their_repetitions(catalogue):
             assert each.difference == pytest.approx(each.total - length, abs=1e-9)
             assert each.class_size == len(symmetry.members(each.code))
     assert [each.code for each in catalogue.identify(length=31.2, tolerance=0.2, limit=1)] == ["13"]
+    assert catalogue.identify(length=31.2, tolerance=0.2, limit=0) == ()
 
 
 def test_a_length_of_a_repetition_is_found_at_its_own_rounding(catalogue):

@@ -6,9 +6,11 @@ import math
 import os
 import pickle
 import shutil
+import sqlite3
 import subprocess
 import sys
 from collections import Counter
+from contextlib import closing
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -155,6 +157,14 @@ def test_an_empty_subset_is_empty(catalogue):
     assert len(catalogue.classes(p=4, length=(99.0, None))) == 0
 
 
+def test_a_class_by_a_word_that_is_none_is_refused(varied, tmp_path):
+    path = shutil.copy(varied, tmp_path / "altered.db")
+    with closing(sqlite3.connect(path)) as plain, plain:
+        plain.execute("UPDATE cycle SET word = '0x3' WHERE word = '013'")
+    with pytest.raises(StoreError, match="altered: a word that is none: '0x3'"):
+        Catalogue(path).select(p=3)
+
+
 def test_words_are_keys_in_any_rotation(catalogue):
     assert "3123" in catalogue
     assert catalogue["3123"].coordinates.tolist() == np.roll(catalogue["1233"].coordinates, 1).tolist()
@@ -207,6 +217,14 @@ def test_parts_of_a_subset_are_subsets(catalogue):
     ):
         with pytest.raises(error):
             subset[wrong]
+
+
+def test_what_cannot_be_drawn_is_refused(catalogue):
+    subset = catalogue.select(p=3)
+    with pytest.raises(ValueError, match="draw the 'phase space' or the 'lengths'"):
+        subset.plot("length")
+    with pytest.raises(ValueError, match="nothing to draw among <62 geometrically pruned"):
+        catalogue.select(p=3, status="geometric").plot("lengths")
 
 
 @pytest.mark.slow
@@ -325,6 +343,10 @@ def test_a_range_without_bounds_is_none(catalogue):
     subset = catalogue.select(p=2, status="orbit", length=(None, None))
     assert repr(subset) == "<1 orbits of period 2 at a = 1.6>"
     assert Selection(ranges={"length": (None, None)}).describe() == "symbol sequences at a = 1.6"
+    several = choose(p="2,4-5", status="orbit", time_reversal="self", symmetry="x", contains="13")
+    assert several.describe([1.0, 1.6]) == (
+        "orbits of period 2, 4 to 5 at a = 1, 1.6 that retrace their path with symmetry x containing 13"
+    )
 
 
 @pytest.mark.parametrize(

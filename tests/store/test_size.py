@@ -73,6 +73,8 @@ def test_half_a_period_needs_the_other_half(filled):
     stored = [next(going).words for _ in range(5)][-1]
     going.close()
     assert need(filled, 1.6, [9], 1).sequences == count_admissible(9) - stored
+    every = count_admissible(9) * sum(_RATES["newton"])  # elsewhere none is known without looking for it
+    assert need(filled, 1.0, [9], 1).seconds == pytest.approx(every)
 
 
 @pytest.mark.slow
@@ -133,8 +135,8 @@ def test_times_are_told_in_their_units(seconds, said):
 
 def test_estimates_are_told_in_few_words():
     assert [about(0.0046), about(17.3)] == ["under a second", "about 17 s"]
-    sizes = [gigabytes(count) for count in (20, 44_100, 12_340_000, 527e6, 1.66e9, 2e11)]
-    assert sizes == ["1 kB", "44 kB", "12 MB", "527 MB", "1.7 GB", "200 GB"]
+    sizes = [gigabytes(count) for count in (20, 44_100, 1e6, 12_340_000, 527e6, 1.66e9, 99.6e9, 2e11)]
+    assert sizes == ["1 kB", "44 kB", "1 MB", "12 MB", "527 MB", "1.7 GB", "100 GB", "200 GB"]
 
 
 def test_a_disk_that_is_too_small_is_told_before_anything_is_written(cli, tmp_path, monkeypatch):
@@ -156,10 +158,10 @@ def test_the_journal_needs_room_beside_the_rows(tmp_path, monkeypatch):
 
 
 def test_a_large_fill_says_first_what_it_takes(cli):
-    outcome = cli("fill", "--p", "15", "--dry-run")
-    assert outcome.code == 0
-    assert "8497721 sequences to come, about " in outcome.err
-    assert " s and 527 MB" in outcome.err
+    for command, needed in (("fill", "54 s and 527 MB"), ("sweep", "12 s")):
+        outcome = cli(command, "--p", "15", "--jobs", "1", "--dry-run")
+        assert outcome.code == 0
+        assert f"8497721 sequences to come, about {needed}, in " in outcome.err
 
 
 def test_bytes_a_row_add_up_to_the_file(filled, cli):

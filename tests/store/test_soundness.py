@@ -3,8 +3,16 @@
 import numpy as np
 import pytest
 
+from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import NUMBERS
-from orbitdb.store.reading.soundness import are_whole, is_whole
+from orbitdb.store.reading.soundness import (
+    are_whole,
+    coordinates_of,
+    is_whole,
+    need_elements,
+    need_words,
+    sound_words,
+)
 
 BLOB = np.array([0.5, -0.25]).astype("<f8").tobytes()
 NUMBERS_OF_IT = dict.fromkeys(NUMBERS, 0.5) | {"residual": 0.0, "error": 0.0}
@@ -60,6 +68,31 @@ def test_words_that_are_no_orbits_have_no_numbers_of_one(name, status):
     row = NOTHING | {"status": status, "margin": -0.1, name: BLOB if name == "coordinates" else -0.1}
     assert is_whole(row, 2) == (name == "margin")
     assert is_whole(NOTHING | {"status": status}, 2) == (status == "unresolved")
+
+
+def test_words_elements_and_coordinates_that_are_none_are_named():
+    need_words(["013", "02"], [3, 2])
+    need_words([], [])
+    need_elements([0, None, 7])
+    assert coordinates_of([BLOB, BLOB], 2).tolist() == [[0.5, -0.25]] * 2
+    far = np.array([0.5, -1e7]).tobytes()
+    for refused, named in (
+        (lambda: need_words(["013", "0x3", "9"], [3, 3, 1]), "altered: a word that is none: '0x3'"),
+        (lambda: need_words(["013", "3" * 50], [3, 49]), f"none: '{'3' * 37}...'"),
+        (lambda: need_elements([3, 8]), "a symmetry element that is none: '8'"),
+        (lambda: coordinates_of([BLOB, BLOB + BLOB], 2), "coordinates of 2 bounces in bytes: '32'"),
+        (lambda: coordinates_of([BLOB, far], 2), "that no stadium has, of orbits of period '2'"),
+    ):
+        with pytest.raises(StoreError) as error:
+            refused()
+        assert named in str(error.value)
+
+
+def test_sound_words_are_admissible_primitive_and_of_their_order():
+    words = ["013", "13", "0x3", "001", "131", "131313", "013"]
+    assert sound_words(words, 3).tolist() == [0, 4, 6]
+    assert sound_words(["131313", "132132", "012301"], 6).tolist() == []
+    assert sound_words(["x"], 1).tolist() == []
 
 
 def test_of_many_rows_each_is_judged_by_itself():

@@ -11,7 +11,7 @@ from rules import broken_by_hand
 from orbitdb.symbols.counting import count_admissible, count_primitive
 from orbitdb.symbols.enumeration import CHUNK, MAX_PERIOD, Span, admissible_words, primitive_words, spans
 from orbitdb.symbols.least_words import class_spans, least_words
-from orbitdb.symbols.symmetry import class_of, class_size
+from orbitdb.symbols.symmetry import class_of, class_size, classify_packed
 from orbitdb.symbols.words import SYMBOLS, pack, to_strings, unpack
 
 N_T = {2: 1, 3: 8, 4: 32, 5: 96, 6: 252, 7: 712, 8: 2096, 9: 6440, 10: 19664, 11: 60488}
@@ -126,6 +126,19 @@ def test_least_words_are_those_of_all_words_that_name_their_class(p):
     named = ((word, class_of(word)) for word in strings(admissible_words(p)))
     expected = [(word, found.stabiliser) for word, found in named if found.representative == word]
     assert classes_in(Span.whole(p)) == expected
+
+
+def test_few_words_are_compared_with_their_images_one_by_one(monkeypatch):
+    """All others are left earlier, by what is found on the way."""
+    compared = []
+
+    def counted(codes, p):
+        compared.append(len(codes))
+        return classify_packed(codes, p)
+
+    monkeypatch.setattr("orbitdb.symbols.least_words.classify_packed", counted)
+    found = classes_in(Span.whole(10))
+    assert len(found) < sum(compared) < 1.6 * len(found)
 
 
 @pytest.mark.parametrize("p", slow_but((11,), range(2, 15)))

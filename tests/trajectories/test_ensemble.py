@@ -11,12 +11,14 @@ from hypothesis import strategies as st
 from quick import slow_but
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError
 from orbitdb.orbits.newton import solve
 from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
-from orbitdb.trajectories.ensemble import Beam, follow, references, simulate
+from orbitdb.trajectories.ensemble import Beam, _settled, follow, references, simulate
 from orbitdb.trajectories.rays import Rays, bounce, itineraries, random_rays
+from orbitdb.trajectories.traces import _ROUNDING, _follow, trace_points, trace_start
 
 WIDTHS = [1e-6, 1e-3, 0.3, 1.6, 1e3, 1e6]
 widths = st.floats(-3, 3).map(lambda power: 10.0**power)
@@ -168,6 +170,27 @@ def test_whispering_gallery_keeps_its_angle():
         assert step.kick[0] == pytest.approx(2 / graze, rel=1e-6)
         assert step.path[0] == pytest.approx(2 * graze, rel=1e-6)
     np.testing.assert_allclose(np.diff(angles), 2 * graze, rtol=1e-5)
+
+
+def test_bounce_by_bounce_a_whispering_path_stays_on_the_circle():
+    """Where the next radius is the last one, what is put back must be put back the right way."""
+    graze, a = 1e-3, 1.6
+    rays = Rays(*(np.array([v]) for v in (a + 1, 0.0, -math.sin(graze), math.cos(graze), 1.0)))
+    for _ in range(700):
+        rays = bounce(rays, a).rays
+    assert rays.side[0] == 1
+    assert math.atan2(rays.y[0], rays.x[0] - a) == pytest.approx(700 * 2 * graze, rel=1e-9)
+    assert math.hypot(rays.x[0] - a, rays.y[0]) == pytest.approx(1, abs=1e-14)
+    assert math.hypot(rays.vx[0], rays.vy[0]) == pytest.approx(1, abs=1e-14)
+
+
+def test_what_is_off_the_circle_is_put_back_by_one_bounce():
+    t, graze, off, a = np.linspace(-1.4, 1.4, 9), 1e-3, 1 + 1e-7, 1.6
+    way = t + math.pi / 2 + graze
+    rays = Rays(a + off * np.cos(t), off * np.sin(t), off * np.cos(way), off * np.sin(way), np.ones(9))
+    after = bounce(rays, a).rays
+    assert np.hypot(after.x - a, after.y) == pytest.approx(1, abs=1e-12)
+    assert np.hypot(after.vx, after.vy) == pytest.approx(1, abs=1e-12)
 
 
 def test_whispering_gallery_grows_by_shear_alone():
@@ -380,3 +403,60 @@ def test_runs_go_the_way_their_symbols_say():
         run = (s[:, 1:] == symbol) & (s[:, :-1] == symbol)
         assert run.sum() > 100
         assert np.all(np.sign(t[:, 1:] - t[:, :-1])[run] == sign)
+
+
+@pytest.mark.parametrize("a", [0.01, 1.6, 100.0])
+def test_settled_vectors_have_forgotten_how_they_began(a):
+    n = 300
+    arcs, settled = _settled(n, a, np.random.default_rng(13))
+    here, other = random_arcs(n, np.random.default_rng(13)), Beam.begin(np.ones(n), np.zeros(n))
+    for _ in range(500):
+        if (here.x == arcs.x).all():
+            break
+        here, other = follow(here, other, a, 1)
+    assert (here.x == arcs.x).all()
+    apart = np.abs(settled.y * other.slope - settled.slope * other.y)
+    assert np.median(apart) < 1e-5
+    assert not settled.growth.any()
+    assert not settled.path.any()
+
+
+def test_a_path_into_a_joint_may_be_followed_up_to_it():
+    def followed(height, **most):
+        return trace_start(Stadium(1.6), (0, 0, math.atan2(height, 1.6)), 1e-3, **most)
+
+    for number, height in enumerate((1, -3), 1):  # to the joint, and to its image in the bottom wall
+        with pytest.raises(InputError, match=rf"at bounce {number}, .*: move the start$"):
+            followed(height)
+    with pytest.raises(InputError, match=r"at bounce 3, .*: move the start, or follow fewer than 2 bounces$"):
+        followed(-5)
+    with pytest.raises(InputError, match="at bounce 3"):
+        followed(-5, bounces=2)
+    assert to_strings(followed(-5, bounces=1).symbols[None]) == ["20"]
+
+
+def test_a_polygon_that_ends_where_it_began_is_closed():
+    points = [(0, -1), (0.5, 1), (0.3, -1), (0, -1)]
+    assert to_strings(trace_points(Stadium(1.6), points, 0.0).symbols[None]) == ["020"]
+    joint = [(1.6, 1), (0.5, -1), (0.3, 1)]  # the end of a wall
+    assert to_strings(trace_points(Stadium(1.6), joint, 0.0).symbols[None]) == ["202"]
+
+
+def test_errors_of_a_followed_start_are_what_its_displacements_grow_to():
+    """Starts moved across the path, and turned: what their bounces move by along the wall, together."""
+    a, n, near = 1.6, 40, 1e-7
+    rng = np.random.default_rng(10)
+    x, y, angle = rng.uniform(-1, 1, n), rng.uniform(-0.9, 0.9, n), rng.uniform(-math.pi, math.pi, n)
+    moved = (x - near * np.sin(angle), y + near * np.cos(angle), angle)
+
+    def followed(x, y, angle):
+        px, py, side, error = _follow(Stadium(a), Rays(x, y, np.cos(angle), np.sin(angle), np.zeros(n)), 3)
+        return np.where(side == 0, px, np.arctan2(py, side * px - a)), side, error
+
+    place, side, error = followed(x, y, angle)
+    others = [followed(*each) for each in (moved, (x, y, angle + near))]
+    off = sum(np.abs(other - place) for other, _, _ in others) / near
+    same = np.all([each == side for _, each, _ in others], axis=0) & (off < 1e3)
+    assert same.mean() > 0.9
+    assert {*side[same]} == {-1, 0, 1}
+    np.testing.assert_allclose((error / (_ROUNDING * (1 + a)) - 1)[same], off[same], rtol=1e-3)

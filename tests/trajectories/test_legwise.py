@@ -8,7 +8,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
 from orbitdb.trajectories.ensemble import simulate
 from orbitdb.trajectories.leg_map import Runs, next_leg, random_runs
-from orbitdb.trajectories.legwise import simulate_legs
+from orbitdb.trajectories.legwise import Beams, _follow, simulate_legs
 
 
 def run_of(arcs):
@@ -51,6 +51,37 @@ def test_measure_of_the_runs_is_invariant():
     assert (np.abs(after.beta) <= after.t).all()
 
 
+def test_terms_of_a_leg_are_what_its_matrices_grow_by():
+    """A beam of convergence b: first of known b, then of any that it may have."""
+    a, rng = 0.9, np.random.default_rng(6)
+    first = next_leg(random_runs(300, rng), a)
+    y, slope = np.ones(300), rng.random(300) / first.drift
+    runs, beams = first.runs, Beams(first.drift, slope, slope)
+    wide = Beams(first.drift, np.zeros(300), 1 / first.drift)
+    for _ in range(3):
+        leg = next_leg(runs, a)
+        coupling = np.log1p((1 / leg.drift + 1 / beams.drift) / leg.kick)
+        _, wide, between = _follow(runs, wide, a)
+        runs, beams, terms = _follow(runs, beams, a)
+        slope = slope + leg.kick * y
+        after = y + leg.drift * slope
+        rest = np.log(after / y) - np.log(leg.drift) - np.log(leg.kick) - coupling
+        y = after
+        assert terms[0] == pytest.approx(rest, abs=1e-12)
+        assert not terms[1].any()
+        assert (np.abs(between[0] - rest) <= between[1] / 2 + 1e-12).all()
+        assert (terms[2:] == [leg.path - 2 * leg.walls, leg.bounces + leg.walls]).all()
+        assert (beams.drift == leg.drift).all()
+        assert beams.low == pytest.approx(slope / y, rel=1e-12)
+        assert ((wide.low <= beams.low) & (beams.high <= wide.high)).all()
+
+
+def test_the_error_of_what_is_known_adds_to_that_of_the_sample():
+    plain, wrong = (simulate_legs(Stadium(1.6), 100, (2.8, error)) for error in (0.0, 0.01))
+    known = 0.01 / (1.6 + np.pi / 2)
+    assert wrong.lambda_d_error == pytest.approx(np.hypot(plain.lambda_d_error, known), rel=1e-6)
+
+
 @pytest.mark.parametrize(("a", "lambda_l"), [(0.5, 1.85931011), (1.6, 2.81181711), (6.0, 4.03309448)])
 def test_averages_are_those_of_a_hundred_times_as_many_bounces(a, lambda_l):
     growth = exact_means(a).growth
@@ -85,5 +116,6 @@ def test_seed_decides_and_senseless_numbers_are_refused():
     assert one == simulate_legs(Stadium(1.6), 1000, (2.8, 0.0), 3)
     assert seen[-1] == 1
     assert one != simulate_legs(Stadium(1.6), 1000, (2.8, 0.0), 4)
+    assert simulate_legs(Stadium(1.6), 1, (2.8, 0.0)).bounces > 0
     with pytest.raises(ValueError, match="at least one bounce"):
         simulate_legs(Stadium(1.6), 0, (2.8, 0.0))

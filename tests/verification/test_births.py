@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from orbitdb.filling.births import fill_births
+from orbitdb.filling.periods import fill_periods
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.verification.births import check_births
 from orbitdb.verification.lives import prove_lives
@@ -25,6 +26,10 @@ def begun(tmp_path: Path) -> Path:
 
 
 def test_a_period_in_the_making_hides_none_behind_it(begun, monkeypatch):
+    for _ in fill_periods(begun, 1.6, [5]):
+        pass
+    with closing(sqlite3.connect(begun)) as plain, plain:
+        plain.execute("UPDATE fill SET state = 'filling', n_c = NULL")
     monkeypatch.setattr("orbitdb.verification.lives._BLOCK", 12)
     with Catalogue(begun).reading() as connection:
         steps = list(prove_lives(connection))
@@ -59,6 +64,12 @@ def test_a_class_that_died_and_was_born_again_is_sound_and_counts_once(begun):
     assert found() == (19, 2, "p = 5: births is 13 instead of 14")
     alter("UPDATE birth_fill SET births = 14, deaths = 1 WHERE p = 5")
     assert found() == (19, 0, None)
+    for name in ("classes", "births", "deaths", "always", "least", "largest"):
+        alter(f"UPDATE birth_fill SET {name} = 2 * {name} WHERE p = 5")
+        rows, failures, told = found()
+        assert (rows, failures) == (19, 1), (name, told)
+        assert told.startswith(f"p = 5: {name} is ")
+        alter(f"UPDATE birth_fill SET {name} = {name} / 2 WHERE p = 5")
     for wrong, right in (
         ("number = 4 WHERE number = 3", "number = 3 WHERE number = 4"),
         ("kind = 'died' WHERE number = 3", "kind = 'born' WHERE number = 3"),

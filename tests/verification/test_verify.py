@@ -1,6 +1,7 @@
 """Verification: a sound catalogue passes, and whatever is altered by hand is found."""
 
 import json
+import re
 import sqlite3
 import struct
 from dataclasses import replace
@@ -25,6 +26,7 @@ from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.words import from_strings, parse, to_strings
 from orbitdb.verification.check import Check, measured
+from orbitdb.verification.completeness import check_pruned
 from orbitdb.verification.invariants import check_consistency, with_bounds
 from orbitdb.verification.recomputation import restart
 from orbitdb.verification.rigorous import certify
@@ -274,6 +276,9 @@ def test_what_is_altered_is_found(small, cli, name):
     assert check in failing
     assert failing[check]["first"]
     assert f"{check}: " in outcome.err
+    if check == "counts" or name == "class size":  # of p = 6, whose words are 252
+        told = failing["counts"]["first"]
+        assert re.fullmatch(r"p = 6: (251 sequences|classes of 249 sequences) instead of 252", told)
     if f"cycle = {FIRST_ORBIT}" in statement:  # at one or at two half lengths
         assert failing[check]["failures"] <= 2
 
@@ -403,6 +408,19 @@ def test_rows_without_bounds_are_the_relaxation_s_alone(small, cli):
     assert "values" in broken(small)
 
 
+def test_rows_too_long_for_bounds_of_their_own_are_left(small, monkeypatch):
+    """As the relaxation leaves them; here those of more than 5 bounces."""
+    monkeypatch.setattr("orbitdb.verification.invariants.MAX_DENSE", 5)
+    ((before,),) = ask(small, "SELECT count(*) FROM orbit WHERE stadium = 1 AND error NOTNULL")
+    nothing = "error = NULL, length_error = NULL, lyapunov_error = NULL"
+    of_six = "JOIN cycle ON id = cycle WHERE p = 6 AND status = 'orbit' AND stadium = 1"
+    chosen = f"stadium = 1 AND cycle = (SELECT max(cycle) FROM orbit {of_six})"
+    alter(small, f"UPDATE orbit SET solver = 'relaxation', {nothing} WHERE {chosen}")
+    found = checks(small)
+    assert not [name for name, check in found.items() if check.failures]
+    assert found["lengths"].rows == before - 1
+
+
 def moved(orbits: Orbits, name: str, by: float) -> Orbits:
     """Move one number of the first row by so many times its error bound."""
     bound = {"coordinates": "error", "length": "length_error", "lyapunov": "lyapunov_error"}[name]
@@ -518,6 +536,27 @@ def test_what_cannot_be_compared_is_left(small):
     assert not [name for name, check in found.items() if check.failures]
     assert (found["fills"].rows, found["bits"].rows) == (1, 0)
     assert "rules" not in found
+
+
+def test_pruned_words_are_words_and_least_and_primitive_and_have_their_rules(small):
+    """One of p = 3 is none, one is not least, one is a repetition, and one breaks other rules."""
+    rules = dict(ask(small, "SELECT word, rules FROM sequence WHERE p = 3 AND rules IS NOT NULL"))
+    least = next(word for word in rules if word not in (word[1:] + word[0], "001"))
+    alter(
+        small,
+        "UPDATE sequence SET rules = '2' WHERE p = 3 AND word = '001'",
+        *(
+            f"INSERT INTO sequence (p, word, rules) VALUES (3, '{word}', '{kept}')"
+            for word, kept in (("0x1", "1"), (least[1:] + least[0], rules[least]), ("000", "1"))
+        ),
+        "INSERT INTO sequence (p, word, rules) VALUES (4, '0011', '1,3,6')",  # right, and alone
+    )
+    steps = [step for step in check_pruned(Catalogue(small), Selection()) if step.stage[-1] in "34"]
+    assert [(step.stage, step.done, step.total) for step in steps] == [
+        (f"pruned words, p = {p}", 0, 1) for p in (3, 4)
+    ]
+    found = [(check.name, check.rows, check.failures) for step in steps for check in step.checks]
+    assert found == [("rules", len(rules) + 3, 4), ("rules", 1, 0)]
 
 
 def test_a_sample_still_checks_all_counts(filled):

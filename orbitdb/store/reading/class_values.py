@@ -183,14 +183,13 @@ def class_values(
         return _ranks_of_words(index, column)
     if column not in class_view().c or (kind_of(column) == "text" and column not in TEXTS):
         return None
-    if column not in index.last_values:
+    found = index.last_values.get(column)  # another thread may forget it at any time
+    if found is None:
         index.last_values.clear()  # of millions of classes each takes some tens of megabytes
         found = _read_values(reader, index, column, cancelled)
-        if column in ENDS:  # births may come while the fills stay
-            return found
-        index.last_values[column] = found
-        return found
-    return index.last_values[column]
+        if column not in ENDS:  # births may come while the fills stay
+            index.last_values[column] = found
+    return found
 
 
 def _read_values(reader: Reader, index: Index, column: str, cancelled: Callable[[], bool]) -> Values:

@@ -32,7 +32,7 @@ _HEAD = 6
 """First symbols of words that are sorted together."""
 
 HEAD = 8
-"""First symbols by which words of all periods are found in the order of their texts."""
+"""First symbols by which words of all periods are found in the order of their texts: `_HEAD` or more."""
 
 _EXTENT = 43
 """Bits of the differences of words that are sorted together, at most: 20 bits more say which word it is."""
@@ -207,15 +207,13 @@ def expand(least: Integers, p: int) -> PeriodWords:
     for places, words in planes.pieces():
         order = _argsort(words)
         found = heads_of(words[order], p)
-        new = new_heads(found)
+        new = new_heads(found)  # none of them goes on in the next piece
         heads.append(found[new])
         starts.append(new + done)
         elements, classes = np.divmod(places[order], max(len(least), 1))
         entries[done : done + len(places)] = classes << _ABOVE | elements
         done += len(places)
-    every, begin = np.concatenate(heads), np.concatenate(starts)
-    once = new_heads(every)  # a head may go on in the next piece
-    return PeriodWords(p, 0, least, entries, every[once], begin[once])
+    return PeriodWords(p, 0, least, entries, np.concatenate(heads), np.concatenate(starts))
 
 
 def _argsort(words: Integers) -> NDArray[np.int64]:

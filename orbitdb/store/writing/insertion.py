@@ -7,7 +7,9 @@ words have negative numbers, in the order of their arrival.
 
 import sqlite3
 from collections.abc import Sequence
-from itertools import chain, islice
+from dataclasses import dataclass
+from functools import cache
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -21,6 +23,10 @@ from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import MAX_KEYED, from_strings, key, to_strings
 
 _ROWS_A_STATEMENT = 64
+
+NULL = float("nan")
+"""What SQLite takes for NULL. Python's driver looks for an adapter of every None, and of bytes (not of a
+bytearray), which takes longer than all the rest of a value."""
 
 
 def class_number(connection: sa.Connection, word: str) -> int | None:
@@ -40,14 +46,14 @@ def add_cycles(
     stabilisers: NDArray[np.uint8],
 ) -> None:
     """Store symmetry classes by their numbers, least words, shape (N, p), and stabilisers."""
-    kinds = {
-        mask: (symmetry.class_size(mask), symmetry.time_reversal(mask), symmetry.label(mask))
-        for mask in np.unique(stabilisers).tolist()
-    }
-    sizes, reversals, labels = ([kinds[mask][i] for mask in stabilisers.tolist()] for i in range(3))
+    masks, kind = np.unique(stabilisers, return_inverse=True)
+    sizes, reversals, labels = (
+        np.array([say(mask) for mask in masks.tolist()], dtype=object)[kind].tolist()
+        for say in (symmetry.class_size, symmetry.time_reversal, symmetry.label)
+    )
     walls = ((words == 0) | (words == 2)).sum(axis=1).tolist()
-    columns = (numbers, [words.shape[1]] * len(words), to_strings(words), sizes, walls, reversals, labels)
-    insert(connection, "cycle", columns)
+    p = Same(words.shape[1])
+    insert(connection, "cycle", (numbers, p, to_strings(words), sizes, walls, reversals, labels))
 
 
 def add_class(connection: sa.Connection, family: symmetry.SymmetryClass) -> int:
@@ -67,12 +73,12 @@ def add_sequences(
     connection: sa.Connection, p: int, words: Sequence[str], cycles: Sequence[int], elements: Sequence[int]
 ) -> None:
     """Store admissible words of order p as least rotations, with their classes and elements."""
-    insert(connection, "sequence (p, word, cycle, element)", ([p] * len(words), words, cycles, elements))
+    insert(connection, "sequence (p, word, cycle, element)", (Same(p), words, cycles, elements))
 
 
 def add_pruned(connection: sa.Connection, p: int, words: Sequence[str], rules: Sequence[str]) -> None:
     """Store geometrically pruned words of order p as least rotations, with the rules they break."""
-    insert(connection, "sequence (p, word, rules)", ([p] * len(words), words, rules))
+    insert(connection, "sequence (p, word, rules)", (Same(p), words, rules))
 
 
 def add_orbits(
@@ -90,37 +96,56 @@ def add_orbits(
     """
     kept = np.isin(orbits.status, EXISTING)
     numbers = (_or_null(getattr(orbits, name), kept | (name == "margin")) for name in NUMBERS)
-    n = len(orbits)
     columns = (
-        [stadium_id] * n, cycles, orbits.status.tolist(), _blobs(orbits.coordinates, kept), *numbers,
-        orbits.iterations.tolist(), [solver] * n, [writer.run_id(connection, computed)] * n,
+        Same(stadium_id), cycles, orbits.status.tolist(), _blobs(orbits.coordinates, kept), *numbers,
+        orbits.iterations.tolist(), Same(solver), Same(writer.run_id(connection, computed)),
     )  # fmt: skip
     insert(connection, "orbit", columns)
 
 
-def _or_null(values: NDArray[np.float64], kept: NDArray[np.bool_]) -> list[float | None]:
-    boxed = values.astype(object)
-    boxed[~(kept & np.isfinite(values))] = None
-    found: list[float | None] = boxed.tolist()
+def _or_null(values: NDArray[np.float64], kept: NDArray[np.bool_]) -> list[float]:
+    found: list[float] = np.where(kept & np.isfinite(values), values, NULL).tolist()
     return found
 
 
-def _blobs(coordinates: NDArray[np.float64], kept: NDArray[np.bool_]) -> list[bytes | None]:
-    data = np.ascontiguousarray(coordinates, dtype="<f8").tobytes()
+def _blobs(coordinates: NDArray[np.float64], kept: NDArray[np.bool_]) -> list[bytearray | float]:
+    data = bytearray(np.ascontiguousarray(coordinates, dtype="<f8").tobytes())
     width = 8 * coordinates.shape[1]
-    return [data[i * width : (i + 1) * width] if keep else None for i, keep in enumerate(kept.tolist())]
+    return [data[i * width : (i + 1) * width] if keep else NULL for i, keep in enumerate(kept.tolist())]
 
 
-def insert(connection: sa.Connection, table: str, columns: Sequence[Sequence[Any]]) -> None:
+@dataclass(frozen=True)
+class Same:
+    """A column with one value in all rows."""
+
+    value: Any
+
+
+def insert(connection: sa.Connection, table: str, columns: Sequence[Sequence[Any] | Same]) -> None:
     """Insert rows that are not there yet, through SQLite's own driver.
 
     Many rows a statement take half the time of one row a statement, most of which is not storing but
-    going into SQLite and out of it.
+    going into SQLite and out of it. So what all rows share goes there once a statement, and the other
+    values from one list, row by row.
     """
     driver = connection.connection.driver_connection
     assert isinstance(driver, sqlite3.Connection)
-    row = f"({', '.join('?' * len(columns))})"
-    values = chain.from_iterable(zip(*columns, strict=True))
-    while several := tuple(islice(values, _ROWS_A_STATEMENT * len(columns))):
-        rows = ", ".join([row] * (len(several) // len(columns)))
-        driver.execute(f"INSERT OR IGNORE INTO {table} VALUES {rows}", several)
+    same = [column.value for column in columns if isinstance(column, Same)]
+    each = [column for column in columns if not isinstance(column, Same)]
+    width = len(each)
+    values: list[Any] = [None] * (width * len(each[0]))
+    for place, column in enumerate(each):
+        values[place::width] = column  # an extended slice: another length is refused
+    marks = tuple(isinstance(column, Same) for column in columns)
+    for start in range(0, len(values), _ROWS_A_STATEMENT * width):
+        several = values[start : start + _ROWS_A_STATEMENT * width]
+        driver.execute(_statement(table, marks, len(several) // width), same + several)
+
+
+@cache
+def _statement(table: str, same: tuple[bool, ...], rows: int) -> str:
+    """Return what inserts so many rows; the values that all of them share come first."""
+    shared, following = count(1), count(1 + sum(same))
+    fixed = [next(shared) if one else None for one in same]
+    several = (", ".join(f"?{number or next(following)}" for number in fixed) for _ in range(rows))
+    return f"INSERT OR IGNORE INTO {table} VALUES ({'), ('.join(several)})"

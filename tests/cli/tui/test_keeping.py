@@ -178,7 +178,10 @@ def test_two_sessions_keep_each_others_marks(tmp_path):
 
 
 def test_every_column_can_be_shown_but_the_doubles():
-    assert set(EVERY) == {column.name for column in IN_CATALOGUE} - {"a", "word"}
+    known = {column.name: column.kind in ("text", "integers") for column in IN_CATALOGUE}
+    assert {name: column.text for name, column in EVERY.items()} == {
+        name: text for name, text in known.items() if name not in ("a", "word")
+    }
 
 
 @pytest.mark.parametrize("where", ["p < 3 -- short", "p < 3 or p = 9", "p /* of 13 */ < 3"])

@@ -142,6 +142,13 @@ def test_phase_space_names_walls_and_orbits():
     assert lines[-2].split() == ["0", "bottom", "3", "right", "2", "top", "1", "left"]
     assert lines[-1].split() == ["●", "13", "•", "113"]
     assert sum(line.count("●") for line in lines[:-2]) == 2
+    columns, heights = (
+        np.unique(found, return_counts=True) for found in dots_of(draw_phase(A, [], 60, 11)).T
+    )
+    joints = np.array([0.0, 2 * A, 2 * A + math.pi, 4 * A + math.pi, Stadium(A).perimeter])
+    assert columns[0][columns[1] > 20] == pytest.approx(119 * joints / joints[-1], abs=0.51)
+    assert heights[0][heights[1] > 25].tolist() == [20]  # sine 0, half way down
+    assert heights[1].max() < 40
 
 
 @pytest.mark.parametrize("size", [(60, 12), (20, 6), (10, 3)])
@@ -153,6 +160,19 @@ def test_curves_fill_their_frame_and_pass_over_what_is_not_known(size):
     assert draw_curves([], *size).text.shape == size[::-1]
     if size[0] == 60:
         assert (picture.text[:-1] == "×").sum() == 5
+        axis = ["".join(picture.text[row, :7]) for row in (0, 4, 9)]
+        assert axis == [" 3.100┤", " 2.000┤", " 0.900┤"]
+        periods = [int(name) for name in "".join(picture.text[-2]).split()]
+        places = np.flatnonzero(picture.text[-2] != " ")
+        assert periods == [2, 3, 4, 5, 6, 7]
+        assert places == pytest.approx(7 + 105 / 2 * (p - 2) / 5, abs=1)
+        assert sorted(np.argwhere(picture.text[:-1] == "×")[:, 1]) == np.delete(places, 1).tolist()
+
+
+def test_a_curve_of_one_period_begins_at_the_axis():
+    picture = draw_curves([Curve("one", "K_0", np.array([5.0]), np.array([1.0]), "×")], 60, 12)
+    assert np.argwhere(picture.text[:-1] == "×")[:, 1].tolist() == [7]
+    assert "".join(picture.text[-2]).split() == ["5", "6"]
 
 
 def test_frames_are_a_little_larger_than_their_curves():

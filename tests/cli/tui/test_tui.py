@@ -13,6 +13,7 @@ from screens import LARGE, SMALL, ask, drive, press, screenshot, send, settle, s
 from textual import events
 
 from orbitdb.averages.by_period import entropy, lyapunov
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs import KeysDialog, LineDialog, QuestionDialog
 from orbitdb.cli.tui.drawing import OrbitDrawing, Plot, View
@@ -31,6 +32,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.symmetry import REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
+from orbitdb.trajectories.ensemble import simulate
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 WRITE = "ORBITDB_WRITE_SNAPSHOTS"
@@ -117,7 +119,7 @@ def test_choices_of_one_session(filled):
         longest = next(app.catalogue.rows(Selection(), ("code",), "length desc", 1))[0]
         assert app.screen.orbit.code == longest
         assert "length▼" in shown(app)
-        await pilot.click(PagedTable, offset=(2, 0))
+        await pilot.click(PagedTable, offset=(0, 0))
         await settle(pilot)
         assert app.screen.ordering.column == "code"
 
@@ -349,6 +351,11 @@ def test_statistics_of_all_orbits_have_sum_rules_with_a_band(filled):
     values, *_, low, high = curves_of(found, None)["lambda_d"]
     assert values.name == "sum rules"
     assert (high.y - low.y) / 2 == pytest.approx(held.lambda_d_sum_rule_error)
+    known = simulate(Stadium(1.6), 1000)
+    for name in ("lambda_d", "lambda_c"):
+        level, *_ = curves_of(found, known)[name]
+        assert level.x.tolist() == found.entropy.p.tolist()
+        assert {*level.y} == {getattr(known, name)}
 
 
 @both_sizes
