@@ -138,7 +138,7 @@ class SpanBlock(ClassBlock):
             return
         check, families = _classes(load_classes(connection, self.ids), self.p)
         yield check
-        strange = [(number, images) for number, images in families if word_of(number) not in images]
+        strange = [(number, images) for number, images in families if images.get(word_of(number)) != 0]
         yield replace(_sequences(connection, self.p, _entries(strange)), rows=0)  # they are in other spans
 
     def _words(self, connection: "sa.Connection", expected: "_Expected") -> Check:

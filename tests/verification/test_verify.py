@@ -257,9 +257,10 @@ def test_words_that_are_cut_elsewhere_are_found(small):
     assert (found.failures, found.first) == (2, before)
 
 
-def test_a_class_by_the_word_of_another_class_lacks_the_words_of_that(small):
+@pytest.mark.parametrize("whose", ["!=", "="])
+def test_words_of_a_class_are_not_those_of_a_word_that_is_another_s_or_an_image(small, whose):
     ((number,),) = ask(small, f"SELECT {SOME_CLASS}")
-    ((other,),) = ask(small, f"SELECT max(word) FROM sequence WHERE p = 6 AND cycle != {number}")
+    ((other,),) = ask(small, f"SELECT max(word) FROM sequence WHERE p = 6 AND cycle {whose} {number}")
     alter(small, f"UPDATE cycle SET word = '{other}' WHERE id = {number}")
     found = checks(small)
     assert found["classes"].failures == 1
@@ -278,7 +279,7 @@ def test_what_is_altered_is_found(small, cli, name):
     assert f"{check}: " in outcome.err
     if check == "counts" or name == "class size":  # of p = 6, whose words are 252
         told = failing["counts"]["first"]
-        assert re.fullmatch(r"p = 6: (251 sequences|classes of 249 sequences) instead of 252", told)
+        assert re.fullmatch(r"p = 6: (25[13] sequences|classes of 249 sequences) instead of 252", told)
     if f"cycle = {FIRST_ORBIT}" in statement:  # at one or at two half lengths
         assert failing[check]["failures"] <= 2
 
