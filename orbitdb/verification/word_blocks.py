@@ -41,6 +41,7 @@ from orbitdb.symbols.words import (
     pack,
     to_strings,
     unpack,
+    word_of,
 )
 from orbitdb.verification.blocks import ClassBlock
 from orbitdb.verification.check import Check, Step, judged
@@ -108,12 +109,7 @@ class WordBlock(ClassBlock):
         """Return what is found in the rows that a connection reads."""
         rows = load_classes(connection, self.ids)
         classes, families = _classes(rows, self.p)
-        expected = [
-            (word, (number, element, None))
-            for number, images in families
-            for word, element in images.items()
-            if self.cursor is None or word <= self.cursor
-        ]
+        expected = [each for each in _entries(families) if self.cursor is None or each[0] <= self.cursor]
         checks = classes, _sequences(connection, self.p, expected)
         return Step(f"words, p = {self.p}", self.done, self.total, checks)
 
@@ -133,13 +129,17 @@ class SpanBlock(ClassBlock):
     def checked(self, connection: "sa.Connection") -> Step:
         """Return what is found in the rows that a connection reads."""
         expected = _Expected(self.span)
-        checks = self._classes(connection, expected), self._words(connection, expected)
+        checks = *self._classes(connection, expected), self._words(connection, expected)
         return Step(f"words, p = {self.p}", self.done, self.total, checks)
 
-    def _classes(self, connection: "sa.Connection", expected: "_Expected") -> Check:
+    def _classes(self, connection: "sa.Connection", expected: "_Expected") -> Iterator[Check]:
         if load_class_rows(connection, self.ids) == expected.class_rows(self.p):
-            return Check("classes", len(self.ids))
-        return _classes(load_classes(connection, self.ids), self.p)[0]
+            yield Check("classes", len(self.ids))
+            return
+        check, families = _classes(load_classes(connection, self.ids), self.p)
+        yield check
+        strange = [(number, images) for number, images in families if images.get(word_of(number)) != 0]
+        yield replace(_sequences(connection, self.p, _entries(strange)), rows=0)  # they are in other spans
 
     def _words(self, connection: "sa.Connection", expected: "_Expected") -> Check:
         if expected.is_stored(load_span(connection, self.span)):
@@ -212,6 +212,13 @@ def _classes(rows: Sequence[Mapping[str, Any]], p: int) -> tuple[Check, list[tup
     found = judged("classes", [row["word"] for row in rows], wrong)
     check = unsound.joined(replace(found, rows=0))  # the rows are counted already
     return check, [(row["id"], images) for row, (images, _) in zip(rows, families, strict=True)]
+
+
+def _entries(families: Iterable[tuple[int, dict[str, int]]]) -> list[tuple[str, Entry]]:
+    """Return the words of classes, and what must be stored of each."""
+    return [
+        (word, (number, element, None)) for number, images in families for word, element in images.items()
+    ]
 
 
 def _sequences(connection: "sa.Connection", p: int, expected: Sequence[tuple[str, Entry]]) -> Check:

@@ -443,7 +443,7 @@ def test_a_few_rows_of_many_are_no_more_than_these(varied, cli, monkeypatch):
         assert cli(*command, *typed.split()).out.splitlines()[1:] == everything[kept] != []
 
 
-@pytest.mark.parametrize("form", ["npz", "parquet"])
+@pytest.mark.parametrize("form", slow_but(["npz"], ["npz", "parquet"]))
 @pytest.mark.parametrize(
     ("chosen", "columns"),
     [

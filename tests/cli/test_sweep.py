@@ -69,6 +69,7 @@ def test_what_is_swept_is_told_and_verified(cli, tmp_path, changes):
         assert first in failing[check]
 
 
+@pytest.mark.slow
 def test_averages_over_a_subset_answer_from_its_sweep(cli):
     """They are those of stored rows, beside which they also stand; no other subset answers."""
     subset = ("--reversal", "self", "--range", "length=:20")

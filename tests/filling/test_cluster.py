@@ -74,6 +74,7 @@ class Counting:
         return self
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch):
     """Where it is, what it solves, what it cannot solve, how much it holds, and that it is gone."""

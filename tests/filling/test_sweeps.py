@@ -87,6 +87,7 @@ def test_sweeps_that_were_stopped_go_on_to_the_same_bits(tmp_path):
         assert found(path, periods=[7], selection=kind) == expected  # again changes nothing
 
 
+@pytest.mark.slow
 def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     """They are those of the orbits, and each period's moments are around the tilts of those before it."""
     for module in (

@@ -95,7 +95,7 @@ def test_the_first_rows_and_those_far_behind_are_slices_of_a_pass(varied, monkey
             patch.setattr(class_first, "_FEW", 2)
             for room in (first_rows, places):
                 patch.setattr(room, "MOST", 4)
-            for limit, offset in SLICES:
+            for limit, offset in SLICES[number % 2 :: 2]:
                 rows = list(catalogue.rows(selection, NAMES, order, limit, offset))
                 assert rows == expected[offset : offset + limit], (selection, order, limit, offset)
 
