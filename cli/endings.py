@@ -36,7 +36,7 @@ def end_as_users_expect() -> None:
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
-        sys.unraisablehook = _unraisable
+    sys.unraisablehook = _unraisable
 
 
 def end_undisturbed() -> None:
@@ -60,29 +60,44 @@ class _InterruptOnce:
 _interrupt = _InterruptOnce()
 
 
-def _unraisable(told: "sys.UnraisableHookArgs") -> None:
-    """Say nothing of a Ctrl-C that came where nothing can be raised, as while objects are collected.
+class _TerminateOnce:
+    def __init__(self) -> None:
+        self.number: int | None = None
 
-    It is remembered (`interrupted`).
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        signal.signal(number, signal.SIG_IGN)
+        self.number = number
+        raise Terminated(number)
+
+
+_terminate = _TerminateOnce()
+
+
+def _unraisable(told: "sys.UnraisableHookArgs") -> None:
+    """Say nothing of an end that came where nothing can be raised, as while objects are collected.
+
+    It is remembered (`ending`).
     """
-    if not issubclass(told.exc_type, KeyboardInterrupt):
+    if not issubclass(told.exc_type, KeyboardInterrupt | Terminated):
         sys.__unraisablehook__(told)
 
 
-def interrupted() -> bool:
-    """Tell whether Ctrl-C has been pressed.
+def ending() -> KeyboardInterrupt | Terminated | None:
+    """Return what ends the command if Ctrl-C has been pressed, or a signal has told it to terminate.
 
-    It may be lost on its way: NumPy clears whatever is raised while it looks for attributes, and Python what
-    is raised while objects are collected.
+    Either may be lost on its way: NumPy clears whatever is raised while it looks for attributes, and Python
+    what is raised while objects are collected.
     """
-    return _interrupt.pressed
+    if _terminate.number is not None:
+        return Terminated(_terminate.number)
+    return KeyboardInterrupt() if _interrupt.pressed else None
 
 
-def until_interrupted(steps: Iterable[Step]) -> Iterator[Step]:
-    """Pass steps on until Ctrl-C has been pressed, even if that was lost on its way."""
+def until_ended(steps: Iterable[Step]) -> Iterator[Step]:
+    """Pass steps on until the command is ended from outside, even if that was lost on its way."""
     for step in steps:
-        if interrupted():
-            raise KeyboardInterrupt
+        if (end := ending()) is not None:
+            raise end
         yield step
 
 
@@ -127,8 +142,3 @@ def _unless_handled(
         for number in ours:
             with suppress(ValueError):
                 signal.signal(number, signal.SIG_DFL)
-
-
-def _terminate(number: int, frame: FrameType | None) -> None:
-    signal.signal(number, signal.SIG_IGN)
-    raise Terminated(number)

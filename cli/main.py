@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed, interrupted
+from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed, ending
 from orbitdb.cli.garbage import collect_later, collect_no_more
 from orbitdb.cli.streams import escape_what_has_no_code, stand_in_for_closed
 from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
@@ -50,17 +50,21 @@ def _run(arguments: list[str]) -> int:
         from orbitdb.cli.app import call
 
         result = call(arguments)
-    except KeyboardInterrupt:
-        result = INTERRUPTED
-    except Terminated as end:
-        return _say(f"terminated{_consolation(arguments)}", _SIGNALLED + end.number)
+    except (KeyboardInterrupt, Terminated) as end:
+        return _ended(end, arguments)
     except Exception as error:
-        if not interrupted():  # of which a library may have made something else
-            return _failed(error)
-        result = INTERRUPTED
+        lost = ending()  # a library may have made something else of it
+        return _failed(error) if lost is None else _ended(lost, arguments)
     if result == INTERRUPTED:
-        return _say(f"interrupted{_consolation(arguments)}", INTERRUPTED)
+        return _ended(KeyboardInterrupt(), arguments)
     return result if isinstance(result, int) else DONE
+
+
+def _ended(end: KeyboardInterrupt | Terminated, arguments: Sequence[str]) -> int:
+    """Say that the command was ended from outside, and what becomes of what it has stored."""
+    if isinstance(end, Terminated):
+        return _say(f"terminated{_consolation(arguments)}", _SIGNALLED + end.number)
+    return _say(f"interrupted{_consolation(arguments)}", INTERRUPTED)
 
 
 def _consolation(arguments: Sequence[str]) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.endings import until_interrupted, with_other_processes
+from orbitdb.cli.endings import until_ended, with_other_processes
 from orbitdb.cli.executors import Solvers
 from orbitdb.cli.options import Format, count_option
 from orbitdb.cli.progress import progress
@@ -131,6 +131,6 @@ def _fill(periods: range, path: Path, solvers: Solvers) -> None:
 def _show(steps: "Iterable[Progress]", totals: Mapping[int, int], text: str) -> None:
     """Take the steps of the work, and show how far all its periods are."""
     with progress(text) as shown:
-        for step in until_interrupted(steps):
+        for step in until_ended(steps):
             before = sum(count for p, count in totals.items() if p < step.p)
             shown.tell(f"births, p = {step.p} of {max(totals)}", before + step.words, sum(totals.values()))

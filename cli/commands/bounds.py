@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.endings import until_interrupted, with_other_processes
+from orbitdb.cli.endings import until_ended, with_other_processes
 from orbitdb.cli.executors import Solvers
 from orbitdb.cli.grid import lengths
 from orbitdb.cli.options import Format
@@ -169,7 +169,7 @@ def _at_one(task: "EnclosureTask", found: "list[EntropyBounds]", balls: Balls, k
     try:
         with progress("windows") as shown:
             steps = search(Stadium(task.a), task.window, task.width, task.seconds, shown.tell, judge)
-            for level in until_interrupted(steps):
+            for level in until_ended(steps):
                 found.append(level)
                 keep(level, None)
     finally:
@@ -187,7 +187,7 @@ def _at_many(
         progress("windows") as shown,
         solvers.at_work(round(len(tasks) * each), 1) as workers,
     ):
-        for done, solved in enumerate(until_interrupted(workers.solved(tasks)), 1):
+        for done, solved in enumerate(until_ended(workers.solved(tasks)), 1):
             for level in solved.levels:
                 keep(level, solved.arithmetic)
             found.append(solved.levels[-1])

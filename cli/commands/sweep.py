@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.endings import until_interrupted, with_other_processes
+from orbitdb.cli.endings import until_ended, with_other_processes
 from orbitdb.cli.executors import DryRun, ExecutorOption, Jobs, Scheduler, Solvers
 from orbitdb.cli.options import Database, Format, HalfLength, count_option
 from orbitdb.cli.progress import progress
@@ -95,7 +95,7 @@ def _sweep(path: Path, chosen: "Selection", periods: Sequence[int], solvers: Sol
         bring(path)
         with progress(span) as shown:
             words = {p: count_admissible(p) for p in periods}
-            steps = until_interrupted(sweep_periods(path, a, periods, workers, chosen))
+            steps = until_ended(sweep_periods(path, a, periods, workers, chosen))
             show_steps(shown, steps, "words", words, sum(words.values()) - coming.sequences)
     note(f"{span}: {coming.sequences} sequences, {time.monotonic() - start:.1f} s, in {path}")
     return True

@@ -101,19 +101,25 @@ def test_ctrl_c_ends_at_once_with_one_line(tmp_path, options):
 
 
 LOST = """
-import signal, weakref
-from orbitdb.cli.endings import end_as_users_expect, interrupted
+import signal, sys, weakref
+from orbitdb.cli.endings import Terminated, end_as_users_expect, told_to_end, until_ended
 end_as_users_expect()
-kept = {1}
-watch = weakref.ref(kept, lambda _: signal.raise_signal(signal.SIGINT))
-del kept
-print(interrupted())
+with told_to_end():
+    kept = {1}
+    watch = weakref.ref(kept, lambda _: signal.raise_signal(getattr(signal, sys.argv[1])))
+    del kept
+    print("lost")
+    try:
+        list(until_ended([1]))
+    except (KeyboardInterrupt, Terminated) as end:
+        print(repr(end))
 """
 
 
-def test_ctrl_c_while_objects_are_collected_is_remembered_without_a_word():
-    done = run(command=[sys.executable, "-P", "-c", LOST])
-    assert (done.returncode, done.stdout, done.stderr) == (0, "True\n", "")
+@pytest.mark.parametrize(("name", "end"), [("SIGINT", "KeyboardInterrupt()"), ("SIGTERM", "Terminated(15)")])
+def test_an_end_while_objects_are_collected_is_remembered_without_a_word(name, end):
+    done = run(name, command=[sys.executable, "-P", "-c", LOST])
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"lost\n{end}\n", "")
 
 
 @pytest.mark.slow
