@@ -123,7 +123,7 @@ def hessian(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> 
     """Return the Hessian of the length in all p coordinates of orbits, shape (N, p, p).
 
     The identity det H = prod(-b_i) (tr M - 2), with b_i the off-diagonal entries, holds at an orbit;
-    at p = 2 both links fall on one entry and b_i is each link's own part (`link_couplings`).
+    at p = 2 both links fall on one entry and b_i is each link's own part (`couplings_of`).
     """
     links = Links.of(stadium, words, coordinates)
     return hessian_of(words, links, couplings_of(links, stadium.tangents(words, coordinates)))
@@ -143,14 +143,11 @@ def hessian_of(words: NDArray[np.uint8], links: "Links", couplings: Floats) -> F
     return matrix
 
 
-def link_couplings(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> Floats:
-    """Return b_i, the mixed second derivative of each link's length in its two ends, shape (N, p)."""
-    links = Links.of(stadium, words, coordinates)
-    return couplings_of(links, stadium.tangents(words, coordinates))
-
-
 def couplings_of(links: "Links", tangents: Floats) -> Floats:
-    """Return what `link_couplings` does, from links and the tangents at their ends, shape (N, p, 2)."""
+    """Return b_i, the mixed second derivative of each link's length in its two ends, shape (N, p).
+
+    The tangents are those at the bounces, shape (N, p, 2).
+    """
     dot = (tangents * np.roll(tangents, -1, axis=1)).sum(axis=-1)
     found: Floats = (links.cos_out * np.roll(links.cos_in, -1, axis=1) - dot) / links.after
     return found

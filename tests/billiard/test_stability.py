@@ -14,11 +14,11 @@ from orbitdb.billiard.legs import Derivatives, cut, derivatives, direction_limit
 from orbitdb.billiard.stability import (
     Links,
     bounce_matrices,
+    couplings_of,
     exponent,
     exponent_error,
     forces,
     hessian,
-    link_couplings,
 )
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.newton import newton, solve
@@ -95,7 +95,8 @@ def test_hessian_identity(p, a):
     words, x, exponents, _ = orbits_of(p, a)
     straight = np.count_nonzero(STRAIGHT[words], axis=1)
     trace = (-1.0) ** straight * 2 * np.cosh(exponents)
-    expected = np.prod(-link_couplings(stadium, words, x), axis=1) * (trace - 2)
+    couplings = couplings_of(Links.of(stadium, words, x), stadium.tangents(words, x))
+    expected = np.prod(-couplings, axis=1) * (trace - 2)
     assert np.linalg.det(hessian(stadium, words, x)) == pytest.approx(expected, rel=1e-9)
 
 

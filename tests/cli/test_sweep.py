@@ -138,10 +138,10 @@ WRONG = [
     ("3 --jobs 0", ""),
     (
         "3 --where p>2",
-        "where cannot be swept, as that needs stored rows: choose by reversal, symmetry, contains",
+        "a subset by where cannot be swept, as that needs stored rows: choose by reversal, symmetry, contains",
     ),
-    ("3 --exists 1 --range born=1:", "exists, born cannot be swept, as"),
-    ("3 --not-at 1", "not_at cannot be swept, as"),
+    ("3 --exists 1 --range born=1:", "a subset by exists, range of born cannot be swept, as"),
+    ("3 --not-at 1", "a subset by not-at cannot be swept, as"),
     ("3 --status boundary,orbit", "status boundary, orbit cannot be swept: sums are over orbits alone"),
     (
         "3 --contains 1^41",

@@ -20,6 +20,9 @@ from orbitdb.symbols.words import parse
 SWEPT_MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
 """The measures by which a sweep can choose; births and deaths are stored, and not found with an orbit."""
 
+_OF_ROWS = {"where": "where", "exists": "exists", "not_at": "not-at"}
+"""What a sweep cannot choose by, as it is told."""
+
 _ALL = float("inf")
 _LONGEST = 2 * MAX_PERIOD
 """Symbols of the longest factor that a word of any period has."""
@@ -27,12 +30,12 @@ _LONGEST = 2 * MAX_PERIOD
 
 def why_not_swept(selection: Selection) -> str:
     """Tell why the averages over a subset cannot be swept; empty if they can."""
-    rows = [name for name in ("where", "exists", "not_at") if getattr(selection, name)]
-    rows += [name for name in selection.ranges if name not in SWEPT_MEASURES]
+    rows = [told for name, told in _OF_ROWS.items() if getattr(selection, name)]
+    rows += [f"range of {name}" for name in selection.ranges if name not in SWEPT_MEASURES]
     if rows:
         return (
-            f"{', '.join(rows)} cannot be swept, as that needs stored rows: choose by reversal, symmetry, "
-            f"contains and ranges of {', '.join(SWEPT_MEASURES)}, or fill the periods"
+            f"a subset by {', '.join(rows)} cannot be swept, as that needs stored rows: choose by reversal, "
+            f"symmetry, contains and ranges of {', '.join(SWEPT_MEASURES)}, or fill the periods"
         )
     if selection.statuses not in ((), (Status.ORBIT,)):
         return f"status {', '.join(selection.statuses)} cannot be swept: sums are over orbits alone"
