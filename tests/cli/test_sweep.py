@@ -138,7 +138,7 @@ WRONG = [
     ("3 --jobs 0", ""),
     (
         "3 --where p>2",
-        "a subset by where cannot be swept, as that needs stored rows: choose by reversal, symmetry, contains",
+        "a subset by where cannot be swept, as that needs stored rows: choose by reversal, symmetry",
     ),
     ("3 --exists 1 --range born=1:", "a subset by exists, range of born cannot be swept, as"),
     ("3 --not-at 1", "a subset by not-at cannot be swept, as"),
