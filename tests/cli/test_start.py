@@ -48,6 +48,7 @@ def python(code: str, *arguments: str, **options) -> list[str]:
     return done.stdout.splitlines()
 
 
+@pytest.mark.slow
 def test_a_command_loads_what_it_needs(filled, monkeypatch):
     monkeypatch.setenv("ORBITDB_DB", str(filled))
     told = python(SCRIPT, " ".join(ROOMS), *LIGHTEST_FIRST, cwd=filled.parent)

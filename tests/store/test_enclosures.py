@@ -115,6 +115,7 @@ def test_bounds_stand_beside_what_orbits_give(enclosed, cli):
     assert (band.get_y(), band.get_height()) == pytest.approx((closest.lower, closest.width))
 
 
+@pytest.mark.slow
 def test_altered_bounds_are_refused_and_found_by_verify(enclosed, monkeypatch):
     catalogue = Catalogue(enclosed)
 

@@ -40,7 +40,8 @@ def test_a_pruned_word_and_a_long_one_have_what_there_is():
     assert code in "".join(text_of(solve_word(code, 1.6)))
 
 
-@pytest.mark.parametrize("size", [SMALL, pytest.param(LARGE, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [SMALL, LARGE])
 def test_enter_opens_the_whole_orbit(filled_once, size):
     async def steps(app, pilot):
         await press(pilot, "j", "enter")
