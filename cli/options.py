@@ -138,6 +138,10 @@ Contains = Annotated[
 ]
 
 
+def _range_option(names: str) -> Any:
+    return typer.Option("--range", metavar="NAME=LOW:HIGH", help=f"Bounds on {names}; repeatable.")
+
+
 @dataclass(frozen=True)
 class Choice:
     """The options that choose a subset of the catalogue, as they were typed; their help says what they take.
@@ -166,12 +170,7 @@ class Choice:
         number_option("--not-at", help="Words that are no orbits at this a, by their births; repeatable."),
     ] = None
     bounds: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--range",
-            metavar="NAME=LOW:HIGH",
-            help="Bounds on length, lyapunov, lambda_d, lambda_c, margin, born or dies; repeatable.",
-        ),
+        list[str] | None, _range_option("length, lyapunov, lambda_d, lambda_c, margin, born or dies")
     ] = None
     where: Annotated[
         str | None,
@@ -226,14 +225,9 @@ class SweptChoice:
     reversal: Reversal = None
     symmetry: Symmetry = None
     contains: Contains = None
-    bounds: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--range",
-            metavar="NAME=LOW:HIGH",
-            help="Bounds on length, lyapunov, lambda_d, lambda_c or margin; repeatable.",
-        ),
-    ] = None
+    bounds: Annotated[list[str] | None, _range_option("length, lyapunov, lambda_d, lambda_c or margin")] = (
+        None
+    )
     status: Annotated[str | None, _hidden("--status")] = None
     exists: Annotated[list[float] | None, _hidden("--exists")] = None
     not_at: Annotated[list[float] | None, _hidden("--not-at")] = None

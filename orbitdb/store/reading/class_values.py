@@ -18,12 +18,12 @@ from orbitdb.orbits.orbit import NUMBERS, Status
 from orbitdb.store.asking.conditions import Columns, answering, conditions_of
 from orbitdb.store.asking.confinement import Patience, authorize_joined, never
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.engines import little_kept
 from orbitdb.store.file.schema import ENDS, change, cycle, orbit, stadium
 from orbitdb.store.file.schema import catalogue as view
 from orbitdb.store.reading.class_first import orders_with_pruned
 from orbitdb.store.reading.class_index import STATUSES, Index
 from orbitdb.store.reading.class_view import class_view
-from orbitdb.store.reading.index_reading import little_kept
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.symmetry import ELEMENTS, label

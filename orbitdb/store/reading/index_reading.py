@@ -5,13 +5,13 @@ interpreter is free for other threads.
 """
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 
 import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.orbits.orbit import Status
+from orbitdb.store.file.engines import little_kept
 from orbitdb.store.file.schema import cycle, orbit, sequence, stadium
 from orbitdb.store.reading.class_first import orders
 from orbitdb.store.reading.class_index import LONG, STATUSES, Index, Part
@@ -23,9 +23,6 @@ from orbitdb.symbols.words import MAX_KEYED, keys_of_period
 
 PIECE = 1 << 15
 """Classes or words that are read at a time."""
-
-_KEPT = 4 << 10
-"""Kilobytes that SQLite may keep meanwhile."""
 
 _CODES = {status.value: chr(ord("0") + number) for number, status in enumerate(STATUSES)}
 _GEOMETRIC = STATUSES.index(Status.GEOMETRIC)
@@ -53,18 +50,6 @@ def load_index(reader: Reader, a: float, known: Mapping[int, Part] | None = None
         long_words, long_part = _read_long(connection, here)
     found = [parts[p] for p in periods] + ([long_part] if long_words else [])
     return Index(a, tuple(found), long_words)
-
-
-@contextmanager
-def little_kept(connection: sa.Connection) -> Iterator[None]:
-    """Let SQLite keep few of the pages that it reads: none of them is read twice."""
-    before = connection.exec_driver_sql("PRAGMA cache_size").scalar()
-    connection.exec_driver_sql(f"PRAGMA cache_size = -{_KEPT}")
-    try:
-        yield
-    finally:
-        connection.exec_driver_sql("PRAGMA shrink_memory")
-        connection.exec_driver_sql(f"PRAGMA cache_size = {before}")
 
 
 def _read_period(connection: sa.Connection, here: int, p: int) -> Part:

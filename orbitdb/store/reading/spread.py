@@ -19,11 +19,11 @@ from orbitdb.errors import StoreError
 from orbitdb.store.asking.conditions import answering, conditions_of, containing
 from orbitdb.store.asking.confinement import Patience
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.engines import little_kept
 from orbitdb.store.file.schema import sequence
 from orbitdb.store.reading.class_first import is_long, orders, pruned_words
 from orbitdb.store.reading.class_view import class_view, same_for_classes
 from orbitdb.store.reading.first_rows import keys_before_words
-from orbitdb.store.reading.index_reading import little_kept
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import need_words, unsound
 

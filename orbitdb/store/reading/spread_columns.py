@@ -17,10 +17,10 @@ from orbitdb.columns import kind_of
 from orbitdb.store.asking.conditions import answering, conditions_of, containing
 from orbitdb.store.asking.confinement import Patience
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.engines import little_kept
 from orbitdb.store.file.schema import sequence
 from orbitdb.store.reading.class_view import class_view
 from orbitdb.store.reading.first_rows import keys_before_words
-from orbitdb.store.reading.index_reading import little_kept
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import coordinates_of, need_elements, need_words, unsound
 from orbitdb.store.reading.spread import periods_by_class, places_of

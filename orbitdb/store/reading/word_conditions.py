@@ -11,11 +11,11 @@ from orbitdb.store.asking import expressions as free
 from orbitdb.store.asking.conditions import answering, conditions_of
 from orbitdb.store.asking.confinement import Patience, authorize_joined, never
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.engines import little_kept
 from orbitdb.store.file.schema import catalogue as view
 from orbitdb.store.file.schema import sequence
 from orbitdb.store.reading.class_index import Index
 from orbitdb.store.reading.class_values import CancelledError
-from orbitdb.store.reading.index_reading import little_kept
 from orbitdb.store.reading.reader import Reader
 
 _PIECE = 1 << 16
