@@ -76,8 +76,13 @@ class Executed:
         return found
 
 
-def executed(tree: Tree, target: Path, jobs: int) -> Executed:
-    """Return which tests execute what, from a file if it is there; tests that were altered run again."""
+def executed(tree: Tree, folder: Path, jobs: int, marked: str | None = None) -> Executed:
+    """Return which tests execute what, from a file if it is there; tests that were altered run again.
+
+    `marked` says which tests, as pytest's ``-m`` does; else the default ones. Each choice has its own file.
+    """
+    name = "executed" + re.sub(r"\W+", "-", f" {marked}" if marked is not None else "")
+    target = folder / f"{name}.json"
     known = Executed(**json.loads(target.read_text())) if target.exists() else Executed()
     files = _hashes(tree)
     changed = {path for path in {*files, *known.files} if files.get(path) != known.files.get(path)}
@@ -86,7 +91,8 @@ def executed(tree: Tree, target: Path, jobs: int) -> Executed:
     again = sorted(path for path in changed if path in files and _is_test(path))
     _drop(known, changed)
     if again:
-        _run(tree, known, again if known.files else ["tests"], jobs)
+        which = [] if marked is None else ["-m", marked]
+        _run(tree, known, [*which, *(again if known.files else ["tests"])], jobs)
     known.files = files
     target.parent.mkdir(exist_ok=True)
     target.write_text(json.dumps(asdict(known)))

@@ -5,7 +5,10 @@ wings; without names, of every wing. The tests that execute the altered line run
 quick ones before long ones, in a copy of the tree, which all processes of a test import. The first run finds
 out which tests execute what, and keeps it in ``.mutation``; afterwards tests that were altered run again for
 it, and all of them if the code was. ``--at FILE:LINE`` and ``--again FILE`` try a line, or what has survived,
-again.
+again; ``--tests "not fuzz"`` asks all tests that CI runs.
+
+A sample has of each kind of mistake as many as of the others, so that rare and stealthy ones are seen; the
+last column is what it tells of the whole wing, each kind counted as often as it occurs there.
 """
 
 import argparse
@@ -26,40 +29,11 @@ from time import monotonic
 from executed import Executed, executed
 from mutants import Mutant, differs, mutants
 from tree import Tree, end_all, ended
+from verdicts import KILLED, LATE, NOBODY, SURVIVED, Verdict, report, shown
 
 ROOT = Path(__file__).parents[2]
-_KILLED, _SURVIVED, _LATE, _NOBODY = "killed", "survived", "timed out", "never executed"
-_ORDER = (_KILLED, _LATE, _SURVIVED, _NOBODY)
 _START = 60.0
 """Seconds that a mutant may take beside those of its tests."""
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """What became of a mutant.
-
-    Attributes
-    ----------
-    wing, file, kind, before, after, outcome : str
-    line : int
-    by : str
-        The test that noticed.
-    tests, ran : int
-        How many tests execute it, and how many of them were within `--most`.
-    seconds : float
-    """
-
-    wing: str
-    file: str
-    line: int
-    kind: str
-    before: str
-    after: str
-    outcome: str
-    by: str
-    tests: int
-    ran: int
-    seconds: float
 
 
 @dataclass(frozen=True)
@@ -101,6 +75,16 @@ def sample(
     return list(islice((mutant for mutant in in_turn if differs(mutant, sources[mutant.path])), size))
 
 
+def counted(wings: dict[str, list[str]], sources: dict[str, str]) -> Counter[tuple[str, str]]:
+    """Return how many mutants of each kind each wing has."""
+    return Counter(
+        (wing, mutant.kind)
+        for wing, paths in wings.items()
+        for path in paths
+        for mutant in mutants(path, sources[path])
+    )
+
+
 def within(known: Executed, tests: list[str], most: float) -> list[str]:
     """Return the first tests, as many as take no longer than so many seconds; at least one."""
     kept, spent = [], 0.0
@@ -116,7 +100,7 @@ def _wanted(options: argparse.Namespace) -> Callable[[Mutant, str], bool]:
     """Return what tells whether a mutant is to be tried at all."""
     if options.again:
         told = json.loads(options.again.read_text())
-        alive = [each for each in told if each["outcome"] in (_SURVIVED, _NOBODY)]
+        alive = [each for each in told if each["outcome"] in (SURVIVED, NOBODY)]
         known = {(each["file"], each["kind"], each["before"], each["after"]) for each in alive}
         return lambda mutant, source: (mutant.path, mutant.kind, *mutant.shown(source)) in known
     if options.at:
@@ -124,10 +108,9 @@ def _wanted(options: argparse.Namespace) -> Callable[[Mutant, str], bool]:
     return lambda mutant, source: True
 
 
-def choose(tree: Tree, known: Executed, options: argparse.Namespace) -> list[Chosen]:
+def choose(tree: Tree, sources: dict[str, str], known: Executed, options: argparse.Namespace) -> list[Chosen]:
     """Return what is to be tried, wings mixed."""
     wings = tree.wings()
-    sources = {path: (tree.root / path).read_text() for paths in wings.values() for path in paths}
     wanted = _wanted(options)
     found = []
     for wing in options.wings or wings:
@@ -162,7 +145,7 @@ def first_failure(log: str) -> str:
 def judge(copy: Tree, chosen: Chosen) -> Verdict:
     """Try a mutant in a copy of the tree."""
     if not chosen.run:
-        return chosen.verdict(_NOBODY, "", 0.0)
+        return chosen.verdict(NOBODY, "", 0.0)
     began = monotonic()
     file = copy.root / chosen.mutant.path
     file.write_text(chosen.mutant.applied(chosen.source))
@@ -170,7 +153,7 @@ def judge(copy: Tree, chosen: Chosen) -> Verdict:
         code, log = run_tests(copy, chosen.run, chosen.limit, "-x")
     finally:
         file.write_text(chosen.source)
-    outcome = _LATE if code is None else _KILLED if code else _SURVIVED
+    outcome = LATE if code is None else KILLED if code else SURVIVED
     return chosen.verdict(outcome, first_failure(log) if code else "", monotonic() - began)
 
 
@@ -193,7 +176,7 @@ def judged(tree: Tree, chosen: Sequence[Chosen], jobs: int, folder: Path) -> Ite
         try:
             for verdict in threads.map(in_a_copy, chosen):
                 verdicts.append(verdict)
-                print(_told(verdict), file=sys.stderr, flush=True)
+                print(shown(verdict), file=sys.stderr, flush=True)
         except BaseException:
             threads.shutdown(wait=False, cancel_futures=True)
             end_all()
@@ -211,33 +194,7 @@ def _controlled(copy: Tree, verdicts: Sequence[Verdict]) -> Iterator[Verdict]:
         for killer in failing:
             print(f"fails without a mutant, too: {killer}", file=sys.stderr)
     for verdict in verdicts:
-        yield replace(verdict, outcome=_SURVIVED) if verdict.by in failing else verdict
-
-
-def _told(verdict: Verdict) -> str:
-    place = f"{verdict.outcome}: {verdict.file}:{verdict.line} ({verdict.kind})"
-    if verdict.outcome == _KILLED:
-        return f"{place} by {verdict.by or 'import'}, {verdict.seconds:.0f} s"
-    change = f"  - {verdict.before}\n  + {verdict.after}"
-    return f"{place} {verdict.ran} of {verdict.tests} tests, {verdict.seconds:.0f} s\n{change}"
-
-
-def report(verdicts: Sequence[Verdict]) -> str:
-    """Return how many were killed, wing by wing, and what nobody noticed."""
-    if not verdicts:
-        return "there is nothing to alter"
-    lines = [f"{'wing':14}{'mutants':>8}" + "".join(f"{word:>16}" for word in _ORDER) + f"{'noticed':>9}"]
-    for wing in (*sorted({verdict.wing for verdict in verdicts}), "all"):
-        count = Counter(verdict.outcome for verdict in verdicts if wing in (verdict.wing, "all"))
-        noticed = (count[_KILLED] + count[_LATE]) / count.total()
-        numbers = "".join(f"{count[word]:>16}" for word in _ORDER)
-        lines.append(f"{wing:14}{count.total():>8}{numbers}{noticed:>9.0%}")
-    for verdict in sorted(verdicts, key=lambda verdict: (verdict.file, verdict.line)):
-        if verdict.outcome in (_SURVIVED, _NOBODY):
-            ran = f"{verdict.ran} of {verdict.tests} tests"
-            lines += ["", f"{verdict.file}:{verdict.line}: {verdict.outcome} ({verdict.kind}, {ran})"]
-            lines += [f"  - {verdict.before}", f"  + {verdict.after}"]
-    return "\n".join(lines)
+        yield replace(verdict, outcome=SURVIVED) if verdict.by in failing else verdict
 
 
 def parse(arguments: Sequence[str] | None, wings: Sequence[str]) -> argparse.Namespace:
@@ -253,6 +210,9 @@ def parse(arguments: Sequence[str] | None, wings: Sequence[str]) -> argparse.Nam
     )
     parser.add_argument(
         "--again", type=Path, metavar="FILE", help="only what survived, says a file of --json"
+    )
+    parser.add_argument(
+        "--tests", metavar="EXPR", help="pytest's -m: 'not fuzz' for those of CI; else the default ones"
     )
     parser.add_argument("--jobs", type=int, default=2, help="mutants at a time")
     parser.add_argument("--most", type=float, default=60.0, metavar="S", help="seconds of tests for a mutant")
@@ -276,10 +236,12 @@ def main(arguments: Sequence[str] | None = None, root: Path = ROOT) -> None:
     )  # so that what runs is ended, and copies are removed
     tree = Tree(root)
     options = parse(arguments, list(tree.wings()))
-    known = executed(tree, tree.root / ".mutation" / "executed.json", options.jobs)
+    wings = tree.wings()
+    sources = {path: (tree.root / path).read_text() for paths in wings.values() for path in paths}
+    known = executed(tree, tree.root / ".mutation", options.jobs, options.tests)
     with tempfile.TemporaryDirectory(prefix="m-", ignore_cleanup_errors=True) as folder:
-        verdicts = list(judged(tree, choose(tree, known, options), options.jobs, Path(folder)))
-    print(report(verdicts))
+        verdicts = list(judged(tree, choose(tree, sources, known, options), options.jobs, Path(folder)))
+    print(report(verdicts, counted(wings, sources)))
     if options.json:
         options.json.write_text(json.dumps([asdict(verdict) for verdict in verdicts], indent=1) + "\n")
 

@@ -1,8 +1,11 @@
 """The tool that alters the code: which mistakes it makes, and whether it tells who notices."""
 
+from collections import Counter
+
 import pytest
 from mutants import differs, mutants
-from mutate import main, report, sample
+from mutate import main, sample
+from verdicts import Verdict, of_the_wing, report
 
 SOURCE = '''"""A package."""
 LIMIT = 2.0  # of what is drawn
@@ -61,7 +64,18 @@ def test_what_makes_no_difference_is_left_alone():
 
 
 def test_where_there_is_no_mutant_it_is_told():
-    assert report([]) == "there is nothing to alter"
+    assert report([], Counter()) == "there is nothing to alter"
+
+
+def test_a_kind_counts_as_often_as_it_occurs():
+    def verdict(kind: str, outcome: str) -> Verdict:
+        return Verdict("store", "a.py", 1, kind, "", "", outcome, "", 1, 1, 0.0)
+
+    told = [verdict("border", "survived"), verdict("border", "killed"), verdict("sign", "timed out")]
+    population = Counter({("store", "border"): 10, ("store", "sign"): 90, ("cli", "sign"): 1000})
+    assert of_the_wing(told, population) == pytest.approx(0.95)
+    store, total = (line.split() for line in report(told, population).splitlines()[1:3])
+    assert store[1:] == total[1:] == ["3", "1", "1", "1", "0", "67%", "95%"]
 
 
 def test_a_mutant_knows_its_lines():
