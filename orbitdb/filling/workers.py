@@ -92,9 +92,12 @@ class Processes:
         return in_order(self, blocks, lambda: _AHEAD * self.jobs)
 
     def start(self) -> None:
-        """Start the processes, which takes them some tenths of a second, before there are blocks to solve."""
+        """Start the processes, which takes them some tenths of a second, before there are blocks to solve.
+
+        If one of them dies at once, the first block tells so.
+        """
         executor = self._ready().executor
-        with _signals_held_back():
+        with _signals_held_back(), suppress(BrokenExecutor, BrokenPipeError):
             for _ in range(self.jobs):  # it starts one for each task that finds none idle
                 executor.submit(os.getpid)
 

@@ -89,8 +89,8 @@ class BackwardsFuture(Future):
 
 @pytest.mark.usefixtures("small_blocks")
 def test_results_come_in_order_and_few_are_under_way():
-    blocks = list(cut_into_blocks(1.6, "newton", 9))
-    assert len(blocks) > 30
+    blocks = list(cut_into_blocks(1.6, "newton", 8))
+    assert len(blocks) > 20
     pool = Backwards()
     found = list(in_order(pool, iter(blocks), lambda: 5))
     assert [result.span for result in found] == [block.span for block in blocks]
@@ -113,6 +113,26 @@ def test_a_worker_that_is_killed_costs_only_its_blocks(tmp_path):
                 killed.add(victim)
     assert len(killed) == 2
     assert rows(path) == rows(alone)
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_a_worker_that_dies_while_others_are_started_costs_only_time():
+    blocks = list(cut_into_blocks(1.6, "newton", 5))
+    with Processes(2) as workers:
+        workers.start()
+        os.kill(next_worker(), signal.SIGKILL)
+        while workers_of(os.getpid()):  # until the executor has noticed, it takes whatever it is given
+            time.sleep(0.01)
+        workers.start()
+        found = list(workers.solved(iter(blocks)))
+    assert [result.span for result in found] == [block.span for block in blocks]
+
+
+def next_worker() -> int:
+    """Wait for a process that has been started, and return it."""
+    while not (there := workers_of(os.getpid())):
+        time.sleep(0.01)
+    return there[0]
 
 
 def is_worker(process: int) -> bool:
