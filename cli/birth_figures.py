@@ -30,7 +30,7 @@ def draw_births(catalogue: Catalogue, chosen: Selection) -> Figure:
     whole = [each.p for each in catalogue.birth_fills() if each.whole]
     periods = [p for p in whole if chosen.includes(p)]
     places = {p: _births(catalogue, p) for p in whole if p <= max(periods, default=0)}
-    shown = [p for p in periods if len(places[p].a) > 1][-_MOST:]
+    shown = [p for p in periods if places[p].a[-1] > 0][-_MOST:]
     if not shown:
         raise InputError("no births to draw: 'orbitdb births --p 11' finds them")
     a = np.geomspace(_LOW, _WIDER * max(places[p].a[-1] for p in shown), _PLACES)

@@ -15,7 +15,7 @@ from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
-    from orbitdb.filling.cluster import Cluster
+    from orbitdb.filling.cluster import Cluster, Size
     from orbitdb.filling.workers import Workers
 
 MOST_JOBS = 1024
@@ -116,17 +116,20 @@ def _cluster(scheduler: str) -> "Iterator[Cluster]":
     from orbitdb.filling.cluster import Cluster
 
     with Cluster(scheduler) as cluster:
-        size = cluster.size()
-        if not size.workers:
-            note(f"{scheduler}: no workers yet; waiting for the first")
-        elif size.threads > size.workers:
-            note(
-                f"{scheduler}: {size.workers} workers with {size.threads} threads; each solves with one "
-                "of them: start more with --nthreads 1"
-            )
-        else:
-            note(f"{scheduler}: {size.workers} workers")
+        note(f"{scheduler}: {_told(cluster.size())}")
         yield cluster
+
+
+def _told(size: "Size") -> str:
+    """Say how large a cluster is, and where that is less than it seems."""
+    if not size.workers:
+        return "no workers yet; waiting for the first"
+    if size.threads > size.workers:
+        return (
+            f"{size.workers} workers with {size.threads} threads; each solves with one of them: start more "
+            "with --nthreads 1"
+        )
+    return f"{size.workers} workers"
 
 
 @contextmanager

@@ -42,7 +42,10 @@ LONG_CODE = 40
 _TINY = ("residual", "distance", "difference", "_max", "_median", "setting", "worst")
 """Endings of the names of numbers of which only the size matters."""
 
-_TIMES = ("seconds", "enumeration", "classification", "cutting", "newton", "assessment", "balls")
+_TIMES = (
+    "seconds", "processor_seconds", "enumeration", "enumerating", "classification", "cutting", "newton",
+    "solving", "assessment", "balls", "storing",
+)  # fmt: skip
 
 
 def note(message: str) -> None:

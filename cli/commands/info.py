@@ -59,7 +59,7 @@ def info(
         write_facts(facts)
         print()
     if chosen:
-        rows = sorted([*((*row, None) for row in rows), *chosen], key=lambda row: (*row[:2], row[-1] or ""))
+        rows = sorted([*((*row, None) for row in rows), *chosen], key=lambda row: row[:2])
     write((*COLUMNS, "selection") if chosen else COLUMNS, rows, form)
 
 

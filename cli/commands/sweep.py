@@ -107,7 +107,8 @@ def _write(path: Path, chosen: "Selection", periods: Sequence[int], form: Format
     from orbitdb.store.asking.sweepable import swept_text
     from orbitdb.store.reading.catalogue import Catalogue
 
-    if swept_text(chosen):
+    subset = (text,) if (text := swept_text(chosen)) else ()
+    if subset:
         note(replace(chosen, statuses=(Status.ORBIT,)).describe())
     with closing(Catalogue(path)) as catalogue:
         found = [each for each in catalogue.sweeps(chosen.a, chosen) if each.p in periods]
@@ -115,5 +116,5 @@ def _write(path: Path, chosen: "Selection", periods: Sequence[int], form: Format
     for each in found:
         counts = each.tally
         statuses = counts.words, counts.n_c, counts.classes, counts.boundary, counts.unresolved
-        rows.append((each.p, *statuses, round(each.seconds, 2), round(each.processor, 2)))
-    write(COLUMNS, rows, form)
+        rows.append((each.p, *statuses, round(each.seconds, 2), round(each.processor, 2), *subset))
+    write((*COLUMNS, "selection") if subset else COLUMNS, rows, form)

@@ -139,8 +139,9 @@ def selection_of(criteria: Criteria, a: float) -> Selection:
         If it is none, as somebody has written it by hand.
     """
     try:
-        return choose(a=a, **criteria)
-    except (TypeError, ValueError) as error:
+        parameters = dict(criteria.get("parameters") or {})
+        return choose(a=a, **{**criteria, "parameters": parameters})
+    except (TypeError, ValueError, AttributeError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{dict(criteria)!r:.60} is no filter of this program") from error

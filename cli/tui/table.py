@@ -172,8 +172,8 @@ class PagedTable(ScrollView, can_focus=True):
 
     def _code_width(self) -> int:
         rows = (self.source.row(place) for place in self._places())
-        widest = max((len(row[0]) for row in rows if row), default=0)
-        return min(max(COLUMNS[0].width, widest), _LONGEST_CODE)
+        widths = [COLUMNS[0].width, *(len(row[0]) for row in rows if row)]
+        return min(max(widths), _LONGEST_CODE)
 
     def _known(self) -> list[Column]:
         """Return the columns of which the rows know something."""

@@ -196,7 +196,7 @@ class _Pieces:
         s = np.where(n > 0, symbols[first_wall] - 1.0, 0.0)
         runs = self.run_starts.sum(axis=1)
         first_run = runs.cumsum() - runs
-        for m in np.unique(runs):
+        for m in np.flatnonzero(np.bincount(runs)):
             rows = np.flatnonzero(runs == m)
             chain = first_run[rows] + np.arange(m)[:, None]
             yield rows, [part[chain] for part in (k, d, n, s)]

@@ -6,6 +6,7 @@ come, as a fill does it (`orbitdb.filling.periods`): it can be stopped at any mo
 
 import time
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from orbitdb.errors import StoreError
@@ -57,10 +58,8 @@ def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> 
     writer = Writer(path, {"command": "births", "periods": periods}, references=False)
     try:
         while cursors := _open(writer, periods):
-            try:
+            with suppress(OvertakenError):  # by another process that does the same: go on behind it
                 yield from _blocks(writer, cursors, workers)
-            except OvertakenError:
-                continue  # behind another process that does the same
     finally:
         writer.close()
 

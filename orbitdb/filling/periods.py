@@ -94,19 +94,22 @@ def fill_periods(
     stadium = Stadium(a)
     periods = list(periods)
     parameters = {"command": "fill", "a": a, "periods": periods, "method": method}
-    writer = Writer(path, parameters, references=False)
-    try:
+    with (
+        closing(Writer(path, parameters, references=False)) as writer,
+        closing(Catalogue(path)) as catalogue,
+    ):
         for p in periods:
-            yield from _PeriodFill(writer, stadium, p, method, workers).run()
-    finally:
-        writer.close()
+            yield from _PeriodFill(writer, catalogue, stadium, p, method, workers).run()
 
 
 class _PeriodFill:
     """The fill of one period at one a."""
 
-    def __init__(self, writer: Writer, stadium: Stadium, p: int, method: str, workers: Workers) -> None:
-        self.writer, self.stadium, self.p, self.method = writer, stadium, p, method
+    def __init__(
+        self, writer: Writer, catalogue: Catalogue, stadium: Stadium, p: int, method: str, workers: Workers
+    ) -> None:
+        self.writer, self.catalogue = writer, catalogue
+        self.stadium, self.p, self.method = stadium, p, method
         self.total = count_admissible(p)
         self.workers = workers if self.total > METHODS[method].words else HERE
         self.clock = time.monotonic()
@@ -124,7 +127,7 @@ class _PeriodFill:
                     yield Progress(self.p, cursor.words, self.total)
             except OvertakenError:
                 continue
-            with closing(Catalogue(self.writer.path)) as catalogue, catalogue.reading() as connection:
+            with self.catalogue.reading() as connection:
                 counts = self._counts(connection, cursor)  # it takes long: others may write meanwhile
             with self.writer.writing() as connection:
                 close_fill(connection, cursor, counts)
@@ -173,15 +176,14 @@ class _PeriodFill:
         """Yield blocks of the classes that a fill at another a has stored."""
         after = cursor.after
         count = METHODS[self.method].words // len(symmetry.ELEMENTS)
-        with closing(Catalogue(self.writer.path)) as catalogue:
-            while True:
-                with catalogue.reading() as connection:
-                    codes = next_classes(connection, self.p, after, count)
-                if not len(codes):
-                    return
-                span = Span(self.p, after, int(codes[-1]))
-                yield Block(self.stadium.a, self.method, span, codes)
-                after = span.upto
+        while True:
+            with self.catalogue.reading() as connection:
+                codes = next_classes(connection, self.p, after, count)
+            if not len(codes):
+                return
+            span = Span(self.p, after, int(codes[-1]))
+            yield Block(self.stadium.a, self.method, span, codes)
+            after = span.upto
 
     def _spent(self, found: SolvedBlock, begun: float) -> Spent:
         """Return the time that a block took: on its way, and since its storing was begun."""

@@ -43,7 +43,7 @@ def cut_packed(codes: Integers, p: int) -> Iterator[tuple[NDArray[np.intp], Chai
     parts = (bounces.astype(float), np.where(first > 3, -1.0, 1.0), walls.astype(float),
              np.where(walls > 0, wall - 1.0, 0.0))  # fmt: skip
     before = runs.cumsum() - runs
-    for m in np.unique(runs).tolist():
+    for m in np.flatnonzero(np.bincount(runs)).tolist():
         rows = np.flatnonzero(runs == m)
         place = before[rows] + np.arange(m)[:, None]
         yield rows, Chain(*(part[place] for part in parts))

@@ -13,7 +13,7 @@ from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_prim
 _CALL = "CODE"
 _NAMED_BY_LEAST_ROTATION = ("CODE", "WORD")
 _COMPARING = ("=", "<", ">", "!", "IN", "IS", "LIKE", "GLOB", "BETWEEN")
-_EQUAL = ("=", "IN", "(", ",")
+_EQUAL = {"=", "IN", "(", ","}
 
 
 def spelled_out(where: str, parameters: Mapping[str, str | int | float]) -> str:

@@ -13,7 +13,7 @@ LONGEST_PATTERN = 500
 _LONGEST_TEXT = 10_000_000
 """Room for a row with every text of a word of a million symbols."""
 
-_STEPS_BETWEEN_LOOKS = 1_000
+_STEPS_BETWEEN_LOOKS = 10_000
 TABLES_OF_VIEW = {"sequence", "cycle", "stadium", "orbit", "change"}
 
 

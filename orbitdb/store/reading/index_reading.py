@@ -77,7 +77,7 @@ def _classes(
     after, high = keys_of_period(p)
     while True:
         piece = sa.select(cycle.c.word, cycle.c.class_size)
-        piece = piece.where(cycle.c.id > after, cycle.c.id <= high).order_by(cycle.c.id).limit(PIECE)
+        piece = piece.where(cycle.c.id.between(after + 1, high)).order_by(cycle.c.id).limit(PIECE)
         rows = piece.subquery().c
         words, sizes = connection.execute(sa.select(one_text(rows.word), one_text(rows.class_size))).one()
         if words is None:

@@ -223,20 +223,24 @@ def by_class(
 ) -> ByClass:
     """Order the words of the chosen classes by a value of the class, NaN last; None: by period and word."""
     classes = np.flatnonzero(chosen & (index.sizes > 0)).astype(np.uint32)
-    new = np.zeros(len(classes), dtype=np.bool_)
-    new[:1] = True
+    new = np.arange(len(classes)) == 0
     if values is not None:
-        of_classes = values[classes]
-        if descending:
-            np.negative(of_classes, out=of_classes)
-        order = np.argsort(of_classes, kind="stable")
-        classes, of_classes = classes[order], of_classes[order]
-        none = np.isnan(of_classes)
-        new[1:] = (of_classes[1:] != of_classes[:-1]) & ~(none[1:] & none[:-1])
-        del order, of_classes  # of millions of classes they take more room than what is kept
+        order, new = grouped(values[classes], descending)
+        classes = classes[order]
+        del order  # of millions of classes it takes more room than what is kept
     firsts = np.append(np.flatnonzero(new), len(classes))
     ends = np.concatenate([[0], np.cumsum(index.sizes[classes], dtype=np.int64)])
     return ByClass(index, classes, firsts, ends[firsts])
+
+
+def grouped(values: NDArray[np.float64], descending: bool) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Return numbers' places in their order, NaN last, and where in that another value than before begins."""
+    order = np.argsort(-values if descending else values, kind="stable")
+    rising = values[order]
+    none = np.isnan(rising)
+    new = np.ones(len(values), dtype=np.bool_)
+    new[1:] = (rising[1:] != rising[:-1]) & ~(none[1:] & none[:-1])
+    return order, new
 
 
 def members(index: Index, classes: Integers) -> tuple[Integers, Integers]:

@@ -22,7 +22,7 @@ from orbitdb.store.file.schema import certificate, cycle, stadium
 from orbitdb.store.reading.class_index import Index
 from orbitdb.store.reading.class_values import CancelledError, Values, chosen_classes, class_values
 from orbitdb.store.reading.index_reading import load_index
-from orbitdb.store.reading.ordered import ByText, Listed, Ordered, by_class
+from orbitdb.store.reading.ordered import ByText, Listed, Ordered, by_class, grouped
 from orbitdb.store.reading.pattern_places import fitting_places
 from orbitdb.store.reading.period_words import Integers
 from orbitdb.store.reading.reader import Reader
@@ -33,6 +33,7 @@ from orbitdb.store.reading.word_conditions import chosen_words, same_for_texts
 __all__ = ["CancelledError", "certificate_of", "chosen_keys", "fetch", "load_index"]
 
 _BLOCK = 4096
+_PIECE = 1 << 20
 _TEXTS = ("code", "word")
 
 
@@ -115,11 +116,19 @@ def _order(
     index: Index, places: NDArray[np.uint32], values: Values | None, by_text: bool, descending: bool
 ) -> NDArray[np.intp] | slice:
     """Return in which order words, which are given by rising places, are wanted."""
-    if values is None and not by_text:
+    if by_text:
+        texts = texts_of(index.keys(places.astype(np.int64)))
+        return np.argsort(-texts if descending else texts, kind="stable")
+    if values is None:
         return slice(None)
-    here = places.astype(np.int64)
-    sort_by: NDArray[Any] = texts_of(index.keys(here)) if values is None else values[index.classes(here)]
-    return np.argsort(-sort_by if descending else sort_by, kind="stable")
+    by_rank, new = grouped(values, descending)
+    ranks = np.empty(len(values), dtype=np.uint32)
+    ranks[by_rank] = np.cumsum(new)
+    of_words = np.empty(len(places), dtype=np.uint32)
+    for begin in range(0, len(places), _PIECE):  # of millions of words, places of eight bytes take much room
+        here = places[begin : begin + _PIECE].astype(np.int64)
+        of_words[begin : begin + _PIECE] = ranks[index.classes(here)]
+    return np.argsort(of_words, kind="stable")
 
 
 def _scanned(

@@ -264,13 +264,13 @@ class _Planes:
     def _spans(self) -> Iterator[tuple[int, int]]:
         """Yield spans of heads of about `_PIECE` words, or of a single head."""
         widest = 1 << max(_EXTENT - self.head_bits, 0)
-        first = last = count = 0
+        first = head = count = 0
         for head in np.flatnonzero(self.heads).tolist():
             words = int(self.heads[head])
             if count and (count + words > _PIECE or head - first >= widest):
-                yield first, last + 1
+                yield first, head
                 count = 0
-            first, last = head if not count else first, head
+            first = first if count else head
             count += words
         if count:
-            yield first, last + 1  # below what stands for images left out
+            yield first, head + 1  # below what stands for images left out

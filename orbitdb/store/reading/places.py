@@ -134,7 +134,7 @@ def _in_order_of_table(asked: Asked, limit: int, offset: int) -> Iterator[str]:
         return
     for p in wanted:
         rows = asked.whole_periods[p]
-        if offset < rows and limit > 0:
+        if offset < rows:
             here = sa.select(sequence.c.word).where(sequence.c.p == p).order_by(sequence.c.word)
             found = asked.connection.scalars(here.limit(limit).offset(offset)).all()
             limit -= len(found)

@@ -102,7 +102,7 @@ class Standings(ByValue):
         )
         gone = np.where(births == 0, Standing.NOT_YET, Standing.NO_LONGER)
         found = np.where(births > deaths, Standing.ORBIT, gone).astype(np.uint8)
-        near = (self.a > 0) & (np.abs(self.a - a) <= NEAR * self.error)
+        near = np.abs(self.a - a) <= NEAR * self.error
         for place in np.flatnonzero(np.logical_or.reduceat(near, self.starts)):
             found[place] = _solved(int(self.cycles[place]), a, Standing(gone[place]))
         return found

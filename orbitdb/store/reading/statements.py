@@ -47,9 +47,7 @@ def run_statement(
     patience = Patience()
     with reader.reading() as connection, _answering(connection, statement, patience):
         result = connection.exec_driver_sql(plain, parameters)
-        names = tuple(result.keys()) if result.returns_rows else ()
-    if not names:
-        raise free.refusal(statement, "it gives no rows: write a SELECT", "sql")
+        names = tuple(result.keys())
     if twice := [name for place, name in enumerate(names) if name in names[:place]]:
         raise free.refusal(statement, f"column {twice[0]!r} comes twice: name one of them with AS", "sql")
     return names, _fetched(reader, statement, result, patience)

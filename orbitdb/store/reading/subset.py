@@ -352,9 +352,9 @@ def _shared(reader: Reader, a: float, known: Integers) -> dict[str, Any]:
 
 
 def _rows_of_classes(
-    reader: Reader, a: float, numbers: Iterable[int], names: Sequence[str]
+    reader: Reader, a: float, numbers: Iterable[int | None], names: Sequence[str]
 ) -> list[tuple[Any, ...]]:
-    """Return columns of the class view for some classes, in any order."""
+    """Return columns of the class view for some classes, in any order; None is the number of none."""
     classes = class_view()
     wanted = sa.select(sa.func.json_each(json.dumps(list(numbers))).table_valued("value").c.value)
     query = sa.select(*(classes.c[name] for name in names)).where(
@@ -383,8 +383,7 @@ def read_coordinates(
     cycles, elements : sequence of int or None
         The class of each word, and the symmetry element that carries the class's least word to it.
     """
-    numbers = {number for number in cycles if number is not None}
-    rows = _rows_of_classes(reader, a, numbers, ("cycle", "representative", "coordinates"))
+    rows = _rows_of_classes(reader, a, set(cycles), ("cycle", "representative", "coordinates"))
     stored = {number: (least, blob) for number, least, blob in rows if blob is not None}
     need_elements(elements)
     groups: dict[tuple[int, int], list[int]] = {}

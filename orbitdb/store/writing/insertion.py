@@ -48,7 +48,7 @@ def add_cycles(
     """Store symmetry classes by their numbers, least words, shape (N, p), and stabilisers."""
     masks, kind = np.unique(stabilisers, return_inverse=True)
     sizes, reversals, labels = (
-        np.array([say(mask) for mask in masks.tolist()], dtype=object)[kind].tolist()
+        np.array([say(mask) for mask in masks.tolist()])[kind].tolist()
         for say in (symmetry.class_size, symmetry.time_reversal, symmetry.label)
     )
     walls = ((words == 0) | (words == 2)).sum(axis=1).tolist()
