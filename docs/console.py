@@ -10,7 +10,8 @@ block says what is particular about it:
 
     <!-- not run: why -->    it is shown only
     <!-- slow -->            it is run where there is time
-    <!-- varies -->          its numbers are times, or drawn at random: the words must agree
+    <!-- varies -->          its numbers are drawn at random: the words must agree
+    <!-- times -->           its numbers that are not whole are times: the others must agree, too
 
 A ``text`` block is taken as output only directly behind a ``python`` block.
 """

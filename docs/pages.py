@@ -13,7 +13,7 @@ PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").g
 _PYTHON = ("python", "{code-cell}")
 _EXAMPLES = ("console", *_PYTHON, "bash", "sh")
 _FENCE = re.compile(r"```(\S*)")
-_COMMENT = re.compile(r"<!-- (not run: .+|slow|varies) -->")
+_COMMENT = re.compile(r"<!-- (not run: .+|slow|times|varies) -->")
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
 _TOKEN = re.compile(rf"{_NUMBER.pattern}|[^\s,]+")
 _ASIDE = (
@@ -67,7 +67,7 @@ class Example:
 
     def holds(self, output: str) -> bool:
         """Tell whether the page shows this output, all that may vary aside."""
-        return same(self.shown, output, numbers=self.mark != "varies")
+        return same(self.shown, output, self.mark)
 
 
 def blocks(lines: list[str]) -> list[Block]:
@@ -129,8 +129,11 @@ def _commands(block: Block, lines: list[str]) -> Iterator[Example]:
         yield Example("console", source, shown, behind, end, start + 1, block.mark)
 
 
-def same(shown: str, output: str, numbers: bool = True) -> bool:
-    """Tell whether two outputs agree: words exactly, numbers to their last digits or within their errors."""
+def same(shown: str, output: str, mark: str = "") -> bool:
+    """Tell whether two outputs agree: words exactly, numbers to their last digits or within their errors.
+
+    With the mark ``varies`` numbers may be any, with ``times`` those that are not whole.
+    """
     mine, other = _tokens(shown), _tokens(output)
     if len(mine) != len(other):
         return False
@@ -139,7 +142,8 @@ def same(shown: str, output: str, numbers: bool = True) -> bool:
             continue
         if not (_NUMBER.fullmatch(one) and _NUMBER.fullmatch(two)):
             return False
-        if numbers and not _near(one, two, _error(mine, n) + _error(other, n)):
+        may_be_any = mark == "varies" or (mark == "times" and not _is_whole(one) and not _is_whole(two))
+        if not (may_be_any or _near(one, two, _error(mine, n) + _error(other, n))):
             return False
     return True
 
@@ -156,9 +160,13 @@ def _error(tokens: list[str], n: int) -> float:
     return float(given[1]) if len(given) == 2 and given[0] == "+-" and _NUMBER.fullmatch(given[1]) else 0.0
 
 
+def _is_whole(number: str) -> bool:
+    return not any(mark in number for mark in ".e")
+
+
 def _near(one: str, two: str, error: float) -> bool:
     x, y = float(one), float(two)
-    if not any(mark in one for mark in ".e"):
+    if _is_whole(one):
         return False
     if max(abs(x), abs(y)) < _SMALL:
         return True

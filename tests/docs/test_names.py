@@ -3,6 +3,7 @@
 import importlib
 import inspect
 import re
+from functools import cache
 from pathlib import Path
 
 import pages
@@ -62,6 +63,7 @@ def test_the_tests_of_a_page_are_there(page):
     assert [name for name in TESTS.findall(prose(page)) if f"def {name}(" not in written] == []
 
 
+@cache
 def options() -> dict[str, set[str]]:
     """Return the options of every command."""
     return {
