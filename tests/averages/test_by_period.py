@@ -223,7 +223,7 @@ def test_stability_cut_between_the_first_orbits_is_a_short_formula():
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from(list(Weight)))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=settings().max_examples // 4)
 def test_only_the_classes_and_their_sizes_count(seed, weight):
     """Rows in any order, and classes split into words of their own, give the same numbers."""
     rows = class_rows(1.6, 6)

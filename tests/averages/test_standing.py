@@ -22,7 +22,7 @@ GRID = [1e-6, 1e-3, 0.1, 0.3, 0.5, 1.6, 10.0, 1e3]
 
 
 @pytest.mark.parametrize("weight", Weight)
-@pytest.mark.parametrize("a", slow_but([1e-6, 0.3, 1.6], GRID))
+@pytest.mark.parametrize("a", slow_but([0.3, 1.6], GRID))
 def test_an_average_is_between_the_least_and_the_greatest_of_its_orbits_or_blank(a, weight):
     rows = class_rows(a, HIGHEST)
     found = lyapunov(rows, HIGHEST, weight)

@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from quick import slow_but
 
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import ClassRows
@@ -90,7 +91,7 @@ def test_every_orbit_is_between_the_bounds(a):
     assert (rows.lyapunov < low + sums.coupling).all()
 
 
-@pytest.mark.parametrize("a", TRAJECTORIES)
+@pytest.mark.parametrize("a", slow_but([0.5, 1.6, 6.0], TRAJECTORIES))
 def test_values_are_those_of_trajectories_within_their_errors(a):
     rows, sums = orbits(a)
     found = sum_rules(rows, sums, HIGHEST, exact_means(a))
@@ -107,6 +108,7 @@ def test_values_are_those_of_trajectories_within_their_errors(a):
     np.testing.assert_allclose(found.lambda_d_sum_rule / found.lambda_c_sum_rule, Stadium(a).mean_free_path)
 
 
+@pytest.mark.slow
 def test_the_estimate_is_of_use_where_the_orbits_say_more():
     rows, sums = orbits(0.1)
     found = sum_rules(rows, sums, HIGHEST, exact_means(0.1))

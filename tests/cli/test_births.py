@@ -120,6 +120,36 @@ def test_a_stored_orbit_knows_its_life(cli):
     assert json.loads(cli("query", "--code", "01552", "--json").out) == bare
 
 
+def test_a_life_that_ends_is_a_line(cli, tmp_path):
+    """No class of few bounces ceases to be an orbit; here two do by hand, one of them to come back."""
+    cli("births", "--p", "4")
+    with closing(sqlite3.connect(tmp_path / "orbits.db")) as plain, plain:
+        (run,) = plain.execute("SELECT max(run) FROM change").fetchone()
+        classes = dict(plain.execute("SELECT word, id FROM cycle WHERE p > 2"))
+        changes = [("0132", 2, 3.0, "died"), ("0132", 3, 5.0, "born"), ("0132", 4, 9.0, "died")]
+        for word, number, a, kind in [*changes, ("013", 2, 2.0, "died")]:
+            row = (classes[word], number, a, a / 1e15, kind, run)
+            plain.execute(
+                "INSERT INTO change (cycle, number, a, error, kind, run) VALUES (?, ?, ?, ?, ?, ?)", row
+            )
+    ended = cli("births", "--deaths", "--json")
+    assert ended.err == "3 lives end, of 11 classes\n"
+    assert [list(row.values()) for row in json.loads(ended.out)] == [
+        [3, "013", 4, 0.0, 2.0, 2e-15, None],
+        [4, "0132", 4, 0.0, 3.0, 3e-15, 5.0],
+        [4, "0132", 4, 5.0, 9.0, 9e-15, None],
+    ]
+    assert list(json.loads(ended.out)[0]) == [
+        "p",
+        "word",
+        "class_size",
+        "born",
+        "dies",
+        "dies_error",
+        "reborn",
+    ]
+
+
 @pytest.mark.slow
 def test_lives_that_end_are_listed(cli):
     ended = cli("births", "--from", "9", "--p", "9", "--deaths", "--json")
@@ -171,11 +201,6 @@ def test_averages_leave_out_periods_whose_births_nobody_knows(cli, tmp_path):
         *_, last = statistics(catalogue, Selection(exists=(0.8,)))
     assert list(last.words) == [2, 3, 4]
     assert notes_of(last) == ["without the periods 5, 6 (births not found, left out)"]
-
-
-def test_what_does_nothing_without_p_is_refused(cli):
-    cli("births", "--p", "3")
-    assert cli("births", "--jobs", "2").err == "orbitdb: --jobs does nothing without --p: leave it out\n"
 
 
 def test_where_a_word_exists_is_told_in_words(cli):

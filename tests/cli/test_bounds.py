@@ -3,13 +3,16 @@
 import json
 import re
 from decimal import Decimal
+from types import SimpleNamespace
 
 import numpy as np
 import pexpect
 import pytest
 from terminal import ended, spawn
 
+from orbitdb.cli.commands.bounds import Balls
 from orbitdb.cli.grid import lengths
+from orbitdb.errors import InputError
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
 
@@ -47,6 +50,13 @@ def test_prove_tells_what_is_proved_and_bounds_are_those_of_it(cli):
     assert plain.err.startswith("not kept: there is no catalogue at ")
 
 
+def test_what_balls_leave_open_at_every_a_is_counted():
+    balls = Balls()
+    for proved, left_open in ((2, 1), (4, 3)):
+        balls.add(SimpleNamespace(proved=proved, left_open=left_open, seconds=0.75))
+    assert balls.describe() == "balls prove 6 of 10 windows that doubles decide, 4 left open; 1.5 s"
+
+
 def test_a_width_that_is_not_reached_is_told(cli):
     found = cli("bounds", "--width", "1e-6", "--window", "5", "--format", "csv")
     assert found.code == 1
@@ -56,6 +66,9 @@ def test_a_width_that_is_not_reached_is_told(cli):
 
 def test_a_grid_is_logarithmic_and_can_be_typed_again():
     assert lengths("1.6") == (1.6,)
+    assert len(lengths("1:2:1000")) == 1000
+    with pytest.raises(InputError, match="a grid has 2 to 1000 values"):
+        lengths("1:2:1001")
     assert lengths("0.5:8:5") == (0.5, 1.0, 2.0, 4.0, 8.0)
     found = np.array(lengths("0.3:10:40"))
     assert (found[0], found[-1], len(found)) == (0.3, 10.0, 40)
@@ -104,7 +117,15 @@ GRIDS = ["x", "1:2", "1:2:1", "1:2:x", "2:1:5", "0:1:5", "1:1.0001:900", "1:2:3:
 
 @pytest.mark.parametrize(
     "options",
-    [("--window", "1"), ("--window", "99"), ("--width", "0"), ("--time", "-1"), ("--a", "0"), ("--jobs", "2")]
+    [
+        ("--window", "1"),
+        ("--window", "99"),
+        ("--width", "0"),
+        ("--time", "-1"),
+        ("--time", "inf"),
+        ("--a", "0"),
+        ("--jobs", "2"),
+    ]
     + [("--a", grid) for grid in GRIDS],
 )
 def test_what_cannot_be_done_is_told_in_one_line(cli, options):

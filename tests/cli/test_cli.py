@@ -333,6 +333,28 @@ def test_info_and_migrate(cli):
     ]
 
 
+def test_info_tells_the_entropy_of_few_a_one_by_one_and_of_filled_ones_always(cli):
+    """Four are few."""
+
+    def told() -> list[str]:
+        lines = cli("info").out.partition("\n\n")[0].splitlines()
+        return [line.split(maxsplit=1)[1] for line in lines if line.startswith("entropy ")]
+
+    cli("fill", "--p", "2")
+    cli("bounds", "--a", "1:8:4", "--window", "2")
+    bounds = "0.00000000 < h < 1.21875573, windows of 2 edges in doubles with error bounds"
+    assert told() == [f"a = {a}: {bounds}" for a in (1, 2, 4, 8)]
+    cli("bounds", "--window", "2")
+    assert told() == [f"a = 1.6: {bounds}", "enclosed at 4 other a from 1 to 8"]
+    assert [line.split(maxsplit=1)[0] for line in cli("info").out.splitlines()[:5]] == [
+        "catalogue",
+        "schema",
+        "size",
+        "sequences",
+        "orbits",
+    ]
+
+
 @pytest.mark.parametrize("command", commands())
 def test_every_command_has_help_with_an_example_and_stands_in_the_readme(cli, command):
     outcome = cli(command, "--help")
@@ -340,6 +362,13 @@ def test_every_command_has_help_with_an_example_and_stands_in_the_readme(cli, co
     assert f"orbitdb {command}" in outcome.out
     assert "Example" in outcome.out
     assert f"orbitdb {command}" in (ROOT / "README.md").read_text()
+
+
+def test_another_name_of_browse_is_not_listed(cli):
+    listed = cli("--help").out
+    assert "\n  browse " in listed
+    assert "tui" not in listed
+    assert cli("tui", "--help").code == 0
 
 
 @pytest.mark.parametrize("command", ["query", "entropy", "lyapunov", "export", "plot", "verify", "browse"])
@@ -412,6 +441,16 @@ def test_ctrl_c_promises_what_the_command_keeps(cli, monkeypatch, command, more)
     assert cli(*command.split()) == (130, "", f"orbitdb: interrupted{more}\n")
 
 
+@pytest.mark.parametrize("end", [KeyboardInterrupt, EOFError])
+def test_ctrl_c_and_ctrl_d_end_a_command_at_its_work(cli, monkeypatch, end):
+    def press(*_):
+        raise end
+
+    monkeypatch.setattr("orbitdb.symbols.words.parse", press)
+    code, out, err = cli("query", "13")
+    assert (code, out, err.strip()) == (130, "", "orbitdb: interrupted")
+
+
 @pytest.mark.slow
 def test_environment_names_the_catalogue(tmp_path):
     environment = os.environ | {"ORBITDB_DB": str(tmp_path / "named.db")}
@@ -458,26 +497,31 @@ def test_what_makes_no_catalogue_says_so(cli, tmp_path, arguments, code, said):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.fixture(scope="module")
+def command():
+    import typer
+
+    from orbitdb.cli.app import program
+
+    return typer.main.get_command(program())
+
+
 @pytest.mark.parametrize(
     ("typed", "offered"),
     [
         (["query", "-c", "length_"], ["length_error"]),
         (["query", "--order", "code,length"], ["code,length", "code,length_error"]),
         (["export", "--status", "orbit,bo"], ["orbit,boundary"]),
+        (["query", "--status", ""], ["orbit", "geometric", "dynamical", "boundary", "unresolved", "all"]),
         (["table", "--a", "1"], ["1", "1.6"]),
         (["query", "--a", ""], ["1", "1.6", "all"]),
         (["browse", "--a", ""], ["1", "1.6"]),
     ],
 )
 @pytest.mark.parametrize("named", [True, False])
-def test_shells_are_offered_values(varied, tmp_path, monkeypatch, typed, offered, named):
+def test_shells_are_offered_values(varied, tmp_path, monkeypatch, command, typed, offered, named):
     """Those of a are of the catalogue that --db names, or of the user's."""
-    import typer
-
-    from orbitdb.cli.app import program
-
     monkeypatch.setenv("ORBITDB_DB", str(tmp_path / "none.db" if named else varied))
-    command = typer.main.get_command(program())
     with command.make_context("orbitdb", typed[:1], resilient_parsing=True) as top:
         called = command.commands[typed[0]]
         db = ["--db", str(varied)] if named else []

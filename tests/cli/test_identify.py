@@ -4,6 +4,7 @@ import io
 import json
 
 import pytest
+from quick import slow_but
 
 from orbitdb import Catalogue, solve_word
 
@@ -26,7 +27,7 @@ FILES = {
 }
 
 
-@pytest.mark.parametrize("form", FILES)
+@pytest.mark.parametrize("form", slow_but(["pairs", "names", "objects"], FILES))
 def test_points_are_read_as_they_are_written(cli, tmp_path, stdin, form):
     """No catalogue is needed."""
     stdin(FILES[form])

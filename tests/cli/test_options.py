@@ -10,6 +10,8 @@ import subprocess
 import pytest
 from processes import COMMAND, run
 
+from orbitdb.cli.storing import asked_periods
+from orbitdb.errors import InputError
 from orbitdb.numerals import real, whole
 
 IDLE = [
@@ -126,7 +128,7 @@ NO_ROOM = "orbitdb: the output cannot be written (No space left on device)\n"
 @pytest.mark.parametrize(
     ("command", "streams", "code", "err"),
     [
-        ("table", ">&-", 3, NOWHERE),
+        ("columns", ">&-", 3, NOWHERE),
         *(
             pytest.param(*case, marks=pytest.mark.fuzz)
             for case in (
@@ -138,6 +140,7 @@ NO_ROOM = "orbitdb: the output cannot be written (No space left on device)\n"
         *(
             pytest.param(*case, marks=pytest.mark.slow)
             for case in (
+                ("table", ">&-", 3, NOWHERE),
                 ("table", ">&- 2>&-", 3, ""),
                 ("table", ">/dev/null 2>&-", 0, ""),
                 ("export rows.csv --p 2", ">&- 2>&- <&-", 0, ""),
@@ -212,3 +215,16 @@ def test_an_option_of_one_value_is_given_once(cli, command):
     refused = cli(*command.split())
     assert refused.code == 2
     assert re.fullmatch(r"orbitdb: --\w+ is given 2 times: give it once \(.*\)\n", refused.err)
+
+
+def test_periods_are_filled_up_to_the_highest():
+    assert asked_periods(None, "20", 19) == (19, 20)
+    for p, first, told in (
+        ("21", 2, "fill periods of 20 or less"),
+        ("5", 1, "the least period is 2"),
+        ("5", 6, "run backwards: give --from 5 or less"),
+        ("5x", 2, "write periods as 11, 2-8 or 2,3,5-7"),
+    ):
+        with pytest.raises(InputError, match=told):
+            asked_periods(None, p, first)
+    assert asked_periods(None, "5", 5) == (5,)

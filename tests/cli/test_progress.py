@@ -1,10 +1,16 @@
 """The line that says how far a command is: its text, its rate, its time left."""
 
+import io
+import signal
+import sys
+import threading
 from types import SimpleNamespace
 
 import pytest
 
+from orbitdb.cli import progress as line
 from orbitdb.cli.pace import Pace, State, clock, frame, in_ascii
+from orbitdb.cli.render import note
 from orbitdb.cli.storing import show_steps
 from orbitdb.filling.periods import Progress
 
@@ -94,3 +100,86 @@ def test_a_fill_of_several_periods_is_one_way():
         ("words, p =  3 of 5", 9, 105),
         ("words, p =  5 of 5", 105, 105),
     ]
+
+
+class Screen(io.TextIOWrapper):
+    """A terminal that tells when a bar has been drawn on it."""
+
+    def __init__(self, encoding: str) -> None:
+        super().__init__(io.BytesIO(), encoding=encoding, newline="")
+        self.drawn = threading.Event()
+
+    def isatty(self) -> bool:
+        return True
+
+    def write(self, text: str) -> int:
+        count = super().write(text)
+        if "25%" in text:
+            self.drawn.set()
+        return count
+
+    def shown(self) -> str:
+        self.flush()
+        return self.buffer.getvalue().decode(self.encoding)
+
+
+@pytest.fixture
+def screen(monkeypatch):
+    """Let stderr be a terminal, on which no frame is waited for."""
+
+    def begin(encoding: str = "utf-8") -> Screen:
+        monkeypatch.setattr(sys, "stderr", Screen(encoding))
+        return sys.stderr
+
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(line, "_PATIENCE", 0.0)
+    monkeypatch.setattr(line, "_BETWEEN_FRAMES", 0.001)
+    return begin
+
+
+@pytest.mark.parametrize(("encoding", "bar"), [("utf-8", "━━━━━━╾──"), ("ascii", "#######--")])
+def test_the_line_is_drawn_gives_way_and_is_taken_away(screen, encoding, bar):
+    terminal = screen(encoding)
+    with line.progress("windows") as shown:
+        shown.tell("windows", 1, 4)
+        assert terminal.drawn.wait(60)
+        note("an aside")
+    text = terminal.shown()
+    erase, drawn = "\r\x1b[J", [each for each in text.split("\r") if "25%" in each]
+    assert drawn[0].startswith(f"\x1b[Jwindows  {bar}")
+    assert f"\r{erase}an aside\n" in text
+    assert text.endswith((erase, "an aside\n"))
+    note("alone")
+    assert terminal.shown() == f"{text}alone\n"
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGTSTP"), reason="needs POSIX signals")
+def test_ctrl_z_is_taken_where_it_would_stop_the_process_and_given_back(screen):
+    screen()
+    assert signal.getsignal(signal.SIGTSTP) == signal.SIG_DFL
+    with line.progress("windows"):
+        assert callable(signal.getsignal(signal.SIGTSTP))
+    assert signal.getsignal(signal.SIGTSTP) == signal.SIG_DFL
+    signal.signal(signal.SIGTSTP, signal.SIG_IGN)
+    try:
+        with line.progress("windows"):
+            assert signal.getsignal(signal.SIGTSTP) == signal.SIG_IGN
+        assert signal.getsignal(signal.SIGTSTP) == signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGTSTP, signal.SIG_DFL)
+
+
+def test_the_line_is_for_somebody_who_watches_and_not_among_rows(screen, monkeypatch):
+    def shows(**asked: bool) -> bool:
+        with line.progress("rows", **asked) as shown:
+            return type(shown) is not line.Progress
+
+    terminal = screen()
+    assert (shows(), shows(to_stdout=True)) == (True, True)
+    monkeypatch.setattr(sys, "stdout", terminal)
+    assert (shows(), shows(to_stdout=True)) == (True, False)
+    monkeypatch.setenv("TERM", "dumb")
+    assert not shows()
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    monkeypatch.setenv("TERM", "xterm")
+    assert not shows()

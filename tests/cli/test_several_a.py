@@ -12,7 +12,7 @@ from orbitdb.filling.births import fill_births
 
 COMMANDS = [
     ("table --p 2-6", "all"),
-    ("entropy --p 2-5", "1.6 1"),
+    pytest.param("entropy --p 2-5", "1.6 1", marks=pytest.mark.slow),
     pytest.param("entropy --p 3-4 --reversal self", "1:1.6:2", marks=pytest.mark.slow),
     ("lyapunov --p 2-4", "all"),
     pytest.param("lyapunov --p 2-4 --cut 5", "1.6 1", marks=pytest.mark.slow),

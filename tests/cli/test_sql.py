@@ -47,6 +47,7 @@ def test_a_select_groups_and_joins(varied, cli):
         ("SELECT colour FROM catalogue", "the columns are code, word"),
         ("SELECT :x", "-P name=value"),
         ("SELECT", "incomplete input"),
+        (f"SELECT {'1 + ' * 5000}1", "it has 20008 characters with its values; 20000 are allowed"),
     ],
 )  # fmt: skip
 def test_what_is_more_than_a_select_over_the_views_is_refused(varied, cli, statement, said):
@@ -55,6 +56,12 @@ def test_what_is_more_than_a_select_over_the_views_is_refused(varied, cli, state
     assert (done.code, done.out, len(done.err.splitlines())) == (2, "", 1)
     assert said in done.err
     assert varied.read_bytes() == before
+
+
+def test_a_value_without_its_name_in_the_statement_is_refused(varied, cli):
+    done = cli("sql", "SELECT :x AS x", "-P", "x=1", "-P", "y=2", "-P", "z=3", "--db", str(varied))
+    assert (done.code, done.out) == (2, "")
+    assert "it has no :y, :z: leave out what is given for it" in done.err
 
 
 def test_a_select_that_takes_too_long_is_stopped(varied, cli, monkeypatch):

@@ -11,7 +11,7 @@ import pexpect
 import pytest
 from offered import commands
 from processes import COMMAND, small_blocks
-from quick import fuzz_but, slow_but
+from quick import fuzz_but
 from terminal import Run, Session, ended, run_in_terminal, run_several_in_terminal, spawn
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
@@ -80,6 +80,8 @@ EACH_KIND = [
     ("export", "{folder}/rows.csv", "--p", "2-4"),
     ("lyapunov", "--cut", "4", "--p", "2-4", "--json"),
 ]
+A_FEW = [("fill", "--p", "5", *NEW)]
+A_FEW_QUIET = [("query", "--p", "2,3"), ("query", "--code", "9")]
 EACH_QUIET_KIND = [
     ("query", "--code", "1232131"),
     ("query", "--p", "2,3", "--format", "tsv"),
@@ -134,8 +136,15 @@ def on_screens_as_in_files(commands, quiet, tmp_path: Path, widths=(80,), **vari
             assert session.erased, run
 
 
-def test_each_kind_of_command(varied, tmp_path):
-    on_screens_as_in_files(EACH_KIND, EACH_QUIET_KIND, tmp_path, (80, 200), ORBITDB_DB=str(varied))
+@pytest.mark.parametrize(
+    ("commands", "quiet", "widths"),
+    [
+        pytest.param(A_FEW, A_FEW_QUIET, (80,), id="few"),
+        pytest.param(EACH_KIND, EACH_QUIET_KIND, (80, 200), id="all", marks=pytest.mark.slow),
+    ],
+)
+def test_each_kind_of_command(varied, tmp_path, commands, quiet, widths):
+    on_screens_as_in_files(commands, quiet, tmp_path, widths, ORBITDB_DB=str(varied))
 
 
 @pytest.mark.slow
@@ -225,7 +234,8 @@ def filling(path: Path, *options: str) -> pexpect.spawn:
     return child
 
 
-@pytest.mark.parametrize("jobs", slow_but(["2"], ["1", "2"]))
+@pytest.mark.slow
+@pytest.mark.parametrize("jobs", ["1", "2"])
 def test_ctrl_c_while_the_bar_is_up_and_the_window_changes(tmp_path, jobs):
     child = filling(tmp_path / "orbits.db", "--jobs", jobs)
     child.setwinsize(24, 200)
@@ -362,7 +372,7 @@ def test_odd_terminals(varied, tmp_path, commands, columns, variables):
 @pytest.mark.parametrize(
     ("leave", "code", "said", "columns"),
     [
-        ("q", 0, "", 200),
+        pytest.param("q", 0, "", 200, marks=pytest.mark.slow),
         pytest.param("\x03", 0, "", 80, marks=pytest.mark.slow),
         pytest.param(signal.SIGTERM, 143, TERMINATED.removesuffix(GOES_ON), 80, marks=pytest.mark.slow),
         pytest.param(signal.SIGINT, 130, INTERRUPTED.removesuffix(GOES_ON), 200, marks=pytest.mark.slow),

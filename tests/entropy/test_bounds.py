@@ -46,7 +46,7 @@ def holds(word: tuple[int, ...], pattern: tuple[int, ...]) -> bool:
     return any(word[i : i + size] == pattern for i in range(len(word) - size + 1))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=settings().max_examples // 2)
 @given(st.data())
 def test_automaton_finds_patterns_their_mirror_images_and_reversals(data):
     size = st.integers(1, 4)

@@ -214,7 +214,7 @@ def fuzzed(varied):
     assert varied.read_bytes() == before
 
 
-@pytest.mark.parametrize("count", slow_but([80], [80, 300]))
+@pytest.mark.parametrize("count", slow_but([40], [40, 300]))
 def test_expressions_choose_or_are_refused(fuzzed, count):
     assert fuzz_where(*fuzzed, range(count)) > count / 5
 

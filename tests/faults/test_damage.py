@@ -9,7 +9,8 @@ import pytest
 from processes import run_several, seeded
 from quick import fuzz_but
 
-PAGE = 4096
+from orbitdb.store.file.layout import PAGE_SIZE
+
 COMMANDS = (
     ["query", "--p", "5", "--json"],
     ["query", "--code", "1232131"],
@@ -63,13 +64,13 @@ def truncated(data: bytes, moments: random.Random) -> bytes:
 
 
 def noisy_page(data: bytes, moments: random.Random) -> bytes:
-    start = PAGE * moments.randrange(len(data) // PAGE)
-    return data[:start] + moments.randbytes(PAGE) + data[start + PAGE :]
+    start = PAGE_SIZE * moments.randrange(len(data) // PAGE_SIZE)
+    return data[:start] + moments.randbytes(PAGE_SIZE) + data[start + PAGE_SIZE :]
 
 
 def empty_page(data: bytes, moments: random.Random) -> bytes:
-    start = PAGE * moments.randrange(len(data) // PAGE)
-    return data[:start] + bytes(PAGE) + data[start + PAGE :]
+    start = PAGE_SIZE * moments.randrange(len(data) // PAGE_SIZE)
+    return data[:start] + bytes(PAGE_SIZE) + data[start + PAGE_SIZE :]
 
 
 def flipped_bit(data: bytes, moments: random.Random) -> bytes:

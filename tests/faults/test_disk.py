@@ -15,6 +15,8 @@ from older import make_older
 from processes import run, run_several, small_blocks
 from quick import fuzz_but
 
+from orbitdb.store.file.layout import PAGE_SIZE
+
 resource = pytest.importorskip("resource")
 
 CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH, PR_CAPBSET_DROP = 1, 2, 24
@@ -102,7 +104,7 @@ def test_the_close_of_a_period_has_no_room(filled, tmp_path):
     for pages in range(1, 4):
         path = tmp_path / f"{pages}.db"
         shutil.copy(whole, path)
-        fails(run("fill", "--p", "8", "--db", path, preexec_fn=room(4096 * pages)), "has room")
+        fails(run("fill", "--p", "8", "--db", path, preexec_fn=room(PAGE_SIZE * pages)), "has room")
         assert run("fill", "--p", "8", "--db", path).returncode == 0
         assert content(path) == content(filled)
 

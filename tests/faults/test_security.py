@@ -134,7 +134,7 @@ LONG_ONES = {"much denied", "many signs", "many brackets that fit", "a long name
 @pytest.mark.parametrize(
     "name",
     [
-        *slow_but([*ATTACKS][::3], [name for name in ATTACKS if name not in LONG_ONES]),
+        *slow_but([*ATTACKS][::5], [name for name in ATTACKS if name not in LONG_ONES]),
         *(pytest.param(name, marks=pytest.mark.fuzz) for name in sorted(LONG_ONES)),
     ],
 )
@@ -197,6 +197,8 @@ def test_values_are_values(own):
     assert catalogue.count(Selection(where="code = ':x'")) == 0
     with pytest.raises(SelectionError, match="it has no :x"):
         catalogue.count(Selection(where="code = ':x'", parameters={"x": 1}))
+    with pytest.raises(SelectionError, match="it has no :ength"):
+        catalogue.count(Selection(where="length > 9", parameters={"ength": 1}))
 
 
 ALLOWED = {
@@ -221,7 +223,7 @@ def test_what_users_want_is_allowed(own, text):
 def test_every_use_is_stopped_in_time(own, monkeypatch, use):
     from orbitdb.store.asking import expressions
 
-    monkeypatch.setattr(expressions, "SECONDS", 0.05)
+    monkeypatch.setattr(expressions, "SECONDS", 0.02)
     rest = " + ".join(f"b.length * catalogue.lyapunov * {n}" for n in range(40))
     catalogue = Catalogue(own)
     chosen = Selection(where=f"(SELECT sum({rest}) FROM catalogue AS b WHERE b.code <> catalogue.code) < 0")
@@ -232,7 +234,7 @@ def test_every_use_is_stopped_in_time(own, monkeypatch, use):
         "classes": lambda: catalogue.classes(chosen),
         "select": lambda: catalogue.select(chosen),
     }
-    with pytest.raises(SelectionError, match=r"more than 0\.05 s"):
+    with pytest.raises(SelectionError, match=r"more than 0\.02 s"):
         uses[use]()
     assert catalogue.count(Selection()) > 300  # the connection is as it was
 
@@ -426,6 +428,11 @@ def test_a_file_that_acts_is_not_migrated(own, cli):
     assert own.read_bytes() == before
 
 
+def test_brackets_in_a_comment_are_no_expression(own):
+    alter(own, "CREATE INDEX quick /* (of periods) */ ON fill (p)")
+    assert Catalogue(own).count() > 0
+
+
 @pytest.mark.slow
 def test_what_users_add_is_let_be(own, cli):
     """A view of another name is never run, however long that would take."""
@@ -456,9 +463,10 @@ def test_a_new_catalogue_passes(tmp_path):
 
 
 def test_every_table_is_guarded(tmp_path):
+    migrate(new := tmp_path / "new.db")
     for name in metadata.tables:
         path = tmp_path / f"{name}.db"
-        migrate(path)
+        path.write_bytes(new.read_bytes())
         alter(path, f"ALTER TABLE {name} ADD COLUMN more TEXT")
         with pytest.raises(TamperedError, match=f"table {name}") as caught:
             Catalogue(path)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from orbitdb import existence
-from orbitdb.errors import StoreError
+from orbitdb.errors import InputError, StoreError
 from orbitdb.filling import births as module
 from orbitdb.filling.birth_blocks import BLOCK, birth_blocks
 from orbitdb.filling.births import fill_births
@@ -59,7 +59,8 @@ def born(once: Path, tmp_path: Path) -> Path:
 def test_one_row_a_period(born):
     found = {each.p: each for each in Catalogue(born).birth_fills()}
     assert [each.p for each in found.values()] == list(range(2, 8))
-    assert all(each.whole and each.words for each in found.values())
+    assert all(each.whole for each in found.values())
+    assert [each.words for each in found.values()] == [count_admissible(p) for p in range(2, 8)]
     assert [(each.classes, each.births, each.deaths, each.always) for each in found.values()] == [
         (1, 0, 0, 1), (2, 0, 0, 2), (8, 0, 0, 8), (17, 13, 0, 4), (47, 33, 0, 14), (107, 101, 0, 6)
     ]  # fmt: skip
@@ -79,7 +80,7 @@ def test_lives_are_those_of_the_words(born):
     lives = Catalogue(born).births(6)
     assert len(lives) == 47
     assert sum(life.class_size for life in lives) == 252
-    assert all(existence(life.word) == [(life.born, life.dies)] for life in lives[::9])
+    assert all(existence(life.word) == [(life.born, life.dies)] for life in lives[::16])
 
 
 @pytest.mark.parametrize(("a", "p", "boundary"), [(1.0, 6, 32), (1.6, 7, 0)])
@@ -195,18 +196,27 @@ def test_nothing_is_stored_by_halves(born, monkeypatch):
     assert Catalogue(fresh).birth_fills()[0].whole
 
 
-@pytest.mark.slow
 def test_a_second_process_goes_on_behind_the_first(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "BLOCK", 150)
+    monkeypatch.setattr(module, "BLOCK", 100)
     path = tmp_path / "two.db"
     Catalogue.create(path)
-    one, other = fill_births(path, [7]), fill_births(path, [7])
-    assert next(one).words < next(other).words < 712
+    one, other = fill_births(path, [3, 4, 5]), fill_births(path, [3, 4, 5])
+    assert [(step.p, step.words) for step in (next(one), next(other))] == [(3, 8), (4, 32)]
     other.close()
-    words = [step.words for step in one]
-    assert words == sorted(words)
-    assert words[-1] == 712
-    assert Catalogue(path).birth_fills()[0].births == 101
+    assert [(step.p, step.words) for step in one] == [(5, 96)]
+    assert [each.births for each in Catalogue(path).birth_fills()] == [0, 0, 13]
+
+
+def test_the_figure_of_births_has_the_periods_that_have_some(born, monkeypatch):
+    from orbitdb.cli.birth_figures import draw_births
+
+    monkeypatch.setattr("orbitdb.cli.birth_figures._PLACES", 12)
+    above, _, below = draw_births(Catalogue(born), choose()).axes
+    assert [line.get_label() for line in above.lines] == ["$p = 5$", "$p = 6$", "$p = 7$"]
+    assert [above.lines[0].get_xdata()[end] for end in (0, -1)] == pytest.approx([0.02, 1.5 * 4.773733293664])
+    assert [text.get_text() for text in below.get_legend().get_texts()] == ["$p = 6$", "$p = 7$"]
+    with pytest.raises(InputError, match="no births to draw"):
+        draw_births(Catalogue(born), choose(p=(2, 4)))  # all of them are orbits from a = 0 on
 
 
 def test_a_missing_class_is_noticed(born):

@@ -19,7 +19,11 @@ from orbitdb.symbols.least_words import least_words
 
 @pytest.mark.parametrize(
     ("jobs", "blocks"),
-    [(1, range(12, 17)), pytest.param(2, range(17, 21), marks=pytest.mark.slow), (4, range(21, 30))],
+    [
+        pytest.param(1, range(12, 17), marks=pytest.mark.slow),
+        pytest.param(2, range(17, 21), marks=pytest.mark.slow),
+        (4, range(21, 30)),
+    ],
 )
 def test_blocks_of_births_hold_every_class_once_and_small_periods_together(jobs, blocks):
     periods = range(2, 12)

@@ -19,9 +19,10 @@ from contents import rows
 from processes import small_blocks
 from workforce import Deadly, filled_by
 
+from orbitdb.cli.executors import _told
 from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.blocks import Block, cut_into_blocks
-from orbitdb.filling.cluster import Cluster, _address, _failure, _line
+from orbitdb.filling.cluster import Cluster, Size, _address, _failure, _line
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.workers import HERE
 from orbitdb.store.file.migrate import migrate
@@ -46,6 +47,18 @@ sys.meta_path.insert(0, Missing())
 def test_what_a_worker_says_is_one_line():
     assert _line(RuntimeError("no luck\nat all")) == "no luck"
     assert _line(MemoryError()) == "MemoryError"
+
+
+@pytest.mark.parametrize(
+    ("workers", "threads", "said"),
+    [
+        (0, 0, "no workers yet; waiting for the first"),
+        (3, 3, "3 workers"),
+        (3, 4, "3 workers with 4 threads; each solves with one of them: start more with --nthreads 1"),
+    ],
+)
+def test_a_user_is_told_how_large_it_is(workers, threads, said):
+    assert _told(Size(workers, threads)) == said
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from births50 import birth_error
+from quick import slow_but
 from solutions import representatives
 
 from orbitdb import existence, solve_word
@@ -142,7 +143,9 @@ def test_known_numbers_of_births(found):
     assert all(changes.born.all() for _, changes in found.values())
 
 
-@pytest.mark.parametrize("a", [0.02, 0.12, 0.3661, 0.5, 0.7, 1.0, 1.6, 2.0, 2.5, 5.0])
+@pytest.mark.parametrize(
+    "a", slow_but([0.02, 0.3661, 0.7, 1.0, 2.0], [0.02, 0.12, 0.3661, 0.5, 0.7, 1.0, 1.6, 2.0, 2.5, 5.0])
+)
 def test_lives_say_what_solving_says(found, a):
     for words, changes in found.values():
         status = solve(words, Stadium(a)).status
@@ -151,19 +154,16 @@ def test_lives_say_what_solving_says(found, a):
                 assert (said == "orbit") == any(low < a and (high is None or a < high) for low, high in each)
 
 
-def test_births_lie_within_their_bounds_of_50_digit_values(found):
+@pytest.mark.parametrize("p", slow_but([5, 7], [5, 6, 7]))
+def test_births_lie_within_their_bounds_of_50_digit_values(found, p):
     """Full p x p Newton in plane geometry, which knows nothing of legs and slacks."""
-    rng = np.random.default_rng(5)
-    worst = 0.0
-    for p in (5, 6, 7):
-        words, changes = found[p]
-        for i in rng.choice(len(changes.a), 2, replace=False):
-            word, a = words[changes.word[i]], float(changes.a[i])
-            joint = JOINTS[changes.joint[i]]
-            off = float(birth_error(to_strings(word[None])[0], int(changes.bounce[i]), joint, a))
-            assert off <= changes.error[i]
-            worst = max(worst, off / a)
-    assert worst < 1e-13
+    words, changes = found[p]
+    for i in np.random.default_rng(p).choice(len(changes.a), 2, replace=False):
+        word, a = words[changes.word[i]], float(changes.a[i])
+        joint = JOINTS[changes.joint[i]]
+        off = float(birth_error(to_strings(word[None])[0], int(changes.bounce[i]), joint, a))
+        assert off <= changes.error[i]
+        assert off / a < 1e-13
 
 
 def test_events_are_told_by_bounds():

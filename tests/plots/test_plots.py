@@ -14,6 +14,8 @@ from orbitdb.export import check_ending
 from orbitdb.orbits.svg import number_labels
 from orbitdb.plots import curves, paths, style
 from orbitdb.plots.deviations import draw_deviations
+from orbitdb.plots.enclosures import draw_width
+from orbitdb.store.asking.selection import choose
 
 WORDS = ["13", "1232131", "010232", "111333", "11133"]
 SVG = "{http://www.w3.org/2000/svg}"
@@ -176,6 +178,19 @@ def test_the_command_draws_every_kind(varied, tmp_path, cli, arguments):
     assert [path.name for path in tmp_path.iterdir() if path.suffix == ".part"] == []
 
 
+def test_a_sheet_is_as_large_as_its_orbits(varied):
+    """A radius is 0.26 inches, both ways; a title has room above a single one, too."""
+    from orbitdb.cli.figures import OF_SUBSETS
+
+    for p, count in ((2, 1), (5, 15)):
+        made = OF_SUBSETS["sheet"](Catalogue(varied), choose(p=p), 99)
+        (wide, high), (ax,) = made.get_size_inches(), made.axes
+        (left, right), (low, top) = ax.get_xlim(), ax.get_ylim()
+        assert len(ax.texts) == count
+        assert wide == pytest.approx(max(4.0, 0.26 * (right - left)))
+        assert high == pytest.approx(0.26 * (top - low) + 0.6, abs=0.1)
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
@@ -228,3 +243,13 @@ def test_orbits_and_subsets_draw_themselves_into_axes(varied):
         Catalogue(varied).select(p=3).plot()
     with pytest.raises(ValueError, match="nothing to draw"):
         Catalogue(varied).select(p=3, status="geometric").plot("lengths")
+
+
+def test_widths_of_bounds_are_drawn_level_by_level(ax):
+    found = {a: (np.array([0.1, 1.0, 5.0]), np.array([0.3, 0.2, 0.1]) / a) for a in (1.0, 1.6)}
+    draw_width(ax, found)
+    for line, (a, (seconds, width)) in zip(ax.lines, found.items(), strict=True):
+        assert line.get_label() == f"$a = {a:g}$"
+        assert line.get_xydata().tolist() == np.column_stack([seconds, width]).tolist()
+    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["$a = 1$", "$a = 1.6$"]

@@ -1,10 +1,16 @@
 """Rows on their way into SQLite: as many as there are, each value of the type that it is to have."""
 
+import sqlite3
+from contextlib import closing
+
 import pytest
 
+from orbitdb.filling.single_word import fill_word
 from orbitdb.store.file.migrate import migrate
+from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.writing.insertion import NULL, Same, insert
 from orbitdb.store.writing.writer import Writer
+from orbitdb.symbols.words import parse
 
 ROWS = 150
 """More than two statements, and a rest."""
@@ -54,3 +60,17 @@ def test_columns_must_be_of_one_length(connection, short):
 def test_no_rows_at_all(connection):
     insert(connection, "sequence (p, word, cycle)", (Same(3), [], []))
     assert connection.exec_driver_sql("SELECT count(*) FROM sequence").scalar_one() == 0
+
+
+def test_long_words_of_several_classes_have_numbers_of_their_own(tmp_path):
+    """They come down from -1 in the order of their arrival."""
+    path = tmp_path / "orbits.db"
+    migrate(path)
+    words = [parse(text) for text in ("1^30 5^29", "1^31 5^29", "1^30 5^31")]
+    for word in (*words, words[0]):
+        fill_word(path, word, 1.6)
+    catalogue = Catalogue(path)
+    assert len({catalogue[word].length for word in words}) == len(words)
+    with closing(sqlite3.connect(path)) as plain:
+        numbers = plain.execute("SELECT id FROM cycle ORDER BY id").fetchall()
+    assert numbers == [(-3,), (-2,), (-1,)]

@@ -74,7 +74,7 @@ def test_bounds_leave_an_older_catalogue_as_it_is_unless_they_are_to_be_stored(o
 
 def test_a_fill_brings_an_older_catalogue_to_the_newest_schema(older, cli):
     path, _ = older
-    outcome = cli("fill", "--p", "7", "--db", str(path))
+    outcome = cli("fill", "--p", "3", "--a", "2", "--db", str(path))
     assert outcome.code == 0
     assert "old.db.schema-1" in outcome.err
     assert cli("verify", "--db", str(path)).code == 0
@@ -98,6 +98,7 @@ def test_a_stopped_fill_goes_on_after_the_migration(older, tmp_path):
     assert {f.p: f.words for f in Catalogue(path).fills(1.6)}[8] == 2096
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_sweeps")
 def test_sweeps_of_an_older_catalogue_are_those_of_all_orbits(tmp_path):
     """One that is done, and one that is stopped and goes on behind the migration."""

@@ -1,11 +1,12 @@
 """Tallies and histograms: the same counts as row by row, by class and by a pass over all words."""
 
+import shutil
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from orbitdb.filling.periods import fill_geometric
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading import class_first, tallies
@@ -24,12 +25,11 @@ SELECTIONS = [
 @pytest.mark.parametrize(
     "many", [pytest.param(0, id="by class"), pytest.param(10**9, id="by word", marks=pytest.mark.slow)]
 )
-def test_counts_are_those_of_the_rows(filled, begin_fill, monkeypatch, many):
-    for _ in fill_geometric(filled, [3]):
-        pass
-    begin_fill(filled, 9).close()  # so that not all words of a class are there
+def test_counts_are_those_of_the_rows(varied, tmp_path, begin_fill, monkeypatch, many):
+    path = Path(shutil.copy(varied, tmp_path))
+    begin_fill(path, 7).close()  # so that not all words of a class are there
     monkeypatch.setattr(class_first, "_MANY", many)
-    catalogue = Catalogue(filled)
+    catalogue = Catalogue(path)
     for selection in SELECTIONS:
         rows = list(catalogue.rows(selection, (*BY, "length", "margin")))
         counts = tally(catalogue, selection, BY)
@@ -56,3 +56,17 @@ def test_bins_have_round_edges_or_even_ones_in_the_logarithm(filled_once, monkey
     alone = histogram(catalogue, Selection(periods=((2, 2),)), "length", 10)
     assert (alone.counts.tolist(), alone.edges.tolist()) == ([1], [10.0, 11.0])
     assert histogram(catalogue, Selection(), "born", 10) is None
+
+
+def test_bins_are_the_finest_of_round_widths():
+    """Of 1, 2, 2.5 and 5 times a power of ten it is the least with no more bins than asked for."""
+    rng = np.random.default_rng(3)
+    widths = [factor * 10.0**power for power in range(-6, 6) for factor in (1.0, 2.0, 2.5, 5.0)]
+    for low, high in np.sort(10.0 ** rng.uniform(-1, 3, (150, 2)), axis=1).tolist():
+        bins = int(rng.integers(2, 30))
+        edges = tallies._round_edges(low, high, bins)
+        spans = ((np.floor(low / width), np.floor(high / width) + 1, width) for width in widths)
+        first, last, width = next(span for span in spans if span[1] - span[0] <= bins)
+        assert edges == pytest.approx(width * np.arange(first, last + 1))
+    assert tallies._round_edges(3.0, 3.0, 5).tolist() == [3.0, 4.0]
+    assert tallies._even_edges(0.5, 8.0, 4) == pytest.approx([0.5, 1, 2, 4, 8])

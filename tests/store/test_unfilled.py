@@ -7,6 +7,7 @@ from orbitdb import Catalogue
 from orbitdb.errors import InputError
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.single_word import fill_word
+from orbitdb.store.asking.selection import choose
 from orbitdb.store.reading.fills import Fill, describe_unfilled
 
 
@@ -31,6 +32,14 @@ KNOWN = [fill(p) for p in (*range(2, 9), 10)]
             [1.0, 1.6],
             "period 12 is not filled at a = 1.6 (filled: periods 2-8, 10; some at a = 1): "
             "'orbitdb fill --p 12 --a 1.6' fills it",
+        ),
+        (
+            [*KNOWN, fill(9, "filling")],
+            [(9, 9), (11, 11)],
+            1.6,
+            [1.6],
+            "period 11 is not filled at a = 1.6 (filled: periods 2-8, 10): "
+            "'orbitdb fill --p 11 --a 1.6' fills it",
         ),
         (
             KNOWN,
@@ -146,3 +155,10 @@ def test_commands_ask_at_the_only_a(cli, tmp_path, monkeypatch, command):
     several = cli(*command.split())
     assert several.code == 2
     assert several.err == "orbitdb: orbits are stored at a = 1, 2: name one with --a, or with a= in Python\n"
+
+
+def test_births_are_missed_where_they_are_asked_for(varied):
+    catalogue = Catalogue(varied)
+    assert catalogue.without_births(choose(p="3-4"), ("born",)) == [3, 4]
+    assert catalogue.without_births(choose(), order="dies desc") == [2, 3, 4, 5, 6]
+    assert catalogue.without_births(choose(p="3-4")) == []

@@ -66,7 +66,7 @@ def row_of(orbits: Orbits, i: int, a: float) -> Row:
     return Row(a, word, x, orbits.status[i] == "boundary", **numbers)
 
 
-@pytest.mark.parametrize(("a", "p"), [(0.3, 6), (1.0, 4), (1.6, 5)])
+@pytest.mark.parametrize(("a", "p"), [pytest.param(0.3, 6, marks=pytest.mark.slow), (1.0, 4), (1.6, 5)])
 def test_what_is_off_and_what_may_be_off_are_those_of_the_bounces_one_by_one(a, p):
     """Rows that tell all, rows that tell not all, and some off by little where only rounding is allowed."""
     stadium = Stadium(a)

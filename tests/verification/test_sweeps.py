@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from solutions import representatives
 
+from orbitdb.averages.period_sums import _RANGES
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
@@ -89,6 +90,11 @@ def test_what_no_sweep_has_written_hides_no_other_a(swept, change):
     assert name == "sweeps"
     assert first.startswith("at a = 1.6: the catalogue was altered: ")
     assert [check.rows for check in found if check.name == "sums"] == [1]
+
+
+def test_sums_without_the_least_and_greatest_of_orbits_are_found(swept):
+    found = swept("sums = substr(sums, 1 + 8 * ?)", 2 * _RANGES)
+    assert told(found) == [("sums", "p = 5 at a = 1.6")]
 
 
 def test_sums_are_those_of_new_solutions_to_their_rounding(swept):

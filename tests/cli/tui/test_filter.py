@@ -54,6 +54,12 @@ def test_rows_and_count_follow_what_is_typed(filled_once, size):
         await press(pilot, "enter")
         assert app.screen is main
         assert main.selection == chosen
+        await press(pilot, "slash")
+        assert app.screen.query_one("Input").value == chosen.where
+        await typed(pilot, "length < 1")
+        await press(pilot, "enter")
+        main.go_along(2.5)  # that nothing is shown is what the filter does, not this a
+        assert main.selection.a == 1.6
 
     drive(filled_once, steps, size)
 

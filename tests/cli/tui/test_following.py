@@ -1,11 +1,20 @@
 """An orbit followed in a by keys, past its death and its rebirth."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from screens import LARGE, drive, press, settle, shown, table_of
+from screens import LARGE, drive, press, screen_lines, settle, shown, table_of
 
+from orbitdb.cli.tui import statistics
+from orbitdb.cli.tui.counts_screen import CountsScreen
+from orbitdb.cli.tui.dialogs import KeysDialog
+from orbitdb.cli.tui.drawing import OrbitDrawing, View
+from orbitdb.cli.tui.facts import FactsPanel
 from orbitdb.cli.tui.following import bar, next_a, told
-from orbitdb.cli.tui.source import Followed, Pages
+from orbitdb.cli.tui.main_screen import MainScreen
+from orbitdb.cli.tui.source import Followed, Ordering, Pages
+from orbitdb.cli.tui.whole_orbit import WholeOrbitScreen
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.orbits.orbit import Status
@@ -49,6 +58,8 @@ def test_a_step_stops_on_both_sides_of_a_change():
     assert told(LIVES, beside[3], beside[2]) == "gone at a = 0.605684335145"
     assert told(LIVES, beside[2], beside[3]) == "born at a = 0.605684335145"
     assert told(LIVES, 1.0, 1.1) is None
+    for end in LIVES[0]:  # where it is is no way through it
+        assert told(LIVES, end, end * 1.001) is told(LIVES, end * 0.999, end) is None
 
 
 def test_a_step_does_not_pass_over_the_stadium_of_the_rows():
@@ -114,6 +125,76 @@ def test_a_word_that_died_may_be_born_again():
     word = Standings(cycles, starts, a, np.full(3, 1e-15), np.array([True, False, True]), np.zeros(1, int))
     found = [Standing(word.at(here)[0]) for here in (0.3, 0.4, 0.5, 0.61)]
     assert found == [Standing.NOT_YET, Standing.ORBIT, Standing.NO_LONGER, Standing.ORBIT]
+
+
+@pytest.mark.slow
+def test_other_screens_and_the_way_in_a(born, monkeypatch):
+    monkeypatch.setattr(statistics, "_BOUNCES", 1000)
+    chosen = Selection(periods=((2, 5),), statuses=(Status.ORBIT,))
+
+    async def counting(app, pilot):
+        await press(pilot, "d")
+        assert isinstance(app.screen, CountsScreen)
+        lines = screen_lines(app)
+        assert f"orbit {app.catalogue.count(chosen)} █" in lines[3]
+        assert "length: length of one" in lines[1]
+        await press(pilot, "right_square_bracket")
+        assert app.screen.column == "status"
+        assert f"orbit {app.catalogue.count(chosen)} █" in screen_lines(app)[2][36:]
+        await press(pilot, "left_square_bracket", "left_square_bracket", "q")
+
+    async def averaging(app, pilot):
+        await press(pilot, "S")
+        found, first = app.screen.found, app.screen.reference
+        assert found.words == {p: app.catalogue.count(p=p, status="orbit") for p in range(2, 6)}
+        assert first.bounces >= 1000
+        assert "bounces followed here" in str(app.screen.query_one("#reference").render())
+        await press(pilot, "w", "t")
+        assert app.screen.found.lyapunov.lambda_d[-1] != found.lyapunov.lambda_d[-1]
+        assert app.screen.found.entropy.N.tolist() == found.entropy.N.tolist()
+        assert app.screen.reference.lambda_d_error <= first.lambda_d_error
+        await press(pilot, "question_mark")
+        assert isinstance(app.screen, KeysDialog)
+        assert "weight: e^-λ or 1/|det(1 - M)|" in shown(app)
+        await press(pilot, "q", "q")
+
+    async def looking(app, pilot):
+        await press(pilot, "enter")
+        assert isinstance(app.screen, WholeOrbitScreen)
+        panel = app.screen.query_one(FactsPanel)
+        assert "13 at a = 1.6" in shown(app)
+        await press(pilot, "G")
+        assert not app.animator.is_being_animated(panel, "scroll_y")
+        assert panel.scroll_offset.y == panel.max_scroll_y > 0
+        await press(pilot, "k", "v")
+        assert panel.scroll_offset.y == panel.max_scroll_y - 1
+        assert app.screen.query_one(OrbitDrawing).view is View.PHASE
+        await press(pilot, "space", "v", "v", "escape")
+
+    async def following(app, pilot):
+        main, table = app.screen, table_of(app)
+        main.orbit = replace(app.find("13", 0.7), exists=[(0.0, None)])
+        await press(pilot, "less_than_sign")
+        assert isinstance(table.source, Followed)
+        assert table.source.a == main.orbit.a == main.here == pytest.approx(0.7 / 1.0202, rel=1e-4)
+        table.ordering = Ordering("length")  # which nobody knows here
+        assert "length" not in table.render_line(0).text
+        table.ordering = Ordering()
+        alive = table.source.counts()["orbit"]
+        with app.catalogue.reading() as connection:
+            assert alive == counts_at(connection, main.here, 5).n_c
+        assert f"{alive} orbits at a = {main.here:.9g}" in shown(app)
+        await press(pilot, "escape")
+        assert isinstance(table.source, Pages)
+        assert main.orbit.a == main.here == 1.6
+
+    async def steps(app, pilot):
+        for visit in (counting, averaging, looking, following):
+            await visit(app, pilot)
+            assert isinstance(app.screen, MainScreen)
+            assert app.screen.has_class("-tall", "-narrow")
+
+    drive(born, steps, (80, 36), chosen)
 
 
 @pytest.mark.parametrize("size", [(80, 24), pytest.param(LARGE, marks=pytest.mark.fuzz)])

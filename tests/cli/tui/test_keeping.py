@@ -140,6 +140,9 @@ def test_a_kept_filter_comes_back_as_it_was():
     for wrong in ({"p": "x"}, {"nothing": 1}, {"where": 3}):
         with pytest.raises(InputError):
             selection_of(wrong, 1.6)
+    for wrong in ({"a": 2}, {"contains": 5}, {"symmetry": 5}, {"where": "p < 3", "parameters": 3}):
+        with pytest.raises(InputError, match="is no filter of this program"):
+            selection_of(wrong, 1.6)
 
 
 def test_a_state_file_that_is_none_is_left_as_it_is(tmp_path):

@@ -2,10 +2,12 @@
 
 import contextlib
 import sqlite3
+from collections import Counter
 
 import numpy as np
 import pytest
 import sqlalchemy as sa
+from quick import slow_but
 
 from orbitdb.errors import StoreError
 from orbitdb.filling.periods import fill_geometric, fill_periods
@@ -19,6 +21,7 @@ from orbitdb.store.reading import (
     fitting_words,
     index_reading,
     ordered,
+    pages,
     pattern_places,
     period_words,
     text_order,
@@ -196,6 +199,7 @@ def in_small_pieces(monkeypatch):
         (pattern_places, {"_PIECE": 70}),
         (fitting_words, {"_BATCH": 16}),
         (text_order, {"_PIECE": 60}),
+        (pages, {"_PIECE": 50}),
         (ordered, {"_PIECE": 64, "_BLOCK": 16, "_LARGE": 20, "_MOST_LARGE": 3}),
     ):
         for name, size in sizes.items():
@@ -205,7 +209,7 @@ def in_small_pieces(monkeypatch):
 @pytest.mark.parametrize(
     ("selection", "column", "descending"),
     [
-        (Selection(), "p", True),
+        pytest.param(Selection(), "p", True, marks=pytest.mark.slow),
         (Selection(statuses=(Status.ORBIT, Status.GEOMETRIC)), "symmetry", True),
         (
             Selection(periods=((5, 6),), where="margin > -1 and code like '%13%'", contains="3"),
@@ -240,6 +244,60 @@ def test_what_is_cut_into_pieces_has_the_same_order(catalogues, monkeypatch, sel
         assert (sizes <= index.sizes).all()
 
 
+HOLES = ((3, 3), (6, 6))
+"""Periods with others between, of which all pieces are passed over."""
+
+IN_HOLES = [
+    (Selection(periods=HOLES), "length", False),
+    (Selection(statuses=(Status.ORBIT,)), "class_size", True),
+    (Selection(), "margin", True),
+    (Selection(where="representative = '111113'"), "length", False),
+    (Selection(periods=HOLES), "code", False),
+    (Selection(periods=HOLES, where="upper(code) < '2'"), "p", False),
+]
+MORE_HOLES = [
+    *((Selection(periods=HOLES), column, True) for column in (*COLUMNS, "margin", "code", "walls")),
+    (Selection(periods=HOLES, where="code like '%1_'"), "lambda_c", True),
+    (Selection(periods=HOLES, where="substr(code, 2, 1) = '3'"), "code", True),
+    (Selection(periods=((4, 5),), where="element + p > 6"), "length", True),
+]
+
+
+@pytest.mark.parametrize("asked", [IN_HOLES, pytest.param(MORE_HOLES, marks=pytest.mark.slow)])
+def test_rows_are_found_wherever_they_stand(catalogues, monkeypatch, asked):
+    """By their words, their periods and their classes, as a search through all of them finds them."""
+    in_small_pieces(monkeypatch)
+    catalogue = catalogues[0]
+    index = load_index(catalogue, 1.6)
+    periods = [keys_of_period(p) for p in range(2, 7)]
+    first = periods[-1][0]
+    begun = [(first + (1 << 15), first + (2 << 15)), (first + (3 << 15), first + (4 << 15))]  # 1 and 3
+    spans = [*([each] for each in periods), [periods[4], periods[1]], begun, begun[:1], []]
+    for selection, column, descending in asked:
+        keys = chosen_keys(catalogue, index, selection, column, descending)
+        order = f"{column} {'desc' if descending else 'asc'}"
+        rows = list(catalogue.rows(selection, ("code", "representative"), order))
+        numbers = [index.key(word) for word, _ in rows]
+        assert keys[:].tolist() == numbers
+        assert [keys[k : k + 2].tolist() for k in (0, 20, len(rows) - 1, len(rows), len(rows) + 9)] == [
+            numbers[k : k + 2] for k in (0, 20, len(rows) - 1, len(rows), len(rows) + 9)
+        ]
+        assert len(keys[3:3]) == len(keys[4:3]) == 0
+        for words in spans:
+            inside = (k for k, n in enumerate(numbers) if any(low <= n < high for low, high in words))
+            assert keys.first_within(words) == next(inside, None), (order, words)
+        for row in {0, 1, 2, *range(0, len(rows), 41)}:
+            assert keys.position(rows[row][0]) == row
+        chosen = {word for word, _ in rows}
+        others = (index.word(key) for key in index.keys(np.arange(0, len(index), 29)).tolist())
+        for word in ("0", "1213131", "5" * 40, *(word for word in others if word not in chosen)):
+            assert keys.position(word) is None
+        sizes = {
+            index.word(int(n)): k for n, k in zip(index.numbers, keys.words_of_classes(), strict=True) if k
+        }
+        assert sizes == Counter(least for _, least in rows)
+
+
 def test_words_that_are_not_all_of_their_classes_are_listed(catalogues, tmp_path):
     """As while a period is filled for the first time: its last words are not there yet."""
     path = tmp_path / "ragged.db"
@@ -259,7 +317,7 @@ def test_words_that_are_not_all_of_their_classes_are_listed(catalogues, tmp_path
     assert load_index(catalogues[0], 1.6, kept) == whole
 
 
-@pytest.mark.parametrize("p", [5, 9])
+@pytest.mark.parametrize("p", slow_but([5, 7], [5, 7, 9]))
 def test_words_of_classes_come_in_their_order(p):
     words = np.concatenate(list(admissible_words(p)))
     classes = classify(words)

@@ -4,6 +4,7 @@ import pytest
 from screens import drive, press, shown
 
 from orbitdb.cli.tui import statistics
+from orbitdb.cli.tui.statistics import StatisticsScreen
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.writing.references import add_reference
 from orbitdb.store.writing.writer import Writer
@@ -25,6 +26,9 @@ def test_more_trajectories_replace_a_value_only_if_they_are_better(filled, monke
         await press(pilot, "S")
         assert app.screen.reference == kept
         assert f"λ_d 0.88670 ± {error:.1e}, λ_c 0.37520 ± {error:.1e}; stored" in shown(app)
+        app.screen.post_message(StatisticsScreen.Simulated(kept, 0.25, stored=False))
+        await pilot.pause()
+        assert "following more: 25%" in shown(app)
         await press(pilot, "t")
         better = min(error, 0.1)
         assert (app.screen.reference == kept) == (better == error)

@@ -358,6 +358,7 @@ def test_statistics_of_all_orbits_have_sum_rules_with_a_band(filled):
         assert {*level.y} == {getattr(known, name)}
 
 
+@pytest.mark.slow
 @both_sizes
 def test_an_empty_place_greets_and_is_filled(tmp_path, size):
     path = tmp_path / "new.db"
@@ -500,8 +501,8 @@ def test_copy_and_export(filled, tmp_path):
 @pytest.mark.parametrize(
     "name",
     [
-        *("rows.tsv", "rows.json", "rows.jsonl", "orbit.svg", "orbit.png"),
-        pytest.param("rows.parquet", marks=pytest.mark.slow),
+        *("rows.tsv", "rows.json", "rows.jsonl", "orbit.svg"),
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("orbit.png", "rows.parquet")),
     ],
 )
 def test_every_kind_of_export(filled, tmp_path, name):

@@ -1,8 +1,11 @@
 """The screen that shows the whole of an orbit."""
 
+from dataclasses import replace
+
 import pytest
 from screens import LARGE, SMALL, drive, press, shown
 
+from orbitdb.cli.render import upwards
 from orbitdb.cli.tui.dialogs import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.whole_orbit import WholeOrbitScreen, whole_lines
@@ -24,6 +27,10 @@ def test_everything_known_of_an_orbit_is_in_the_lines():
     text = " ".join(" ".join(texts).split())
     assert ", 128 bits" in text
     assert "born a = 1.15470053838 = 2 sqrt(3)/3, recognised numerically; one path there with 01234" in text
+    again = text_of(replace(orbit, exists=[(0.0, 0.41), (0.61, 1.71), (1.81, None)]))
+    told = [line.strip() for line in again[again.index("life") + 3 : again.index("symmetry class") - 1]]
+    assert [line.split(maxsplit=1)[0] for line in told] == ["dies", "born", "born", "dies", "born"]
+    assert [line.split()[-1] for line in told] == ["0.41", "on", "0.61", "1.71", "1.81"]
     part = texts[texts.index("symmetry class") + 1 : texts.index("bounces") - 1]
     assert {line.split()[0] for line in part if line[0] != " "} == set(members("01552"))
     bounces = [line.split() for line in texts[texts.index("bounces") + 2 :]]
@@ -60,3 +67,18 @@ def test_enter_opens_the_whole_orbit(filled_once, size):
         assert app.screen.orbit.code == "013"
 
     drive(filled_once, steps, size)
+
+
+@pytest.mark.slow
+def test_a_stored_proof_is_shown_with_its_orbit(cli, tmp_path):
+    cli("fill", "--p", "3")
+    assert cli("verify", "--rigorous", "--p", "2").code == 0
+
+    async def steps(app, pilot):
+        assert app.screen.orbit.code == "13"
+        radius, bits = app.certificate(app.screen.orbit)
+        assert f"certificate  radius {upwards(radius)}, {bits} bits" in shown(app)
+        await press(pilot, "j")
+        assert "certificate  none stored" in shown(app)
+
+    drive(tmp_path / "orbits.db", steps, LARGE)

@@ -1,0 +1,187 @@
+"""What commands say in cases that are rare: the message, and the exit code."""
+
+import errno
+import io
+import os
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+from orbitdb.benchmarks import agreement
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli import app, endings, pace, streams
+from orbitdb.cli.completion import half_lengths, several_half_lengths
+from orbitdb.cli.progress import _seen
+from orbitdb.entropy.bounds import search
+from orbitdb.filling import births
+from orbitdb.filling.births import fill_births
+from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.writing.enclosures import keep_bounds
+from orbitdb.store.writing.writer import Writer
+from orbitdb.verification import recomputation
+
+
+@pytest.mark.slow
+def test_births_that_are_partial_are_named_and_left_out(cli, tmp_path, monkeypatch):
+    cli("migrate")
+    monkeypatch.setattr(births, "BLOCK", 50)
+    going = fill_births(tmp_path / "orbits.db", [6])
+    next(going)
+    going.close()
+    done = cli("births")
+    assert (done.code, done.out) == (1, "")
+    partial, nothing = done.err.splitlines()
+    assert partial == "births of period 6 are partial: 'orbitdb births --p 6' completes them"
+    assert nothing.startswith("no births in ")
+    assert cli("births", "--p", "6").err.startswith("births, p = 2..6: ")
+    lacking = cli("entropy", "--a", "1", "--p", "3-4")
+    assert "the zeta function lacks the periods 2\n" in lacking.err
+
+
+def test_what_cannot_be_asked_for(cli, filled):
+    for arguments, code, told in (
+        (("table", "--p", "1"), 1, "no symbol sequences of period 1 at a = 1.6\n"),
+        (("browse", "--code", "99"), 2, "orbitdb: symbol '9' at place 1 of '99' is not one of 0 1 2 3 4 5\n"),
+    ):
+        assert cli(*arguments) == (code, "", told)
+
+
+@pytest.mark.slow
+def test_what_cannot_be_drawn(cli, filled, tmp_path):
+    from orbitdb.cli.entropy_figures import draw_over_a  # not above: matplotlib takes its time
+
+    picture = tmp_path / "x.svg"
+    name = "orbitdb: name the orbit to draw: plot {} --code 1232131\n"
+    for arguments, code, told in (
+        (("plot", "orbit", "-o", str(picture)), 2, name.format("orbit")),
+        (("plot", "life", "-o", str(picture)), 2, name.format("life")),
+        (("plot", "life", "--code", "13" * 400 + "1", "-o", str(picture)), 2,
+         "orbitdb: (13)^400 1 is too long to be followed in a\n"),
+        (("plot", "lyapunov", "--where", "length < 0", "-o", str(picture)), 1,
+         "no orbits at a = 1.6 where length < 0: nothing to draw\n"),
+    ):  # fmt: skip
+        assert cli(*arguments) == (code, "", told)
+    assert not picture.exists()
+    writer = Writer(filled, {})
+    for level in search(Stadium(1.6), 3):
+        keep_bounds(writer, level, "doubles", None)
+    writer.close()
+    assert cli("plot", "entropy", "--over-a", "-o", str(picture)).code == 0
+    assert "topological entropy over a" in picture.read_text()
+    (ax,) = draw_over_a(Catalogue(filled), Selection(1.6)).axes
+    assert len(ax.containers) == 1
+    assert not any("(5; a)" in str(line.get_label()) for line in ax.lines)  # no births are stored
+
+
+def test_points_and_codes_that_are_no_text(cli, filled, tmp_path, monkeypatch):
+    points = tmp_path / "points"
+    points.write_bytes(b"\xff\xfe")
+    told = f"orbitdb: {points} is not text: write x,y of one bounce a line\n"
+    assert cli("identify", "--points", str(points)) == (2, "", told)
+    points.write_text('{"x": 1, "y": 2}\n{x')
+    done = cli("identify", "--points", str(points))
+    assert (done.code, done.out) == (2, "")
+    assert done.err.startswith(f"orbitdb: {points}: line 2 is no json: write x,y of one bounce a line")
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"13\n\xff\n"), "utf-8"))
+    assert cli("query", "--code", "-") == (2, "", "orbitdb: stdin is not text: write one code a line\n")
+
+
+def test_bounces_stand_behind_the_life_of_their_orbit(cli, filled):
+    done = cli("query", "--code", "12321", "--bounces", "--columns", "code,born,dies", "--format", "csv")
+    head, *rows = done.out.splitlines()
+    assert (done.code, head.split(",")[:4]) == (0, ["code", "born", "dies", "n"])
+    born = cli("query", "--code", "12321", "--columns", "born", "--format", "csv").out.splitlines()[1]
+    assert [row.split(",")[:4] for row in rows] == [["12321", born, "", str(n)] for n in range(1, 6)]
+
+
+@pytest.mark.slow
+def test_verify_says_what_it_has_not_compared(cli, tmp_path, monkeypatch):
+    monkeypatch.setattr("orbitdb.verification.sweeps.SWEPT_ANEW", 2)
+    cli("sweep", "--p", "4")
+    for periods, what in ((["--p", "3"], "the sums of a swept period were"),
+                          ([], "the sums of 2 swept periods were")):  # fmt: skip
+        done = cli("verify", *periods)
+        assert done.code == 0
+        assert done.err.splitlines()[0] == f"{what} not computed again: those of whole periods up to 2 are"
+    monkeypatch.setattr(recomputation, "_SETTLED", 0.0)
+    cli("fill", "--p", "3")
+    done = cli("verify", "--p", "3", "--restarts", "2")
+    assert done.code == 0
+    assert "4 restarts did not come to rest and tell nothing\n" in done.err
+
+
+def test_methods_that_differ_for_no_reason_end_with_1(cli, monkeypatch):
+    """A relaxation that takes every word for a pruned one, and says that it has come to rest."""
+    relax = agreement.relax
+
+    def wrong(*given, **options):
+        found = relax(*given, **options)
+        found.status[:] = Status.DYNAMICAL
+        return found
+
+    monkeypatch.setattr(agreement, "relax", wrong)
+    done = cli("bench", "--kind", "statuses", "--p", "3", "--format", "csv")
+    names, row = (line.split(",") for line in done.out.splitlines())
+    assert done.code == 1
+    assert int(dict(zip(names, row, strict=True))["unexplained"]) == 2
+    assert len(done.err.splitlines()) >= 2
+
+
+def test_a_folder_that_is_gone_and_files_that_cannot_be_read(cli, tmp_path, monkeypatch):
+    def fail(error):
+        def call(arguments):
+            raise error
+
+        monkeypatch.setattr(app, "call", call)
+        return cli("table")
+
+    gone = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
+    assert fail(gone) == (3, "", "orbitdb: the current folder is not there any more: go to another\n")
+    broken = OSError(errno.EIO, "Input/output error")
+    outcome = fail(broken)
+    assert outcome.code == 3
+    odd = OSError(errno.ELOOP, "Too many symbolic links", "x.csv")
+    assert fail(odd) == (1, "", "orbitdb: x.csv cannot be read or written (Too many symbolic links)\n")
+    with pytest.raises(ZeroDivisionError):  # what nobody has foreseen is not hidden
+        fail(ZeroDivisionError())
+
+
+def test_streams_that_are_closed_or_lack_characters(cli, filled, monkeypatch):
+    monkeypatch.setattr(sys, "stdin", None)
+    streams.stand_in_for_closed()
+    assert sys.stdin.read() == ""
+    sys.stdin.close()
+    written = io.BytesIO()
+    with monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", io.TextIOWrapper(written, "ascii"))
+        streams.escape_what_has_no_code()
+        print("λ_d", flush=True)
+        assert written.getvalue() == b"\\u03bb_d\n"
+    assert not _seen(io.StringIO())
+    assert [pace._rounded(rate) for rate in (0.123, 9.87, 1234.5)] == ["0.12", "9.9", "1,200"]
+
+
+def test_what_fails_while_objects_are_collected_is_told_unless_it_is_the_end(monkeypatch, capsys):
+    class Failing:
+        def __init__(self, error):
+            self.error = error
+
+        def __del__(self):
+            raise self.error
+
+    monkeypatch.setattr(sys, "unraisablehook", endings._unraisable)
+    Failing(KeyboardInterrupt())
+    assert capsys.readouterr().err == ""
+    Failing(ValueError("of a library"))
+    assert "ValueError: of a library" in capsys.readouterr().err
+
+
+def test_shells_are_offered_nothing_from_what_is_no_catalogue(tmp_path):
+    path = tmp_path / "orbits.db"
+    path.write_bytes(b"no catalogue" * 99)
+    context = SimpleNamespace(params={"db": path})
+    assert half_lengths(context, "") == []
+    assert several_half_lengths(context, "") == ["all"]

@@ -1,0 +1,53 @@
+"""What a user reads, word for word: commands, one after another, and all that each of them writes.
+
+The texts stand in ``sessions``: behind ``$`` a command, then its stdout, its stderr behind ``!``, and its
+exit code in brackets if it is not 0. They are written anew, to be read before they are kept, by
+``ORBITDB_WRITE_SNAPSHOTS=1 pytest -n 0 -m '' tests/cli/test_sessions.py``.
+"""
+
+import os
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+
+SESSIONS = sorted((Path(__file__).parent / "sessions").glob("*.txt"))
+FROM_NOTHING = {"storing", "bounds"}
+"""The others have the varied catalogue."""
+
+CHANGES = [
+    (r"\b\d+\.\d+ s\b", "0.1 s"),
+    (r"\b\d+ [kM]B\b", "9 kB"),
+    (r"(\n(?:length|lyapunov) .*\.\d{1,6})\d* \+- .*", r"\1 +- bound"),
+    (r"(\n(?:residual|error)  +).*", r"\1small"),
+]
+"""What is never the same twice, or has its last digits from the machine."""
+
+
+@pytest.mark.parametrize(
+    "session",
+    [
+        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem.startswith("more") else [])
+        for path in SESSIONS
+    ],
+)
+def test_a_session_reads_as_it_did(session, cli, tmp_path, monkeypatch, request):
+    monkeypatch.chdir(tmp_path)
+    if session.stem not in FROM_NOTHING:
+        shutil.copy(request.getfixturevalue("varied"), tmp_path / "orbits.db")
+    before = session.read_text(encoding="utf-8")
+    blocks = []
+    for line in before.splitlines():
+        if line.startswith("$ "):
+            found = cli(*shlex.split(line)[2:])
+            text = found.out + "".join(f"! {said}\n" for said in found.err.splitlines())
+            text += f"[{found.code}]\n" if found.code else ""
+            for pattern, same in [(re.escape(str(tmp_path)), "HERE"), *CHANGES]:
+                text = re.sub(pattern, same, text)
+            blocks.append(f"{line}\n{text}")
+    after = "".join(blocks)
+    if os.environ.get("ORBITDB_WRITE_SNAPSHOTS"):
+        session.write_text(after, encoding="utf-8")
+    assert after.split("\n$ ") == before.split("\n$ ")

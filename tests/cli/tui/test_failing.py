@@ -1,0 +1,118 @@
+"""What the screen says when something fails: a catalogue that is removed or altered, a folder, an extra."""
+
+import json
+import sqlite3
+import sys
+from contextlib import closing
+
+import pytest
+from screens import ask, drive, press, settle, shown
+
+import orbitdb.cli
+from orbitdb.cli.tui import statistics
+from orbitdb.cli.tui.counts_screen import CountsScreen
+from orbitdb.cli.tui.export import export
+from orbitdb.cli.tui.kept import Kept, toggled
+from orbitdb.cli.tui.main_screen import MainScreen
+from orbitdb.cli.tui.source import Ordering
+from orbitdb.cli.tui.statistics import StatisticsScreen
+from orbitdb.cli.tui.whole_orbit import WholeOrbitScreen
+from orbitdb.errors import InputError
+from orbitdb.orbits.lives import solve_word
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.catalogue import Catalogue
+
+
+def errors(app):
+    return [note.message for note in app._notifications if note.severity == "error"]
+
+
+def test_exports_without_an_extra_name_it_and_leave_nothing(varied, tmp_path, monkeypatch):
+    catalogue, orbit = Catalogue(varied), solve_word("13", 1.6)
+    for ending, module, told in (
+        ("parquet", "pyarrow", r"install orbitdb\[parquet\], or write a .csv"),
+        ("png", "orbitdb.cli.figures", r"install orbitdb\[plot\], or write an .svg"),
+    ):
+        monkeypatch.setitem(sys.modules, module, None)
+        monkeypatch.delattr(orbitdb.cli, "figures", raising=False)  # others may have loaded it
+        path = tmp_path / f"x.{ending}"
+        with pytest.raises(InputError, match=told):
+            export(path, catalogue, Selection(periods=((2, 3),)), Ordering(), orbit)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_choices_that_cannot_be_written_hold_for_now(tmp_path):
+    (tmp_path / "link").symlink_to(tmp_path / "nowhere")
+    kept = Kept(tmp_path / "link" / "browse.json")
+    with pytest.raises(InputError, match="what is chosen holds for now only"):
+        kept.change(lambda state: toggled(state, "13"))
+    assert kept.state.marked == ("13",)
+
+
+@pytest.mark.slow
+def test_screens_say_that_the_catalogue_was_altered_or_damaged(filled, monkeypatch):
+    monkeypatch.setattr(statistics, "_BOUNCES", 100_000)
+
+    async def steps(app, pilot):
+        async def told(*keys, code=None):
+            app.clear_notifications()
+            await (press(pilot, *keys) if code is None else ask(pilot, *keys, code))
+            return errors(app)
+
+        with closing(sqlite3.connect(filled)) as other, other:
+            other.execute("DROP TABLE change")
+        [altered] = await told("enter")
+        assert isinstance(app.screen, WholeOrbitScreen)
+        assert altered.startswith(f"{filled} is not as orbitdb made it (table change)")
+        await press(pilot, "escape")
+        assert set(await told("greater_than_sign")) == {f"{filled}: no such table: change"}
+        assert "reading births" not in shown(app)
+        await press(pilot, "escape")
+        filled.write_bytes(b"no catalogue" * 9999)
+        damaged = f"{filled} is damaged: restore a copy, or move it away and fill anew"
+        for key, shows in (("d", CountsScreen), ("S", StatisticsScreen)):
+            assert damaged in await told(key)
+            assert isinstance(app.screen, shows)
+            await press(pilot, "escape")
+            assert isinstance(app.screen, MainScreen)
+        assert damaged in await told("c", code="0132132")
+        assert "solving" not in shown(app)
+
+    drive(filled, steps)
+
+
+@pytest.mark.slow
+def test_choices_that_cannot_be_kept_or_taken_are_told(filled_once, tmp_path):
+    state = tmp_path / "browse.json"
+    state.write_text(json.dumps({"filters": {"odd": {"nothing": 1}, "wrong": {"where": "q < 3"}}}))
+
+    async def steps(app, pilot):
+        async def told(*keys):
+            app.clear_notifications()
+            await press(pilot, *keys)
+            return [note.message for note in app._notifications]
+
+        main = app.screen
+        await press(pilot, "F")
+        assert "nothing: not a criterion" in shown(app)
+        await press(pilot, "k", "x")  # the first line is no filter, and cannot be forgotten
+        assert all(line in shown(app) for line in ("keep the present one", "odd", "wrong"))
+        [odd] = await told("j", "enter")
+        assert odd.startswith("nothing: not a criterion")
+        [wrong] = await told("F", "j", "enter")
+        assert wrong.startswith("where 'q < 3': no such column: q; ")
+        assert main.selection == Selection()
+        assert await told("F", "k", "enter") == ["every sequence is shown: choose some first, as with / or o"]
+        await press(pilot, "o", "F", "k", "enter")
+        app.screen.query_one("Input").value = "x" * 41
+        await settle(pilot)
+        assert "41 characters: take a name of 40 or less" in shown(app)
+        await press(pilot, "escape")
+        state.unlink()
+        state.mkdir()
+        failed, marked = await told("asterisk")
+        assert failed == f"{state} cannot be read (Is a directory)"
+        assert marked.startswith("marked 13, 1 in all")
+        assert main.marked == {"13"}  # for this session
+
+    drive(filled_once, steps, state=state)

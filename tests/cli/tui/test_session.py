@@ -1,0 +1,327 @@
+"""Keys and what they do, many of them in one session of the terminal UI."""
+
+import os
+import re
+import sqlite3
+from contextlib import closing
+
+import pytest
+from screens import drive, press, screen_lines, settle, shown, table_of
+from textual import events
+from textual.widgets import Input
+
+from orbitdb.cli.tui import choices, jumping_screen, keys, source
+from orbitdb.cli.tui.columns import USUAL, Column
+from orbitdb.cli.tui.dialogs import LineDialog, QuestionDialog
+from orbitdb.cli.tui.drawing import OrbitDrawing, View
+from orbitdb.cli.tui.facts import FactsPanel, facts_of, folded, lines_of
+from orbitdb.cli.tui.filling import FillState, Wish, cost_of, work
+from orbitdb.cli.tui.following_screen import _lacking
+from orbitdb.cli.tui.keys import columns_for, groups_for
+from orbitdb.cli.tui.main_screen import MainScreen
+from orbitdb.cli.tui.source import Ordering
+from orbitdb.cli.tui.table import PagedTable, _fitting
+from orbitdb.columns import IN_CATALOGUE
+from orbitdb.orbits.lives import solve_word
+from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading import pages
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.index_reading import load_index
+from orbitdb.store.reading.pages import fetch
+from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
+from orbitdb.symbols.words import least_rotation
+
+
+async def hurry(pilot, *pressed):
+    """Press keys faster than the screen is drawn, which takes the most of a test's time."""
+    for key in pressed:
+        pilot.app.post_message(events.Key(key, key if len(key) == 1 else None))
+    await settle(pilot)
+
+
+def headings(app):
+    return screen_lines(app)[3].replace("│", " ").split()
+
+
+async def click(pilot, x, y):
+    await pilot.click(PagedTable, offset=(x, y))
+    await settle(pilot)
+
+
+def test_choices_go_round():
+    chosen, seen = Selection(), []
+    for _ in range(6):
+        chosen = choices.next_status(chosen)
+        seen.append(chosen.statuses)
+    assert seen == [(Status.ORBIT,), (Status.DYNAMICAL,), (Status.BOUNDARY,), (Status.GEOMETRIC,),
+                    (Status.UNRESOLVED,), ()]  # fmt: skip
+    assert choices.next_status(Selection(statuses=(Status.ORBIT, Status.BOUNDARY))).statuses == ()
+    for reversal in ("self", "pair", None):
+        chosen = choices.next_reversal(chosen)
+        assert chosen.time_reversal == reversal
+    for step, periods in ((1, [2, 4, 5]), (-1, [5, 4, 2])):
+        for p in periods:
+            chosen = choices.other_period(chosen, [2, 4, 5], step)
+            assert chosen.periods == ((p, p),)
+        chosen = choices.other_period(chosen, [2, 4, 5], step)
+        assert chosen.periods == ()
+    for others in (((2, 4), (5, 5)), ((3, 3),)):  # none of the periods alone
+        assert choices.other_period(Selection(periods=others), [2, 4, 5], 1).periods == ((2, 2),)
+
+
+def test_choices_are_links_to_what_changes_them():
+    plain = choices.chips(Selection(), 1)
+    assert re.sub(r"\[@click=screen\.([^\]]*)\]|\[/\]", "", plain) == (
+        "a = 1.6 │ p all │ every status │ any reversal │ no filter"
+    )
+    statuses = (Status.ORBIT, Status.BOUNDARY)
+    chosen = Selection(1.0, ((2, 4), (7, 7)), statuses, "self", where="code like '[1]'")
+    links = re.findall(r"\[@click=screen\.([^\]]*)\](.*?)\[/\]", choices.chips(chosen, 2))
+    assert links == [
+        ("choose_a", "a = 1 of 2"), ("period(1)", "p 2-4, 7"), ("status", "orbit, boundary"),
+        ("reversal", "self-retracing"), ("filter", r"where code like '\[1]'"),
+    ]  # fmt: skip
+
+
+def test_keys_and_columns_are_told_of_the_screen_on_show():
+    assert groups_for(MainScreen(Selection())) is keys.MAIN
+    title, names = columns_for(MainScreen(Selection()))
+    assert title == "columns, as a filter names them"
+    assert dict(names)["length_error"] == "bound on the error of length (radius)"
+    assert dict(names)["length"].endswith(", ± length_error")
+    assert any(name == "lambda_d λ_d" for name, _ in names)
+    assert len(names) == len(IN_CATALOGUE)
+
+
+NAMED = {"pgdn", "pgup", "enter", "space", "escape", ".."}
+
+
+def test_what_keys_do_stands_behind_their_names():
+    for groups in (keys.MAIN, keys.STATISTICS, keys.COUNTS, keys.WHOLE):
+        for _, lines in groups:
+            for names, does in lines:
+                assert all(len(name) == 1 or name in NAMED or "+" in name for name in names.split())
+                assert len(does) > 3
+    scrolling = [dict(lines)["j k ↓ ↑"] for ((_, lines), *_) in (keys.STATISTICS, keys.COUNTS, keys.WHOLE)]
+    assert scrolling == ["scroll the numbers", "scroll the counts", "line by line"]
+
+
+def test_columns_are_shown_up_to_the_first_that_has_no_room():
+    wide, wider, narrow = (Column(name, name, width) for name, width in (("a", 5), ("b", 20), ("c", 2)))
+    assert _fitting([wide, narrow], 9) == [wide, narrow]
+    assert _fitting([wide, narrow], 8) == [wide]
+    assert _fitting([wide, wider, narrow], 10) == [wide]
+
+
+def test_blocks_of_rows_that_are_no_longer_kept_are_read_again(varied, monkeypatch):
+    monkeypatch.setattr(source, "_BLOCK", 16)
+    monkeypatch.setattr(source, "_KEPT", 2)
+    catalogue, chosen = Catalogue(varied), Selection(periods=((2, 4),))
+    index = load_index(catalogue, 1.6)
+    reads = []
+    monkeypatch.setattr(pages, "fetch", lambda *given: reads.append(given[2].tolist()) or fetch(*given))
+    shown = source.Pages(catalogue, index, pages.chosen_keys(catalogue, index, chosen), ("code", "p"))
+    rows = list(catalogue.rows(chosen, ("code", "p")))
+    for place in (*range(40), 39, 17, 1, 17):
+        assert shown.row(place) == rows[place]
+    assert [len(each) for each in reads] == [16, 16, 16, 16]
+
+
+def test_long_codes_and_orbits_are_told_in_short():
+    orbits = [solve_word("13" * n + rest, 1.6) for n, rest in ((14, "11"), (15, "1"), (29, "11"), (30, "1"))]
+    assert [orbit.p for orbit in orbits] == [30, 31, 60, 61]
+    short, longer = (dict(facts_of(orbit)) for orbit in orbits[:2])
+    assert short["code"] == "13" * 14 + "11"
+    assert longer["code"] == "(13)^15 1"
+    heads = [any("coordinate" in piece for line in lines_of(orbit, None, 60) for piece, _ in line)
+             for orbit in orbits]  # fmt: skip
+    assert heads == [True, True, True, False]
+    assert folded([("a", "x " * 12), ("bcd", "")], 15)[:2] == [
+        [("a    ", "name"), ("x x x x x", "")], [("     x x x x x", "")]
+    ]  # fmt: skip
+
+
+def test_births_that_no_command_finds_have_no_remedy():
+    """A period of which words were filled one by one may be beyond all that are enumerated."""
+    assert _lacking([]) == ""
+    found = [f"births of {asked} are not stored{remedy}" for asked, remedy in (
+        ("period 41", ""), ("periods 8, 41", "; 'orbitdb births --p 8' finds them"))]  # fmt: skip
+    assert [_lacking(periods) for periods in ([41], [8, 41])] == found
+
+
+@pytest.mark.slow
+def test_keys_of_the_main_screen(varied, tmp_path, monkeypatch):
+    async def choosing(app, pilot):
+        main, table = app.screen, table_of(app)
+        await hurry(pilot, "o", "r", "left_square_bracket")
+        chosen = Selection(periods=((6, 6),), statuses=(Status.ORBIT,), time_reversal="self")
+        assert main.selection == chosen
+        assert len(table.source) == app.catalogue.count(chosen)
+        main.selection = Selection()
+        await settle(pilot)
+        assert main.sub_title == Selection().describe()
+        assert main.report == f"{len(table.source):,} of {app.catalogue.count(Selection()):,} sequences"
+
+    async def sorting(app, pilot):
+        main, table = app.screen, table_of(app)
+        await press(pilot, "s")
+        await press(pilot, "j", "j", "k", "enter")  # from p on to length
+        assert main.ordering == table.ordering == Ordering("length")
+        assert headings(app)[:3] == ["code", "p", "length▲"]
+        await press(pilot, "R")
+        longest = next(app.catalogue.rows(Selection(), ("code",), "length desc", 1))[0]
+        assert main.orbit.code == longest
+        assert "length▼" in headings(app)
+        await click(pilot, 13, 0)  # behind a code of twelve symbols
+        assert main.ordering == Ordering("p")
+        await click(pilot, 3, 6)
+        assert main.orbit.code == table.source.row(5)[0]
+
+    async def moving(app, pilot):
+        main, table = app.screen, table_of(app)
+        words = [code for (code,) in app.catalogue.rows(Selection(), ("code",))]
+        await hurry(pilot, "g", "j", "j", "down", "k", "pagedown", "pageup", "k", "up", "up")
+        assert (table.cursor, main.orbit.code) == (0, words[0])
+        await press(pilot, "pagedown")
+        assert table.cursor == table.size.height - 2
+        assert main.orbit.code == words[table.cursor]
+        await hurry(pilot, "G", "k", "pageup", "0", "1", "3", "2")  # 0132, in any rotation
+        assert (table.row[0], main.position_note) == ("0132", "code 0132")
+        await hurry(pilot, "backspace")
+        assert (table.row[0], main.position_note) == ("013", "code 013")
+        await hurry(pilot, "2")
+        seen = [main.orbit.code]
+        for key, element in (("T", REVERSE), ("X", MIRROR_X), ("Y", MIRROR_Y)):
+            await hurry(pilot, key)
+            seen.append(main.orbit.code)
+            assert seen[-1] == images_of(seen[-2])[element]
+            assert table.row[0] == least_rotation(seen[-1])
+        assert main.query_one(FactsPanel).border_title == f"mirror image upside down of {seen[-2]}"
+        await hurry(pilot, "y", "escape")
+        assert app.clipboard == seen[-1]
+        assert main.orbit.code == table.row[0] == words[len(words) - table.size.height]
+        await press(pilot, "g")
+        await hurry(pilot, "j", "m")  # a pruned word has no bounces to compare
+        assert main.compared == ()
+        main.orbit = app.find("301", 1.6)
+        await hurry(pilot, "m", "k", "m", "j", "k", "m", "m", "v")
+        assert [orbit.code for orbit in main.compared] == ["301", words[0]]
+        assert main.query_one(OrbitDrawing).view is View.PHASE
+        await press(pilot, "space")
+        assert main.query_one(OrbitDrawing).view is View.STADIUM
+        assert main.query_one(OrbitDrawing).particle is not None
+        await press(pilot, "space")
+        assert main.query_one(OrbitDrawing).particle is None
+
+    async def marking(app, pilot):
+        main, table = app.screen, table_of(app)
+        await press(pilot, "apostrophe")
+        assert main.selection == Selection()  # no orbit is marked yet
+        main.orbit = app.find("301", 1.6)
+        await press(pilot, "asterisk", "escape", "asterisk")
+        assert main.marked == {"013", table.row[0]}
+        await press(pilot, "apostrophe")
+        assert [table.source.row(place)[0] for place in range(len(table.source))] == [table.row[0], "013"]
+        await press(pilot, "asterisk")
+        assert [table.source.row(place)[0] for place in range(len(table.source))] == ["013"]
+        await press(pilot, "apostrophe")
+        assert main.selection == Selection()
+
+    async def columns(app, pilot):
+        main, table = app.screen, table_of(app)
+        await hurry(pilot, "l", "l", "h")
+        assert table.first_column == 2
+        assert headings(app)[:3] == ["code", "p▲", "length"]  # sorts, and so is seen
+        for column, first in (
+            ("error", ["code", "error▲", "length"]),
+            ("code", ["code▲", "length", "status"]),
+            ("status", ["code", "length", "status▲"]),
+        ):
+            table.ordering = Ordering(column)
+            await pilot.pause()
+            assert headings(app)[:3] == first
+        table.ordering = Ordering("error")
+        around = table.outer_size.width - table.scrollable_content_region.width
+        for width, seen in ((17, True), (16, False)):  # eight of the code, a blank, eight of the error
+            table.styles.width = width + around
+            await pilot.pause()
+            assert ("erro" in table.render_line(0).text) == seen
+        table.styles.width, table.ordering = "1fr", main.ordering
+        await press(pilot, "C")
+        await press(pilot, "j", "K", "K", "end", "space")
+        assert "[x] element" in shown(app)
+        await press(pilot, "home", "j", "space", "enter")  # what was first
+        names = [column.name for column in main.columns]
+        assert names == ["code", *USUAL[2:], "element"]
+        assert table.first_column == 1
+
+    async def refusing(app, pilot):
+        titles = [command.title for command in app.get_system_commands(app.screen)]
+        actions = {binding.description for binding in MainScreen.BINDINGS if binding.description}
+        assert {text[:1].upper() + text[1:] for text in actions} | {"Quit", "Theme"} <= set(titles)
+        assert len(titles) == len(set(titles))
+        assert all(titles)
+        with monkeypatch.context() as patch:
+            patch.setattr(os, "access", lambda path, mode: path != app.path)
+            await press(pilot, "f")
+        assert isinstance(app.screen, MainScreen)
+        assert any("read-only" in note.message for note in app._notifications)
+        app.fill_state = FillState(Wish(1.6, (13,)))
+        await press(pilot, "q")
+        assert isinstance(app.screen, QuestionDialog)
+        await press(pilot, "n")
+        assert app.fill_state.state == "running"
+        assert isinstance(app.screen, MainScreen)
+
+    async def remembering(app, pilot):
+        app.push_screen(LineDialog("a line", "new", history=["old", "new", "later"]))
+        await pilot.pause()
+        line, seen = app.screen.query_one(Input), []
+        for step in (1, 1, 1, -1, -1, -1):
+            app.screen.action_older(step)
+            seen.append((line.value, line.cursor_position))
+        lines = ["later", "old", "old", "later", "new", "new"]
+        assert seen == [(text, len(text)) for text in lines]
+        await press(pilot, "escape")
+
+    monkeypatch.setattr(jumping_screen, "PAUSE", float("inf"))
+    path = tmp_path / "orbits.db"
+    path.write_bytes(varied.read_bytes())
+
+    async def steps(app, pilot):
+        await choosing(app, pilot)
+        await sorting(app, pilot)
+        await moving(app, pilot)
+        await marking(app, pilot)
+        await columns(app, pilot)
+        await remembering(app, pilot)
+        await refusing(app, pilot)
+        with closing(sqlite3.connect(path)) as other, other:
+            other.execute("DELETE FROM sequence WHERE p = 12")
+        table = table_of(app)
+        await press(pilot, "G", "k")
+        assert table.row is None
+        assert len(table.source) > 300
+        app.fill_state = None
+        await press(pilot, "ctrl+r")
+        assert len(table.source) == app.catalogue.count(Selection())
+
+    drive(path, steps)
+
+
+def test_words_and_periods_are_filled_with_their_counts(tmp_path):
+    path = tmp_path / "orbits.db"
+    for wish, told in (
+        (Wish(1.6, words=("13", "013")), [(1, 2, 2), (2, 2, 3)]),
+        (Wish(1.6, (3, 4)), [(8, 40, 3), (40, 40, 4)]),
+    ):
+        assert [(state.done, state.total, state.p) for state in work(path, FillState(wish))] == told
+    assert cost_of(path, Wish(1.6, words=("13",))).sentence == "1 word to solve at a = 1.6"
+    assert cost_of(path, Wish(1.6, words=("13", "031"))).sentence == "2 words to solve at a = 1.6"
+    done, small, large = (cost_of(path, Wish(1.6, periods)) for periods in ((3, 4), (2,), (15,)))
+    assert done.sentence == "these periods are filled at a = 1.6: nothing is left to do"
+    assert small.sentence.startswith("1 sequence to come at a = 1.6: under a second, ")
+    assert [(cost.nothing, cost.large) for cost in (done, small, large)] == [
+        (True, False), (False, False), (False, True)
+    ]  # fmt: skip

@@ -1,0 +1,120 @@
+"""What the library and the commands say of names, expressions and files that will not do."""
+
+import sqlite3
+from contextlib import closing
+
+import numpy as np
+import pytest
+from older import make_older
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.column_blocks import in_columns
+from orbitdb.errors import StoreError
+from orbitdb.extras import load
+from orbitdb.orbits.orbit import Orbits
+from orbitdb.store.asking.selection import Selection, SelectionError, parse_bound
+from orbitdb.store.file.database import plain_errors
+from orbitdb.store.file.migrate import migrate
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.symbols.patterns import Like
+from orbitdb.verification.invariants import check_consistency
+from orbitdb.verification.rigorous import certify
+
+
+def test_a_column_of_a_word_is_named_once(cli):
+    outcome = cli("query", "--code", "13", "--columns", "code,p,code")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert "column 'code' is named twice" in outcome.err
+
+
+@pytest.mark.parametrize("text", ["length=:", "length=3", "length=nan:", "length=:x"])
+def test_a_range_has_a_bound_that_is_a_number(text):
+    with pytest.raises(SelectionError, match="write it as length=3:10, length=3: or length=:10"):
+        parse_bound(text)
+
+
+def test_an_expression_with_a_subquery_is_short(varied):
+    longer = "length > (SELECT min(length) FROM catalogue) AND " * 100 + "p = 3"
+    with closing(Catalogue(varied)) as catalogue:
+        with pytest.raises(SelectionError) as error:
+            catalogue.count(a=1.6, where=longer)
+        assert "characters; with a subquery 4000 are allowed" in str(error.value)
+        assert catalogue.count(a=1.6, where="p = 3 OR " * 500 + "p = 3") == catalogue.count(a=1.6, p=3) > 0
+
+
+def test_a_text_with_other_signs_than_symbols_is_like_no_word(varied):
+    with closing(Catalogue(varied)) as catalogue:
+        assert catalogue.count(a=1.6, where="code LIKE '1x%'") == 0
+        assert catalogue.count(a=1.6, where="code NOT LIKE '1x%'") == catalogue.count(a=1.6)
+
+
+def test_nothing_replaced_is_nothing(varied):
+    with closing(Catalogue(varied)) as catalogue:
+        for call in ("replace(NULL, '1', '2')", "replace(code, NULL, '2')", "replace(code, '1', NULL)"):
+            assert catalogue.count(a=1.6, where=f"{call} IS NULL") == catalogue.count(a=1.6) > 0
+
+
+def test_parts_of_a_pattern_that_do_not_come_are_missed():
+    assert not Like("2%3%1").fits("131")
+    assert not Like("1%2%3%1").fits("1321")
+    assert not Like("1%2%3%1").fits("1311")
+    assert Like("1%2%3%1").fits("12131")
+
+
+def test_without_an_own_a_a_catalogue_shows_all(varied, tmp_path):
+    path = tmp_path / "orbits.db"
+    path.write_bytes(varied.read_bytes())
+    with closing(sqlite3.connect(path)) as plain, plain:
+        plain.execute("UPDATE stadium SET a = 2.5 WHERE a = 1.6")
+    with closing(Catalogue(path)) as catalogue:
+        shown = repr(catalogue)
+    assert "a = 1" in shown
+    assert "a = 2.5" in shown
+
+
+def test_a_question_that_a_signal_interrupts_ends_as_by_ctrl_c(tmp_path):
+    """SQLite tells it as an error of its own."""
+    with closing(sqlite3.connect(":memory:")) as plain:
+        plain.create_function("stop", 0, plain.interrupt)
+        endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT stop() FROM n"
+        with pytest.raises(KeyboardInterrupt), plain_errors(tmp_path / "orbits.db"):
+            plain.execute(endless).fetchall()
+
+
+def test_where_no_copy_can_be_written_nothing_is_migrated(varied, tmp_path):
+    path = tmp_path / "old.db"
+    path.write_bytes(varied.read_bytes())
+    make_older(path)
+    before = path.read_bytes()
+    (tmp_path / "old.db.schema-1").mkdir()
+    with pytest.raises(StoreError, match=r"old\.db\.schema-1 cannot be written \(.+\); nothing was changed"):
+        migrate(path)
+    assert path.read_bytes() == before
+
+
+def test_a_module_of_this_package_that_is_missing_is_no_extra():
+    with pytest.raises(ModuleNotFoundError, match=r"No module named 'orbitdb\.nothing'"):
+        load("orbitdb.nothing", "nothing", "plots")
+
+
+def test_no_rows_have_no_columns():
+    assert list(in_columns(iter(()))) == []
+
+
+def test_without_orbits_there_is_nothing_to_check_or_to_prove(varied):
+    nothing = Orbits.empty(np.zeros((0, 5), np.uint8))
+    assert list(check_consistency(nothing, Stadium(1.6))) == []
+    assert list(certify(varied, Selection(3.25))) == []
+
+
+def test_rows_that_lack_something_are_told_and_not_proved(varied, tmp_path):
+    path = tmp_path / "orbits.db"
+    path.write_bytes(varied.read_bytes())
+    with closing(sqlite3.connect(path)) as plain, plain:
+        plain.execute("UPDATE orbit SET residual = -1")
+    (step,) = certify(path, Selection(1.6, periods=((3, 3),)))
+    (check,) = step.checks
+    assert (check.name, check.rows, check.failures) == ("certificates", 2, 2)
+    assert check.first.endswith(" at a = 1.6")
+    with closing(sqlite3.connect(path)) as plain:
+        assert plain.execute("SELECT count(*) FROM certificate").fetchone() == (0,)
