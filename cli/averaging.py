@@ -57,7 +57,7 @@ def write_answers(found: "Iterable[Answer | None]", many: bool, form: Format) ->
 def note_faults(subset: "WholePeriods", fault: str) -> None:
     """Say what is missing to the zeta function, and where it has no zero that can be used."""
     if subset.missing:
-        note(f"the zeta function lacks the periods {subset.why_missing()}")
+        note(f"the zeta function lacks p = {subset.why_missing()}")
     if fault:
         note(fault)
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from orbitdb.cli.options import Format
 from orbitdb.cli.render import LONG_CODE, code_text, number, with_bound, write
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.plaintext import several
 
 
 def facts(orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = ()) -> list[tuple[str, str]]:
@@ -36,7 +37,7 @@ def facts(orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = ()) -> li
         ("time reversal", reversal),
         (
             "class",
-            f"{orbit.class_size} sequences, least {least}, symmetry {orbit.symmetry}",
+            f"{several(orbit.class_size, 'sequence')}, least {least}, symmetry {orbit.symmetry}",
         ),
         ("stored", "yes" if orbit.stored else "no: solved on the spot"),
     ]

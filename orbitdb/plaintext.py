@@ -28,6 +28,11 @@ def line(text: str) -> str:
     return shown if len(shown) <= _LONGEST else f"{shown[: _LONGEST - _END]} ... {shown[-_END:]}"
 
 
+def several(count: int, one: str, many: str | None = None) -> str:
+    """Return a count and what is counted, such as ``1 orbit`` or ``2 orbits``."""
+    return f"{count} {one if count == 1 else many or one + 's'}"
+
+
 def cell(value: object) -> object:
     """Return a value for a cell of a csv or tsv file.
 

@@ -149,7 +149,7 @@ def _of_counts(
         cycles[p] = counted.known[p].n_c
     found = by_period.entropy_of_counts(cycles)
     if missing := missing_periods(max(counted.chosen), counted.chosen):
-        note(f"the zeta function lacks the periods {', '.join(map(str, missing))}")
+        note(f"the zeta function lacks p = {', '.join(map(str, missing))}")
     if form is Format.TABLE:
         _note_proved(counted.a, many, proved)
     if fault := faults_of(found, counted.chosen):

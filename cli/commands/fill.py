@@ -16,6 +16,7 @@ from orbitdb.cli.progress import progress
 from orbitdb.cli.render import code_text, note
 from orbitdb.cli.storing import asked_periods, bring, show_steps, written
 from orbitdb.errors import InputError
+from orbitdb.plaintext import several
 
 EXAMPLES = """
 Examples:
@@ -105,7 +106,7 @@ def _fill_periods(
     coming = need(path, a, periods, solvers.number(), method)
     if dry_run or coming.sequences >= LARGE:
         time_and_room = f"{about(coming.seconds)} and {gigabytes(coming.bytes)}"
-        note(f"{span}: {coming.sequences} sequences to come, {time_and_room}, in {path}")
+        note(f"{span}: {several(coming.sequences, 'sequence')} to come, {time_and_room}, in {path}")
     if dry_run:
         return
     check_room(path, coming)
@@ -122,7 +123,8 @@ def _fill_periods(
     with closing(Catalogue(path)) as catalogue:
         fills = [fill for fill in catalogue.fills(a) if fill.p in periods]
     sequences, orbits = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))
-    note(f"{span}: {sequences} sequences, {orbits} orbits, {time.monotonic() - start:.1f} s, in {path}")
+    stored = f"{several(sequences, 'sequence')}, {several(orbits, 'orbit')}"
+    note(f"{span}: {stored}, {time.monotonic() - start:.1f} s, in {path}")
 
 
 def _fill_words(codes: Iterable[str], a: float, method: str, db: Path | None, dry_run: bool) -> None:

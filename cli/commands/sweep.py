@@ -16,6 +16,7 @@ from orbitdb.cli.options import Database, Format, HalfLength, count_option
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note, write
 from orbitdb.cli.storing import asked_periods, bring, show_steps, written
+from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
@@ -86,8 +87,9 @@ def _sweep(path: Path, chosen: "Selection", periods: Sequence[int], solvers: Sol
     a = chosen.a
     span = f"p = {written(periods)} at a = {a:g}"
     coming = sweep_need(path, a, periods, solvers.number(), chosen)
+    sequences = several(coming.sequences, "sequence")
     if dry_run or coming.sequences >= LARGE:
-        note(f"{span}: {coming.sequences} sequences to come, {about(coming.seconds)}, in {path}")
+        note(f"{span}: {sequences} to come, {about(coming.seconds)}, in {path}")
     if dry_run:
         return False
     start = time.monotonic()
@@ -97,7 +99,7 @@ def _sweep(path: Path, chosen: "Selection", periods: Sequence[int], solvers: Sol
             words = {p: count_admissible(p) for p in periods}
             steps = until_ended(sweep_periods(path, a, periods, workers, chosen))
             show_steps(shown, steps, "words", words, sum(words.values()) - coming.sequences)
-    note(f"{span}: {coming.sequences} sequences, {time.monotonic() - start:.1f} s, in {path}")
+    note(f"{span}: {sequences}, {time.monotonic() - start:.1f} s, in {path}")
     return True
 
 

@@ -14,6 +14,7 @@ from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import without
 from orbitdb.cli.render import note, note_partial, write
 from orbitdb.errors import InputError, StoreError
+from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
@@ -167,9 +168,10 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, form:
         note(_of_sums(anew))
     if (foreign := rows.get("statuses", 0) - rows.get("bits", 0)) > 0:
         note(f"{foreign} rows are of another method, version or machine: their last bits were not compared")
-    seen = {"classes": classes, "births and deaths": changes, "swept periods": swept,
-            "bounds on the entropy": proved}  # fmt: skip
-    told = ", ".join(f"{count} {what}" for what, count in seen.items() if count)
+    seen = {("class", "classes"): classes, ("birth or death", "births and deaths"): changes,
+            ("swept period", "swept periods"): swept,
+            ("bound on the entropy", "bounds on the entropy"): proved}  # fmt: skip
+    told = ", ".join(several(count, *what) for what, count in seen.items() if count)
     note(f"{path}: all is well with {told}, {time.monotonic() - start:.1f} s")
 
 

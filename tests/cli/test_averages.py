@@ -144,6 +144,6 @@ def test_weights_have_names(filled, cli):
 
 @pytest.mark.parametrize("command", ["entropy", "lyapunov"])
 def test_periods_that_the_zeta_function_lacks_are_told(filled, cli, command):
-    lacks = "the zeta function lacks the periods 2, 4 (not chosen)"
+    lacks = "the zeta function lacks p = 2, 4 (not chosen)"
     assert lacks in cli(command, "--p", "3,5", "--db", str(filled)).err
     assert "lacks" not in cli(command, "--p", "2-4", "--db", str(filled)).err

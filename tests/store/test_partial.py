@@ -63,7 +63,7 @@ def test_an_average_cut_by_stability_needs_all_lower_periods(cli, filled, begin_
     for _ in fill_periods(filled, 1.6, [10]):
         pass
     holed = cli("lyapunov", "--cut", "8", "--json")
-    assert "the zeta function lacks the periods 9" in holed.err
+    assert "the zeta function lacks p = 9" in holed.err
     assert json.loads(holed.out)[0]["lambda_d_zeta"] is None
 
 
