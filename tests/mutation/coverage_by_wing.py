@@ -4,6 +4,7 @@
 ``-m "not fuzz"`` for all that CI runs. ``--missing`` lists the lines, and the branches, that nobody takes.
 """
 
+import argparse
 import json
 import os
 import subprocess
@@ -67,12 +68,14 @@ def missing(files: dict[str, dict]) -> list[str]:
 
 def main() -> None:
     """Run the command."""
-    arguments = sys.argv[1:]
-    if listed := "--missing" in arguments:
-        arguments.remove("--missing")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
+    )
+    parser.add_argument("--missing", action="store_true", help="list what nobody takes, too")
+    options, arguments = parser.parse_known_args()
     files = measured(arguments)
     told = table(Tree(ROOT).wings(), files)
-    print("\n".join([*told, *(["", *missing(files)] if listed else [])]))
+    print("\n".join([*told, *(["", *missing(files)] if options.missing else [])]))
 
 
 if __name__ == "__main__":
