@@ -11,6 +11,7 @@ import program
 import pytest
 
 import orbitdb
+from orbitdb.verification.verify import PROMISES
 
 PATHS = re.compile(r"(?<![\w./-])((?:orbitdb|cli|tests|docs|migrations)/[\w./-]*\w/?)")
 MODULES = re.compile(r"(?<![\w./-])orbitdb(?:\.[A-Za-z_]\w*)+")
@@ -102,6 +103,12 @@ def test_every_status_and_rule_stands_there():
     page = (pages.ROOT / "docs/columns.md").read_text(encoding="utf-8")
     assert [status for status in orbitdb.Status if f"\n| `{status}` |" not in page] == []
     assert re.findall(r"(?m)^\| (\d) \|", page) == [str(number) for number in range(1, 7)]
+
+
+def test_every_check_of_verify_stands_in_order_with_its_promise():
+    page = (pages.ROOT / "docs/faults.md").read_text(encoding="utf-8")
+    table = page.partition("every row keeps that |")[2]
+    assert re.findall(r"(?m)^\| ([\w ]+) \| (.+) \|$", table) == list(PROMISES.items())
 
 
 def test_every_page_is_in_the_table_of_contents():
