@@ -34,7 +34,7 @@ def note_divisors(periods: Sequence[int]) -> None:
 
     for p in periods:
         if gaps := missing_divisors(p, periods):
-            note(f"p = {p}: the sums over fixed points lack the periods {', '.join(map(str, gaps))}")
+            note(f"p = {p}: the sums over fixed points lack p = {', '.join(map(str, gaps))}")
 
 
 def of_periods(

@@ -71,7 +71,7 @@ def _counted(catalogue: "Catalogue", chosen: "Selection") -> tuple[Answer, bool]
     for period in counted.chosen:
         here, missing = counted.known[period], missing_divisors(period, counted.known)
         if missing:
-            note(f"p = {period}: N needs the periods {', '.join(map(str, missing))}, which are not filled")
+            note(f"p = {period}: N needs p = {', '.join(map(str, missing))}: not filled")
         points = None if missing else sum(d * counted.known[d].n_c for d in divisors(period) if d > 1)
         entropy = math.log(points) / period if points else None
         rows.append(

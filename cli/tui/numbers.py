@@ -129,7 +129,7 @@ COLUMNS = (
 def notes_of(found: Statistics) -> list[str]:
     """Return what is to be said of the numbers: what is not there, and what is proved."""
     lost = why_missing([*found.missing, *found.unborn], found.selection, found.partial, found.unborn)
-    notes = [f"without the periods {lost}" if lost else ""]
+    notes = [f"without p = {lost}" if lost else ""]
     notes += [faults_of(each, found.words) for each in (found.entropy, found.lyapunov)]
     notes.append(found.proved[1] if found.proved else "")
     return list(dict.fromkeys(filter(None, notes)))

@@ -118,7 +118,7 @@ COMMANDS = ("entropy", "lyapunov")
 @pytest.mark.slow
 def test_a_chosen_period_says_nothing_of_the_file(varied):
     *_, found = statistics(Catalogue(varied), Selection(periods=((6, 6),)))
-    assert notes_of(found) == ["without the periods 2, 3, 4, 5 (not chosen)"]
+    assert notes_of(found) == ["without p = 2, 3, 4, 5 (not chosen)"]
 
 
 @pytest.mark.fuzz

@@ -200,7 +200,7 @@ def test_averages_leave_out_periods_whose_births_nobody_knows(cli, tmp_path):
     with closing(Catalogue(tmp_path / "orbits.db")) as catalogue:
         *_, last = statistics(catalogue, Selection(exists=(0.8,)))
     assert list(last.words) == [2, 3, 4]
-    assert notes_of(last) == ["without the periods 5, 6 (births not found, left out)"]
+    assert notes_of(last) == ["without p = 5, 6 (births not found, left out)"]
 
 
 def test_where_a_word_exists_is_told_in_words(cli):

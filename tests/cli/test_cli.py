@@ -74,7 +74,7 @@ def test_table_1_as_printed(cli):
 def test_table_says_what_it_lacks(cli):
     cli("fill", "--from", "6", "--p", "6")
     outcome = cli("table", "--json")
-    assert "N needs the periods 2, 3" in outcome.err
+    assert "N needs p = 2, 3" in outcome.err
     (row,) = json.loads(outcome.out)
     assert row["N"] is None
     empty = cli("table", "--a", "2")
