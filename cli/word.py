@@ -31,14 +31,11 @@ def facts(orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = ()) -> li
     for name in ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual", "error"):
         value, bound = getattr(orbit, name), errors.get(name)
         facts.append((name, number(name, value) if bound is None else with_bound(value, bound)))
-    least = code_text(orbit.representative)
+    words, least = several(orbit.class_size or 0, "sequence"), code_text(orbit.representative)
     reversal = "retraces its path" if orbit.time_reversal == "self" else "its reverse is another orbit"
     facts += [
         ("time reversal", reversal),
-        (
-            "class",
-            f"{several(orbit.class_size, 'sequence')}, least {least}, symmetry {orbit.symmetry}",
-        ),
+        ("class", f"{words}, least {least}, symmetry {orbit.symmetry}"),
         ("stored", "yes" if orbit.stored else "no: solved on the spot"),
     ]
     return facts

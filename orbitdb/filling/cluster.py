@@ -22,7 +22,7 @@ from uuid import uuid4
 
 from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.blocks import Result, Solved, Task
-from orbitdb.filling.workers import in_order
+from orbitdb.filling.pool import in_order
 from orbitdb.version import __version__
 
 if TYPE_CHECKING:

@@ -21,7 +21,8 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.errors import WorkError
 from orbitdb.filling.blocks import Block, cut_into_blocks, solve_block
 from orbitdb.filling.periods import fill_periods
-from orbitdb.filling.workers import HERE, Processes, _signals_held_back, cores, in_order
+from orbitdb.filling.pool import in_order
+from orbitdb.filling.workers import HERE, Processes, _signals_held_back, cores
 from orbitdb.store.file.migrate import migrate
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
@@ -158,7 +159,7 @@ def test_a_block_that_kills_every_worker_is_given_up():
 
 
 def test_a_worker_of_another_version_is_refused(monkeypatch):
-    monkeypatch.setattr("orbitdb.filling.workers.__version__", "9.9")
+    monkeypatch.setattr("orbitdb.filling.pool.__version__", "9.9")
     with pytest.raises(WorkError, match=r"install 9\.9 there"):
         list(in_order(Backwards(), cut_into_blocks(1.6, "newton", 5), lambda: 2))
 
