@@ -40,6 +40,12 @@ def test_nothing_is_said_of_what_nobody_knows():
     assert "━" * 26 + "  100%" in done
 
 
+def test_a_bar_is_eight_columns_wide_or_is_not_there():
+    pace = paced((0.0, 0.0), (10.0, 250.0))
+    widths = {sum(sign in "━╾╸─" for sign in frame(pace, 10.0, 10.0, room)) for room in range(120)}
+    assert min(widths - {0}) == 8
+
+
 def test_little_work_does_not_tell_how_long_all_takes():
     assert paced((0.0, 0.0), (1.0, 9.0)).left(1.0) is None
     assert paced((0.0, 0.0), (1.0, 10.0)).left(1.0) == pytest.approx(99.0)

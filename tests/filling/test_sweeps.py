@@ -62,6 +62,7 @@ def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
         np.testing.assert_allclose(found[p].sums.ranges.greatest, sums.ranges.greatest, rtol=1e-13)
     np.testing.assert_allclose(swept_rules.lambda_l, rules.lambda_l, rtol=1e-13)
     np.testing.assert_allclose(swept_rules.lambda_l_error, rules.lambda_l_error, rtol=0, atol=1e-13)
+    assert all(each.seconds > 0 and each.processor > 0 for each in found.values())
     assert (a != 1.0) or fills[4].boundary == 0 < fills[6].boundary
 
 

@@ -239,6 +239,13 @@ def test_births_over_a(known):
     assert changes.get_xlabel() == "$a$"
 
 
+def test_figures_are_as_wide_as_a_column_of_text(known):
+    orbit = with_existence(solve_word("01552", 1.6))
+    drawn = [birth_figures.draw_births(known, WHOLE), birth_figures.draw_life(orbit)]
+    drawn += [figures.OF_SUBSETS[kind](known, WHOLE, 99) for kind in ("entropy", "lyapunov")]
+    assert {float(made.get_figwidth()) for made in drawn} == {6.4}
+
+
 def test_periods_without_a_birth_have_nothing_to_draw(known):
     """Words of fewer than five bounces are orbits at every a, or at none."""
     with pytest.raises(InputError, match="no births to draw: 'orbitdb births --p 11' finds them"):

@@ -2,6 +2,7 @@
 
 import sqlite3
 from contextlib import closing
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from orbitdb.store.asking.selection import Selection, SelectionError, parse_boun
 from orbitdb.store.file.database import plain_errors
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.leg_terms import read_leg_sums
 from orbitdb.symbols.patterns import Like
 from orbitdb.verification.invariants import check_consistency
 from orbitdb.verification.rigorous import certify
@@ -46,6 +48,21 @@ def test_a_text_with_other_signs_than_symbols_is_like_no_word(varied):
     with closing(Catalogue(varied)) as catalogue:
         assert catalogue.count(a=1.6, where="code LIKE '1x%'") == 0
         assert catalogue.count(a=1.6, where="code NOT LIKE '1x%'") == catalogue.count(a=1.6)
+
+
+def test_a_number_with_a_name_is_like_the_words_that_read_as_it(varied):
+    with closing(Catalogue(varied)) as catalogue:
+        (found,) = catalogue.select(a=1.6, where="code LIKE :code", parameters={"code": 13})
+        assert found.code == "13"
+
+
+def test_the_number_of_a_class_is_that_of_a_word_of_its_period(varied):
+    """Longer numbers are none, though their end says an admissible word."""
+    with closing(Catalogue(varied)) as catalogue:
+        classes = catalogue.classes(a=1.6, p=5, status="orbit")
+    longer = replace(classes, number=classes.number + (1 << 30))
+    with pytest.raises(StoreError, match="no admissible word"):
+        read_leg_sums(longer, 1.6)
 
 
 def test_nothing_replaced_is_nothing(varied):

@@ -2,10 +2,12 @@
 
 import sqlite3
 from contextlib import closing
+from types import SimpleNamespace
 
 import pytest
 from screens import drive, press, send, settle, shown, table_of, until
 
+from orbitdb.cli.tui import filling
 from orbitdb.cli.tui.dialogs import QuestionDialog
 from orbitdb.cli.tui.fill_dialog import FillDialog
 from orbitdb.cli.tui.filling import FillState, Wish
@@ -46,6 +48,12 @@ def test_one_sequence_is_one():
     wish = Wish(1.6, words=("13",))
     assert FillState(wish, "done", 1, 1).sentence() == "done: 1 sequence"
     assert FillState(wish, "done", 2000, 2000).sentence() == "done: 2,000 sequences"
+
+
+def test_a_fill_at_work_tells_how_fast_it_is(monkeypatch):
+    monkeypatch.setattr(filling, "time", SimpleNamespace(monotonic=lambda: 110.0))
+    running = FillState(Wish(1.6, (7,)), done=500, total=2000, p=7, began=100.0)
+    assert running.sentence() == "running: p = 7, 25%, 50/s, 30 s left"
 
 
 @pytest.mark.slow
