@@ -6,6 +6,9 @@ from contextlib import closing
 
 import pytest
 
+from orbitdb.filling.sweeps import sweep_periods
+from orbitdb.store.asking.selection import choose
+
 KEYS = ["p", "N_t", "N_c", "classes", "boundary", "unresolved", "seconds", "processor_seconds"]
 
 
@@ -32,6 +35,18 @@ def test_other_commands_answer_from_sweeps(cli):
         for row, stored in zip(json.loads(old.out), json.loads(new.out), strict=True):
             close = {key: value and pytest.approx(value, rel=1e-12) for key, value in stored.items()}
             assert row == close
+
+
+@pytest.mark.usefixtures("small_sweeps")
+def test_a_sweep_of_a_subset_that_is_not_done_counts_nothing(cli, tmp_path):
+    cli("births", "--p", "5")
+    chosen = ("--a", "0.8", "--reversal", "self")
+    going = sweep_periods(tmp_path / "orbits.db", 0.8, [5], selection=choose(a=0.8, time_reversal="self"))
+    next(going)
+    going.close()
+    assert "births tell how many orbits of periods 2-5 there are" in cli("entropy", *chosen).err
+    assert cli("sweep", "--p", "5", *chosen).code == 0
+    assert "births tell" not in cli("entropy", *chosen).err
 
 
 CHANGES = [

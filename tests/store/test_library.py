@@ -434,6 +434,7 @@ def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, fou
         ("code('19')", "symbol '9'"),
         ("code()", "takes words in quotes"),
         ("code('13' '31')", "takes words in quotes"),
+        ("code('13', '31' or '013')", "takes words in quotes"),
         ("code(word)", "in quotes"),
         ("code('1^20001 3')", "20000 are allowed"),
         ("code('13'", "incomplete input"),

@@ -39,7 +39,7 @@ class ByText:
 
     index: Index
     chosen: NDArray[np.bool_]
-    descending: bool = False
+    descending: bool
 
     def prepare(self) -> None:
         """Count now what is needed before rows can be found."""

@@ -11,6 +11,7 @@ from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.jumping import place_of
 from orbitdb.cli.tui.kept import Kept, State, among_marked, criteria_of, selection_of, toggled
 from orbitdb.cli.tui.source import Ordering, Pages
+from orbitdb.cli.tui.table import _fitting
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Status
@@ -51,6 +52,14 @@ def test_columns_are_chosen_moved_and_kept_and_the_sorted_one_is_always_seen(fil
     drive(filled_once, choose, state=state)
     drive(filled_once, see, state=state)
     assert json.loads(state.read_text())["columns"] == list(USUAL)
+
+
+def test_columns_that_fit_are_the_first_ones():
+    for room in range(sum(column.width + 1 for column in COLUMNS) + 2):
+        shown = _fitting(COLUMNS, room)
+        assert shown == list(COLUMNS[: len(shown)])
+        assert sum(column.width + 1 for column in shown) <= room
+        assert shown == list(COLUMNS) or sum(each.width + 1 for each in COLUMNS[: len(shown) + 1]) > room
 
 
 @pytest.mark.slow

@@ -54,6 +54,12 @@ def test_ways_that_are_seldom_taken(filled, monkeypatch):
         assert (table.cursor, main.position_note) == (0, "8 …")
         main.show_rows(pages, 0)
         assert (len(table.row[0]), main.position_note) == (8, "period 8")
+        # but not who has moved on meanwhile
+        table.show(Head([pages.row(place) for place in range(20)], pages.columns), 0)
+        main.action_jump("8")
+        await press(pilot, "j")
+        main.show_rows(pages, table.cursor)
+        assert (table.cursor, main.position_note) == (1, "")
         # the frame around the rows is none of them
         row, ordering = table.cursor, main.ordering
         around = table.outer_size
