@@ -1,6 +1,7 @@
 """Sweeps: the counts and sums of fills, the same bits however they come about, wherever they stopped."""
 
 from contextlib import closing
+from dataclasses import replace
 from itertools import pairwise, product, zip_longest
 from pathlib import Path
 
@@ -64,6 +65,22 @@ def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
     np.testing.assert_allclose(swept_rules.lambda_l_error, rules.lambda_l_error, rtol=0, atol=1e-13)
     assert all(each.seconds > 0 and each.processor > 0 for each in found.values())
     assert (a != 1.0) or fills[4].boundary == 0 < fills[6].boundary
+
+
+class Tired:
+    """Solves blocks here, each in an hour of a processor, as it says."""
+
+    jobs = 1
+
+    def solved(self, blocks):
+        return (replace(block.solved(), processor=3600.0) for block in blocks)
+
+
+@pytest.mark.usefixtures("small_sweeps")
+def test_seconds_that_pass_and_those_of_processors_are_kept_apart(tmp_path):
+    sweep = swept(tmp_path / "orbits.db", periods=[6], workers=Tired())[6]
+    assert sweep.processor % 3600.0 == 0.0 < sweep.processor
+    assert 0.0 < sweep.seconds < 3600.0
 
 
 @pytest.mark.usefixtures("small_sweeps")

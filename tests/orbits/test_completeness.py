@@ -1,5 +1,7 @@
 """The proof that no birth is missing: cells against solutions at single a, and what it notices."""
 
+from itertools import pairwise, product
+
 import numpy as np
 import pytest
 from solutions import representatives
@@ -44,6 +46,55 @@ def test_all_births_of_a_period_are_there():
     verdict, number = prove_all(words, mine)
     assert (verdict == Verdict.PROVED).all()
     assert number > 100 * len(words)
+
+
+WAYS = {
+    Kind.ALIVE: [(True, True, ())],
+    Kind.DEAD: [(False, False, ())],
+    Kind.RISING: [(False, False, ()), (True, True, ()), (False, True, (True,))],
+    Kind.FALLING: [(False, False, ()), (True, True, ()), (True, False, (False,))],
+    Kind.OPEN: [
+        (begin, begin ^ bool(count % 2), tuple(begin ^ (k % 2 == 0) for k in range(count)))
+        for begin in (False, True)
+        for count in range(4)
+    ],
+}
+"""What may happen in a segment: whether the word is an orbit at its ends, and the births between them."""
+
+
+def lives(kinds, alive) -> set[tuple]:
+    """Return all lives that segments of some kinds allow, as their births and deaths by segment."""
+    found = set()
+    for way in product(*(WAYS[kind] for kind in kinds)):
+        begins = alive is None or way[0][0] == alive
+        if begins and all(left[1] == right[0] for left, right in pairwise(way)):
+            found.add(tuple(changes for *_, changes in way))
+    return found
+
+
+def holds(some, every) -> bool:
+    """Tell whether some changes come among others, in their order."""
+    rest = iter(every)
+    return all(any(each == other for other in rest) for each in some)
+
+
+@pytest.mark.parametrize("alive", [None, True, False])
+@pytest.mark.parametrize("length", [1, 2, 3])
+def test_no_verdict_is_against_what_segments_allow(length, alive):
+    """Of all lives with the known changes there must be that one alone; or no life at all has just them."""
+    verdicts = set()
+    for kinds in product(WAYS, repeat=length):
+        segments = [(kind, float(place), place + 1.0) for place, kind in enumerate(kinds)]
+        allowed = lives(kinds, alive)
+        for births in product([(), (True,), (False,)], repeat=length):
+            changes = [(k + 0.4, k + 0.6, born) for k, here in enumerate(births) for born in here]
+            verdict = walk(segments, changes, alive)
+            verdicts.add(verdict)
+            if verdict == Verdict.PROVED:
+                assert {life for life in allowed if all(map(holds, births, life))} == {births}
+            elif verdict == Verdict.WRONG:
+                assert births not in allowed
+    assert verdicts == set(Verdict)
 
 
 SLOW = [pytest.param(a, marks=pytest.mark.slow) for a in (0.021, 0.11, 0.9, 1.7, 40.0)]
