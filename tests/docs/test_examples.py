@@ -122,13 +122,16 @@ def test_an_example_that_cannot_be_run_says_why(tmp_path):
     [
         ("p = 2..7: 685 orbits, 0.1 s", "p = 2..7: 685 orbits, 32 s", True),
         ("p = 2..7: 685 orbits, 0.1 s", "p = 2..7: 686 orbits, 0.1 s", False),
-        ("lyapunov 9.63791817 +- 3e-14", "lyapunov 9.63791818 +- 1e-14", True),
+        ("lyapunov 9.63791817 +- 3.1e-14", "lyapunov 9.63791818 +- 3.0e-14", True),
+        ("lyapunov 9.63791817 +- 3e-14", "lyapunov 9.63791818 +- 1e-14", False),
         ("lyapunov 9.63791817 +- 3e-14", "lyapunov 9.63791917 +- 3e-14", False),
         ("lambda_d = 0.88690 +- 0.00021", "lambda_d = 0.88731 +- 0.00020", True),
         ("residual 1.1e-16", "residual  0.0e+00", True),
         ("01023,12.447620830852916", "01023,12.447620830852918", True),
         ("01023,12.447620830852916", "01032,12.447620830852916", False),
         ("no orbit", "no orbit\nmore", False),
+        ("p  a, 0.1 s", "p  a, 0.25 s", True),
+        ("p   a", "p  a", False),
     ],
 )
 def test_what_agrees(shown, output, agree):
