@@ -28,13 +28,14 @@ def read_classes(catalogue: "Catalogue", chosen: "Selection", swept: bool = Fals
     return subset
 
 
-def note_divisors(periods: Sequence[int]) -> None:
-    """Say which sums over fixed points lack periods."""
+def note_divisors(periods: Sequence[int], chosen: "Selection") -> None:
+    """Say which sums over fixed points lack periods, and why these are not there."""
     from orbitdb.averages.fixed_points import missing_divisors
+    from orbitdb.store.reading.whole_periods import why_missing
 
     for p in periods:
         if gaps := missing_divisors(p, periods):
-            note(f"p = {p}: the sums over fixed points lack p = {', '.join(map(str, gaps))}")
+            note(f"p = {p}: the sums over fixed points lack p = {why_missing(gaps, chosen)}")
 
 
 def of_periods(

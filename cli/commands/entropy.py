@@ -69,7 +69,7 @@ def _at_one(
     proved = enclosed.enclosure(catalogue, chosen.a)
     if counted is not None:
         note_gaps(catalogue, chosen, left_out=True, counted=counted)
-        return _of_counts(counted, form, many, proved)
+        return _of_counts(counted, chosen, form, many, proved)
     _note_uncounted(catalogue, chosen)
     subset = read_classes(catalogue, chosen, swept=True)
     if subset is None:
@@ -80,7 +80,7 @@ def _at_one(
     if form is Format.TABLE:
         _note_proved(subset.selection.a, many, proved)
     note_faults(subset, faults_of(found, subset.periods))
-    note_divisors(subset.periods)
+    note_divisors(subset.periods, subset.selection)
     columns = standing(found, subset.periods)
     columns |= _proved_columns(proved, len(columns["p"]), form)
     return of_periods(chosen.a, subset.periods, _names(columns), columns)
@@ -135,7 +135,7 @@ def _note_uncounted(catalogue: "Catalogue", chosen: "Selection") -> None:
 
 
 def _of_counts(
-    counted: "Counted", form: Format, many: bool, proved: "tuple[Enclosure, str] | None"
+    counted: "Counted", chosen: "Selection", form: Format, many: bool, proved: "tuple[Enclosure, str] | None"
 ) -> Answer:
     """Return the entropies of counts, and what is proved beside them."""
     import numpy as np
@@ -143,18 +143,19 @@ def _of_counts(
     from orbitdb.averages import by_period
     from orbitdb.averages.fixed_points import missing_periods
     from orbitdb.averages.standing import faults_of, standing
+    from orbitdb.store.reading.whole_periods import why_missing
 
     cycles = np.zeros(max(counted.chosen) + 1, dtype=np.int64)
     for p in counted.chosen:
         cycles[p] = counted.known[p].n_c
     found = by_period.entropy_of_counts(cycles)
     if missing := missing_periods(max(counted.chosen), counted.chosen):
-        note(f"the zeta function lacks p = {', '.join(map(str, missing))}")
+        note(f"the zeta function lacks p = {why_missing(missing, chosen)}")
     if form is Format.TABLE:
         _note_proved(counted.a, many, proved)
     if fault := faults_of(found, counted.chosen):
         note(fault)
-    note_divisors(counted.chosen)
+    note_divisors(counted.chosen, chosen)
     columns = standing(found, counted.chosen)
     columns |= _proved_columns(proved, len(columns["p"]), form)
     return of_periods(counted.a, counted.chosen, _names(columns), columns)

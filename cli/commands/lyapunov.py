@@ -144,7 +144,7 @@ def _by_period(
             columns[names[-1]] = [getattr(reference, name)] * len(columns["p"])
     note(subset.selection.describe())
     note_faults(subset, faults_of(found, subset.periods))
-    note_divisors(subset.periods)
+    note_divisors(subset.periods, subset.selection)
     return of_periods(a, subset.periods, names, columns)
 
 

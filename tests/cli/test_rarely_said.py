@@ -38,7 +38,7 @@ def test_births_that_are_partial_are_named_and_left_out(cli, tmp_path, monkeypat
     assert nothing.startswith("no births in ")
     assert cli("births", "--p", "6").err.startswith("births, p = 2..6: ")
     lacking = cli("entropy", "--a", "1", "--p", "3-4")
-    assert "the zeta function lacks p = 2\n" in lacking.err
+    assert "the zeta function lacks p = 2 (not chosen)\n" in lacking.err
 
 
 def test_what_cannot_be_asked_for(cli, filled):
