@@ -1,9 +1,10 @@
 """Births and deaths as they are stored: whole, in order, and in agreement with every stored fill."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import BORN, DIED, DONE
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.lives import BirthFill, birth_fills, counts_at
@@ -14,17 +15,25 @@ if TYPE_CHECKING:
     import sqlalchemy as sa
 
 
-def check_births(connection: "sa.Connection") -> Iterator[Check]:
-    """Check the changes of every period of which all are stored, and their counts at the a of every fill."""
+def whole_births(connection: "sa.Connection", selections: Sequence[Selection] = ()) -> list[BirthFill]:
+    """Return the periods of which all births are stored: those that are chosen at some a, all without any."""
+    return [
+        found
+        for found in birth_fills(connection)
+        if found.whole and (not selections or any(chosen.includes(found.p) for chosen in selections))
+    ]
+
+
+def check_births(connection: "sa.Connection", periods: Iterable[BirthFill]) -> Iterator[Check]:
+    """Check the changes of periods of which all are stored, and their counts at the a of every fill."""
     fills = [fill for fill in audit.fills(connection) if fill["state"] == DONE]
-    for found in birth_fills(connection):
-        if found.whole:
-            rows = audit.changes(connection, found.p)
-            wrong = [*_wrong_changes(rows), *_wrong_counts(found, rows)]
-            yield Check("births", len(rows), len(wrong), first=wrong[0] if wrong else None)
-            for fill in fills:
-                if fill["p"] == found.p:
-                    yield _against(connection, fill)
+    for found in periods:
+        rows = audit.changes(connection, found.p)
+        wrong = [*_wrong_changes(rows), *_wrong_counts(found, rows)]
+        yield Check("births", len(rows), len(wrong), first=wrong[0] if wrong else None)
+        for fill in fills:
+            if fill["p"] == found.p:
+                yield _against(connection, fill)
 
 
 def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """Whether any birth or death is missing: cell by cell in ln a, by another way than that which found them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +9,7 @@ import numpy as np
 from orbitdb.orbits.completeness import KnownChange, Verdict, prove_all
 from orbitdb.store.file.schema import BORN
 from orbitdb.store.reading import audit
-from orbitdb.store.reading.lives import birth_fills
+from orbitdb.store.reading.lives import BirthFill
 from orbitdb.symbols.words import from_strings
 from orbitdb.verification.check import Check, Step, shown
 
@@ -20,15 +20,13 @@ _BLOCK = 1000
 """Classes that are proved at once: some hundred megabytes."""
 
 
-def prove_lives(connection: "sa.Connection") -> Iterator[Step]:
-    """Prove of every period of which all births are stored that none is missing; yield block by block.
+def prove_lives(connection: "sa.Connection", periods: Iterable[BirthFill]) -> Iterator[Step]:
+    """Prove of periods of which all births are stored that none is missing; yield block by block.
 
     The checks count the classes that are proved as rows of ``lives``, and those of which the proof tells
     nothing, as cells become too small, as rows of ``undecided``.
     """
-    for found in birth_fills(connection):
-        if not found.whole:
-            continue
+    for found in periods:
         classes = [(word, list(rows)) for word, rows in groupby(audit.changes(connection, found.p), _word)]
         for start in range(0, len(classes), _BLOCK):
             block = classes[start : start + _BLOCK]

@@ -22,7 +22,7 @@ from orbitdb.store.reading import audit
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.stored_blocks import Ids, StoredBlock, blocks, choose, load_orbits, whole_rows
 from orbitdb.symbols.words import to_strings
-from orbitdb.verification.births import check_births
+from orbitdb.verification.births import check_births, whole_births
 from orbitdb.verification.blocks import ClassBlock, Part, Workers, steps_of
 from orbitdb.verification.check import Check, Step, judged, measured
 from orbitdb.verification.completeness import OF_FILE, CountsPart, FilePart, check_pruned
@@ -98,7 +98,8 @@ def verify(
         a fill does not change the rows of classes that are there.
     selections : sequence of Selection
         What to check, one for each a. File, schema and counts are always checked for whole periods;
-        rows only of the chosen classes: a class is chosen if one of its words is.
+        rows only of the chosen classes: a class is chosen if one of its words is. Births are checked
+        of the chosen periods; of all, if there is no a.
     sample : int, optional
         Check only so many of the chosen classes of every a, drawn at random.
     restarts : int, optional
@@ -122,14 +123,15 @@ def verify(
     """
     rng = np.random.default_rng(seed)
     with catalogue.at_one_moment() as still, still.reading() as connection:
-        chosen = {s.a: choose(still, s, sample, rng) for s in selections}
-        parts = _parts(still, connection, selections, chosen, (restarts, seed))
+        classes = {s.a: choose(still, s, sample, rng) for s in selections}
+        parts = _parts(still, connection, selections, classes, (restarts, seed))
         yield from steps_of(parts, connection, workers)
         if sample is None and selections:
             yield from check_pruned(still, selections[0])
-        yield Step("births", 0, 1, tuple(check_births(connection)))
+        born = whole_births(connection, selections)
+        yield Step("births", 0, 1, tuple(check_births(connection, born)))
         if missing_births:
-            yield from prove_lives(connection)
+            yield from prove_lives(connection, born)
         yield Step("sweeps", 0, 1, tuple(check_sweeps(still, selections)))
         yield Step("entropy", 0, 1, tuple(check_enclosures(connection)))
 

@@ -8,9 +8,11 @@ import pytest
 
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
+from orbitdb.store.asking.selection import choose
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.verification.births import check_births
+from orbitdb.verification.births import check_births, whole_births
 from orbitdb.verification.lives import prove_lives
+from orbitdb.verification.verify import verify
 
 
 @pytest.fixture
@@ -32,7 +34,7 @@ def test_a_period_in_the_making_hides_none_behind_it(begun, monkeypatch):
         plain.execute("UPDATE fill SET state = 'filling', n_c = NULL")
     monkeypatch.setattr("orbitdb.verification.lives._BLOCK", 12)
     with Catalogue(begun).reading() as connection:
-        steps = list(prove_lives(connection))
+        steps = list(prove_lives(connection, whole_births(connection)))
         assert [(step.stage, step.done, step.total) for step in steps] == [
             ("births missing, p = 5", 12, 17),
             ("births missing, p = 5", 17, 17),
@@ -41,8 +43,19 @@ def test_a_period_in_the_making_hides_none_behind_it(begun, monkeypatch):
             ("lives", 12, 0),
             ("lives", 5, 0),
         ]
-        (found,) = check_births(connection)
+        (found,) = check_births(connection, whole_births(connection))
         assert (found.rows, found.failures) == (17, 0)
+
+
+def test_only_the_births_of_chosen_periods_are_looked_at(begun):
+    for _ in fill_births(begun, [6]):
+        pass
+    for chosen, expected in (((), [5, 6]), ([choose(p=6)], [6]), ([choose(p=7), choose(a=1, p="4-5")], [5])):
+        with Catalogue(begun).reading() as connection:
+            assert [found.p for found in whole_births(connection, chosen)] == expected
+    steps = verify(Catalogue(begun), [choose(p=5)], missing_births=True)
+    counted = {check.name: check.rows for step in steps for check in step.checks}
+    assert (counted["births"], counted["lives"]) == (17, 17)
 
 
 def test_a_class_that_died_and_was_born_again_is_sound_and_counts_once(begun):
@@ -55,7 +68,7 @@ def test_a_class_that_died_and_was_born_again_is_sound_and_counts_once(begun):
 
     def found() -> tuple[int, int, str | None]:
         with Catalogue(begun).reading() as connection:
-            (check,) = check_births(connection)
+            (check,) = check_births(connection, whole_births(connection))
         return check.rows, check.failures, check.first
 
     insert = "INSERT INTO change SELECT cycle, {}, {} * a, error, '{}', bounce, joint, NULL, slope, run"
