@@ -107,6 +107,18 @@ def test_geometric_words_are_kept_with_their_rules(filled):
     assert ("0011", "1,3,6") in pruned or catalogue.find("1001", 1.6).rules == (1, 3, 6)
 
 
+def test_geometric_words_may_come_before_the_others(tmp_path):
+    path = tmp_path / "new.db"
+    migrate(path)
+    for _ in fill_geometric(path, [5]):
+        pass
+    with closing(sqlite3.connect(path)) as plain:
+        pruned = plain.execute("SELECT count(*), count(rules), count(cycle) FROM sequence").fetchone()
+    assert pruned == (count_primitive(5) - count_admissible(5),) * 2 + (0,)
+    fill(path, periods=[5])
+    assert len(Catalogue(path)) == count_admissible(5)
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_stopped_between_blocks_and_resumed(filled, tmp_path):
