@@ -49,7 +49,7 @@ def draw_reverse(found: Orbit) -> Figure:
         paths.draw_orbit(above, Stadium(found.a), found.points)
         above.set_title(f"(a) {_caption(found)}")
         paths.draw_orbit(below, Stadium(found.a), found.points[::-1], BLUE if same else ORANGE)
-        below.set_title(f"(b) its time reverse {_short(reverse)}: {kind}")
+        below.set_title(f"(b) its time reverse {short(reverse)}: {kind}")
     return made
 
 
@@ -60,10 +60,11 @@ def _height(a: float, width: float) -> float:
 
 def _caption(found: Orbit) -> str:
     numbers = f"$a = {found.a:g}$,  $L = {found.length:.4f}\\,R$,  $\\lambda = {found.lyapunov:.4f}$"
-    return f"{_short(found.code)},  {numbers}"
+    return f"{short(found.code)},  {numbers}"
 
 
-def _short(code: str) -> str:
+def short(code: str) -> str:
+    """Return a code for a title: as it is, or in run notation, cut if it is still long."""
     if len(code) <= 30:
         return code
     text = run_notation(code)
@@ -173,7 +174,7 @@ def _draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
     wide, high = paths.cell_size(stadium)
     columns = max(1, math.ceil(math.sqrt(0.8 * len(drawn) * high / wide)))
     rows = math.ceil(len(drawn) / columns)
-    labels = [f"{_short(found.code)} ({found.class_size})" for found in orbits if found.points is not None]
+    labels = [f"{short(found.code)} ({found.class_size})" for found in orbits if found.points is not None]
     unit = 0.26
     with figure(max(4.0, columns * wide * unit), rows * high * unit + 0.6) as made:
         ax = made.add_subplot()
