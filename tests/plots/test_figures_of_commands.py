@@ -185,6 +185,29 @@ def test_the_exponents_by_every_method(known, capsys):
     ]
 
 
+@pytest.mark.slow
+def test_averages_are_drawn_of_what_is_filled_swept_or_born(known, cli, tmp_path):
+    """The title, and the line on stderr, name those periods that are drawn."""
+    cli("fill", "--p", "3")
+    cli("sweep", "--p", "5")
+    cli("births", "--p", "6")
+    catalogue = Catalogue(tmp_path / "orbits.db", 1.6)
+    chosen = Selection(1.6, periods=((2, 9),), statuses=(Status.ORBIT,))
+    whole = Selection(1.6, periods=((2, 6),), statuses=(Status.ORBIT,))
+    for kind, highest in (("entropy", 6), ("lyapunov", 5)):
+        there = figures.OF_SUBSETS[kind](known, whole, 0)
+        for mine, theirs in zip(figures.OF_SUBSETS[kind](catalogue, chosen, 0).axes, there.axes, strict=True):
+            for label in ("$K_0",) if kind == "entropy" else ("average", "mean of", "zeta", "sum rules"):
+                p, values = line(mine, label)
+                assert p == [*range(2, highest + 1)]
+                assert values == pytest.approx(line(theirs, label)[1][: len(p)], nan_ok=True)
+        title = f"orbits of period 2 to {highest} at a = 1.6"
+        assert figures.OF_SUBSETS[kind](catalogue, chosen, 0).axes[0].get_title() == title
+        done = cli("plot", kind, "--p", "2-9", "-o", str(tmp_path / f"{kind}.svg"))
+        assert f"<dc:title>{title}</dc:title>" in (tmp_path / f"{kind}.svg").read_text()
+        assert done.err.splitlines()[-1] == f"{title}, in {tmp_path / kind}.svg"
+
+
 @pytest.mark.parametrize(("limit", "told"), [(8, ""), (3, "3 of 8 classes are drawn; --limit 8 draws all\n")])
 def test_a_sheet_has_every_class(known, capsys, limit, told):
     chosen = Selection(1.6, periods=((4, 4),), statuses=(Status.ORBIT,))

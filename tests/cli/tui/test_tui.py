@@ -605,6 +605,11 @@ def test_the_panels_fold(filled):
         await settle(pilot)
         assert app.screen.query_one(OrbitDrawing).size.width == 90
         assert app.screen.query_one("#rows").size.width > 60
+        for size in ((60, 16), (60, 14), (160, 16)):
+            await pilot.resize_terminal(*size)
+            await settle(pilot)
+            assert app.screen.query_one(FactsPanel).size.height >= 3
+            assert app.screen.query_one(OrbitDrawing).size.height >= 4
 
     drive(filled, steps)
 
