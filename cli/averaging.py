@@ -1,6 +1,7 @@
 """What the averages by period share: the classes they read, and what is said of them."""
 
 from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -13,17 +14,55 @@ from orbitdb.cli.render import note, write
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.counted import Counted
     from orbitdb.store.reading.whole_periods import WholePeriods
 
 
-def read_classes(catalogue: "Catalogue", chosen: "Selection", swept: bool = False) -> "WholePeriods | None":
-    """Return the chosen classes of whole periods, None if there is none; say what is left out."""
+def counts_without_rows(catalogue: "Catalogue", chosen: "Selection") -> "Counted | None":
+    """Return counts in which sweeps and births stand for fills, where all orbits of periods are chosen."""
+    if not _all_orbits(chosen):
+        return None
+    counted = catalogue.counts(chosen)
+    return counted if counted.without_rows else None
+
+
+def _all_orbits(chosen: "Selection") -> bool:
+    """Tell whether nothing but periods is chosen of the orbits."""
+    from orbitdb.orbits.orbit import Status
+
+    alone = replace(chosen, statuses=()) if chosen.statuses == (Status.ORBIT,) else chosen
+    return alone == type(chosen)(chosen.a, chosen.periods)
+
+
+def note_uncounted(catalogue: "Catalogue", chosen: "Selection") -> None:
+    """Say why births do not answer for a subset of the orbits of periods that only they know."""
+    from orbitdb.store.asking.sweepable import why_not_swept
+    from orbitdb.store.reading.fills import written_periods
+
+    if _all_orbits(chosen):
+        return
+    known = [] if why_not_swept(chosen) else [s.p for s in catalogue.sweeps(chosen.a, chosen) if s.whole]
+    born = catalogue.counts(type(chosen)(chosen.a, chosen.periods)).from_births
+    if born := tuple(p for p in born if p not in known):
+        note(
+            f"births tell how many orbits of {written_periods(born)} there are at a = {chosen.a:g}, "
+            "and not which of them are chosen: leave out all but --p, or fill them"
+        )
+
+
+def read_classes(
+    catalogue: "Catalogue", chosen: "Selection", swept: bool = False, nothing: str = ""
+) -> "WholePeriods | None":
+    """Return the chosen classes of whole periods, None if there is none; say what is left out.
+
+    What is said of no orbits ends with ``nothing``.
+    """
     from orbitdb.store.reading.whole_periods import read_whole
 
     subset = read_whole(catalogue, chosen, swept)
     note_gaps(catalogue, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
     if not len(subset.classes) and not any(sums.ranges.least for sums in subset.swept.values()):
-        note_nothing(catalogue, subset.selection, swept=bool(subset.swept))
+        note_nothing(catalogue, subset.selection, nothing, swept=bool(subset.swept))
         return None
     return subset
 

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.render import code_text
+from orbitdb.cli.figures import short
 from orbitdb.errors import InputError
 from orbitdb.orbits.newton import solve_word
 from orbitdb.orbits.orbit import Orbit
@@ -67,7 +67,7 @@ def draw_life(found: Orbit) -> Figure:
         assert first.points is not None
         draw_orbit(above, Stadium(first.a), first.points)
         above.set_title(
-            f"{code_text(found.code)} {'is born' if lives[0][0] else 'exists'} at $a = {first.a:.6g}$"
+            f"{short(found.code)} {'is born' if lives[0][0] else 'exists'} at $a = {first.a:.6g}$"
         )
         births.draw_followed(middle, a, numbers[:, 0], "length $L$", ends, BLUE)
         births.draw_followed(below, a, numbers[:, 1], r"$\lambda$", ends, ORANGE)

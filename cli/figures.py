@@ -1,7 +1,7 @@
 """Figures of orbits and of chosen subsets, from what the catalogue holds of them."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,9 +10,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from orbitdb.averages import by_period
+from orbitdb.averages.fixed_points import Weight, missing_periods
+from orbitdb.averages.period_sums import lyapunov_of_periods
 from orbitdb.averages.standing import faults_of, standing
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.averaging import counts_without_rows, note_uncounted, read_classes
 from orbitdb.cli.reading import note_gaps, note_nothing
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
@@ -21,11 +24,14 @@ from orbitdb.plots import curves, paths
 from orbitdb.plots.style import BLUE, ORANGE, explain, figure, plain
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.leg_terms import sum_rules_of, why_no_sum_rules
+from orbitdb.store.reading.fills import joined_spans
+from orbitdb.store.reading.leg_terms import sum_rules_of, why_no_further_sum_rules, why_no_sum_rules
 from orbitdb.store.reading.references import best_reference
-from orbitdb.store.reading.whole_periods import WholePeriods, read_whole
+from orbitdb.store.reading.whole_periods import WholePeriods, why_missing
 from orbitdb.symbols.symmetry import REVERSE, images_of
 from orbitdb.symbols.words import run_notation
+
+_NOTHING = ": nothing to draw"
 
 
 def draw_orbit(found: Orbit) -> Figure:
@@ -49,7 +55,7 @@ def draw_reverse(found: Orbit) -> Figure:
         paths.draw_orbit(above, Stadium(found.a), found.points)
         above.set_title(f"(a) {_caption(found)}")
         paths.draw_orbit(below, Stadium(found.a), found.points[::-1], BLUE if same else ORANGE)
-        below.set_title(f"(b) its time reverse {_short(reverse)}: {kind}")
+        below.set_title(f"(b) its time reverse {short(reverse)}: {kind}")
     return made
 
 
@@ -60,10 +66,11 @@ def _height(a: float, width: float) -> float:
 
 def _caption(found: Orbit) -> str:
     numbers = f"$a = {found.a:g}$,  $L = {found.length:.4f}\\,R$,  $\\lambda = {found.lyapunov:.4f}$"
-    return f"{_short(found.code)},  {numbers}"
+    return f"{short(found.code)},  {numbers}"
 
 
-def _short(code: str) -> str:
+def short(code: str) -> str:
+    """Return a code for a title: as it is, or in run notation, cut if it is still long."""
     if len(code) <= 30:
         return code
     text = run_notation(code)
@@ -71,22 +78,37 @@ def _short(code: str) -> str:
 
 
 def _draw_entropy(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
-    subset = _read(catalogue, chosen)
-    found = by_period.entropy(subset.classes.rows(), subset.highest)
+    found, periods = _entropies(catalogue, chosen)
     proved = catalogue.entropy_bounds(chosen.a)
     band = None if proved is None else (proved.lower, proved.upper)
-    p, shown = _standing(found, subset)
+    p, shown = _standing(found, periods)
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
         curves.draw_entropy(ax, p, shown["K_0"], shown["h_zeta"], shown["h_zeta_change"], band)
-        ax.set_title(plain(chosen.describe()))
+        ax.set_title(plain(_labelled(made, chosen, periods)))
         explain(made, ax)
     return made
 
 
+def _entropies(catalogue: Catalogue, chosen: Selection) -> tuple[by_period.Entropy, Sequence[int]]:
+    """Return the entropies that ``orbitdb entropy`` tells, and of which periods; say what is missing."""
+    counted = counts_without_rows(catalogue, chosen)
+    if counted is None:
+        note_uncounted(catalogue, chosen)
+        subset = _read(catalogue, chosen)
+        return by_period.entropy_of_counts(subset.cycles()), subset.periods
+    note_gaps(catalogue, chosen, left_out=True, counted=counted)
+    if missing := missing_periods(max(counted.chosen), counted.chosen):
+        _note_missing(why_missing(missing, chosen))
+    return by_period.entropy_of_counts(counted.cycles()), counted.chosen
+
+
 def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
     subset = _read(catalogue, chosen)
-    found = by_period.lyapunov(subset.classes.rows(), subset.highest)
+    if subset.swept:
+        found = lyapunov_of_periods(subset.sums(), subset.highest, Weight.EXPONENTIAL)
+    else:
+        found = by_period.lyapunov(subset.classes.rows(), subset.highest)
     known = best_reference(catalogue, chosen.a)
     if known is None:
         note(f"no trajectories at a = {chosen.a:g} to compare with: run 'orbitdb simulate --a {chosen.a:g}'")
@@ -98,15 +120,14 @@ def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
             curves.Line(known.lambda_c, known.lambda_c_error),
         )
     )
-    p, shown = _standing(found, subset)
+    p, shown = _standing(found, subset.periods)
     discrete, continuous = (
         curves.LyapunovRows(shown[name], shown[f"{name}_pair"], shown[f"{name}_zeta"], line)
         for name, line in zip(("lambda_d", "lambda_c"), lines, strict=True)
     )
-    held = sum_rules_of(subset)
-    if held is None:
-        note(why_no_sum_rules(subset.selection, subset.missing))
-    else:
+    if why := why_no_sum_rules(subset.selection, subset.missing) or why_no_further_sum_rules(subset):
+        note(why)
+    if (held := sum_rules_of(subset)) is not None:
         here = held.p >= p[0]
         discrete = replace(
             discrete,
@@ -122,39 +143,50 @@ def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
         above, below = made.subplots(2, 1, sharex=True)
         curves.draw_lyapunov(above, p, discrete, r"\lambda_d", "per bounce")
         curves.draw_lyapunov(below, p, continuous, r"\lambda_c", "per length $R$")
-        above.set(xlabel="", title=plain(chosen.describe()))
+        above.set(xlabel="", title=plain(_labelled(made, chosen, subset.periods)))
         explain(made, above)
     return made
 
 
+def _labelled(made: Figure, chosen: Selection, periods: Sequence[int]) -> str:
+    """Label a figure with what it shows, of the periods that were named those that are drawn; return it."""
+    spans = joined_spans([(p, p) for p in periods])
+    shown = replace(chosen, periods=tuple(spans)) if chosen.periods else chosen
+    made.set_label(shown.describe())
+    return shown.describe()
+
+
 def _standing(
-    found: by_period.Entropy | by_period.Lyapunov, subset: WholePeriods
+    found: by_period.Entropy | by_period.Lyapunov, periods: Sequence[int]
 ) -> tuple[NDArray[np.int64], dict[str, NDArray[np.float64]]]:
     """Return the periods from the first whole one on and the averages that stand; say why others do not.
 
     NaN where there is none, so that no line is drawn across a period that is not there.
     """
-    if fault := faults_of(found, subset.periods):
+    if fault := faults_of(found, periods):
         note(fault)
-    here = found.p >= subset.periods[0]
-    columns = standing(found, subset.periods)
+    here = found.p >= periods[0]
+    columns = standing(found, periods)
     return found.p[here], {name: np.array(column, dtype=float)[here] for name, column in columns.items()}
 
 
 def _read(catalogue: Catalogue, chosen: Selection) -> WholePeriods:
-    """Return the chosen classes of whole periods for averages; say which periods are missing."""
-    subset = read_whole(catalogue, chosen)
-    note_gaps(catalogue, chosen, left_out=True)
-    if not len(subset.classes):
-        raise _nothing(catalogue, chosen)
+    """Return the chosen orbits of whole periods for averages; say which periods are missing."""
+    subset = read_classes(catalogue, chosen, swept=True, nothing=_NOTHING)
+    if subset is None:
+        raise typer.Exit(1)
     if subset.missing:
-        note(f"averages lack the orbits of p = {subset.why_missing()}")
+        _note_missing(subset.why_missing())
     return subset
+
+
+def _note_missing(periods: str) -> None:
+    note(f"averages lack the orbits of p = {periods}")
 
 
 def _nothing(catalogue: Catalogue, chosen: Selection) -> typer.Exit:
     """Say that there is nothing to draw; return how the command ends then."""
-    note_nothing(catalogue, chosen, ": nothing to draw")
+    note_nothing(catalogue, chosen, _NOTHING)
     return typer.Exit(1)
 
 
@@ -173,7 +205,7 @@ def _draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
     wide, high = paths.cell_size(stadium)
     columns = max(1, math.ceil(math.sqrt(0.8 * len(drawn) * high / wide)))
     rows = math.ceil(len(drawn) / columns)
-    labels = [f"{_short(found.code)} ({found.class_size})" for found in orbits if found.points is not None]
+    labels = [f"{short(found.code)} ({found.class_size})" for found in orbits if found.points is not None]
     unit = 0.26
     with figure(max(4.0, columns * wide * unit), rows * high * unit + 0.6) as made:
         ax = made.add_subplot()

@@ -100,11 +100,14 @@ def with_bound(value: float, bound: float, sign: str = "+-") -> str:
     return f"{value!r} {sign} {upwards(bound, math.ulp(value) / 2)}"
 
 
-def with_error(value: float, error: float, sign: str = "+-", decimals: int = 6) -> str:
-    """Return a value and its error with so many decimals, or as many more as a small error needs."""
-    if error > 0:
-        decimals = max(decimals, -math.floor(math.log10(error)))
-    return f"{value:.{decimals}f} {sign} {error:.{decimals}f}"
+def with_error(value: float, error: float, sign: str = "+-") -> str:
+    """Return a value and its standard error in one line, as a table has them in two columns."""
+    return f"{as_sure(value, error)} {sign} {upwards(error)}"
+
+
+def as_sure(value: float, error: float) -> str:
+    """Return a value with the digits that both digits of its error are of, and six at least."""
+    return f"{value:.{max(6, 1 - math.floor(math.log10(error)) if 0 < error < math.inf else 6)}f}"
 
 
 def concise(value: float | None, error: float | None) -> str | None:
@@ -189,14 +192,9 @@ def _cells(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[list[
     for row in rows:
         texts.append([_cell(name, value) for name, value in zip(columns, row, strict=True)])
         for place, beside in errors:
-            texts[-1][place] = _as_sure(row[place], row[beside])
+            texts[-1][place] = as_sure(row[place], row[beside])
         left = [known or not _is_number(value) for known, value in zip(left, row, strict=True)]
     return texts, left
-
-
-def _as_sure(value: float, error: float) -> str:
-    """Return a value with the digits that both digits of its error are of, and six at least."""
-    return f"{value:.{max(6, 1 - math.floor(math.log10(error)) if 0 < error < math.inf else 6)}f}"
 
 
 def _is_number(value: Any) -> bool:

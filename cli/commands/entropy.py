@@ -1,13 +1,20 @@
 """``orbitdb entropy``: the topological entropy over a chosen subset of orbits."""
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from orbitdb.cli import enclosed, options
-from orbitdb.cli.averaging import note_divisors, note_faults, of_periods, read_classes, write_answers
+from orbitdb.cli.averaging import (
+    counts_without_rows,
+    note_divisors,
+    note_faults,
+    note_uncounted,
+    of_periods,
+    read_classes,
+    write_answers,
+)
 from orbitdb.cli.half_lengths import Answer, several
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import Progress, progress
@@ -65,12 +72,12 @@ def _at_one(
     from orbitdb.averages import by_period
     from orbitdb.averages.standing import faults_of, standing
 
-    counted = _counted(catalogue, chosen)
+    counted = counts_without_rows(catalogue, chosen)
     proved = enclosed.enclosure(catalogue, chosen.a)
     if counted is not None:
         note_gaps(catalogue, chosen, left_out=True, counted=counted)
         return _of_counts(counted, chosen, form, many, proved)
-    _note_uncounted(catalogue, chosen)
+    note_uncounted(catalogue, chosen)
     subset = read_classes(catalogue, chosen, swept=True)
     if subset is None:
         return None
@@ -110,45 +117,16 @@ def _names(columns: dict[str, list[Any]]) -> list[str]:
     return [*COLUMNS, *(name for name in enclosed.COLUMNS if name in columns)]
 
 
-def _counted(catalogue: "Catalogue", chosen: "Selection") -> "Counted | None":
-    """Return counts in which sweeps and births stand for fills, where all orbits of periods are chosen."""
-    if replace(chosen, periods=()) != type(chosen)(chosen.a):
-        return None
-    counted = catalogue.counts(chosen)
-    return counted if counted.without_rows else None
-
-
-def _note_uncounted(catalogue: "Catalogue", chosen: "Selection") -> None:
-    """Say why births do not answer for a subset of the orbits of periods that only they know."""
-    from orbitdb.store.asking.sweepable import why_not_swept
-    from orbitdb.store.reading.fills import written_periods
-
-    all_of_them = type(chosen)(chosen.a, chosen.periods)
-    if chosen == all_of_them:
-        return
-    known = [] if why_not_swept(chosen) else [s.p for s in catalogue.sweeps(chosen.a, chosen) if s.whole]
-    if born := [p for p in catalogue.counts(all_of_them).from_births if p not in known]:
-        note(
-            f"births tell how many orbits of {written_periods(born)} there are at a = {chosen.a:g}, "
-            "and not which of them are chosen: leave out all but --p, or fill them"
-        )
-
-
 def _of_counts(
     counted: "Counted", chosen: "Selection", form: Format, many: bool, proved: "tuple[Enclosure, str] | None"
 ) -> Answer:
     """Return the entropies of counts, and what is proved beside them."""
-    import numpy as np
-
     from orbitdb.averages import by_period
     from orbitdb.averages.fixed_points import missing_periods
     from orbitdb.averages.standing import faults_of, standing
     from orbitdb.store.reading.whole_periods import why_missing
 
-    cycles = np.zeros(max(counted.chosen) + 1, dtype=np.int64)
-    for p in counted.chosen:
-        cycles[p] = counted.known[p].n_c
-    found = by_period.entropy_of_counts(cycles)
+    found = by_period.entropy_of_counts(counted.cycles())
     if missing := missing_periods(max(counted.chosen), counted.chosen):
         note(f"the zeta function lacks p = {why_missing(missing, chosen)}")
     if form is Format.TABLE:

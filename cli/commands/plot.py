@@ -136,7 +136,7 @@ def plot(
         wanted = replace(choice, status="orbit" if choice.status is None else choice.status)
         with progress("drawing"), reading(db, a, wanted) as (catalogue, chosen):
             made = figures.OF_SUBSETS[kind.value](catalogue, chosen, limit)
-        said = chosen.describe()
+        said = str(made.get_label()) or chosen.describe()  # it may show less
     if to_stdout:
         sys.stdout.buffer.write(style.as_bytes(made, ending, said))
         return

@@ -77,7 +77,7 @@ def simulate(
     with progress("trajectories") as shown:
 
         def show(done: float, found: "Reference") -> None:
-            so_far = with_error(found.lambda_d, found.lambda_d_error, decimals=5)
+            so_far = with_error(found.lambda_d, found.lambda_d_error)
             shown.tell(f"lambda_d = {so_far}", done, 1.0, counted=False)
 
         if legwise:

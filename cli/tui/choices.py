@@ -44,7 +44,7 @@ def chips(selection: Selection, a_values: int) -> str:
         ("period(1)", f"p {spans or 'all'}"),
         ("status", status),
         ("reversal", reversal[selection.time_reversal]),
-        ("filter", "where " + escaped(selection.where) if selection.where else "no filter"),
+        ("filter", escaped(selection.describe_rest()) or "no filter"),
     ]
     return " │ ".join(f"[@click=screen.{action}]{text}[/]" for action, text in parts)
 

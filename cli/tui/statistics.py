@@ -16,6 +16,7 @@ from textual.worker import get_current_worker
 
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.render import with_error
 from orbitdb.cli.tui.drawing import Plot
 from orbitdb.cli.tui.numbers import COLUMNS, Statistics, curves_of, notes_of, statistics, table_of
 from orbitdb.errors import InputError, StoreError
@@ -198,7 +199,7 @@ class StatisticsScreen(Screen[None]):
 
 def _described(one: Reference) -> str:
     values = (("λ_d", one.lambda_d, one.lambda_d_error), ("λ_c", one.lambda_c, one.lambda_c_error))
-    return ", ".join(f"{name} {value:.5f} ± {error:.1e}" for name, value, error in values)
+    return ", ".join(f"{name} {with_error(value, error, '±')}" for name, value, error in values)
 
 
 def _as_table(found: Statistics) -> Table:

@@ -8,7 +8,7 @@ from textual.message import Message
 from orbitdb.cli.render import code_text, repeats
 from orbitdb.cli.tui.facts import FactsPanel
 from orbitdb.cli.tui.orbit_screen import OrbitScreen
-from orbitdb.cli.tui.source import Head
+from orbitdb.cli.tui.source import Head, Pages
 from orbitdb.cli.tui.table import PagedTable
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
@@ -29,6 +29,7 @@ class WordScreen(OrbitScreen):
         super().__init__(selection)
         self._code = code
         self._solving: str | None = None
+        self._awaits_rows: Orbit | None = None
 
     def on_mount(self) -> None:
         """Look the first word up, behind what `OrbitScreen` does."""
@@ -54,9 +55,19 @@ class WordScreen(OrbitScreen):
             self._caught_up = word
             table.cursor = place
         elif isinstance(table.source, Head):
-            self._wanted = word
+            self._wanted, self._awaits_rows = word, orbit
             return True
         return place is not None
+
+    def show_rows(self, rows: Pages, cursor: int) -> None:
+        """Show the rows that have been read; a word that was found before them stays, if it has none."""
+        super().show_rows(rows, cursor)
+        orbit, self._awaits_rows = self._awaits_rows, None
+        if orbit is not None and orbit.a == self.here and rows.position(least_rotation(orbit.code)) is None:
+            row = self.query_one(PagedTable).row
+            self._caught_up = None if row is None else row[0]
+            self.orbit = orbit
+            self._say_no_row(orbit)
 
     def ask_for(self, code: str) -> None:
         """Look a code up, or solve it, in a worker."""
@@ -91,5 +102,9 @@ class WordScreen(OrbitScreen):
             self._say_solving(None)
         if message.orbit.a != self.here or self.go_to(message.orbit):
             return
-        told = "it is not in the chosen subset" if message.orbit.stored else "not stored: solved on the spot"
+        self._say_no_row(message.orbit)
+
+    def _say_no_row(self, orbit: Orbit) -> None:
+        """Say why the orbit on show has no row."""
+        told = "it is not in the chosen subset" if orbit.stored else "not stored: solved on the spot"
         self.notify(told, timeout=4)

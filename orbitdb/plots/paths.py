@@ -2,11 +2,13 @@
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import FuncFormatter, Locator
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
@@ -19,7 +21,8 @@ MOST_NUMBERED = 24
 _MOST_MARKED = 60
 _MOST_ARROWS = 12
 _MARGIN = 0.35
-_NARROW = 0.4
+_DIGIT = 0.63
+"""How wide a digit of a label is, in units of the size of its font."""
 
 
 def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -> None:
@@ -73,9 +76,34 @@ def _draw_stadium(ax: Axes, stadium: Stadium) -> None:
     ax.spines[["left", "bottom"]].set_visible(False)
     ax.set(xlim=(-half, half), ylim=(-1 - _MARGIN, 1 + _MARGIN), xlabel="$x/R$", ylabel="$y/R$")
     ax.set_yticks([-1, 0, 1])
-    ticks = [-a - 1, -a, 0, a, a + 1] if a > _NARROW else [-a - 1, 0, a + 1]
-    ax.set_xticks(ticks, [f"{x:g}".replace("-", "\N{MINUS SIGN}") for x in ticks])
+    ax.xaxis.set_major_locator(_AtWalls(a))
+    ax.xaxis.set_major_formatter(FuncFormatter(_tick_label))
     ax.set_aspect("equal" if a < 20 else "auto")
+
+
+class _AtWalls(Locator):
+    """Ticks at the ends of the stadium and of its straight walls, or fewer where labels would touch."""
+
+    def __init__(self, a: float) -> None:
+        self._choices: tuple[list[float], ...] = ([-a - 1, -a, 0, a, a + 1], [-a - 1, 0, a + 1])
+
+    def __call__(self) -> list[float]:
+        """Return the places of the ticks, on the axis as wide as it is by now."""
+        return next(filter(self._fit, self._choices), [0.0])
+
+    def _fit(self, places: list[float]) -> bool:
+        """Tell whether the labels at some places, rising, stand a digit apart."""
+        assert self.axis is not None
+        low, high = self.axis.get_view_interval()
+        scale = 3 * self.axis.get_tick_space() / (high - low)  # it counts labels three times as wide as high
+        return all(
+            (right - left) * scale > _DIGIT * (len(_tick_label(left) + _tick_label(right)) / 2 + 1)
+            for left, right in pairwise(places)
+        )
+
+
+def _tick_label(x: float, _place: int | None = None) -> str:
+    return f"{x:.3f}".rstrip("0").rstrip(".").replace("-", "\N{MINUS SIGN}")
 
 
 def draw_sheet(

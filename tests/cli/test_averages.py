@@ -1,12 +1,18 @@
 """`lyapunov` with sum rules and `simulate --legwise`, as a user calls them."""
 
+import contextlib
+import io
 import json
+import math
 import re
 import sqlite3
 
 import pytest
 
-from orbitdb.cli.render import concise, with_error
+from orbitdb.cli.options import Format
+from orbitdb.cli.render import concise, with_error, write
+from orbitdb.cli.tui.statistics import _described
+from orbitdb.trajectories.ensemble import Reference
 
 KEYS = [f"lambda_{kind}_sum_rule{end}" for end in ("", "_error") for kind in ("d", "c")]
 LAMBDA_D, LAMBDA_C = 0.8867858, 0.3752123
@@ -82,10 +88,23 @@ def test_legwise_trajectories_are_stored_and_shown(filled, cli):
 
 @pytest.mark.parametrize(
     ("error", "text"),
-    [(3e-4, "0.886786 +- 0.000300"), (5.3e-7, "0.8867858 +- 0.0000005"), (0.0, "0.886786 +- 0.000000")],
+    [
+        (1.115e-3, "0.886786 +- 1.2e-03"),
+        (4.41e-6, "0.8867858 +- 4.5e-06"),
+        (5.31e-7, "0.88678577 +- 5.4e-07"),
+        (0.0, "0.886786 +- 0.0e+00"),
+        (math.inf, "0.886786 +- inf"),
+    ],
 )
-def test_small_errors_are_shown_with_the_digits_they_need(error, text):
-    assert with_error(0.8867858, error) == text
+def test_errors_are_rounded_up_beside_the_digits_that_they_are_of(error, text):
+    assert with_error(0.886785768, error) == text
+    reference = Reference(0.886785768, error, 0.886785768, error, 2.0, 0.1, 100, 0, 9)
+    shown = text.replace("+-", "±")
+    assert _described(reference) == f"λ_d {shown}, λ_c {shown}"
+    told = io.StringIO()
+    with contextlib.redirect_stdout(told):
+        write(("lambda_d", "lambda_d_error"), [(0.886785768, error)], Format.TABLE)
+    assert told.getvalue().splitlines()[1].split() == text.split(" +- ")
 
 
 def test_a_table_shows_all_methods_within_80_columns(filled, cli):

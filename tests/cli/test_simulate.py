@@ -8,6 +8,7 @@ from dataclasses import asdict
 import pytest
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.render import upwards
 from orbitdb.trajectories.ensemble import simulate
 
 
@@ -40,8 +41,8 @@ def test_what_is_simulated_is_stored_and_shown_beside_averages(filled, cli):
     assert "trajector" not in told.err
     table = cli("lyapunov", "--p", "2-3", "--db", str(filled))
     assert (
-        f"trajectories: lambda_d = {best.lambda_d:.6f} +- {best.lambda_d_error:.6f}, "
-        f"lambda_c = {best.lambda_c:.6f} +- {best.lambda_c_error:.6f}\n"
+        f"trajectories: lambda_d = {best.lambda_d:.6f} +- {upwards(best.lambda_d_error)}, "
+        f"lambda_c = {best.lambda_c:.6f} +- {upwards(best.lambda_c_error)}\n"
     ) in table.err
     elsewhere = cli("simulate", "--a", "1", "--bounces", "2000", "--db", str(filled))
     assert elsewhere.code == 0

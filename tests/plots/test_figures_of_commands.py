@@ -2,12 +2,15 @@
 
 import math
 import shutil
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.text import Annotation
+from quick import slow_but
 
 from orbitdb import Catalogue, Selection, Stadium, solve_word
 from orbitdb.averages import by_period
@@ -18,7 +21,8 @@ from orbitdb.entropy.letters import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.orbit import Status
-from orbitdb.plots.style import BLUE, ORANGE
+from orbitdb.plots.paths import draw_orbit
+from orbitdb.plots.style import BLUE, ORANGE, figure
 from orbitdb.store.reading.leg_terms import sum_rules_of
 from orbitdb.store.reading.one_word import with_existence
 from orbitdb.store.reading.whole_periods import read_whole
@@ -98,9 +102,30 @@ def test_the_reverse_is_the_orbit_backwards(word, same):
 
 
 def test_a_long_word_is_short_in_a_title():
-    assert figures._short("1" * 29 + "3") == "1" * 29 + "3"
-    assert figures._short("1" * 30 + "3") == "1^30 3"
-    assert figures._short("0102031323" * 4 + "3") == "0102031323" * 3 + "0102031..."
+    assert figures.short("1" * 29 + "3") == "1" * 29 + "3"
+    assert figures.short("1" * 30 + "3") == "1^30 3"
+    assert figures.short("0102031323" * 4 + "3") == "0102031323" * 3 + "0102031..."
+
+
+@pytest.mark.usefixtures("few_places")
+def test_the_title_of_a_life_is_as_short():
+    orbit = solve_word("1^20 (02)^5 3", 200)
+    title = birth_figures.draw_life(with_existence(orbit)).axes[0].get_title()
+    assert title == "1^20 (02)^5 3 is born at $a = 129.651$"
+
+
+@pytest.mark.parametrize("width", [2.0, 6.4])
+@pytest.mark.parametrize("a", slow_but([0.6025525, 1.6, 100], [1e-6, 0.1, 0.6025525, 1.6, 10, 100, 12345]))
+def test_labels_of_ticks_stand_apart(a, width):
+    with figure(width, 2.5) as made:
+        ax = made.add_subplot()
+        draw_orbit(ax, Stadium(a), solve_word("13", a).points)
+        FigureCanvasAgg(made).draw()
+        boxes = [label.get_window_extent() for label in ax.get_xticklabels()]
+    assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
+    texts = [label.get_text().replace("\N{MINUS SIGN}", "-") for label in ax.get_xticklabels()]
+    assert len(texts) == 1 or texts[0] == "-" + texts[-1] == f"{-a - 1:.3f}".rstrip("0").rstrip(".")
+    assert len(texts) == 5 or (a, width) != (1.6, 6.4)
 
 
 def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
@@ -158,6 +183,29 @@ def test_the_exponents_by_every_method(known, capsys):
         "no trajectories at a = 1 to compare with: run 'orbitdb simulate --a 1'",
         "sum rules need all orbits up to a period; p = 2 is missing",
     ]
+
+
+@pytest.mark.slow
+def test_averages_are_drawn_of_what_is_filled_swept_or_born(known, cli, tmp_path):
+    """The title, and the line on stderr, name those periods that are drawn."""
+    cli("fill", "--p", "3")
+    cli("sweep", "--p", "5")
+    cli("births", "--p", "6")
+    catalogue = Catalogue(tmp_path / "orbits.db", 1.6)
+    chosen = Selection(1.6, periods=((2, 9),), statuses=(Status.ORBIT,))
+    whole = Selection(1.6, periods=((2, 6),), statuses=(Status.ORBIT,))
+    for kind, highest in (("entropy", 6), ("lyapunov", 5)):
+        there = figures.OF_SUBSETS[kind](known, whole, 0)
+        for mine, theirs in zip(figures.OF_SUBSETS[kind](catalogue, chosen, 0).axes, there.axes, strict=True):
+            for label in ("$K_0",) if kind == "entropy" else ("average", "mean of", "zeta", "sum rules"):
+                p, values = line(mine, label)
+                assert p == [*range(2, highest + 1)]
+                assert values == pytest.approx(line(theirs, label)[1][: len(p)], nan_ok=True)
+        title = f"orbits of period 2 to {highest} at a = 1.6"
+        assert figures.OF_SUBSETS[kind](catalogue, chosen, 0).axes[0].get_title() == title
+        done = cli("plot", kind, "--p", "2-9", "-o", str(tmp_path / f"{kind}.svg"))
+        assert f"<dc:title>{title}</dc:title>" in (tmp_path / f"{kind}.svg").read_text()
+        assert done.err.splitlines()[-1] == f"{title}, in {tmp_path / kind}.svg"
 
 
 @pytest.mark.parametrize(("limit", "told"), [(8, ""), (3, "3 of 8 classes are drawn; --limit 8 draws all\n")])

@@ -130,6 +130,11 @@ class Selection(ByValue):
         parts.append(f"at a = {_listed_values(stadiums or (self.a,))}")
         if self.time_reversal:
             parts.append(_REVERSALS[self.time_reversal])
+        return " ".join(filter(None, [*map(printable, parts), self.describe_rest()]))
+
+    def describe_rest(self) -> str:
+        """Return all but a, periods, statuses and reversal as English; empty if nothing else is chosen."""
+        parts = []
         if self.symmetry:
             parts.append("without symmetry" if self.symmetry == "1" else f"with symmetry {self.symmetry}")
         if self.contains:

@@ -3,7 +3,9 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import sqlalchemy as sa
+from numpy.typing import NDArray
 
 from orbitdb.numerals import exact
 from orbitdb.store.asking.selection import Selection
@@ -40,6 +42,13 @@ class Counted:
     def without_rows(self) -> tuple[int, ...]:
         """The chosen periods that no fill has counted."""
         return self.from_sweeps + self.from_births
+
+    def cycles(self) -> NDArray[np.int64]:
+        """Return how many words of each period 0 .. the highest chosen one are orbits; 0 of others."""
+        found = np.zeros(max(self.chosen) + 1, dtype=np.int64)
+        for p in self.chosen:
+            found[p] = self.known[p].n_c
+        return found
 
     def describe(self) -> str | None:
         """Say in one line which periods are counted from what else than a fill; None if there are none."""

@@ -146,7 +146,7 @@ def describe_unfilled(
     beyond = [(max(low, MAX_PERIOD + 1), high) for low, high in asked if high > MAX_PERIOD]
     if not gaps and not beyond:
         return None
-    spans = _joined([*((p, p) for p in gaps), *beyond])
+    spans = joined_spans([*((p, p) for p in gaps), *beyond])
     verb = "are" if _many(spans) else "is"
     what = f"{_written(spans)} {verb} not filled" if periods else "nothing is filled"
     command = f"'orbitdb fill --p {gaps[-1]} --a {exact(a)}'" if gaps else ""
@@ -158,7 +158,7 @@ def describe_unfilled(
 
 def _filled(known: Sequence[Fill], a: float, filled_at: Sequence[float]) -> str:
     """Say in parentheses what is filled at one a, and at which others something is; empty if nothing is."""
-    here = _joined([(fill.p, fill.p) for fill in known if fill.whole])
+    here = joined_spans([(fill.p, fill.p) for fill in known if fill.whole])
     others = sorted((other for other in filled_at if other != a), key=lambda other: abs(other - a))
     parts = [_written(here)] if here else []
     if others:
@@ -169,10 +169,10 @@ def _filled(known: Sequence[Fill], a: float, filled_at: Sequence[float]) -> str:
 
 def written_periods(periods: Sequence[int]) -> str:
     """Write periods as ranges, such as "periods 2-8, 11"."""
-    return _written(_joined([(p, p) for p in periods]))
+    return _written(joined_spans([(p, p) for p in periods]))
 
 
-def _joined(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+def joined_spans(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
     """Return ranges of periods in order, those that touch or overlap as one."""
     joined: list[tuple[int, int]] = []
     for low, high in sorted(spans):

@@ -24,7 +24,7 @@ from orbitdb.cli.tui.table import PagedTable, _fitting
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.lives import solve_word
 from orbitdb.orbits.orbit import Status
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.selection import Selection, choose
 from orbitdb.store.reading import pages
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.index_reading import load_index
@@ -82,6 +82,21 @@ def test_choices_are_links_to_what_changes_them():
         ("choose_a", "a = 1 of 2"), ("period(1)", "p 2-4, 7"), ("status", "orbit, boundary"),
         ("reversal", "self-retracing"), ("filter", r"where code like '\[1]'"),
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("chosen", "told"),
+    [
+        ({"length": (None, 15)}, "with length <= 15"),
+        ({"contains": "11", "symmetry": "x,T,xT"}, "with symmetry x,T,xT containing 11"),
+        ({"exists": 1.0, "not_at": 0.5}, "that exist at a = 1 and not at a = 0.5"),
+        ({"margin": (0.1, None), "where": "p < :top", "parameters": {"top": 5}},
+         "with margin >= 0.1 where p < :top (top = 5)"),
+    ],
+)  # fmt: skip
+def test_choices_without_a_field_of_their_own_stand_at_the_end(chosen, told):
+    shown = choices.chips(choose(**chosen), 1)
+    assert shown.endswith(f"[@click=screen.filter]{told}[/]")
 
 
 def test_keys_and_columns_are_told_of_the_screen_on_show():

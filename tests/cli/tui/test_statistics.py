@@ -25,7 +25,7 @@ def test_more_trajectories_replace_a_value_only_if_they_are_better(filled, monke
     async def steps(app, pilot):
         await press(pilot, "S")
         assert app.screen.reference == kept
-        assert f"λ_d 0.88670 ± {error:.1e}, λ_c 0.37520 ± {error:.1e}; stored" in shown(app)
+        assert f"trajectories: {statistics._described(kept)}; stored" in shown(app)
         app.screen.post_message(StatisticsScreen.Simulated(kept, 0.25, stored=False))
         await pilot.pause()
         assert "following more: 25%" in shown(app)

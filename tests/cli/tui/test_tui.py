@@ -31,7 +31,7 @@ from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.symmetry import REVERSE, images_of
-from orbitdb.symbols.words import least_rotation
+from orbitdb.symbols.words import least_rotation, parse
 from orbitdb.trajectories.ensemble import simulate
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
@@ -251,6 +251,27 @@ def test_it_opens_at_a_code_and_with_a_filter(filled):
 
     drive(filled, steps, code="1232131")
     drive(filled, steps, code="1232131", selection=Selection(periods=((7, 7),), where="lambda_c < 0.5"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("code", "chosen", "rows", "told"),
+    [
+        ("1232131", Selection(periods=((2, 4),)), True, "it is not in the chosen subset"),
+        ("1232131", Selection(where="p > 50"), False, "it is not in the chosen subset"),
+        ("1^20 3", Selection(periods=((2, 4),)), True, "not stored: solved on the spot"),
+    ],
+)
+def test_it_opens_at_a_code_that_is_not_chosen(filled, code, chosen, rows, told):
+    async def steps(app, pilot):
+        assert app.screen.orbit.code == parse(code)
+        assert [note.message for note in app._notifications] == [told]
+        assert (table_of(app).row is not None) == rows
+        await press(pilot, "escape")
+        if rows:
+            assert app.screen.orbit.code == "13"
+
+    drive(filled, steps, code=code, selection=chosen, notifications=True)
 
 
 @pytest.mark.slow
@@ -584,6 +605,11 @@ def test_the_panels_fold(filled):
         await settle(pilot)
         assert app.screen.query_one(OrbitDrawing).size.width == 90
         assert app.screen.query_one("#rows").size.width > 60
+        for size in ((60, 16), (60, 14), (160, 16)):
+            await pilot.resize_terminal(*size)
+            await settle(pilot)
+            assert app.screen.query_one(FactsPanel).size.height >= 3
+            assert app.screen.query_one(OrbitDrawing).size.height >= 4
 
     drive(filled, steps)
 
