@@ -14,10 +14,10 @@ def columns(incomplete: str) -> Iterator[tuple[str, str]]:
 
 def statuses(incomplete: str) -> Iterator[tuple[str, str]]:
     """Offer the statuses that rows have."""
-    from orbitdb.orbits.orbit import Status
+    from orbitdb.orbits.orbit import STORED
 
-    rows = (status for status in Status if status is not Status.FAMILY)
-    return _in_list(incomplete, [*((status.value, status.sentence) for status in rows), ("all", "every one")])
+    rows = ((status.value, status.sentence) for status in STORED)
+    return _in_list(incomplete, [*rows, ("all", "every one")])
 
 
 def half_lengths(context: typer.Context, incomplete: str) -> list[str]:

@@ -61,11 +61,11 @@ OF_WORDS = (
            "'self' if it retraces its path, else 'pair'; its reverse is then another word, counted, too",
            empty=_PRUNED),
     Column("born", "number",
-           "first a at which the word becomes an orbit; every birth and its error is in the table "
-           "'change'", "radius", "error of the change",
+           "first a at which the word becomes an orbit; every birth and its error is in the view "
+           "'life'", "radius", "born_error in life",
            "an orbit from a = 0 on; no births stored; geometrically pruned"),
     Column("dies", "number",
-           "first a at which it ceases to be one", "radius", "error of the change",
+           "first a at which it ceases to be one", "radius", "dies_error in life",
            "never does; no births stored; geometrically pruned"),
     Column("walls", "integer",
            "bounces on the straight walls; the eigenvalues of the monodromy matrix are negative where it is "

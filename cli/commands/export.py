@@ -141,8 +141,7 @@ def export(
         with progress("sorting"):
             first = next(rows, None)
         if first is None:
-            for chosen in stadiums:
-                note_nothing(catalogue, chosen, ": nothing is written")
+            _note_nothing(catalogue, stadiums, limit)
             raise typer.Exit(1)
         everything = chain([first], rows)
         with progress("writing", to_stdout=file is None) as shown:
@@ -152,6 +151,22 @@ def export(
                 return
             files.write_file(file, kind, names, written, _provenance(catalogue, stadiums, several(a)))
     note(f"{_described(stadiums)}, in {file}")
+
+
+def _note_nothing(catalogue: "Catalogue", stadiums: "Sequence[Selection]", limit: int | None) -> None:
+    """Say why nothing is written: there are no rows, none are asked for, or none of them has bounces."""
+    total = sum(map(catalogue.count, stadiums))
+    if not total:
+        for chosen in stadiums:
+            note_nothing(catalogue, chosen, ": nothing is written")
+        return
+    told = stadiums[0].describe([chosen.a for chosen in stadiums], total)
+    if limit == 0:
+        note(f"{told}, of which --limit 0 takes none: nothing is written")
+        return
+    first = "" if limit is None or limit >= total else f"the first {limit} of "
+    have = "has" if total == 1 or (first and limit == 1) else "have"
+    note(f"{first}{told} {have} no bounces, only orbits do (--status orbit): nothing is written")
 
 
 def _watched(rows: Iterator[Any], shown: Progress) -> Iterator[Any]:

@@ -14,6 +14,7 @@ from orbitdb.cli.reading import meant, note_gaps, reading
 from orbitdb.cli.render import code_text, note, write, write_facts
 from orbitdb.cli.rows import with_marks
 from orbitdb.errors import InputError
+from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.identification import Candidate, Followed, Trajectory
@@ -25,7 +26,7 @@ Examples:
 
   orbitdb query 1232131 --bounces --format csv | orbitdb identify --points -
 
-  orbitdb identify --length 12.34 --tolerance 1e-3
+  orbitdb identify --length 21.7 --tolerance 2e-3
 """
 SHADOW_COLUMNS = (
     "code",
@@ -104,7 +105,7 @@ def identify(
     if start is None:
         options.refuse_idle(context, f"with --{given[0]}", "bounces")
     if length is not None:
-        count = _show_length(length, {"tolerance": tolerance, "limit": limit}, a, db, form, mark_words)
+        count = _show_length(length, tolerance, limit, a, db, form, mark_words)
     else:
         asked = {"points": read_points(points)} if points is not None else {"start": parse_start(start or "")}
         asked |= {"tolerance": tolerance, "bounces": bounces, "limit": limit}
@@ -188,7 +189,13 @@ def _note_count(found: "Trajectory", count: int) -> None:
 
 
 def _show_length(
-    length: float, asked: dict[str, Any], a: float | None, db: Path | None, form: Format, mark: bool
+    length: float,
+    tolerance: float | None,
+    limit: int | None,
+    a: float | None,
+    db: Path | None,
+    form: Format,
+    mark: bool,
 ) -> int:
     """Write the stored orbits that have a length; return how many there are."""
     from orbitdb.numerals import exact
@@ -196,19 +203,18 @@ def _show_length(
     from orbitdb.store.reading.fills import describe_fills
 
     names = LENGTH_COLUMNS if form in options.FOR_PEOPLE else LENGTH_KEYS
-    cut = asked["limit"] is None and form is Format.TABLE
+    most = _ON_SCREEN if limit is None and form is Format.TABLE else limit
     with reading(db, a, Choice()) as (catalogue, chosen):
         note_gaps(catalogue, replace(chosen, statuses=(Status.ORBIT,)))
-        found = catalogue.identify(length=length, **asked)
-        shown = found[:_ON_SCREEN] if cut else found
-        rows = (tuple(_of_candidate(each, name, chosen.a) for name in names) for each in shown)
+        found = catalogue.identify(length=length, tolerance=tolerance)
+        rows = (tuple(_of_candidate(each, name, chosen.a) for name in names) for each in found[:most])
         count = write(names, with_marks(names, rows) if mark else rows, form)
         fills = catalogue.fills(chosen.a)
         among = describe_fills(fills, chosen.a) if fills else f"single words at a = {exact(chosen.a)}"
     more = f"; {count} shown, --limit {len(found)} shows all" if count < len(found) else ""
-    many = "" if len(found) == 1 else "s"
+    candidates = several(len(found), "candidate") if found else "no candidates"
     if fills or found:  # else nothing was looked through, which is told
-        note(f"{len(found) or 'no'} candidate{many} among {among}, one a symmetry class{more}; "
+        note(f"{candidates} among {among}, one a symmetry class{more}; "
              "longer periods may have it, too")  # fmt: skip
     return count
 

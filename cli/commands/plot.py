@@ -25,7 +25,7 @@ Examples:
 
   orbitdb plot entropy --p 2-11 -o entropy.svg
 
-  orbitdb plot entropy --over-a -o entropy-over-a.svg
+  orbitdb plot life --code 010203113 -o life.svg
 
   orbitdb plot birkhoff --p 2-8 --reversal self -o phase-space.png
 

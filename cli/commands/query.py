@@ -1,6 +1,6 @@
 """``orbitdb query``: one word, or rows of the catalogue."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from json import dumps
 from pathlib import Path
@@ -15,6 +15,7 @@ from orbitdb.cli.options import Format
 from orbitdb.cli.reading import all_meant, note_gaps, note_nothing, reading_all
 from orbitdb.cli.render import code_text, note, write, write_facts
 from orbitdb.cli.rows import COLUMNS_HELP, KEYS, Row, in_order, ready_lines, with_marks, with_rules
+from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -41,7 +42,12 @@ WORD_KEYS = (*KEYS, "coordinates", "stored", "exists")
 """Those of a word that is asked for by its code."""
 
 OF_A_WORD = (*WORD_KEYS, "word", "walls", "born", "dies")
-"""All that may be asked of a word, stored or not; the other columns are of rows."""
+"""All that may be asked of a word, stored or not."""
+
+_OF_CATALOGUE = tuple(each.name for each in IN_CATALOGUE)
+
+OF_ROWS = tuple(name for name in _OF_CATALOGUE if name not in OF_A_WORD)
+"""The columns that rows of the catalogue have besides."""
 
 OF_LIVES = {"exists", "born", "dies"}
 
@@ -140,7 +146,7 @@ def query(
     if total and form is Format.TABLE:
         rest = "" if offset else f", --limit {total} shows all"
         more = f"; {count} shown{rest}" if total > count else ""
-        note(f"{total} {stadiums[0].describe([each.a for each in stadiums])}{more}")
+        note(f"{stadiums[0].describe([each.a for each in stadiums], total)}{more}")
     if not count:
         raise typer.Exit(1)
 
@@ -161,7 +167,7 @@ def _show_words(
     from orbitdb.store.reading.one_word import born_with
 
     in_rows = form in (Format.MARKDOWN, Format.LATEX) or (form is Format.TABLE and several(a))
-    keys = _keys(columns, TABLE_COLUMNS if in_rows else WORD_KEYS, several(a))
+    keys = _keys(columns, TABLE_COLUMNS if in_rows else WORD_KEYS, codes, a)
     found, catalogue = _find(codes, a, db)
     if OF_LIVES & set(keys):
         found = _with_lives(found)
@@ -184,7 +190,7 @@ def _show_bounces(
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS, bounce_rows
 
-    keys = _keys(columns, ("code",), several(a))
+    keys = _keys(columns, ("code",), codes, a)
     found, _ = _find(codes, a, db)
     if OF_LIVES & set(keys):
         found = _with_lives(found)
@@ -223,12 +229,30 @@ def _find(codes: list[str], a: list[str] | None, db: Path | None) -> tuple[list[
     return found, known
 
 
-def _keys(text: str | None, otherwise: tuple[str, ...], many: bool) -> tuple[str, ...]:
+def _keys(
+    text: str | None, otherwise: tuple[str, ...], codes: list[str], a: list[str] | None
+) -> tuple[str, ...]:
     """Read the names of what is known of a word, stored or not."""
     from orbitdb.store.asking.names import parse_names
 
+    if text is not None and codes:
+        _refuse_of_rows([name.strip() for name in text.split(",")], codes[0], a)
     names = otherwise if text is None else parse_names(text, OF_A_WORD)
-    return with_a(names) if many else names
+    return with_a(names) if several(a) else names
+
+
+def _refuse_of_rows(names: Sequence[str], code: str, a: list[str] | None) -> None:
+    """Refuse columns that only rows have, with the command that shows them of a word."""
+    from orbitdb.symbols.words import parse, primitive_root
+
+    asked = [name for name in names if name in OF_ROWS]
+    if asked:
+        word, at = primitive_root(parse(code)), "".join(f" --a {value}" for value in a or ())
+        columns = ",".join(name for name in names if name in _OF_CATALOGUE)
+        raise InputError(
+            f"column {asked[0]!r} comes with stored rows only: "
+            f"orbitdb query --where \"code('{word}')\" -c {columns}{at}"
+        )
 
 
 def _with_lives(found: list["Orbit"]) -> list["Orbit"]:

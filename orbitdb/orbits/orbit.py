@@ -48,6 +48,9 @@ _SENTENCES = {
 }
 
 
+STORED = tuple(status for status in Status if status is not Status.FAMILY)
+"""Statuses that rows of a catalogue have."""
+
 EXISTING = (Status.ORBIT.value, Status.BOUNDARY.value)
 """Statuses of words that have coordinates, length and lambda."""
 

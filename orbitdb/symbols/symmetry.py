@@ -6,7 +6,7 @@ right), the mirror ``y`` -> -y (up and down), and time reversal ``T``. An elemen
 inverse.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -28,6 +28,14 @@ from orbitdb.symbols.words import (
 MIRROR_X, MIRROR_Y, REVERSE = 1, 2, 4
 ELEMENTS = range(8)
 NAMES = ("e", "x", "y", "xy", "T", "xT", "yT", "xyT")
+
+GROUPS = tuple(
+    mask
+    for mask in range(1, 1 << len(ELEMENTS))
+    for held in [[g for g in ELEMENTS if mask >> g & 1]]
+    if {g ^ h for g in held for h in held} == set(held)
+)
+"""The stabilisers there are: the masks of all groups of elements, each with the identity."""
 
 _LONE = np.array([0, 6, 2, 7, 4, 5], dtype=np.uint8)
 """Symbols, with single bounces on the left and right semicircle told apart as 6 and 7."""
@@ -319,6 +327,12 @@ SIZES = np.array([class_size(mask) if mask else 0 for mask in range(1 << len(ELE
 def label(stabiliser: int) -> str:
     """Name a stabiliser by its elements other than the identity, such as ``x,T,xT``; ``1`` if none."""
     return ",".join(NAMES[g] for g in ELEMENTS[1:] if stabiliser >> g & 1) or "1"
+
+
+def smallest_group(elements: Iterable[int]) -> int:
+    """Return the mask of the smallest group that holds some elements."""
+    held = sum(1 << g for g in set(elements))
+    return min((mask for mask in GROUPS if mask & held == held), key=int.bit_count)
 
 
 def time_reversal(stabiliser: int) -> str:

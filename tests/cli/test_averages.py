@@ -46,6 +46,7 @@ def test_periods_from_the_first_have_sum_rules(filled, cli):
         (["--contains", "13"], "not for a part of them"),
         (["--status", "orbit,boundary"], "not for a part of them"),
         (["--p", "2,4-6"], "p = 3 is missing"),
+        (["--p", "4-6"], "p = 2, 3 are missing"),
     ],
 )
 def test_they_are_blank_for_a_part_of_the_orbits(filled, cli, chosen, said):

@@ -29,6 +29,15 @@ def test_a_table_tells_of_every_column_what_json_does(cli, monkeypatch, width):
     assert max(map(len, lines)) <= max(int(width), means + 24)
 
 
+def test_what_a_column_refers_to_can_be_asked_for(cli, filled):
+    """The table that holds changes cannot."""
+    told = {each["column"]: each for each in json.loads(cli("columns", "--json").out)}
+    assert "the view 'life'" in told["born"]["means"]
+    for name in ("born", "dies"):
+        column, view = told[name]["bound"].split(" in ")
+        assert cli("sql", f"SELECT {column} FROM {view}", "--json").out == "[]\n"  # no births are stored
+
+
 def test_json_tells_all_of_it(cli):
     rows = json.loads(cli("columns", "--json").out)
     assert [list(row.values()) for row in rows] == [

@@ -5,6 +5,7 @@ import errno
 import io
 import json
 import os
+import re
 import resource
 import sqlite3
 import subprocess
@@ -314,6 +315,25 @@ def test_an_empty_subset_writes_nothing(varied, tmp_path, cli):
     done = cli("export", str(tmp_path / "none.csv"), "--p", "99", "--db", str(varied))
     assert done.code == 1
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ("--status dynamical --p 5 --bounces",
+         "16 dynamically pruned sequences of period 5 at a = 1.6 have no bounces, only orbits do"),
+        ("--p 4-5 --where code('01132') --bounces", "1 symbol sequence of .* has no bounces, only orbits do"),
+        ("--p 2-5 --order status --limit 1 --bounces", "the first 1 of 137 symbol .* has no bounces, only"),
+        ("--p 3 --limit 0", "8 symbol sequences of .*, of which --limit 0 takes none"),
+        ("--status orbit --where p=1 --bounces", "no orbits at a = 1.6 where p=1"),
+    ],
+)  # fmt: skip
+def test_rows_of_which_nothing_is_written_are_told(filled, tmp_path, cli, arguments, said):
+    done = cli("export", str(tmp_path / "none.csv"), *arguments.split())
+    assert (done.code, len(done.err.splitlines())) == (1, 1)
+    assert re.match(said, done.err)
+    assert done.err.endswith(": nothing is written\n")
+    assert not (tmp_path / "none.csv").exists()
 
 
 @pytest.mark.parametrize(

@@ -74,6 +74,17 @@ def test_a_length_is_told_with_its_repetitions(cli, filled):
     assert marked.out.splitlines()[1].startswith("w013,3,4,2,10.85")
 
 
+@pytest.mark.parametrize("limit", [0, 1])
+def test_candidates_that_are_not_shown_are_counted(cli, filled, limit):
+    """With no row the exit code is 1, as it is of `query --limit 0`."""
+    with Catalogue(filled) as catalogue:
+        total = len(catalogue.identify(length=45, tolerance=0.05))
+    done = cli("identify", "--length", "45", "--tolerance", "0.05", "--limit", str(limit))
+    assert done.code == (1 if limit == 0 else 0)
+    assert done.err.startswith(f"{total} candidates among periods 2-8 at a = 1.6, one a symmetry class; ")
+    assert f"; {limit} shown, --limit {total} shows all; " in done.err
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [

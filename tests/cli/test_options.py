@@ -91,6 +91,18 @@ def test_columns_of_a_word(cli, filled):
     wrong = cli("query", "--code", "13", "-c", "colour")
     assert (wrong.code, len(wrong.err.splitlines())) == (2, 1)
     assert "'colour': the columns are code, representative," in wrong.err
+    assert "iterations" not in wrong.err
+
+
+@pytest.mark.parametrize("column", ["iterations", "element", "cycle"])
+def test_columns_of_rows_are_told_how_they_are_asked_for(cli, filled, column):
+    refused = cli("query", "(1232131)^2", "31", "--a", "1.6", "-c", f"exists,{column},code")
+    told = f"orbitdb: column '{column}' comes with stored rows only: "
+    assert (refused.code, refused.out, refused.err.startswith(told)) == (2, "", True)
+    program, *remedy = shlex.split(refused.err.removeprefix(told))
+    assert (program, remedy[2]) == ("orbitdb", "code('1232131')")
+    head, row = cli(*remedy).out.splitlines()
+    assert (head.split(), row.split()[1]) == ([column, "code"], "1123213")
 
 
 @pytest.mark.parametrize(("text", "codes"), [("13\n\n 1^2 3\n", ["13", "113"]), ("", [])])

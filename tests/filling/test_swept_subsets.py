@@ -25,7 +25,7 @@ from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.factors import words_containing
 from orbitdb.symbols.least_words import LeastWords, least_words
-from orbitdb.symbols.symmetry import members
+from orbitdb.symbols.symmetry import GROUPS, label, members
 from orbitdb.symbols.words import from_strings, pack, to_strings, unpack
 
 SUBSETS = [
@@ -115,9 +115,7 @@ CRITERIA = st.fixed_dictionaries(
     {},
     optional={
         "time_reversal": st.sampled_from(["self", "pair"]),
-        "symmetry": st.one_of(
-            st.just(["1"]), st.lists(st.sampled_from(["x", "T", "xT", "xyT"]), min_size=1, unique=True)
-        ),
+        "symmetry": st.sampled_from([label(mask).split(",") for mask in GROUPS]),
         "contains": st.text("012345", min_size=1, max_size=3),
         **dict.fromkeys(
             SWEPT_MEASURES, st.tuples(BOUND, BOUND).filter(lambda pair: None in pair or pair[0] <= pair[1])
@@ -162,8 +160,22 @@ def test_all_orbits_have_the_empty_text():
     assert swept_text(choose(length=(-0.0, 20), time_reversal="self")) == "reversal=self length=0.0:20.0"
 
 
+def test_a_sweep_of_what_is_no_group_is_still_read():
+    """It holds rows of zeros; what asks for another one is refused."""
+    assert selection_of("symmetry=T,xT", 1.6) == Selection(1.6, statuses=(Status.ORBIT,), symmetry="T,xT")
+
+
 @pytest.mark.parametrize(
-    "text", ["length=:20", "length=:20.0 reversal=self", "born=1.0:", "contains=9", "reversal=x", "anything"]
+    "text",
+    [
+        "length=:20",
+        "length=:20.0 reversal=self",
+        "born=1.0:",
+        "contains=9",
+        "reversal=x",
+        "symmetry=z",
+        "anything",
+    ],
 )
 def test_a_text_that_no_sweep_has_is_refused(text):
     with pytest.raises(InputError):

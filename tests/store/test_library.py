@@ -361,7 +361,7 @@ def test_periods_that_run_backwards_are_told_the_way(periods, remedy):
 
 def test_a_range_without_bounds_is_none(catalogue):
     subset = catalogue.select(p=2, status="orbit", length=(None, None))
-    assert repr(subset) == "<1 orbits of period 2 at a = 1.6>"
+    assert repr(subset) == "<1 orbit of period 2 at a = 1.6>"
     assert Selection(ranges={"length": (None, None)}).describe() == "symbol sequences at a = 1.6"
     for word, shown in (("13" * 30, "13" * 30), ("13" * 31, "13" * 30 + "...")):
         assert choose(p=80, contains=word).describe().endswith(f" containing {shown}")
@@ -372,11 +372,37 @@ def test_a_range_without_bounds_is_none(catalogue):
 
 
 @pytest.mark.parametrize(
+    ("criteria", "one", "two"),
+    [
+        ({}, "symbol sequence at", "symbol sequences at"),
+        ({"status": "orbit,boundary"}, "orbit or orbit through a joint at",
+         "orbits and orbits through a joint at"),
+        ({"time_reversal": "self"}, "that retraces its path", "that retrace their path"),
+        ({"not_at": 1}, "that does not exist at a = 1", "that do not exist at a = 1"),
+        ({"exists": 1}, "that exists at a = 1", "that exist at a = 1"),
+    ],
+)  # fmt: skip
+def test_one_row_is_told_as_one(criteria, one, two):
+    chosen = choose(**criteria)
+    assert one in chosen.describe(count=1)
+    assert two in chosen.describe()
+    assert chosen.describe(count=2) == f"2 {chosen.describe()}"
+
+
+@pytest.mark.parametrize(
     ("wrong", "said"),
     [
         ({"colour": (1, 2)}, "these are a, p, status, time_reversal, .*, length, lyapunov"),
-        ({"reversal": "self"}, "reversal: not a criterion; these are .* time_reversal"),
-        ({"status": "good"}, "good"),
+        ({"reversal": "self"}, "reversal: not a criterion, use time_reversal; these are a, p, status"),
+        (
+            {"range": "length=3:"},
+            r"range: not a criterion, use the name .* as in length=\(3, 10\); these are",
+        ),
+        ({"status": "good"}, "use orbit, geometric, dynamical, boundary, unresolved, some of them"),
+        ({"status": "orbit,family"}, "never stored: 'orbitdb query 02' tells of it"),
+        ({"status": Status.FAMILY}, "never stored"),
+        ({"symmetry": "T,xT"}, "the smallest that holds it is x,T,xT$"),
+        ({"symmetry": "yT, xT"}, "'yT, xT' is no group, .* is xy,xT,yT$"),
         ({"status": []}, "status"),
         ({"p": (4, 2)}, "backwards"),
         ({"p": "x"}, "2-8"),

@@ -13,6 +13,7 @@ from orbitdb.column_blocks import in_columns
 from orbitdb.errors import StoreError
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbits
+from orbitdb.store.asking.expressions import check
 from orbitdb.store.asking.selection import Selection, SelectionError, parse_bound
 from orbitdb.store.file.database import plain_errors
 from orbitdb.store.file.migrate import migrate
@@ -33,6 +34,12 @@ def test_a_column_of_a_word_is_named_once(cli):
 def test_a_range_has_a_bound_that_is_a_number(text):
     with pytest.raises(SelectionError, match="write it as length=3:10, length=3: or length=:10"):
         parse_bound(text)
+
+
+def test_a_text_without_its_end_is_told_as_it_was_typed():
+    with pytest.raises(SelectionError) as error:
+        check("code = '013", {})
+    assert str(error.value) == """where "code = '013": unrecognized token: "'013\""""
 
 
 def test_an_expression_with_a_subquery_is_short(varied):

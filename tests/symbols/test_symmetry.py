@@ -14,6 +14,7 @@ from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.pruning import rules_broken, rules_of
 from orbitdb.symbols.symmetry import (
     ELEMENTS,
+    GROUPS,
     MIRROR_X,
     MIRROR_Y,
     NAMES,
@@ -26,6 +27,7 @@ from orbitdb.symbols.symmetry import (
     images_of,
     label,
     members,
+    smallest_group,
     time_reversal,
 )
 from orbitdb.symbols.words import from_strings, least_rotation, pack, to_strings, unpack
@@ -123,6 +125,16 @@ def test_stabilisers_are_named():
     assert time_reversal(class_of("1232131").stabiliser) == "pair"
     assert time_reversal(class_of("0113").stabiliser) == "pair"
     assert label(1) == "1"
+
+
+@pytest.mark.parametrize(
+    ("elements", "group"),
+    [((), "1"), ((0, 4), "T"), ((4, 5), "x,T,xT"), ((3, 4), "xy,T,xyT"), ((1, 2, 4), "x,y,xy,T,xT,yT,xyT")],
+)
+def test_elements_stand_in_their_smallest_group(elements, group):
+    assert label(smallest_group(elements)) == group
+    assert len(GROUPS) == 16  # subgroups of Z2 x Z2 x Z2
+    assert all(smallest_group(g for g in range(8) if mask >> g & 1) == mask for mask in GROUPS)
 
 
 @pytest.mark.parametrize("a", slow_but([0.5], [0.5, 1.6]))

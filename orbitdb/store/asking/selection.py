@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from inspect import Parameter, Signature, signature
 from numbers import Real
 from typing import Any, TypeAlias, TypedDict, TypeVar
@@ -11,9 +12,9 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
-from orbitdb.orbits.orbit import Status
-from orbitdb.plaintext import printable
-from orbitdb.symbols.symmetry import NAMES
+from orbitdb.orbits.orbit import STORED, Status
+from orbitdb.plaintext import printable, several
+from orbitdb.symbols.symmetry import NAMES, label, smallest_group
 from orbitdb.symbols.words import parse
 
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies")
@@ -68,6 +69,9 @@ _SHOWN = 60
 _MOST_RANGES = 100
 _MOST_VALUES = 6
 _LARGEST_INTEGER = 2**63
+_AS_OPTIONS = {"range": "the name of what is bounded, as in length=(3, 10)"}
+"""What criteria are that are options by another name, unless the name is near."""
+
 _INTEGER = re.compile(r"\s*[+-]?[0-9]+\s*")
 _RANGE = re.compile(r"([^:]*):([^:]*)")
 
@@ -120,19 +124,19 @@ class Selection(ByValue):
         """Tell whether words of a period are asked for."""
         return not self.periods or any(low <= p <= high for low, high in self.periods)
 
-    def describe(self, stadiums: Sequence[float] = ()) -> str:
-        """Return the selection as one line of English, be it for several a."""
-        subject = " and ".join(_SUBJECTS[status] for status in self.statuses) or "symbol sequences"
-        parts = [subject]
+    def describe(self, stadiums: Sequence[float] = (), count: int | None = None) -> str:
+        """Return the selection as one line of English, be it for several a, behind how many there are."""
+        one, many = self._subjects()
+        parts = [many if count is None else several(count, one, many)]
         if self.periods:
             spans = [str(low) if low == high else f"{low} to {high}" for low, high in self.periods]
             parts.append(f"of period {', '.join(spans)}")
         parts.append(f"at a = {_listed_values(stadiums or (self.a,))}")
         if self.time_reversal:
-            parts.append(_REVERSALS[self.time_reversal])
-        return " ".join(filter(None, [*map(printable, parts), self.describe_rest()]))
+            parts.append((_REVERSAL_OF_ONE if count == 1 else _REVERSALS)[self.time_reversal])
+        return " ".join(filter(None, [*map(printable, parts), self.describe_rest(count)]))
 
-    def describe_rest(self) -> str:
+    def describe_rest(self, count: int | None = None) -> str:
         """Return all but a, periods, statuses and reversal as English; empty if nothing else is chosen."""
         parts = []
         if self.symmetry:
@@ -143,7 +147,8 @@ class Selection(ByValue):
         if self.exists or self.not_at:
             known = (("", self.exists), ("not " if self.exists else "", self.not_at))
             spans = [f"{no}at a = {', '.join(f'{a:g}' for a in values)}" for no, values in known if values]
-            parts.append(f"that {'exist' if self.exists else 'do not exist'} {' and '.join(spans)}")
+            alive, dead = ("exists", "does not exist") if count == 1 else ("exist", "do not exist")
+            parts.append(f"that {alive if self.exists else dead} {' and '.join(spans)}")
         bounded = {name: bounds for name, bounds in self.ranges.items() if any(b is not None for b in bounds)}
         parts += [f"with {_span(name, *bounds)}" for name, bounds in bounded.items()]
         if self.where:
@@ -151,16 +156,24 @@ class Selection(ByValue):
             parts.append(f"where {self.where}" + (f" ({values})" if values else ""))
         return printable(" ".join(parts))
 
+    def _subjects(self) -> tuple[str, str]:
+        """Return what one row is, and what all of them are."""
+        if not self.statuses:
+            return "symbol sequence", "symbol sequences"
+        one, many = zip(*(_SUBJECTS[status] for status in self.statuses), strict=True)
+        return " or ".join(one), " and ".join(many)
+
 
 _SUBJECTS = {
-    Status.ORBIT: "orbits",
-    Status.GEOMETRIC: "geometrically pruned sequences",
-    Status.DYNAMICAL: "dynamically pruned sequences",
-    Status.BOUNDARY: "orbits through a joint",
-    Status.FAMILY: "bouncing-ball families",
-    Status.UNRESOLVED: "unresolved sequences",
+    Status.ORBIT: ("orbit", "orbits"),
+    Status.GEOMETRIC: ("geometrically pruned sequence", "geometrically pruned sequences"),
+    Status.DYNAMICAL: ("dynamically pruned sequence", "dynamically pruned sequences"),
+    Status.BOUNDARY: ("orbit through a joint", "orbits through a joint"),
+    Status.FAMILY: ("bouncing-ball family", "bouncing-ball families"),
+    Status.UNRESOLVED: ("unresolved sequence", "unresolved sequences"),
 }
 _REVERSALS = {"self": "that retrace their path", "pair": "whose time reverse is another orbit"}
+_REVERSAL_OF_ONE = _REVERSALS | {"self": "that retraces its path"}
 
 
 def _listed_values(values: Sequence[float]) -> str:
@@ -278,6 +291,25 @@ def parse_symmetry(text: str) -> str:
     Raises
     ------
     SelectionError
+        If one of them is no symmetry of the stadium, or they lack some of their products.
+    """
+    named = ordered_symmetry(text)
+    if named == "1":
+        return named
+    group = label(smallest_group(map(NAMES.index, named.split(","))))
+    if group != named:
+        raise SelectionError(
+            f"symmetry {text!r} is no group, and none of a word: the smallest that holds it is {group}"
+        )
+    return group
+
+
+def ordered_symmetry(text: str) -> str:
+    """Write the elements of a symmetry label in their order, be they a group or not.
+
+    Raises
+    ------
+    SelectionError
         If one of them is no symmetry of the stadium.
     """
     names = {part.strip() for part in text.split(",")}
@@ -292,15 +324,20 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
     Raises
     ------
     SelectionError
-        If one of them is not a status.
+        If one of them is not a status, or no row has it.
     """
     if text.strip() == "all":
         return ()
     try:
-        return tuple(dict.fromkeys(Status(part.strip()) for part in text.split(",")))
+        found = tuple(dict.fromkeys(Status(part.strip()) for part in text.split(",")))
     except ValueError:
-        known = ", ".join(Status)
+        known = ", ".join(STORED)
         raise SelectionError(f"status {text!r}: use {known}, some of them with commas, or all") from None
+    if Status.FAMILY in found:
+        raise SelectionError(
+            f"status {text!r}: the bouncing-ball family is never stored: 'orbitdb query 02' tells of it"
+        )
+    return found
 
 
 def parse_exists(values: float | Iterable[float]) -> tuple[float, ...]:
@@ -351,10 +388,8 @@ def choose(
     SelectionError
         If one of them cannot be used.
     """
-    if unknown := set(ranges) - set(MEASURES):
-        raise SelectionError(
-            f"{', '.join(sorted(unknown))}: not a criterion; these are {', '.join(Criteria.__annotations__)}"
-        )
+    if unknown := sorted(set(ranges) - set(MEASURES)):
+        raise _no_criterion(unknown)
     spans = {name: _pair(name, bounds) for name, bounds in ranges.items() if bounds is not None}
     if not isinstance(where, str | None):
         raise SelectionError(f"where {where!r:.40}: give an SQL expression such as 'lambda_c < 0.4'")
@@ -370,6 +405,15 @@ def choose(
         ranges={name: pair for name, pair in spans.items() if pair != (None, None)},
         where=where,
         parameters=parameters or {},
+    )
+
+
+def _no_criterion(names: Sequence[str]) -> SelectionError:
+    """Return the error that tells of names that are no criteria, and what the first of them may be."""
+    known = tuple(Criteria.__annotations__)
+    meant = _AS_OPTIONS.get(names[0]) or next(iter(get_close_matches(names[0], known, 1)), "")
+    return SelectionError(
+        f"{', '.join(names)}: not a criterion{meant and f', use {meant}'}; these are {', '.join(known)}"
     )
 
 

@@ -10,9 +10,9 @@ from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import (
     Selection,
     SelectionError,
+    ordered_symmetry,
     parse_bound,
     parse_reversal,
-    parse_symmetry,
 )
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.words import parse
@@ -62,7 +62,7 @@ def _parts(selection: Selection) -> Iterator[str]:
     if selection.time_reversal:
         yield f"reversal={parse_reversal(selection.time_reversal)}"
     if selection.symmetry:
-        yield f"symmetry={parse_symmetry(selection.symmetry)}"
+        yield f"symmetry={ordered_symmetry(selection.symmetry)}"  # a file may hold sweeps of what is no group
     if selection.contains:
         yield f"contains={parse(selection.contains)}"
     for name in SWEPT_MEASURES:

@@ -26,7 +26,7 @@ from orbitdb.store.reading.class_view import class_view
 from orbitdb.store.reading.joined_texts import joined_numbers
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import unsound
-from orbitdb.symbols.symmetry import ELEMENTS, label
+from orbitdb.symbols.symmetry import GROUPS, label
 from orbitdb.symbols.words import BITS, MAX_KEYED
 
 Values = NDArray[np.float64]
@@ -49,16 +49,8 @@ _CLASSES = (
 )
 """Classes with numbers between two."""
 
-_GROUPS = [
-    mask
-    for mask in range(1, 256)
-    for held in [[g for g in ELEMENTS if mask >> g & 1]]
-    if {g ^ h for g in held for h in held} == set(held)
-]
-"""The stabilisers there are: groups."""
-
 TEXTS = {
-    "symmetry": sorted({label(mask) for mask in _GROUPS}),
+    "symmetry": sorted(map(label, GROUPS)),
     "time_reversal": ["pair", "self"],
     "solver": ["newton", "relaxation"],
 }

@@ -41,7 +41,8 @@ def why_no_sum_rules(chosen: Selection, missing: Sequence[int]) -> str:
     if replace(chosen, periods=()) != Selection(a=chosen.a, statuses=(Status.ORBIT,)):
         return "sum rules are for all orbits up to a period, not for a part of them"
     if missing:
-        return f"sum rules need all orbits up to a period; p = {', '.join(map(str, missing))} is missing"
+        are = "is" if len(missing) == 1 else "are"
+        return f"sum rules need all orbits up to a period; p = {', '.join(map(str, missing))} {are} missing"
     return ""
 
 

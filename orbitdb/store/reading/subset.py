@@ -117,7 +117,8 @@ class Subset(ByValue):
         return len(self.words)
 
     def __repr__(self) -> str:
-        known = f"{len(self)}{'' if self.total is None else f' of {self.total}'} {self.selection.describe()}"
+        part = "" if self.total is None else f"{len(self)} of "
+        known = part + self.selection.describe(count=len(self) if self.total is None else self.total)
         if self.unfilled is None:
             return f"<{known}>"
         return f"<{known}; {self.unfilled}>" if len(self) else f"<{self.unfilled}>"
