@@ -57,6 +57,8 @@ class WordScreen(OrbitScreen):
         elif isinstance(table.source, Head):
             self._wanted, self._awaits_rows = word, orbit
             return True
+        else:
+            self._leave_the_row()
         return place is not None
 
     def show_rows(self, rows: Pages, cursor: int) -> None:
@@ -64,10 +66,14 @@ class WordScreen(OrbitScreen):
         super().show_rows(rows, cursor)
         orbit, self._awaits_rows = self._awaits_rows, None
         if orbit is not None and orbit.a == self.here and rows.position(least_rotation(orbit.code)) is None:
-            row = self.query_one(PagedTable).row
-            self._caught_up = None if row is None else row[0]
+            self._leave_the_row()
             self.orbit = orbit
             self._say_no_row(orbit)
+
+    def _leave_the_row(self) -> None:
+        """Let the row under the cursor not take the place of what is shown, until the cursor moves."""
+        row = self.query_one(PagedTable).row
+        self._caught_up = None if row is None else row[0]
 
     def ask_for(self, code: str) -> None:
         """Look a code up, or solve it, in a worker."""

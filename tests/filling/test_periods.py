@@ -207,6 +207,8 @@ def test_progress_counts_words(tmp_path):
         (7, 712, 712),
         (8, 2096, 2096),
     ]
+    known = list(fill_periods(path, 1.0, [7]))  # the words are there, by their classes
+    assert (known[-1].words, known[-1].total) == (712, 712)
 
 
 def test_time_is_kept(tmp_path):

@@ -275,6 +275,22 @@ def test_it_opens_at_a_code_that_is_not_chosen(filled, code, chosen, rows, told)
 
 
 @pytest.mark.slow
+def test_a_code_that_is_found_just_behind_the_rows_stays_on_show(filled):
+    async def steps(app, pilot):
+        main, table = app.screen, table_of(app)
+        rows, found = table.source, app.screen.orbit
+        main._caught_up = None
+        main.show_rows(rows, 1)  # the message that the cursor is there is still on its way
+        main.on_word_screen_orbit_found(main.OrbitFound(found))
+        await settle(pilot)
+        assert main.orbit == found
+        await press(pilot, "j")
+        assert main.orbit.code == table.row[0] == rows.row(2)[0]
+
+    drive(filled, steps, code="1232131", selection=Selection(periods=((2, 4),)))
+
+
+@pytest.mark.slow
 def test_an_orbit_that_is_its_own_reverse_runs_the_other_way(filled):
     async def steps(app, pilot):
         await ask(pilot, "c", "0103")
