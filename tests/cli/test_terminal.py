@@ -306,7 +306,10 @@ def test_ctrl_z_and_back(tmp_path):
     shell.expect(r"[━╾─]{26}[^\r]*\r")
     shell.sendintr()
     shell.expect("orbitdb: interrupted")
-    shell.close(force=True)
+    shell.expect(r"\$ ")
+    shell.sendline("exit 7")
+    shell.expect(pexpect.EOF)
+    assert ended(shell).code == 7
 
 
 _INTERRUPTED_IMPORT = """

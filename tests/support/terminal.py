@@ -124,6 +124,7 @@ def spawn(
 
 def ended(child: pexpect.spawn, *written: tuple[str, int]) -> Session:
     """Return what a command that has closed its terminal has written, part by part, as in `Session`."""
+    child.wait()  # it may still be on its way out, and `close` has little patience
     child.close()
     return Session(child.exitstatus, written)
 
@@ -181,8 +182,7 @@ def run_several_in_terminal(runs: Sequence[Run], **variables: str) -> list[Sessi
     ]
     child = spawn(json.dumps(asked), command=[sys.executable, "-P", "-c", _SEVERAL], **variables)
     child.expect(pexpect.EOF)
-    child.close()
-    assert child.exitstatus == 0, child.before
+    assert ended(child).code == 0, child.before
     parts = child.before.split("\x1e")[:-1]
     return [
         Session(int(code), ((raw, run.columns),))
