@@ -441,6 +441,7 @@ def test_points_of_an_orbit_lie_on_the_boundary(catalogue):
         ("p = 3 and length in (SELECT length FROM catalogue WHERE code('310'))",
          {"013", "031", "123", "132"}),
         ("code('001')", {"001"}),
+        ("code('13', '310', '3123')", {"13", "031", "1233"}),
         ("code = 'code(''31'')'", set()),
     ],
 )  # fmt: skip

@@ -14,11 +14,12 @@ from orbitdb.errors import StoreError
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbits
 from orbitdb.store.asking.expressions import check
-from orbitdb.store.asking.selection import Selection, SelectionError, parse_bound
+from orbitdb.store.asking.selection import Selection, SelectionError, choose, parse_bound
 from orbitdb.store.file.database import plain_errors
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.leg_terms import read_leg_sums
+from orbitdb.store.reading.pages import chosen_keys, load_index
 from orbitdb.symbols.patterns import Like
 from orbitdb.verification.invariants import check_consistency
 from orbitdb.verification.rigorous import certify
@@ -59,8 +60,11 @@ def test_a_text_with_other_signs_than_symbols_is_like_no_word(varied):
 
 def test_a_number_with_a_name_is_like_the_words_that_read_as_it(varied):
     with closing(Catalogue(varied)) as catalogue:
-        (found,) = catalogue.select(a=1.6, where="code LIKE :code", parameters={"code": 13})
+        chosen = choose(a=1.6, where="code LIKE :code", parameters={"code": 13})
+        (found,) = catalogue.select(chosen)
         assert found.code == "13"
+        index = load_index(catalogue, 1.6)
+        assert len(chosen_keys(catalogue, index, chosen)) == catalogue.count(chosen) == 1
 
 
 def test_the_number_of_a_class_is_that_of_a_word_of_its_period(varied):
