@@ -191,24 +191,23 @@ class Choice:
             If an option cannot be read.
         """
         from orbitdb.billiard.stadium import Stadium
-        from orbitdb.store.asking import selection as sel
+        from orbitdb.store.asking import parsing
+        from orbitdb.store.asking.selection import Selection, SelectionError
         from orbitdb.symbols.words import parse
 
-        parameters = dict(sel.parse_parameter(parameter) for parameter in self.parameters or ())
+        parameters = dict(parsing.parse_parameter(parameter) for parameter in self.parameters or ())
         if parameters and self.where is None:
-            raise sel.SelectionError(
-                "-P says what a name in --where stands for: give --where, or leave out -P"
-            )
-        return sel.Selection(
+            raise SelectionError("-P says what a name in --where stands for: give --where, or leave out -P")
+        return Selection(
             a=Stadium(a).a,
-            periods=() if self.p is None else sel.parse_periods(self.p),
-            statuses=() if self.status is None else sel.parse_statuses(self.status),
-            time_reversal=None if self.reversal is None else sel.parse_reversal(self.reversal),
-            symmetry=None if self.symmetry is None else sel.parse_symmetry(self.symmetry),
+            periods=() if self.p is None else parsing.parse_periods(self.p),
+            statuses=() if self.status is None else parsing.parse_statuses(self.status),
+            time_reversal=None if self.reversal is None else parsing.parse_reversal(self.reversal),
+            symmetry=None if self.symmetry is None else parsing.parse_symmetry(self.symmetry),
             contains=None if self.contains is None else parse(self.contains),
-            exists=sel.parse_exists(self.exists or ()),
-            not_at=sel.parse_exists(self.not_at or ()),
-            ranges=sel.parse_bounds(self.bounds or ()),
+            exists=parsing.parse_exists(self.exists or ()),
+            not_at=parsing.parse_exists(self.not_at or ()),
+            ranges=parsing.parse_bounds(self.bounds or ()),
             where=self.where,
             parameters=parameters,
         )

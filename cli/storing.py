@@ -38,7 +38,7 @@ def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]
     InputError
         If they cannot be read, or one of them cannot be filled.
     """
-    from orbitdb.store.asking.selection import parse_periods
+    from orbitdb.store.asking.parsing import parse_periods
 
     if "-" in p[1:] or "," in p:
         refuse_idle(context, f"with --p {p}", "first")

@@ -36,7 +36,7 @@ def sql(
     most; nothing can be written. code('310') finds a word in any rotation.
     """
     from orbitdb.store.asking.codes import hint
-    from orbitdb.store.asking.selection import parse_parameter
+    from orbitdb.store.asking.parsing import parse_parameter
     from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.statements import run_statement
 

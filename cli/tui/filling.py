@@ -74,7 +74,7 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.numerals import real
-    from orbitdb.store.asking.selection import parse_periods
+    from orbitdb.store.asking.parsing import parse_periods
     from orbitdb.symbols.enumeration import MAX_PERIOD
     from orbitdb.symbols.words import parse, primitive_root
 

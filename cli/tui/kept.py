@@ -13,7 +13,8 @@ from typing import Any
 from orbitdb.cli.tui.columns import USUAL
 from orbitdb.errors import InputError, StoreError
 from orbitdb.export import complete
-from orbitdb.store.asking.selection import Selection, choose
+from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tokens import tokens
 from orbitdb.symbols.words import least_rotation, parse_primitive
 

@@ -14,7 +14,7 @@ from orbitdb.averages.tilted import tilt
 from orbitdb.benchmarks.representatives import representatives
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.newton import solve
-from orbitdb.store.asking.selection import choose
+from orbitdb.store.asking.criteria import choose
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.leg_terms import sum_rules_of
 from orbitdb.store.reading.whole_periods import read_whole

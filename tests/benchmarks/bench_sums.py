@@ -17,7 +17,8 @@ import numpy as np
 from orbitdb.averages.period_sums import PeriodSums
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
-from orbitdb.store.asking.selection import Selection, choose
+from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.leg_terms import sum_rules_of

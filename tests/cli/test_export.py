@@ -26,7 +26,7 @@ from orbitdb import export as files
 from orbitdb.cli import rows as cli_rows
 from orbitdb.errors import InputError
 from orbitdb.filling.single_word import fill_word
-from orbitdb.store.asking.selection import choose
+from orbitdb.store.asking.criteria import choose
 from orbitdb.store.reading import class_first, spread, spread_columns
 from orbitdb.store.reading.class_view import class_view
 

@@ -7,7 +7,7 @@ from contextlib import closing
 import pytest
 
 from orbitdb.filling.sweeps import sweep_periods
-from orbitdb.store.asking.selection import choose
+from orbitdb.store.asking.criteria import choose
 
 KEYS = ["p", "N_t", "N_c", "classes", "boundary", "unresolved", "seconds", "processor_seconds"]
 

@@ -18,7 +18,7 @@ from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.workers import Processes
 from orbitdb.orbits.newton import solve
-from orbitdb.store.asking.selection import choose
+from orbitdb.store.asking.criteria import choose
 from orbitdb.store.reading import class_first
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.pages import chosen_keys, load_index

@@ -18,7 +18,8 @@ from orbitdb.orbits.exponents import exponents
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.choosing import within_ranges
-from orbitdb.store.asking.selection import Selection, choose
+from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import SWEPT_MEASURES, selection_of, swept_text
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.catalogue import Catalogue

@@ -7,7 +7,7 @@ from quick import slow_but
 
 from orbitdb import Catalogue
 from orbitdb.cli import figures
-from orbitdb.store.asking.selection import choose
+from orbitdb.store.asking.criteria import choose
 
 KINDS = ("entropy", "lyapunov")
 

@@ -15,7 +15,7 @@ from orbitdb.orbits.svg import number_labels
 from orbitdb.plots import curves, paths, style
 from orbitdb.plots.deviations import draw_deviations
 from orbitdb.plots.enclosures import draw_width
-from orbitdb.store.asking.selection import choose
+from orbitdb.store.asking.criteria import choose
 
 WORDS = ["13", "1232131", "010232", "111333", "11133"]
 SVG = "{http://www.w3.org/2000/svg}"

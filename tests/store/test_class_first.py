@@ -12,7 +12,8 @@ from orbitdb.filling.single_word import fill_word
 from orbitdb.orbits.newton import solve
 from orbitdb.store.asking.conditions import answering, conditions_of
 from orbitdb.store.asking.confinement import Patience
-from orbitdb.store.asking.selection import SelectionError, choose
+from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.selection import SelectionError
 from orbitdb.store.file.schema import catalogue as view
 from orbitdb.store.reading import class_first, counted_words, first_rows, fitting_words, places, reader
 from orbitdb.store.reading.catalogue import Catalogue

@@ -23,7 +23,8 @@ from orbitdb.billiard.stability import forces
 from orbitdb.errors import StoreError
 from orbitdb.filling.single_word import fill_word
 from orbitdb.store.asking.codes import hint
-from orbitdb.store.asking.selection import SelectionError, choose
+from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.selection import SelectionError
 from orbitdb.symbols.words import from_strings, least_rotation
 
 

@@ -7,7 +7,7 @@ import pytest
 from quick import slow_but
 
 from orbitdb.store.asking.confinement import Patience
-from orbitdb.store.asking.selection import choose
+from orbitdb.store.asking.criteria import choose
 from orbitdb.store.reading import class_first, counted_words, first_rows, fitting_words, places
 from orbitdb.store.reading.catalogue import Catalogue
 

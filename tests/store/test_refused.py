@@ -13,8 +13,10 @@ from orbitdb.column_blocks import in_columns
 from orbitdb.errors import StoreError
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbits
+from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.expressions import check
-from orbitdb.store.asking.selection import Selection, SelectionError, choose, parse_bound
+from orbitdb.store.asking.parsing import parse_bound
+from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.database import plain_errors
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.catalogue import Catalogue

@@ -7,7 +7,7 @@ from orbitdb import Catalogue
 from orbitdb.errors import InputError
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.single_word import fill_word
-from orbitdb.store.asking.selection import choose
+from orbitdb.store.asking.criteria import choose
 from orbitdb.store.reading.fills import Fill, describe_unfilled
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
-from orbitdb.store.asking.selection import choose
+from orbitdb.store.asking.criteria import choose
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.verification.births import check_births, whole_births
 from orbitdb.verification.lives import prove_lives

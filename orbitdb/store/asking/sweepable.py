@@ -7,13 +7,8 @@ that of all orbits is empty. The stadium and the periods are no part of it: they
 from collections.abc import Iterator
 
 from orbitdb.orbits.orbit import Status
-from orbitdb.store.asking.selection import (
-    Selection,
-    SelectionError,
-    ordered_symmetry,
-    parse_bound,
-    parse_reversal,
-)
+from orbitdb.store.asking.parsing import ordered_symmetry, parse_bound, parse_reversal
+from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.words import parse
 

@@ -10,7 +10,8 @@ from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.confinement import never
-from orbitdb.store.asking.selection import Criteria, Selection, SelectionError, choose, with_criteria
+from orbitdb.store.asking.criteria import Criteria, choose, with_criteria
+from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file.database import default_path
 from orbitdb.store.file.engines import driver

@@ -24,7 +24,8 @@ from orbitdb.cli.tui.table import PagedTable, _fitting
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.lives import solve_word
 from orbitdb.orbits.orbit import Status
-from orbitdb.store.asking.selection import Selection, choose
+from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading import pages
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.index_reading import load_index

@@ -1,0 +1,151 @@
+"""Criteria: the plain values that a subset is chosen by, and the selection that they make."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from difflib import get_close_matches
+from inspect import Parameter, Signature, signature
+from numbers import Real
+from typing import Any, TypedDict, TypeVar
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.parsing import (
+    parse_exists,
+    parse_periods,
+    parse_reversal,
+    parse_statuses,
+    parse_symmetry,
+)
+from orbitdb.store.asking.selection import MEASURES, USUAL_A, Bounds, Selection, SelectionError
+from orbitdb.symbols.words import parse
+
+_AS_OPTIONS = {"range": "the name of what is bounded, as in length=(3, 10)"}
+"""What criteria are that are options by another name, unless the name is near."""
+
+
+class Criteria(TypedDict, total=False):
+    """What a subset can be chosen by, as `choose` takes it."""
+
+    a: float | None
+    p: int | tuple[int, int] | str | Iterable[int] | None
+    status: Status | str | Iterable[Status | str] | None
+    time_reversal: str | None
+    symmetry: str | None
+    contains: str | None
+    exists: float | Iterable[float]
+    not_at: float | Iterable[float]
+    where: str | None
+    parameters: Mapping[str, str | int | float] | None
+    length: Bounds | None
+    lyapunov: Bounds | None
+    lambda_d: Bounds | None
+    lambda_c: Bounds | None
+    margin: Bounds | None
+    born: Bounds | None
+    dies: Bounds | None
+
+
+_Method = TypeVar("_Method", bound=Callable[..., Any])
+
+
+def with_criteria(method: _Method) -> _Method:
+    """Show the criteria of a method, taken as ``**criteria``, one by one in help and completion."""
+    *kept, _ = signature(method).parameters.values()
+    named = [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=kind)
+        for name, kind in Criteria.__annotations__.items()
+    ]
+    method.__signature__ = Signature([*kept, *named])  # type: ignore[attr-defined]
+    return method
+
+
+def choose(
+    a: float | None = None,
+    p: int | tuple[int, int] | str | Iterable[int] | None = None,
+    status: Status | str | Iterable[Status | str] | None = None,
+    time_reversal: str | None = None,
+    symmetry: str | None = None,
+    contains: str | None = None,
+    where: str | None = None,
+    parameters: Mapping[str, str | int | float] | None = None,
+    exists: float | Iterable[float] = (),
+    not_at: float | Iterable[float] = (),
+    **ranges: Bounds | None,
+) -> Selection:
+    """Return a selection from plain values.
+
+    Parameters
+    ----------
+    a : float, optional
+        The stadium, by default 1.6.
+    p : int, (int, int), str or iterable of int, optional
+        A period, the first and the last of a range (a tuple), text such as ``2,3,5-7``, or all periods
+        one by one (a list, a range, an array).
+    status : Status, str or iterable of them, optional
+        One, or some, also in a text with commas, such as ``orbit,boundary``.
+    time_reversal, symmetry, contains, where, parameters : optional
+        As in `Selection`.
+    exists, not_at : float or iterable of float, optional
+        Where the words are orbits, and where they are none, whatever a is.
+    **ranges : (float or None, float or None)
+        Least and greatest value of one of `MEASURES`, such as ``length=(3, None)``.
+
+    Raises
+    ------
+    SelectionError
+        If one of them cannot be used.
+    """
+    if unknown := sorted(set(ranges) - set(MEASURES)):
+        raise _no_criterion(unknown)
+    spans = {name: _pair(name, bounds) for name, bounds in ranges.items() if bounds is not None}
+    if not isinstance(where, str | None):
+        raise SelectionError(f"where {where!r:.40}: give an SQL expression such as 'lambda_c < 0.4'")
+    return Selection(
+        a=Stadium(USUAL_A if a is None else a).a,
+        periods=() if p is None else parse_periods(_periods_text(p)),
+        statuses=() if status is None else parse_statuses(_listed(status)),
+        time_reversal=None if time_reversal is None else parse_reversal(time_reversal),
+        symmetry=None if symmetry is None else parse_symmetry(symmetry),
+        contains=None if contains is None else parse(contains),
+        exists=parse_exists(exists),
+        not_at=parse_exists(not_at),
+        ranges={name: pair for name, pair in spans.items() if pair != (None, None)},
+        where=where,
+        parameters=parameters or {},
+    )
+
+
+def _no_criterion(names: Sequence[str]) -> SelectionError:
+    """Return the error that tells of names that are no criteria, and what the first of them may be."""
+    known = tuple(Criteria.__annotations__)
+    meant = _AS_OPTIONS.get(names[0]) or next(iter(get_close_matches(names[0], known, 1)), "")
+    return SelectionError(
+        f"{', '.join(names)}: not a criterion{meant and f', use {meant}'}; these are {', '.join(known)}"
+    )
+
+
+def _periods_text(p: int | tuple[int, int] | str | Iterable[int]) -> str:
+    """Write periods as `parse_periods` reads them: a pair is a range, any other sequence has them all."""
+    if isinstance(p, tuple) and len(p) == 2:
+        return "-".join(map(str, p))
+    if isinstance(p, range) and p.step == 1 and len(p):
+        return f"{p[0]}-{p[-1]}"
+    return _listed(p)
+
+
+def _listed(value: object) -> str:
+    """Write one value, or several with commas between."""
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        return str(value)
+    return ",".join(map(str, value))
+
+
+def _pair(name: str, bounds: object) -> Bounds:
+    """Return bounds on a measure; raise unless they are a pair, each a number or None."""
+    pair = tuple(bounds) if isinstance(bounds, tuple | list) else ()
+    numbers = [bound for bound in pair if bound is not None]
+    if len(pair) != 2 or not all(isinstance(bound, Real) and bound == bound for bound in numbers):
+        raise SelectionError(f"{name} = {bounds!r:.40}: give two numbers such as (3, 10), or None for one")
+    low, high = pair
+    if len(numbers) == len(pair) and low > high:
+        raise SelectionError(f"{name} = {bounds!r:.40} runs backwards: give {(high, low)}")
+    return low, high

@@ -1,0 +1,182 @@
+"""Parts of a selection as people write them: periods, statuses, bounds and the like, read from texts."""
+
+import re
+from collections.abc import Iterable
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.numerals import real
+from orbitdb.orbits.orbit import STORED, Status
+from orbitdb.store.asking.selection import MEASURES, REVERSALS, Bounds, SelectionError
+from orbitdb.symbols.symmetry import NAMES, label, smallest_group
+
+_PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
+_LEAST = 2
+_MOST_RANGES = 100
+_RANGE = re.compile(r"([^:]*):([^:]*)")
+_INTEGER = re.compile(r"\s*[+-]?[0-9]+\s*")
+_LARGEST_INTEGER = 2**63
+
+
+def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
+    """Read ranges of periods such as ``11``, ``2-8`` or ``2,3,5-7``.
+
+    Raises
+    ------
+    SelectionError
+        If the text is not of this form, or a range runs backwards.
+    """
+    ranges = []
+    for part in text.split(","):
+        found = _PERIODS.fullmatch(part.strip())
+        if found is None:
+            raise SelectionError(f"periods {text!r}: write them as 11, 2-8 or 2,3,5-7")
+        low, high = int(found[1]), int(found[2] or found[1])
+        if low > high:
+            remedy = f"write {high}-{low}" if high >= _LEAST else f"the least period is {_LEAST}"
+            raise SelectionError(f"periods {part.strip()!r} run backwards: {remedy}")
+        ranges.append((low, high))
+    if len(ranges) > _MOST_RANGES:
+        raise SelectionError(f"periods: {len(ranges)} ranges, more than {_MOST_RANGES}; join some, as in 2-8")
+    return tuple(ranges)
+
+
+def parse_bound(text: str) -> tuple[str, Bounds]:
+    """Read bounds on a measure such as ``length=3:10``, ``margin=:1e-4`` or ``lambda_c=0.4:``.
+
+    Raises
+    ------
+    SelectionError
+        If the text is not of this form, or does not name one of `MEASURES`.
+    """
+    name, _, span = text.partition("=")
+    if name.strip() not in MEASURES:
+        raise SelectionError(f"range {text!r}: name one of {', '.join(MEASURES)}, as in length=3:10")
+    found = _RANGE.fullmatch(span.strip())
+    try:
+        if found is None or not (found[1].strip() or found[2].strip()):
+            raise ValueError(text)
+        low, high = (real(part) if part.strip() else None for part in found.groups())
+        if low != low or high != high:
+            raise ValueError(text)
+    except ValueError:
+        raise SelectionError(f"range {text!r}: write it as {name}=3:10, {name}=3: or {name}=:10") from None
+    if low is not None and high is not None and low > high:
+        raise SelectionError(f"range {text!r} runs backwards: write {name.strip()}={high:g}:{low:g}")
+    return name.strip(), (low, high)
+
+
+def parse_bounds(texts: Iterable[str]) -> dict[str, Bounds]:
+    """Read bounds on measures; those on the same one hold together.
+
+    Raises
+    ------
+    SelectionError
+        If one of them cannot be read (`parse_bound`).
+    """
+    found: dict[str, Bounds] = {}
+    for text in texts:
+        name, bounds = parse_bound(text)
+        low, high = zip(found.get(name, (None, None)), bounds, strict=True)
+        found[name] = (
+            max((bound for bound in low if bound is not None), default=None),
+            min((bound for bound in high if bound is not None), default=None),
+        )
+    return found
+
+
+def parse_parameter(text: str) -> tuple[str, str | int | float]:
+    """Read a value for a name in ``where``, such as ``cut=0.5`` or ``kind=self``.
+
+    Raises
+    ------
+    SelectionError
+        If the text is not of the form name=value.
+    """
+    name, sign, value = text.partition("=")
+    if not sign or not name.isidentifier():
+        raise SelectionError(f"-P {text!r}: write it as name=value")
+    try:
+        number = real(value)
+        return name, int(value) if _INTEGER.fullmatch(value) and abs(number) < _LARGEST_INTEGER else number
+    except ValueError:
+        return name, value
+
+
+def parse_reversal(text: str) -> str:
+    """Read ``self`` or ``pair``.
+
+    Raises
+    ------
+    SelectionError
+        If it is neither.
+    """
+    if text not in REVERSALS:
+        raise SelectionError(f"reversal {text!r}: use self or pair")
+    return text
+
+
+def parse_symmetry(text: str) -> str:
+    """Read a symmetry label such as ``x,T,xT``, its elements in any order, or ``1`` for none.
+
+    Raises
+    ------
+    SelectionError
+        If one of them is no symmetry of the stadium, or they lack some of their products.
+    """
+    named = ordered_symmetry(text)
+    if named == "1":
+        return named
+    group = label(smallest_group(map(NAMES.index, named.split(","))))
+    if group != named:
+        raise SelectionError(
+            f"symmetry {text!r} is no group, and none of a word: the smallest that holds it is {group}"
+        )
+    return group
+
+
+def ordered_symmetry(text: str) -> str:
+    """Write the elements of a symmetry label in their order, be they a group or not.
+
+    Raises
+    ------
+    SelectionError
+        If one of them is no symmetry of the stadium.
+    """
+    names = {part.strip() for part in text.split(",")}
+    if names != {"1"} and not names <= set(NAMES[1:]):
+        raise SelectionError(f"symmetry {text!r}: use 1, or some of {', '.join(NAMES[1:])} with commas")
+    return "1" if names == {"1"} else ",".join(name for name in NAMES if name in names)
+
+
+def parse_statuses(text: str) -> tuple[Status, ...]:
+    """Read statuses separated by commas; ``all`` stands for every one.
+
+    Raises
+    ------
+    SelectionError
+        If one of them is not a status, or no row has it.
+    """
+    if text.strip() == "all":
+        return ()
+    try:
+        found = tuple(dict.fromkeys(Status(part.strip()) for part in text.split(",")))
+    except ValueError:
+        known = ", ".join(STORED)
+        raise SelectionError(f"status {text!r}: use {known}, some of them with commas, or all") from None
+    if Status.FAMILY in found:
+        raise SelectionError(
+            f"status {text!r}: the bouncing-ball family is never stored: 'orbitdb query 02' tells of it"
+        )
+    return found
+
+
+def parse_exists(values: float | Iterable[float]) -> tuple[float, ...]:
+    """Read one value of a, or several, at which words exist or do not.
+
+    Raises
+    ------
+    StadiumError
+        If there is no such stadium.
+    """
+    each = values if isinstance(values, Iterable) else (values,)
+    return tuple(dict.fromkeys(Stadium(a).a for a in each))
