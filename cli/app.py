@@ -1,24 +1,23 @@
 """All commands of ``orbitdb``: one module a group of commands, loaded when one of them is called."""
 
 import logging
-from collections import Counter
 from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand
 
 from orbitdb import __version__
+from orbitdb.cli.help import Command, Group
 
 ParsingError = typer.TyperException
 
 _ROOMS = (
     "fill", "sweep", "births", "query", "identify", "browse", "table", "entropy", "lyapunov", "bounds",
-    "simulate", "plot", "export", "sql", "columns", "verify", "bench", "info",
+    "simulate", "levels", "spectrum", "plot", "export", "sql", "columns", "verify", "bench", "info",
 )  # fmt: skip
-"""The modules of `orbitdb.cli.commands`, in the order of ``orbitdb --help``."""
+"""The modules of `orbitdb.cli.commands`."""
 
 _ROOM_OF = {room: room for room in _ROOMS} | {"tui": "browse", "migrate": "info"}
 """By command."""
@@ -42,23 +41,11 @@ logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its fo
 logging.getLogger("sqlalchemy.pool").setLevel(logging.CRITICAL)  # a Ctrl-C as a file is closed it tells, too
 
 
-class _Once(TyperCommand):
-    """A command that refuses an option with several values of which it would take the last."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse what is typed behind the command."""
-        if not ctx.resilient_parsing:
-            *_, order = self.make_parser(ctx).parse_args(args=list(args))
-            for each, times in Counter(order).items():
-                if times > 1 and not getattr(each, "multiple", True) and not getattr(each, "is_flag", True):
-                    ctx.fail(f"{each.opts[0]} is given {times} times: give it once")
-        return super().parse_args(ctx, args)
-
-
 def program(rooms: Sequence[str] = _ROOMS) -> typer.Typer:
     """Return the program with the commands of some modules, by default all."""
     app = typer.Typer(
         name="orbitdb",
+        cls=Group,
         help="A certified catalogue of the unstable periodic orbits of the stadium billiard.",
         context_settings={"help_option_names": ["-h", "--help"]},
         rich_markup_mode=None,
@@ -68,7 +55,7 @@ def program(rooms: Sequence[str] = _ROOMS) -> typer.Typer:
     for room in rooms:
         import_module(f"orbitdb.cli.commands.{room}").register(app)
     for command in app.registered_commands:
-        command.cls = _Once
+        command.cls = Command
     return app
 
 

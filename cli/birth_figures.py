@@ -7,12 +7,13 @@ from numpy.typing import NDArray
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.figures import short
+from orbitdb.entropy.letters import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.orbits.newton import solve_word
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots import births
 from orbitdb.plots.paths import draw_orbit
-from orbitdb.plots.style import BLUE, ORANGE, figure
+from orbitdb.plots.style import BLUE, ORANGE, explain, figure
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
 
@@ -21,8 +22,6 @@ _MOST = 4
 _PLACES = 400
 _LOW, _WIDER = 0.02, 1.5
 _LOW_LIFE, _HIGH_LIFE, _BESIDE = 0.1, 5.0, 1e-9
-_GEOMETRIC = 1.218756
-"""The entropy of the geometric rules alone, ln of the inverse root of z^3 + z^2 + 3 z = 1."""
 
 
 def draw_births(catalogue: Catalogue, chosen: Selection) -> Figure:
@@ -40,7 +39,7 @@ def draw_births(catalogue: Catalogue, chosen: Selection) -> Figure:
     with figure(6.4, 7.6) as made:
         above, middle, below = made.subplots(3, 1, sharex=True)
         births.draw_shares(above, {p: places[p] for p in shown}, a)
-        births.draw_entropies(middle, entropies, a, _GEOMETRIC)
+        births.draw_entropies(middle, entropies, a, geometric_entropy())
         births.draw_changes(below, {p: places[p].a[places[p].a > 0] for p in shown[-2:]}, a)
         below.set_xlabel("$a$")
     return made
@@ -72,6 +71,7 @@ def draw_life(found: Orbit) -> Figure:
         births.draw_followed(middle, a, numbers[:, 0], "length $L$", ends, BLUE)
         births.draw_followed(below, a, numbers[:, 1], r"$\lambda$", ends, ORANGE)
         below.set_xlabel("$a$")
+        explain(made, above, middle)
     return made
 
 

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Iterable, Iterator
+from itertools import chain
 
 from orbitdb.cli.render import note, repeats
 from orbitdb.errors import InputError
@@ -10,10 +11,16 @@ _AROUND = " \t\r\n\ufeff"
 """What may stand around a code; Windows begins files with a mark of the order of bytes."""
 
 
-def given_codes(codes: Iterable[str]) -> Iterator[str]:
-    """Return the codes given, the lines of stdin in the place of ``-``, without checking them."""
+def given_codes(*given: Iterable[str] | None) -> Iterator[str]:
+    """Return the codes given, the lines of stdin in the place of ``-``, without checking them.
+
+    Parameters
+    ----------
+    *given : iterable of str, optional
+        The words, and those behind ``--code``; None where there are none.
+    """
     try:
-        for code in codes:
+        for code in chain.from_iterable(codes or () for codes in given):
             if code == "-":
                 yield from (code for line in sys.stdin or () if (code := line.strip(_AROUND)))
             else:

@@ -1,12 +1,18 @@
-"""How a command ends before its time: Ctrl-C, a signal to terminate, a pipe that nobody reads."""
+"""How a command ends before its time: Ctrl-C, a signal to terminate, a pipe that nobody reads.
 
+Both signals become exceptions in whatever the command does, for all commands alike, so that processes and
+files are cleared away as after any other failure. `orbitdb.cli.main` says the one line.
+"""
+
+import os
 import signal
 import sys
+import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import FrameType
-from typing import TypeVar
+from typing import Any, NoReturn
 
 _PATIENCE = 1.0
 """Seconds in which a further Ctrl-C does not disturb what the first one has set going."""
@@ -14,7 +20,8 @@ _PATIENCE = 1.0
 TERMINATING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 """Signals that tell a process to end."""
 
-Step = TypeVar("Step")
+SIGNALLED = 128
+"""An exit code that tells of a signal, less the number of the signal."""
 
 
 class Terminated(BaseException):
@@ -30,18 +37,46 @@ class Terminated(BaseException):
         self.number = number
 
 
+class LooseThread(threading.Thread):
+    """A thread that the end of the process does not wait for."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(daemon=True, **kwargs)
+
+
+def leave(code: int) -> NoReturn:
+    """End the process, all that it has written being flushed.
+
+    Python takes itself apart at its end, which libraries that a loose thread works in may not survive.
+    """
+    if any(isinstance(thread, LooseThread) for thread in threading.enumerate()):
+        sys.stderr.flush()
+        os._exit(code)
+    sys.exit(code)
+
+
 def end_as_users_expect() -> None:
-    """Take Ctrl-C once however often it is pressed, and end quietly before ``| head``."""
+    """Take Ctrl-C once however often it is pressed, be told to end, and end quietly before ``| head``.
+
+    Signals that the process was started to ignore, as by ``nohup``, stay ignored.
+    """
     if hasattr(signal, "SIGPIPE"):
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
+    _terminate.heeded = [n for n in TERMINATING if signal.getsignal(n) == signal.SIG_DFL]
+    _terminate.act(_terminate)
     sys.unraisablehook = _unraisable
 
 
 def end_undisturbed() -> None:
-    """Be deaf to Ctrl-C from here on: all is said, and only the interpreter is still to close."""
+    """Raise nothing from here on: all is said and cleared away, and only the interpreter is still to close.
+
+    Ctrl-C is not heard any more. What tells to end ends the process at once, which may still wait for whoever
+    reads its output.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _terminate.act(signal.SIG_DFL)
 
 
 class _InterruptOnce:
@@ -63,9 +98,15 @@ _interrupt = _InterruptOnce()
 class _TerminateOnce:
     def __init__(self) -> None:
         self.number: int | None = None
+        self.heeded: list[int] = []
+
+    def act(self, action: Callable[[int, FrameType | None], None] | signal.Handlers) -> None:
+        """Do this from now on when a signal says to end."""
+        for number in self.heeded:
+            signal.signal(number, action)
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
-        signal.signal(number, signal.SIG_IGN)
+        self.act(signal.SIG_IGN)
         self.number = number
         raise Terminated(number)
 
@@ -93,52 +134,25 @@ def ending() -> KeyboardInterrupt | Terminated | None:
     return KeyboardInterrupt() if _interrupt.pressed else None
 
 
-def until_ended(steps: Iterable[Step]) -> Iterator[Step]:
-    """Pass steps on until the command is ended from outside, even if that was lost on its way."""
-    for step in steps:
-        if (end := ending()) is not None:
-            raise end
-        yield step
+def go_on() -> None:
+    """Raise what ends the command, if it has been ended from outside and that was lost on its way.
+
+    Raises
+    ------
+    KeyboardInterrupt, Terminated
+    """
+    if (end := ending()) is not None:
+        raise end
 
 
 @contextmanager
 def with_other_processes() -> Iterator[None]:
-    """Close other processes when this one is told to end, and survive their deaths.
-
-    Raises
-    ------
-    Terminated
-        On a signal to terminate.
-    """
-    pipes = [signal.SIGPIPE] if hasattr(signal, "SIGPIPE") else []
-    with told_to_end(), _unless_handled(pipes, signal.SIG_IGN):
+    """Survive the deaths of other processes, to which this one writes."""
+    if not hasattr(signal, "SIGPIPE"):
         yield
-
-
-@contextmanager
-def told_to_end() -> Iterator[None]:
-    """Close what is open when a signal says to end.
-
-    Raises
-    ------
-    Terminated
-        On a signal to terminate.
-    """
-    with _unless_handled(TERMINATING, _terminate):
-        yield
-
-
-@contextmanager
-def _unless_handled(
-    signals: Iterable[int], action: Callable[[int, FrameType | None], None] | signal.Handlers
-) -> Iterator[None]:
-    """Handle those signals that do what they do by default."""
-    ours = [number for number in signals if signal.getsignal(number) == signal.SIG_DFL]
-    for number in ours:
-        signal.signal(number, action)
+        return
+    before = signal.signal(signal.SIGPIPE, signal.SIG_IGN)
     try:
         yield
     finally:
-        for number in ours:
-            with suppress(ValueError):
-                signal.signal(number, signal.SIG_DFL)
+        signal.signal(signal.SIGPIPE, before)

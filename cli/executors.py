@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 import typer
 
+from orbitdb.cli.endings import with_other_processes
 from orbitdb.cli.options import count_option
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
@@ -98,14 +99,14 @@ class Solvers:
         from orbitdb.filling.workers import HERE, Processes, cores
 
         if self.scheduler is not None:
-            with _quiet_dask(), _cluster(self.scheduler) as cluster:
+            with with_other_processes(), _quiet_dask(), _cluster(self.scheduler) as cluster:
                 yield cluster
             return
         count = self.jobs or (cores() if sequences >= WORTH_PROCESSES else 1)
         if count == 1 or sequences <= a_block:
             yield HERE
             return
-        with Processes(count) as processes:
+        with with_other_processes(), Processes(count) as processes:
             processes.start()
             yield processes
 

@@ -9,25 +9,20 @@ import typer
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from orbitdb.averages import by_period
-from orbitdb.averages.fixed_points import Weight, missing_periods
-from orbitdb.averages.period_sums import lyapunov_of_periods
-from orbitdb.averages.standing import faults_of, standing
+from orbitdb.averages.fixed_points import missing_periods
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.averaging import counts_without_rows, note_uncounted, read_classes
 from orbitdb.cli.reading import note_gaps, note_nothing
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
+from orbitdb.orbits.beyond import least_length
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots import curves, paths
-from orbitdb.plots.style import BLUE, ORANGE, explain, figure, plain
+from orbitdb.plots.style import BLUE, ORANGE, entitle, explain, figure
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.fills import joined_spans
-from orbitdb.store.reading.leg_terms import sum_rules_of, why_no_further_sum_rules, why_no_sum_rules
-from orbitdb.store.reading.references import best_reference
-from orbitdb.store.reading.whole_periods import WholePeriods, why_missing
+from orbitdb.store.reading.results import Result
 from orbitdb.symbols.symmetry import REVERSE, images_of
 from orbitdb.symbols.words import run_notation
 
@@ -41,6 +36,7 @@ def draw_orbit(found: Orbit) -> Figure:
         assert found.points is not None
         paths.draw_orbit(ax, Stadium(found.a), found.points)
         ax.set_title(_caption(found))
+        explain(made, ax)
     return made
 
 
@@ -56,12 +52,13 @@ def draw_reverse(found: Orbit) -> Figure:
         above.set_title(f"(a) {_caption(found)}")
         paths.draw_orbit(below, Stadium(found.a), found.points[::-1], BLUE if same else ORANGE)
         below.set_title(f"(b) its time reverse {short(reverse)}: {kind}")
+        explain(made, above)
     return made
 
 
 def _height(a: float, width: float) -> float:
-    """Return the height in inches of a stadium drawn this wide, with its title and axis."""
-    return max(2.0, (width - 0.8) * 2.7 / (2 * a + 2.7) + 0.9)
+    """Return the height in inches of a stadium drawn this wide, with its title, axis and legend."""
+    return max(2.2, (width - 0.8) * 2.7 / (2 * a + 2.7) + 1.1)
 
 
 def _caption(found: Orbit) -> str:
@@ -78,74 +75,70 @@ def short(code: str) -> str:
 
 
 def _draw_entropy(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
-    found, periods = _entropies(catalogue, chosen)
-    proved = catalogue.entropy_bounds(chosen.a)
-    band = None if proved is None else (proved.lower, proved.upper)
-    p, shown = _standing(found, periods)
+    found = _told(catalogue.entropy(chosen))
+    p, shown = _series(found)
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
-        curves.draw_entropy(ax, p, shown["K_0"], shown["h_zeta"], shown["h_zeta_change"], band)
-        ax.set_title(plain(_labelled(made, chosen, periods)))
+        curves.draw_entropy(ax, p, shown["K_0"], shown["h_zeta"], (found["h_lower"][0], found["h_upper"][0]))
+        entitle(made, _labelled(made, chosen, found["p"]))
         explain(made, ax)
     return made
 
 
-def _entropies(catalogue: Catalogue, chosen: Selection) -> tuple[by_period.Entropy, Sequence[int]]:
-    """Return the entropies that ``orbitdb entropy`` tells, and of which periods; say what is missing."""
-    counted = counts_without_rows(catalogue, chosen)
-    if counted is None:
-        note_uncounted(catalogue, chosen)
-        subset = _read(catalogue, chosen)
-        return by_period.entropy_of_counts(subset.cycles()), subset.periods
-    note_gaps(catalogue, chosen, left_out=True, counted=counted)
-    if missing := missing_periods(max(counted.chosen), counted.chosen):
-        _note_missing(why_missing(missing, chosen))
-    return by_period.entropy_of_counts(counted.cycles()), counted.chosen
-
-
 def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
-    subset = _read(catalogue, chosen)
-    if subset.swept:
-        found = lyapunov_of_periods(subset.sums(), subset.highest, Weight.EXPONENTIAL)
-    else:
-        found = by_period.lyapunov(subset.classes.rows(), subset.highest)
-    known = best_reference(catalogue, chosen.a)
-    if known is None:
-        note(f"no trajectories at a = {chosen.a:g} to compare with: run 'orbitdb simulate --a {chosen.a:g}'")
-    lines = (
-        (None, None)
-        if known is None
-        else (
-            curves.Line(known.lambda_d, known.lambda_d_error),
-            curves.Line(known.lambda_c, known.lambda_c_error),
-        )
-    )
-    p, shown = _standing(found, subset.periods)
+    found = _told(catalogue.lyapunov(chosen))
+    p, shown = _series(found)
+    held = not np.isnan(shown["lambda_d_sum_rule"]).all()
     discrete, continuous = (
-        curves.LyapunovRows(shown[name], shown[f"{name}_pair"], shown[f"{name}_zeta"], line)
-        for name, line in zip(("lambda_d", "lambda_c"), lines, strict=True)
+        curves.LyapunovRows(
+            shown[name],
+            shown[f"{name}_pair"],
+            shown[f"{name}_zeta"],
+            _line(found, name),
+            sum_rule=shown[f"{name}_sum_rule"] if held else None,
+            sum_rule_error=shown[f"{name}_sum_rule_error"] if held else None,
+        )
+        for name in ("lambda_d", "lambda_c")
     )
-    if why := why_no_sum_rules(subset.selection, subset.missing) or why_no_further_sum_rules(subset):
-        note(why)
-    if (held := sum_rules_of(subset)) is not None:
-        here = held.p >= p[0]
-        discrete = replace(
-            discrete,
-            sum_rule=held.lambda_d_sum_rule[here],
-            sum_rule_error=held.lambda_d_sum_rule_error[here],
-        )
-        continuous = replace(
-            continuous,
-            sum_rule=held.lambda_c_sum_rule[here],
-            sum_rule_error=held.lambda_c_sum_rule_error[here],
-        )
     with figure(6.4, 6.4) as made:
         above, below = made.subplots(2, 1, sharex=True)
         curves.draw_lyapunov(above, p, discrete, r"\lambda_d", "per bounce")
         curves.draw_lyapunov(below, p, continuous, r"\lambda_c", "per length $R$")
-        above.set(xlabel="", title=plain(_labelled(made, chosen, subset.periods)))
+        above.set(xlabel="")
+        entitle(made, _labelled(made, chosen, found["p"]))
         explain(made, above)
     return made
+
+
+def _line(found: Result, name: str) -> curves.Line | None:
+    """Return what trajectories give of an exponent."""
+    if f"{name}_trajectory" not in found.columns:
+        return None
+    return curves.Line(found[f"{name}_trajectory"][0], found[f"{name}_error_trajectory"][0])
+
+
+def _told(found: Result) -> Result:
+    """Say what is missing of what is drawn; leave if it is everything."""
+    for text in found.notes:
+        note(text if len(found) else f"{text}{_NOTHING}")
+    if not len(found):
+        raise typer.Exit(1)
+    return found
+
+
+def _series(found: Result) -> tuple[NDArray[np.int64], dict[str, NDArray[np.float64]]]:
+    """Return all periods from the first to the last, and the averages, NaN where there is none.
+
+    So no line is drawn across a period that is not there.
+    """
+    here = np.array(found["p"])
+    p = np.arange(here[0], here[-1] + 1)
+    shown = {}
+    for name in found.columns:
+        if name not in ("p", "h_proof"):
+            shown[name] = np.full(len(p), np.nan)
+            shown[name][here - here[0]] = np.array(found[name], dtype=float)
+    return p, shown
 
 
 def _labelled(made: Figure, chosen: Selection, periods: Sequence[int]) -> str:
@@ -154,34 +147,6 @@ def _labelled(made: Figure, chosen: Selection, periods: Sequence[int]) -> str:
     shown = replace(chosen, periods=tuple(spans)) if chosen.periods else chosen
     made.set_label(shown.describe())
     return shown.describe()
-
-
-def _standing(
-    found: by_period.Entropy | by_period.Lyapunov, periods: Sequence[int]
-) -> tuple[NDArray[np.int64], dict[str, NDArray[np.float64]]]:
-    """Return the periods from the first whole one on and the averages that stand; say why others do not.
-
-    NaN where there is none, so that no line is drawn across a period that is not there.
-    """
-    if fault := faults_of(found, periods):
-        note(fault)
-    here = found.p >= periods[0]
-    columns = standing(found, periods)
-    return found.p[here], {name: np.array(column, dtype=float)[here] for name, column in columns.items()}
-
-
-def _read(catalogue: Catalogue, chosen: Selection) -> WholePeriods:
-    """Return the chosen orbits of whole periods for averages; say which periods are missing."""
-    subset = read_classes(catalogue, chosen, swept=True, nothing=_NOTHING)
-    if subset is None:
-        raise typer.Exit(1)
-    if subset.missing:
-        _note_missing(subset.why_missing())
-    return subset
-
-
-def _note_missing(periods: str) -> None:
-    note(f"averages lack the orbits of p = {periods}")
 
 
 def _nothing(catalogue: Catalogue, chosen: Selection) -> typer.Exit:
@@ -210,7 +175,7 @@ def _draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
     with figure(max(4.0, columns * wide * unit), rows * high * unit + 0.6) as made:
         ax = made.add_subplot()
         paths.draw_sheet(ax, stadium, drawn, labels, columns)
-        ax.set_title(f"Classes of {plain(chosen.describe())}: least word (class size)")
+        entitle(made, f"Classes of {chosen.describe()}: least word (class size)")
     return made
 
 
@@ -230,7 +195,7 @@ def _draw_birkhoff(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
         ax = made.add_subplot()
         dots = curves.draw_birkhoff(ax, stadium, *map(np.concatenate, (place, sine, colour)))
         made.colorbar(dots, ax=ax, label=r"$\lambda_d$ (per bounce)", pad=0.01, extend="both")
-        made.suptitle(plain(chosen.describe()), fontsize=10)
+        entitle(made, chosen.describe())
     return made
 
 
@@ -239,11 +204,18 @@ def _draw_lengths(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figur
     found = catalogue.classes(chosen)
     if not len(found):
         raise _nothing(catalogue, chosen)
+    whole = [fill.p for fill in catalogue.fills(chosen.a) if fill.whole and chosen.includes(fill.p)]
+    highest = max((p for p in whole if not missing_periods(p, whole)), default=None)
+    complete = None if highest is None else least_length(highest, chosen.a)
     with figure(6.4, 6.0) as made:
         above, below = made.subplots(2, 1, sharex=True)
-        curves.draw_staircase(above, found.length, found.chosen)
-        curves.draw_density(below, found.p, found.length, found.chosen)
-        above.set(xlabel="", title=plain(chosen.describe()))
+        curves.draw_staircase(above, found.length, found.chosen, complete)
+        drawn = curves.draw_density(below, found.p, found.length, found.chosen)
+        made.colorbar(drawn, ax=below, label="orbits per unit of $L/R$", pad=0.01)
+        above.set(xlabel="")
+        entitle(made, chosen.describe())
+        if complete is not None:
+            explain(made, above)
     return made
 
 

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import concise, write
+from orbitdb.cli.render import write
+from orbitdb.numerals import concise
 
 _METHODS = ("pair", "zeta", "sum_rule")
 _EXPONENTS = ("lambda_d", "lambda_c")

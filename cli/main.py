@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from orbitdb.cli.endings import Terminated, end_as_users_expect, end_undisturbed, ending
+from orbitdb.cli.endings import SIGNALLED, Terminated, end_as_users_expect, end_undisturbed, ending, leave
 from orbitdb.cli.garbage import collect_later, collect_no_more
 from orbitdb.cli.streams import escape_what_has_no_code, stand_in_for_closed
 from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from orbitdb.cli.app import ParsingError
 
 DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
-_SIGNALLED = 128
 _KEPT = "nothing that was stored is lost"
 
 
@@ -45,7 +44,7 @@ def run() -> None:
         os.dup2(
             os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
         )  # for the flush at the end of the process
-    sys.exit(code)
+    leave(code)
 
 
 def _run(arguments: list[str]) -> int:
@@ -55,20 +54,22 @@ def _run(arguments: list[str]) -> int:
         from orbitdb.cli.app import call
 
         result = call(arguments)
-    except (KeyboardInterrupt, Terminated) as end:
+    except Terminated as end:
         return _ended(end, arguments)
+    except KeyboardInterrupt:
+        result = INTERRUPTED
     except Exception as error:
         lost = ending()  # a library may have made something else of it
         return _failed(error) if lost is None else _ended(lost, arguments)
-    if result == INTERRUPTED:
-        return _ended(KeyboardInterrupt(), arguments)
+    if result == INTERRUPTED:  # SQLite, for one, does not tell what has interrupted it
+        return _ended(ending() or KeyboardInterrupt(), arguments)
     return result if isinstance(result, int) else DONE
 
 
 def _ended(end: KeyboardInterrupt | Terminated, arguments: Sequence[str]) -> int:
     """Say that the command was ended from outside, and what becomes of what it has stored."""
     if isinstance(end, Terminated):
-        return _say(f"terminated{_consolation(arguments)}", _SIGNALLED + end.number)
+        return _say(f"terminated{_consolation(arguments)}", SIGNALLED + end.number)
     return _say(f"interrupted{_consolation(arguments)}", INTERRUPTED)
 
 

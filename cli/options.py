@@ -113,6 +113,13 @@ def column_option(*flags: str, help: str) -> Any:
     return typer.Option(*flags, help=help, autocompletion=completion.columns)
 
 
+Words = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="[WORD]...", help="Words in any rotation, stored or not; - reads lines of stdin."),
+]
+Codes = Annotated[list[str] | None, typer.Option("--code", help="The same as WORD; repeatable.")]
+"""With `Words`, what `orbitdb.cli.codes.given_codes` reads."""
+
 MarkWords = Annotated[
     bool,
     typer.Option(
@@ -318,7 +325,7 @@ def takes_only(context: typer.Context, asked: str, *names: str) -> None:
 def refuse_idle(context: typer.Context, asked: str, *names: str | None) -> None:
     """Refuse some options that do nothing in what is asked for (`takes_only`)."""
     given = [
-        parameter.opts[0]
+        parameter.opts[0] if parameter.param_type_name == "option" else str(parameter.metavar).strip("[].")
         for parameter in context.command.params
         if parameter.name in names and _typed(context, parameter.name)
     ]

@@ -15,7 +15,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext, supp
 from types import FrameType
 from typing import TextIO
 
-from orbitdb.cli.endings import told_to_end
+from orbitdb.cli.endings import go_on
 from orbitdb.cli.pace import Pace, State, frame, in_ascii
 
 _PATIENCE = 0.5
@@ -29,7 +29,14 @@ class Progress:
     """Is told how far the work is, and shows it to nobody."""
 
     def tell(self, text: str, done: float = 0.0, total: float = 0.0, counted: bool = True) -> None:
-        """Take note of how far the work is, as in `orbitdb.cli.pace.State`."""
+        """Take note of how far the work is, as in `orbitdb.cli.pace.State`, unless it is to end here.
+
+        Raises
+        ------
+        KeyboardInterrupt, Terminated
+            If the command has been ended from outside.
+        """
+        go_on()
 
 
 @contextmanager
@@ -83,6 +90,7 @@ class _Line(Progress):
 
     def tell(self, text: str, done: float = 0.0, total: float = 0.0, counted: bool = True) -> None:
         """Take note of how far the work is; the next frame shows it."""
+        super().tell(text, done, total, counted)
         self._pace.tell(State(text, done, total, counted), time.monotonic())
 
     @contextmanager
@@ -90,7 +98,7 @@ class _Line(Progress):
         """Show the line while the context lasts, however it ends."""
         self._painter.start()
         try:
-            with told_to_end(), self._told_to_stop():
+            with self._told_to_stop():
                 yield
         finally:
             self._over.set()

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 
 from orbitdb.cli import half_lengths
 from orbitdb.cli.options import USUAL_A, Choice
-from orbitdb.cli.render import note, note_partial
+from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.counted import Counted
 
 
 @contextmanager
@@ -110,47 +109,18 @@ def _told(a: float, path: Path) -> float:
 
 
 def note_gaps(
-    catalogue: "Catalogue",
-    chosen: "Selection",
-    left_out: bool = False,
-    counted: "Counted | None" = None,
-    names: Sequence[str] = (),
-    order: str = "p",
-) -> bool:
-    """Say which chosen periods are stored in part, and which are not filled; tell whether any are.
+    catalogue: "Catalogue", chosen: "Selection", names: Sequence[str] = (), order: str = "p"
+) -> None:
+    """Say which chosen periods are stored in part, are not filled, or lack births that matter."""
+    from orbitdb.store.reading.averaged import gaps
 
-    Those that were counted from births or a sweep lack nothing: that is said instead. So is of which no
-    births are stored, where the subset, the names of columns that are shown or the order depend on them.
-    """
-    partial = catalogue.partial(chosen)
-    if counted is not None and counted.without_rows:
-        note(str(counted.describe()))
-        partial = [fill for fill in partial if fill.p not in counted.without_rows]
-        rest = without(chosen, counted.chosen)
-        unfilled = None if rest is None else catalogue.unfilled(rest)
-    else:
-        unfilled = catalogue.unfilled(chosen)
-    note_partial(partial, chosen.a, left_out)
-    for said in (unfilled, catalogue.lacking_births(chosen, names, order)):
-        if said is not None:
-            note(said)
-    return bool(partial) or unfilled is not None
+    for told in gaps(catalogue, chosen, names=names, order=order):
+        note(told)
 
 
-def without(chosen: "Selection", known: tuple[int, ...]) -> "Selection | None":
-    """Return a subset without some of the periods that it names; None if it names no other."""
-    from orbitdb.symbols.enumeration import MAX_PERIOD
+def note_nothing(catalogue: "Catalogue", chosen: "Selection", more: str = "") -> None:
+    """Say that a subset is empty, if any of its periods is filled: of others that is not known."""
+    from orbitdb.store.reading.averaged import nothing
 
-    within = [p for p in range(2, MAX_PERIOD + 1) if chosen.periods and chosen.includes(p) and p not in known]
-    beyond = [(max(low, MAX_PERIOD + 1), high) for low, high in chosen.periods if high > MAX_PERIOD]
-    spans = (*((p, p) for p in within), *beyond)
-    return replace(chosen, periods=spans) if spans else None
-
-
-def note_nothing(catalogue: "Catalogue", chosen: "Selection", more: str = "", swept: bool = False) -> None:
-    """Say that a subset is empty, if any of its periods is filled or swept: of others that is not known."""
-    unfilled = catalogue.unfilled(chosen)
-    if swept or unfilled is None or any(chosen.includes(fill.p) for fill in catalogue.fills(chosen.a)):
-        lacking = unfilled or catalogue.lacking_births(chosen) or catalogue.partial(chosen)
-        where = " in what is stored" if lacking else ""
-        note(f"no {chosen.describe()}{where}{more}")
+    for told in nothing(catalogue, chosen):
+        note(f"{told}{more}")

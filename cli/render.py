@@ -4,12 +4,13 @@ import contextlib
 import math
 import sys
 from collections.abc import Iterable, Sequence
-from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_UP, Context, Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import aside
 from orbitdb.export import json_object, write_csv
+from orbitdb.numerals import as_sure, outward, upwards
 from orbitdb.plaintext import line, printable
 
 if TYPE_CHECKING:
@@ -62,11 +63,6 @@ def note_partial(fills: "Sequence[Fill]", a: float, left_out: bool = False) -> N
         note(describe_partial(fills, a, left_out))
 
 
-def outward(value: float, rounding: str) -> str:
-    """Return a proved bound as text, rounded in its own direction."""
-    return f"{Decimal(value).quantize(Decimal('1e-8'), rounding):f}"
-
-
 def number(name: str, value: Any) -> str:
     """Return a value as text for people; the same everywhere it is shown."""
     if value is None:
@@ -89,36 +85,6 @@ def number(name: str, value: Any) -> str:
     return printable(str(value))
 
 
-def upwards(bound: float, more: float = 0.0) -> str:
-    """Return a bound, and what comes to it, with two digits, rounded up: less would be claimed wrongly."""
-    total = Context(prec=2, rounding=ROUND_UP).add(Decimal(bound), Decimal(more))
-    return f"{float(total):.1e}"
-
-
-def with_bound(value: float, bound: float, sign: str = "+-") -> str:
-    """Return a number in full with a bound that holds for the digits that are shown, too."""
-    return f"{value!r} {sign} {upwards(bound, math.ulp(value) / 2)}"
-
-
-def with_error(value: float, error: float, sign: str = "+-") -> str:
-    """Return a value and its standard error in one line, as a table has them in two columns."""
-    return f"{as_sure(value, error)} {sign} {upwards(error)}"
-
-
-def as_sure(value: float, error: float) -> str:
-    """Return a value with the digits that both digits of its error are of, and six at least."""
-    return f"{value:.{max(6, 1 - math.floor(math.log10(error)) if 0 < error < math.inf else 6)}f}"
-
-
-def concise(value: float | None, error: float | None) -> str | None:
-    """Return a value with two digits of its error, rounded up, in brackets: 0.88677(22) is +- 0.00022."""
-    if value is None or error is None or not 0 < error < math.inf:
-        return None if value is None else f"{value:.6f}"
-    digits = Context(prec=2, rounding=ROUND_UP).plus(Decimal(error))
-    decimals = max(0, -int(digits.as_tuple().exponent))
-    return f"{value:.{decimals}f}({round(digits.scaleb(decimals))})"
-
-
 def code_text(code: str) -> str:
     """Return a code for people: as it is, or in run notation, cut if it is still long."""
     if len(code) <= LONG_CODE:
@@ -137,7 +103,7 @@ def repeats(word: str, root: str) -> str:
 
 
 def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
-    """Write rows, or for csv and JSON lines that are ready, to stdout; return how many there were."""
+    """Write rows to stdout, and return how many there were."""
     if form is Format.TABLE:
         return _write_table(columns, rows)
     if form in (Format.MARKDOWN, Format.LATEX):
@@ -158,7 +124,7 @@ def _write_json(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: For
     count = 0
     for row in rows:
         sys.stdout.write(between if count else opening)
-        sys.stdout.write(row if isinstance(row, str) else json_object(columns, row))
+        sys.stdout.write(json_object(columns, row))
         count += 1
     if count or array:
         sys.stdout.write(closing if count else "[]\n")

@@ -12,7 +12,7 @@ from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
-    from orbitdb.filling.periods import Progress as Step
+    from orbitdb.filling.resuming import Progress as Step
     from orbitdb.store.file.migrate import Migration
 
 _LEAST = 2

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import LONG_CODE, code_text, number, with_bound, write
+from orbitdb.cli.render import LONG_CODE, code_text, number, write
+from orbitdb.numerals import with_bound
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import several
 
@@ -28,7 +29,7 @@ def facts(orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = ()) -> li
     if orbit.rules or orbit.length is None:
         return facts + ([("margin", number("margin", orbit.margin))] if orbit.margin is not None else [])
     errors = {"length": orbit.length_error, "lyapunov": orbit.lyapunov_error}
-    for name in ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual", "error"):
+    for name in ("length", "lyapunov", "lambda_d", "lambda_c", "maslov", "margin", "residual", "error"):
         value, bound = getattr(orbit, name), errors.get(name)
         facts.append((name, number(name, value) if bound is None else with_bound(value, bound)))
     words, least = several(orbit.class_size or 0, "sequence"), code_text(orbit.representative)

@@ -41,9 +41,10 @@ import console
 from pathlib import Path
 _folder = tempfile.TemporaryDirectory()
 _catalogue = console.first_catalogue(Path(_folder.name))
-os.chdir(_folder.name)
+os.environ["ORBITDB_DB"] = str(_catalogue)
+os.chdir(_catalogue.parent)
 from orbitdb import *
-catalogue = Catalogue("orbits.db")
+catalogue = Catalogue()
 """
 doctest_global_cleanup = """
 catalogue.close()

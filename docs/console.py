@@ -4,9 +4,9 @@
     python docs/console.py --write    puts what comes out into the pages; --write FILE for one page
 
 An example is a block ``console`` with lines that begin with ``$``, or a block ``python``, whose output
-is the block ``text`` behind it. Those of a page run one after the other in a folder of their own, which
-holds the catalogue of ``orbitdb fill --p 11`` unless the page begins with a fill. A comment before a
-block says what is particular about it:
+is the block ``text`` behind it. Those of a page run one after the other in a folder of their own, with
+the catalogue of ``orbitdb fill --p 11`` in the data folder, unless the page begins with a fill. A comment
+before a block says what is particular about it:
 
     <!-- not run: why -->    it is shown only
     <!-- slow -->            it is run where there is time
@@ -38,6 +38,9 @@ FIRST_FILL = "orbitdb fill --p 11"
 HOME = "/home/you"
 """Stands in the pages for the folder that the examples run in."""
 
+CATALOGUE = Path(".local/share/orbitdb/orbits.db")
+"""Where the catalogue lies in that folder: not beside what the examples write."""
+
 _SHELL = re.compile(r"[|<>&;`$*~#]")
 
 
@@ -46,6 +49,7 @@ class Session:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self.setting = {"ORBITDB_DB": str(folder / CATALOGUE), **_SETTING}
         self.names: dict[str, Any] = {"__name__": "__main__"}
 
     def run(self, example: Example) -> str:
@@ -68,19 +72,19 @@ class Session:
             return self._here(lambda: _run(words))
         where = {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
         result = subprocess.run(
-            ["bash", "-c", line], cwd=self.folder, env={**os.environ, **_SETTING, **where}, text=True,
+            ["bash", "-c", line], cwd=self.folder, env={**os.environ, **self.setting, **where}, text=True,
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
         )  # fmt: skip
         return result.stdout
 
     def _here(self, work: Any) -> str:
         screen = io.StringIO()
-        with _settings(_SETTING), chdir(self.folder), redirect_stdout(screen), redirect_stderr(screen):
+        with _settings(self.setting), chdir(self.folder), redirect_stdout(screen), redirect_stderr(screen):
             work()
         return screen.getvalue()
 
 
-_SETTING = {"ORBITDB_DB": "orbits.db", "COLUMNS": "80", "PYTHONSAFEPATH": "1"}
+_SETTING = {"COLUMNS": "80", "PYTHONSAFEPATH": "1"}
 
 
 @contextmanager
@@ -101,14 +105,20 @@ def begin(wanted: list[Example], folder: Path, catalogue: Path) -> Session:
     """Return a session in an empty folder, with a copy of the catalogue unless the page fills its own."""
     first = next((example.source for example in wanted if example.language == "console"), "")
     if not first.startswith("orbitdb fill"):
-        shutil.copy(catalogue, folder / "orbits.db")
+        lay(catalogue, folder)
     return Session(folder)
+
+
+def lay(catalogue: Path, folder: Path) -> None:
+    """Copy a catalogue to where the examples in a folder find it."""
+    (folder / CATALOGUE).parent.mkdir(parents=True)
+    shutil.copy(catalogue, folder / CATALOGUE)
 
 
 def first_catalogue(folder: Path) -> Path:
     """Make the catalogue that pages without a fill of their own ask; return its path."""
     Session(folder).command(FIRST_FILL)
-    return folder / "orbits.db"
+    return folder / CATALOGUE
 
 
 def rewrite(page: Path, outputs: list[tuple[Example, str]]) -> None:

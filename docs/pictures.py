@@ -11,14 +11,13 @@ Each is drawn in an empty folder but for the catalogue of ``orbitdb fill --p 11`
 import argparse
 import asyncio
 import re
-import shutil
 import sys
 import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
 
-from console import FIRST_FILL, Session
+from console import CATALOGUE, FIRST_FILL, Session, lay
 
 PICTURES = Path(__file__).parent
 SCREEN = (150, 42)
@@ -48,7 +47,7 @@ async def _taken(folder: Path, keys: tuple[str, ...]) -> str:
     from orbitdb import Selection, Status
     from orbitdb.cli.tui.app import BrowseApp
 
-    app = BrowseApp(folder / "orbits.db", Selection(statuses=(Status.ORBIT,)), SHOWN)
+    app = BrowseApp(folder / CATALOGUE, Selection(statuses=(Status.ORBIT,)), SHOWN)
     async with app.run_test(size=SCREEN) as pilot:
         for key in ("", *keys):
             await pilot.press(*filter(None, [key]))
@@ -75,7 +74,7 @@ def deviations(folder: Path) -> str:
     from orbitdb.store.reading.whole_periods import read_whole
     from orbitdb.trajectories.legwise import simulate_legs
 
-    subset = read_whole(Catalogue(folder / "orbits.db"), Selection(a=1.6, statuses=(Status.ORBIT,)))
+    subset = read_whole(Catalogue(folder / CATALOGUE), Selection(a=1.6, statuses=(Status.ORBIT,)))
     found, held = lyapunov(subset.classes.rows(), subset.highest), sum_rules_of(subset)
     means = exact_means(1.6)
     known = simulate_legs(Stadium(1.6), 20_000_000, (means.growth.value, means.growth.error)).lambda_d
@@ -113,6 +112,12 @@ def births(folder: Path) -> str:
     session = Session(folder)
     session.command("orbitdb births --p 9 --db births.db")
     return _figure("orbitdb plot births --db births.db -o")(folder)
+
+
+def spectrum(folder: Path) -> str:
+    """Draw the length spectrum of all levels up to k = 31.5, which take half a minute."""
+    Session(folder).command("orbitdb levels --k 0:31.5")
+    return _figure("orbitdb plot spectrum -o")(folder)
 
 
 def entropy_over_a(folder: Path) -> str:
@@ -161,6 +166,7 @@ DRAWN: dict[str, Callable[[Path], str]] = {
     "sheet.svg": _figure("orbitdb plot sheet --p 5 -o"),
     "birkhoff.svg": _figure("orbitdb plot birkhoff --p 2-5 -o"),
     "births.svg": births,
+    "spectrum.svg": spectrum,
     "entropy-over-a.svg": entropy_over_a,
     "entropy-width.svg": entropy_width,
     "work-precision.svg": _figure("orbitdb bench --plot"),
@@ -179,7 +185,7 @@ def prepare(folder: Path, catalogue: Path | None = None) -> None:
     if catalogue is None:
         Session(folder).command(FIRST_FILL)
     else:
-        shutil.copy(catalogue, folder / "orbits.db")
+        lay(catalogue, folder)
     Session(folder).command("orbitdb simulate --bounces 2000000")
 
 

@@ -1,4 +1,4 @@
-"""What the pages take from the program when they are built: its commands and its public names.
+"""What the pages take from the program when they are built: its commands, columns, checks and public names.
 
 A page has a line such as ``<!-- here: commands -->``; `fill_in` puts the text there.
 """
@@ -53,8 +53,7 @@ def _command(name: str, command: Any) -> str:
 
 
 def _placeholder(argument: Any) -> str:
-    text = (argument.metavar or argument.name.upper()).strip("[]")
-    return text if argument.required else f"[{text}]"
+    return str(argument.metavar or argument.name.upper())
 
 
 def _paragraphs(text: str) -> str:
@@ -131,6 +130,14 @@ def columns(shown: Sequence[Column]) -> str:
 _BOUNDS = {each.name for each in OF_ORBITS}
 
 
+def checks() -> str:
+    """Return a table of the checks of ``orbitdb verify``, each with what it promises."""
+    from orbitdb.verification.verify import PROMISES
+
+    rows = (f"| {check} | {promise} |" for check, promise in PROMISES.items())
+    return "\n".join(["| check | every row keeps that |", "|---|---|", *rows])
+
+
 def names() -> str:
     """Return the documentation of every public name, for autodoc."""
     import orbitdb
@@ -171,6 +178,7 @@ _SPECIAL = ("__contains__", "__getitem__", "__iter__", "__len__")
 _TEXTS: dict[str, Callable[[], str]] = {
     "commands": commands,
     "names": names,
+    "checks": checks,
     "keys": keys,
     **{f"columns_of_{of}": partial(columns, group) for of, group in GROUPS},
 }

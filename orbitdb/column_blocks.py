@@ -32,8 +32,8 @@ class Lists:
         return len(self.lengths)
 
 
-Column = NDArray[Any] | Lists | Sequence[Any]
-"""Numbers, NaN for none; texts as ASCII bytes, none of them missing; lists; or any plain values."""
+Column = NDArray[np.float64] | Lists | Sequence[Any]
+"""Numbers, NaN for none; lists; or any plain values, None for none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +50,20 @@ class ColumnBlock:
 
     def __len__(self) -> int:
         return len(self.columns[0])
+
+    def rows(self) -> Iterator[tuple[Any, ...]]:
+        """Yield the rows as plain values, None for none."""
+        return zip(*map(_plain, self.columns), strict=True)
+
+
+def _plain(column: Column) -> Sequence[Any]:
+    if isinstance(column, Lists):
+        parts = np.split(column.values, np.cumsum(column.lengths)[:-1])
+        pairs = zip(parts, column.present.tolist(), strict=True)
+        return [part.tolist() if present else None for part, present in pairs]
+    if isinstance(column, np.ndarray):
+        return [None if value != value else value for value in column.tolist()]
+    return column
 
 
 def in_columns(rows: Iterable[Any]) -> Iterator[Sequence[Column]]:

@@ -70,6 +70,9 @@ OF_WORDS = (
     Column("walls", "integer",
            "bounces on the straight walls; the eigenvalues of the monodromy matrix are negative where it is "
            "odd", empty=_PRUNED),
+    Column("maslov", "integer",
+           "Maslov index of one traversal, 3p - walls; 2 for every reflection, and 1 for the focus behind "
+           "every bounce on a semicircle", empty=_PRUNED),
     Column("rules", "integers",
            "geometric rules that the word breaks; in SQL a text with commas between, a list in JSON and in "
            "files", empty="unless geometrically pruned"),
@@ -152,6 +155,27 @@ OF_LENGTHS = (
 )  # fmt: skip
 """What `identify` tells of an orbit with a length, besides."""
 
+OF_LEVELS = (
+    Column("k", "number",
+           "a level; k^2 is an eigenvalue of minus the Laplacian with functions that are 0 on the boundary",
+           "1/radius", "error"),
+    Column("parity", "text",
+           "two letters, 'e' for even and 'o' for odd; under x -> -x, then under y -> -y"),
+)  # fmt: skip
+"""What `levels` tells of a level, with the estimate of its error."""
+
+OF_SPECTRA = (
+    Column("quantum_re", "number",
+           "real part of F at a length, of the levels; the Fourier transform of their density less the "
+           "smooth one, with the window sin^4(pi k/k_max)", "1", empty="no levels"),
+    Column("quantum_im", "number", "its imaginary part", "1", empty="no levels"),
+    Column("orbits_re", "number", "real part of F by the trace formula; orbits and bouncing balls", "1"),
+    Column("orbits_im", "number", "its imaginary part", "1"),
+    Column("height", "number", "|F| at a peak; of levels if there are some, else of orbits", "1"),
+    Column("strength", "number", "|F| there of the terms of one class alone", "1"),
+)  # fmt: skip
+"""What `spectrum` tells of lengths and peaks."""
+
 IN_CATALOGUE = (*OF_WORDS, *OF_ORBITS)
 """The columns of the view ``catalogue``."""
 
@@ -162,6 +186,8 @@ GROUPS = (
     ("answer", OF_ANSWERS),
     ("trajectory", OF_TRAJECTORIES),
     ("length", OF_LENGTHS),
+    ("level", OF_LEVELS),
+    ("spectrum", OF_SPECTRA),
 )
 """All of them, each group with what its columns are of."""
 

@@ -7,7 +7,6 @@ theirs in a second file, named as the W3C's "CSV on the Web" names it: ``orbits.
 
 import contextlib
 import csv
-import io
 import json
 import math
 import os
@@ -30,8 +29,8 @@ Row = Sequence[Any]
 Metadata = Mapping[str, Any]
 
 
-def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Row | str], delimiter: str = ",") -> int:
-    """Write one line a row, or a row that is a line, under a line of names; return how many rows there were.
+def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Row], delimiter: str = ",") -> int:
+    """Write one line a row under a line of names, and return how many rows there were.
 
     Lists have blanks between, None is empty, and no text is a formula (`orbitdb.plaintext.cell`).
     """
@@ -39,30 +38,16 @@ def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Row | str], d
     writer.writerow(columns)
     count = 0
     for row in rows:
-        if isinstance(row, str):
-            file.write(f"{row}\n")
-        else:
-            writer.writerow([cell(value) for value in row])
+        writer.writerow([cell(value) for value in row])
         count += 1
     return count
 
 
-def csv_lines(columns: Sequence[str], rows: Iterable[Row]) -> Iterator[str]:
-    """Yield what `write_csv` writes of each row."""
-    line = io.StringIO()
-    writer = csv.writer(line, lineterminator="\n")
-    for row in rows:
-        writer.writerow([cell(value) for value in row])
-        yield line.getvalue().removesuffix("\n")
-        line.seek(0)
-        line.truncate()
-
-
-def write_jsonl(file: TextIO, columns: Sequence[str], rows: Iterable[Row | str]) -> int:
-    """Write one JSON object a row, or a row that is one, and return how many there were."""
+def write_jsonl(file: TextIO, columns: Sequence[str], rows: Iterable[Row]) -> int:
+    """Write one JSON object a row, and return how many there were."""
     count = 0
     for row in rows:
-        file.write((row if isinstance(row, str) else json_object(columns, row)) + "\n")
+        file.write(json_object(columns, row) + "\n")
         count += 1
     return count
 
@@ -73,72 +58,37 @@ def json_object(columns: Sequence[str], row: Row) -> str:
     return json.dumps(dict(zip(columns, values, strict=True)))
 
 
-def json_lines(columns: Sequence[str], rows: Iterable[Row]) -> Iterator[str]:
-    """Yield what `write_jsonl` writes of each row."""
-    return (json_object(columns, row) for row in rows)
-
-
-LINES: dict[str, Callable[[Sequence[str], Iterable[Row]], Iterator[str]]] = {
-    "csv": csv_lines,
-    "json": json_lines,
-    "jsonl": json_lines,
-}
-"""What makes the lines of a format, which its writer takes for rows."""
-
-TEXT_WRITERS: dict[str, Callable[[TextIO, Sequence[str], Iterable[Row | str]], int]] = {
+TEXT_WRITERS: dict[str, Callable[[TextIO, Sequence[str], Iterable[Row]], int]] = {
     "csv": write_csv,
     "jsonl": write_jsonl,
 }
 FORMATS = (*TEXT_WRITERS, "parquet", "npz")
+"""The formats of rows."""
+
+FIGURES = ("png", "svg", "pdf")
+"""The formats of figures."""
+
+STDOUT = Path("-")
+"""Stands for the output of the program."""
 
 
-def form_of(path: Path, form: str | None) -> str:
+def form_of(path: Path, form: str | None = None, known: Sequence[str] = FORMATS) -> str:
     """Return the format of a file by its ending, unless it is named.
 
     Raises
     ------
     ExportError
-        If there is no such format, or the ending is that of another one.
+        If it is not one of the known ones, or the ending is that of another one.
     """
     ending = path.suffix.lstrip(".").lower()
     found = form or ending
-    if found not in FORMATS:
+    if found not in known:
         raise ExportError(
-            f"format {found!r} of {path}: end the name in .{', .'.join(FORMATS)}, or use --format"
+            f"format {found!r} of {path}: end the name in .{', .'.join(known)}, or use --format"
         )
-    if ending in FORMATS and ending != found:
-        raise _contradiction(path, ending, found)
+    if ending in known and ending != found:
+        raise ExportError(f"{path} ends in .{ending}, and --format says {form}: leave one of them out")
     return found
-
-
-STDOUT = Path("-")
-"""Stands for the output of the program."""
-
-FIGURES = ("png", "svg", "pdf")
-"""The formats of figures."""
-
-
-def check_ending(path: Path, form: str | None = None) -> str:
-    """Return the format of a figure by its file's ending, unless it is named.
-
-    Raises
-    ------
-    ExportError
-        If it is not one of `FIGURES`, or the ending is that of another one.
-    """
-    ending = path.suffix.lstrip(".").lower()
-    found = form or ending
-    if found not in FIGURES:
-        raise ExportError(
-            f"figure {path}: end the name in .{', .'.join(FIGURES)}, or use --format with one of them"
-        )
-    if ending in FIGURES and ending != found:
-        raise _contradiction(path, ending, found)
-    return found
-
-
-def _contradiction(path: Path, ending: str, form: str) -> ExportError:
-    return ExportError(f"{path} ends in .{ending}, and --format says {form}: leave one of them out")
 
 
 def write_file(
@@ -271,6 +221,5 @@ def _arrow(values: "Column", kind: "pa.DataType") -> "pa.Array":
             pa.array(starts), pa.array(values.values, kind.value_type), mask=pa.array(~values.present)
         )
     if isinstance(values, np.ndarray):
-        plain = values.astype(f"U{values.itemsize}") if values.dtype.kind == "S" else values
-        return pa.array(plain, type=kind, from_pandas=True)  # NaN is none
+        return pa.array(values, type=kind, from_pandas=True)  # NaN is none
     return pa.array(values, type=kind)

@@ -146,20 +146,15 @@ class _Texts(_Numbers):
 
     def add(self, values: Any) -> None:
         """Take the values of further rows."""
-        if isinstance(values, np.ndarray):
-            widest = int(np.char.str_len(values).max(initial=0))
-            draft: Any = (f"S{values.itemsize}", values.tobytes())
-        else:
-            draft = [value or "" for value in values]
-            widest = max(map(len, draft), default=0)
-        self.width = max(self.width, widest)
+        texts = [value or "" for value in values]
+        self.width = max(self.width, *map(len, texts))
         self.count += len(values)
         if 4 * self.width * self.count > _LARGEST_TEXT:
             raise ExportError(
                 f"npz holds all texts as wide as the longest {self.name}, of {self.width}: use parquet, or "
                 "fewer periods"
             )
-        marshal.dump(draft, self.draft)
+        marshal.dump(texts, self.draft)
 
     def write(self, archive: zipfile.ZipFile) -> None:
         """Write the array."""
@@ -170,9 +165,7 @@ class _Texts(_Numbers):
         end = self.draft.tell()
         self.draft.seek(0)
         while self.draft.tell() < end:
-            texts = marshal.load(self.draft)
-            plain = np.frombuffer(texts[1], texts[0]) if isinstance(texts, tuple) else np.array(texts)
-            yield plain.astype(self.dtype)
+            yield np.array(marshal.load(self.draft), self.dtype)
 
 
 _KINDS = {

@@ -1,6 +1,11 @@
-"""Numbers as people write them; what Python reads beyond that, such as ``1_6`` for 16, is none."""
+"""Numbers as people write them, read and written.
 
+What Python reads beyond that, such as ``1_6`` for 16, is none.
+"""
+
+import math
 import re
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_UP, Context, Decimal
 from fractions import Fraction
 
 _REAL = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|inf|nan)")
@@ -36,6 +41,46 @@ def whole(text: str) -> int:
 def exact(a: float) -> str:
     """Write a so that it is the same number when it is read again."""
     return f"{a:g}" if float(f"{a:g}") == a else repr(a)
+
+
+def between(lower: float, name: str, upper: float) -> str:
+    """Write what lies between proved bounds, which are rounded outward."""
+    return f"{outward(lower, ROUND_FLOOR)} < {name} < {outward(upper, ROUND_CEILING)}"
+
+
+def outward(value: float, rounding: str) -> str:
+    """Return a proved bound as text, rounded in its own direction."""
+    return f"{Decimal(value).quantize(Decimal('1e-8'), rounding):f}"
+
+
+def upwards(bound: float, more: float = 0.0) -> str:
+    """Return a bound, and what comes to it, with two digits, rounded up: less would be claimed wrongly."""
+    total = Context(prec=2, rounding=ROUND_UP).add(Decimal(bound), Decimal(more))
+    return f"{float(total):.1e}"
+
+
+def with_bound(value: float, bound: float, sign: str = "+-") -> str:
+    """Return a number in full with a bound that holds for the digits that are shown, too."""
+    return f"{value!r} {sign} {upwards(bound, math.ulp(value) / 2)}"
+
+
+def with_error(value: float, error: float, sign: str = "+-") -> str:
+    """Return a value and its standard error in one line, as a table has them in two columns."""
+    return f"{as_sure(value, error)} {sign} {upwards(error)}"
+
+
+def as_sure(value: float, error: float) -> str:
+    """Return a value with the digits that both digits of its error are of, and six at least."""
+    return f"{value:.{max(6, 1 - math.floor(math.log10(error)) if 0 < error < math.inf else 6)}f}"
+
+
+def concise(value: float | None, error: float | None) -> str | None:
+    """Return a value with two digits of its error, rounded up, in brackets: 0.88677(22) is +- 0.00022."""
+    if value is None or error is None or not 0 < error < math.inf:
+        return None if value is None else f"{value:.6f}"
+    digits = Context(prec=2, rounding=ROUND_UP).plus(Decimal(error))
+    decimals = max(0, -int(digits.as_tuple().exponent))
+    return f"{value:.{decimals}f}({round(digits.scaleb(decimals))})"
 
 
 def _shown(text: str) -> str:

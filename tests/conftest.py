@@ -12,7 +12,7 @@ import pytest
 from hypothesis import settings
 
 if TYPE_CHECKING:  # the process that only starts those that test need not import it
-    from orbitdb.filling.periods import Progress
+    from orbitdb.filling.resuming import Progress
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for whatever is started, as `orbitdb.cli.main` does
 settings.register_profile("quick", deadline=None, max_examples=20)

@@ -109,9 +109,9 @@ def _compare(periods: list[int], stadium: "Stadium", form: Format, picture: Path
         note(f"{said}: times in seconds, errors of length and lambda relative")
         _write(WorkPrecision, _compared(periods[0], stadium), form)
         return
-    from orbitdb.export import check_ending, complete
+    from orbitdb.export import FIGURES, complete, form_of
 
-    ending = check_ending(picture)
+    ending = form_of(picture, known=FIGURES)
     from orbitdb.plots import style  # not before: matplotlib takes its time
     from orbitdb.plots.work_precision import draw_work_precision
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.endings import until_ended, with_other_processes
 from orbitdb.cli.executors import Solvers
 from orbitdb.cli.options import Format, count_option
 from orbitdb.cli.progress import progress
@@ -18,7 +17,7 @@ from orbitdb.cli.storing import bring
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
-    from orbitdb.filling.periods import Progress
+    from orbitdb.filling.resuming import Progress
     from orbitdb.store.reading.catalogue import Catalogue
 
 EXAMPLES = """
@@ -123,7 +122,7 @@ def _fill(periods: range, path: Path, solvers: Solvers) -> None:
     with closing(Catalogue(path)) as catalogue:
         stored = {each.p: each.words for each in catalogue.birth_fills()}
     work = _WEIGHT * sum(count - stored.get(p, 0) for p, count in totals.items())
-    with with_other_processes(), solvers.at_work(work, _WEIGHT * BLOCK) as workers:
+    with solvers.at_work(work, _WEIGHT * BLOCK) as workers:
         _show(fill_births(path, periods, workers), totals, f"births, {span}")
     note(f"births, {span}: {time.monotonic() - start:.1f} s, in {path}")
 
@@ -131,6 +130,6 @@ def _fill(periods: range, path: Path, solvers: Solvers) -> None:
 def _show(steps: "Iterable[Progress]", totals: Mapping[int, int], text: str) -> None:
     """Take the steps of the work, and show how far all its periods are."""
     with progress(text) as shown:
-        for step in until_ended(steps):
+        for step in steps:
             before = sum(count for p, count in totals.items() if p < step.p)
             shown.tell(f"births, p = {step.p} of {max(totals)}", before + step.words, sum(totals.values()))

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.endings import until_ended, with_other_processes
 from orbitdb.cli.executors import Solvers
 from orbitdb.cli.grid import lengths
 from orbitdb.cli.options import Format
@@ -169,7 +168,7 @@ def _at_one(task: "EnclosureTask", found: "list[EntropyBounds]", balls: Balls, k
     try:
         with progress("windows") as shown:
             steps = search(Stadium(task.a), task.window, task.width, task.seconds, shown.tell, judge)
-            for level in until_ended(steps):
+            for level in steps:
                 found.append(level)
                 keep(level, None)
     finally:
@@ -183,11 +182,10 @@ def _at_many(
     """Enclose the entropy at many a, in processes; the last level of each is found."""
     each = _WORK * 1.8 ** ((tasks[0].window or _USUAL_WINDOW) - _USUAL_WINDOW)
     with (
-        with_other_processes(),
         progress("windows") as shown,
         solvers.at_work(round(len(tasks) * each), 1) as workers,
     ):
-        for done, solved in enumerate(until_ended(workers.solved(tasks)), 1):
+        for done, solved in enumerate(workers.solved(tasks), 1):
             for level in solved.levels:
                 keep(level, solved.arithmetic)
             found.append(solved.levels[-1])
@@ -199,8 +197,7 @@ def _at_many(
 def _keeping(db: Path | None, store: bool | None, prove: bool, asked: dict[str, Any]) -> "Iterator[Keep]":
     """Give what keeps bounds in the catalogue; it does nothing where there is none, and none is asked for."""
     from orbitdb.store.file.database import check_file, default_path
-    from orbitdb.store.file.layout import SCHEMA_VERSION
-    from orbitdb.store.file.schema import BALLS, DOUBLES
+    from orbitdb.store.file.schema import BALLS, DOUBLES, SCHEMA_VERSION
 
     path = db or default_path()
     if store is False or (store is None and check_file(path) != SCHEMA_VERSION):

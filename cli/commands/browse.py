@@ -71,8 +71,7 @@ def browse(
         server.serve(arguments, port, lambda address: note(f"{address} shows {path}; Ctrl-C ends it"))
         return
     app.run()
-    if app.failure is not None:
-        raise app.failure
+    app.close()
 
 
 def _need_terminal() -> None:

@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
-from itertools import chain, islice
+from itertools import chain, groupby, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,31 +15,15 @@ from orbitdb.cli.half_lengths import several, with_a
 from orbitdb.cli.progress import Progress, progress
 from orbitdb.cli.reading import note_gaps, note_nothing, reading_all
 from orbitdb.cli.render import note
-from orbitdb.cli.rows import (
-    COLUMNS_HELP,
-    KEYS,
-    Reading,
-    Row,
-    in_order,
-    ready_columns,
-    ready_lines,
-    with_marks,
-    with_rules,
-)
+from orbitdb.cli.rows import KEYS, Reading, Row, in_order, with_marks
 from orbitdb.columns import OF_BOUNCES
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.catalogue import Catalogue
 
-    Placed = list[tuple[Row, NDArray[np.float64] | None]]
-
-EXAMPLES = (
-    """
+EXAMPLES = """
 Examples:
 
   orbitdb export orbits.parquet --status orbit
@@ -50,14 +34,13 @@ Examples:
 
   orbitdb export --format jsonl --p 11 --status orbit | jq .length
 
+The columns: 'orbitdb columns'.
 """
-    + COLUMNS_HELP
-)
 _BLOCK = 4_000
 _BETWEEN_TELLING = 1000
-_HOW = ("code", "cycle", "element")
+_PLACED = ("a", "code", "coordinates")
 BOUNCE_COLUMNS = tuple(each.name for each in OF_BOUNCES)
-BOUNCES, COORDINATES = "bounces", "coordinates"
+COORDINATES = "coordinates"
 
 
 def register(app: typer.Typer) -> None:
@@ -82,7 +65,7 @@ def export(
     choice: options.Choice,
     order: Annotated[
         str, options.column_option("--order", help="Columns to sort by; a falling one ends in desc.")
-    ] = "p,code",
+    ] = "p",
     limit: Annotated[
         int | None, options.count_option("--limit", least=0, help="Symbol sequences at most.")
     ] = None,
@@ -128,16 +111,13 @@ def export(
     with reading_all(db, a, choice) as (catalogue, stadiums):
         for chosen in stadiums:
             note_gaps(catalogue, chosen, names=names, order=order)
-        behind = BOUNCES if bounces else COORDINATES if coordinates else ""
-        rows: Iterator[Any] = in_order(_reading(catalogue, order, behind), stadiums, names, order, limit)
+        by_columns = kind not in files.TEXT_WRITERS and not (bounces or mark_words or len(stadiums) > 1)
+        read = _reading(catalogue, order, by_columns)
+        shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
+        rows: Iterator[Any] = in_order(read, stadiums, (*names, *shown_last), order, limit)
         rows = _bounce_by_bounce(rows) if bounces else rows
-        names += BOUNCE_COLUMNS if bounces else (COORDINATES,) if coordinates else ()
-        rows = with_rules(names, rows)
+        names += BOUNCE_COLUMNS if bounces else shown_last
         rows = with_marks(names, rows) if mark_words else rows
-        if not behind and limit is None:
-            rows = ready_lines(catalogue, stadiums, names, order, kind, mark_words) or rows
-        if not bounces and limit is None:
-            rows = ready_columns(catalogue, stadiums, names, order, kind) or rows
         with progress("sorting"):
             first = next(rows, None)
         if first is None:
@@ -218,59 +198,28 @@ def _described(stadiums: "Sequence[Selection]") -> str:
     return stadiums[0].describe([chosen.a for chosen in stadiums])
 
 
-def _reading(catalogue: "Catalogue", order: str, behind: str) -> Reading:
-    """Return what reads rows at one a, with coordinates or bounces behind them if they are asked for."""
+def _reading(catalogue: "Catalogue", order: str, by_columns: bool) -> Reading:
+    """Return what reads rows at one a, or blocks of them by columns."""
 
-    def read(chosen: "Selection", names: tuple[str, ...], limit: int | None, offset: int) -> Iterator[Row]:
-        if not behind:
-            return catalogue.rows(chosen, names, order, limit, offset)
-        found = _placed(catalogue, chosen, (*names, *_HOW), order, limit)
-        return (_with_bounces if behind == BOUNCES else _with_coordinates)(chosen, len(names), found)
+    def read(chosen: "Selection", names: tuple[str, ...], limit: int | None, offset: int) -> Iterator[Any]:
+        reading = catalogue.row_blocks if by_columns else catalogue.rows
+        return reading(chosen, names, order, limit, offset)
 
     return read
 
 
-def _with_coordinates(chosen: "Selection", count: int, blocks: "Iterator[Placed]") -> Iterator[Row]:
-    """Yield rows with the coordinates of all bounces behind them, None where there are none."""
-    for block in blocks:
-        yield from ((*row[:count], None if place is None else place.tolist()) for row, place in block)
+def _bounce_by_bounce(rows: Iterator[Row]) -> Iterator[Row]:
+    """Yield one row a bounce, behind what is known of its orbit; others have no row."""
+    import numpy as np
 
-
-def _with_bounces(chosen: "Selection", count: int, blocks: "Iterator[Placed]") -> Iterator[Row]:
-    """Yield rows with all bounces behind them, as one list."""
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.orbits.bounce_rows import bounce_rows
 
-    for block in blocks:
-        rows, places = zip(*block, strict=True)
-        words = [row[count] for row in rows]
-        for row, bounces in zip(rows, bounce_rows(Stadium(chosen.a), words, places), strict=True):
-            yield (*row[:count], bounces)
-
-
-def _bounce_by_bounce(rows: Iterator[Row]) -> Iterator[Row]:
-    """Yield one row a bounce, behind what is known of its orbit; others have no row."""
-    return ((*row[:-1], *bounce) for row in rows for bounce in row[-1])
-
-
-def _placed(
-    catalogue: "Catalogue", chosen: "Selection", columns: tuple[str, ...], order: str, limit: int | None
-) -> "Iterator[Placed]":
-    """Yield blocks of rows that end in `_HOW`, and the coordinates of their bounces if they have any."""
-    rows = catalogue.rows(chosen, columns, order, limit)
     while block := list(islice(rows, _BLOCK)):
-        yield list(zip(block, _coordinates(catalogue, chosen.a, block), strict=True))
-
-
-def _coordinates(
-    catalogue: "Catalogue", a: float, block: Sequence[Row]
-) -> list["NDArray[np.float64] | None"]:
-    """Return the coordinates of rows that end in `_HOW`."""
-    import numpy as np
-
-    from orbitdb.store.reading.subset import read_coordinates
-
-    words, cycles, elements = zip(*(row[-len(_HOW) :] for row in block), strict=True)
-    flat = read_coordinates(catalogue, a, words, cycles, elements)
-    ends = np.cumsum([len(word) for word in words])
-    return [None if np.isnan(part[0]) else part for part in np.split(flat, ends[:-1])]
+        groups = groupby(block, key=lambda row: row[-3])
+        for a, found in groups:
+            known = list(found)
+            words = [row[-2] for row in known]
+            places = [None if row[-1] is None else np.array(row[-1]) for row in known]
+            for row, bounces in zip(known, bounce_rows(Stadium(a), words, places), strict=True):
+                yield from ((*row[: -len(_PLACED)], *bounce) for bounce in bounces)

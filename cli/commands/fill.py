@@ -9,7 +9,6 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli.codes import given_codes, primitive
-from orbitdb.cli.endings import until_ended, with_other_processes
 from orbitdb.cli.executors import DryRun, ExecutorOption, Jobs, Scheduler, Solvers
 from orbitdb.cli.options import Database, HalfLength, count_option, takes_only
 from orbitdb.cli.progress import progress
@@ -111,15 +110,15 @@ def _fill_periods(
         return
     check_room(path, coming)
     start = time.monotonic()
-    with with_other_processes(), solvers.at_work(coming.sequences, METHODS[method].words) as workers:
+    with solvers.at_work(coming.sequences, METHODS[method].words) as workers:
         bring(path)
         with progress(span) as shown:
             words = {p: count_admissible(p) for p in periods}
             steps = fill_periods(path, a, periods, method, workers)
-            show_steps(shown, until_ended(steps), "words", words, sum(words.values()) - coming.sequences)
+            show_steps(shown, steps, "words", words, sum(words.values()) - coming.sequences)
             if geometric:
                 words = {p: count_primitive(p) for p in periods}
-                show_steps(shown, until_ended(fill_geometric(path, periods)), "pruned words", words)
+                show_steps(shown, fill_geometric(path, periods), "pruned words", words)
     with closing(Catalogue(path)) as catalogue:
         fills = [fill for fill in catalogue.fills(a) if fill.p in periods]
     sequences, orbits = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))

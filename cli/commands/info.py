@@ -8,9 +8,11 @@ from orbitdb.cli import options
 from orbitdb.cli.options import Format
 from orbitdb.cli.render import note, write, write_facts
 from orbitdb.cli.storing import bring
+from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.enclosures import Enclosure
     from orbitdb.store.reading.sweeps import Sweep
 
 INFO_EXAMPLES = """
@@ -27,6 +29,8 @@ Example:
 """
 COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
            "seconds", "enumerating", "solving", "storing")  # fmt: skip
+_SHOWN = len(COLUMNS) - 3
+"""Columns for people, that 80 characters hold: those of processors come in the other formats."""
 _FEW = 4
 """Values of a of which the entropy is told one by one."""
 
@@ -44,9 +48,9 @@ def info(
 ) -> None:
     """Show where the catalogue is, what is filled, and what that took in time and room.
 
-    stored: sequences so far; seconds: as they passed; enumerating, solving, storing: seconds of
-    processors. Of periods that are swept no rows are stored; solving has all of it. selection: of which
-    orbits, where chosen ones are swept.
+    stored: sequences so far; seconds: as they passed. csv, tsv and json have enumerating, solving and
+    storing besides, the seconds of processors. Of periods that are swept no rows are stored; solving has
+    all of it. selection: of which orbits, where chosen ones are swept.
     """
     from orbitdb.store.reading.catalogue import Catalogue
 
@@ -55,12 +59,29 @@ def info(
         rows = [row for a in catalogue.a_values() for row in _periods(catalogue, a)]
         chosen = [row for a in catalogue.a_values() for row in _swept_subsets(catalogue, a)]
         facts = _facts(catalogue) if form is Format.TABLE else []
-    if facts:
+    if form is Format.TABLE:
         write_facts(facts)
-        print()
+        _write_tables(rows, chosen)
+        return
     if chosen:
         rows = sorted([*((*row, None) for row in rows), *chosen], key=lambda row: row[:2])
-    write((*COLUMNS, "selection") if chosen else COLUMNS, rows, form)
+    names = (*COLUMNS, "selection") if chosen else COLUMNS
+    if form in options.FOR_PEOPLE:
+        names, rows = _for_people(names), [_for_people(row) for row in rows]
+    write(names, rows, form)
+
+
+def _for_people(row: tuple[Any, ...]) -> tuple[Any, ...]:
+    return row[:_SHOWN] + row[len(COLUMNS) :]
+
+
+def _write_tables(rows: list[tuple[Any, ...]], chosen: list[tuple[Any, ...]]) -> None:
+    """Write the periods, and then those of every swept subset behind a line that names it."""
+    parts = {None: rows} | {of: [row for row in chosen if row[-1] == of] for *_, of in chosen}
+    for of, part in parts.items():
+        if part:
+            print("" if of is None else f"\nselection  {printable(of)}")
+            write(COLUMNS[:_SHOWN], [row[:_SHOWN] for row in part], Format.TABLE)
 
 
 def _periods(catalogue: "Catalogue", a: float) -> list[tuple[Any, ...]]:
@@ -96,7 +117,7 @@ def _swept(a: float, sweep: "Sweep") -> tuple[Any, ...]:
 def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
     """Return where the catalogue is and what it takes, in words."""
     from orbitdb.filling.estimate import gigabytes
-    from orbitdb.store.file.layout import SCHEMA_VERSION
+    from orbitdb.store.file.schema import SCHEMA_VERSION
     from orbitdb.store.reading.fills import written_periods
     from orbitdb.store.reading.size import room
 
@@ -107,7 +128,7 @@ def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
         ("size", gigabytes(catalogue.path.stat().st_size)),
     ]
     for name, count, each in (
-        ("sequences", taken.sequences, taken.per_sequence),
+        ("classes", taken.classes, taken.per_class),
         ("orbits", taken.orbits, taken.per_orbit),
     ):
         facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
@@ -118,16 +139,22 @@ def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
 
 def _enclosures(catalogue: "Catalogue") -> list[tuple[str, str]]:
     """Return the proved bounds on the entropy, a line an a; of many, where periods are filled."""
-    from orbitdb.cli.enclosed import between
     from orbitdb.numerals import exact
 
     curve, filled = catalogue.entropy_curve(), [a for a in catalogue.a_values() if catalogue.fills(a)]
     told = [each for each in curve if len(curve) <= _FEW or each.a in filled]
-    lines = [f"a = {exact(each.a)}: {between(each)}, {each.basis}" for each in told]
+    lines = [f"a = {exact(each.a)}: {each.between}, {_windows(each)}" for each in told]
     others = [each.a for each in curve if each not in told]
     if others:
         lines.append(f"enclosed at {len(others)} other a from {exact(others[0])} to {exact(others[-1])}")
     return [("entropy", text) for text in lines]
+
+
+def _windows(found: "Enclosure") -> str:
+    """Say what bounds rest on, more briefly than `basis`: a line with all digits of a has 80 characters."""
+    from orbitdb.store.file.schema import BALLS
+
+    return f"{found.window} edges" + (", balls" if found.proof == BALLS else "")
 
 
 def migrate(db: options.Database = None) -> None:

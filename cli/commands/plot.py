@@ -21,20 +21,27 @@ if TYPE_CHECKING:
 EXAMPLES = """
 Examples:
 
-  orbitdb plot orbit --code 1232131 --a 1.2 -o orbit.pdf
+  orbitdb plot orbit 1232131 --a 1.2 -o orbit.pdf
 
   orbitdb plot entropy --p 2-11 -o entropy.svg
 
-  orbitdb plot life --code 010203113 -o life.svg
+  orbitdb plot life 010203113 -o life.svg
 
   orbitdb plot birkhoff --p 2-8 --reversal self -o phase-space.png
 
-The figures: orbit, its path in the stadium (Fig. 1 of the paper); reverse, an orbit and its time
-reverse (Fig. 4); entropy (Fig. 5) and lyapunov (Fig. 6) against the period, and with --over-a the proved
-bounds on the entropy that 'orbitdb bounds' has found against a; sheet, all classes of a
-period; birkhoff, the bounces in phase space; lengths, the length spectrum; births, how many words are
-orbits at every a, from what 'orbitdb births' has found; life, an orbit at its birth, and its length and
-lambda over a.
+\b
+Figures:
+  orbit     the path of WORD in the stadium (Fig. 1 of the paper)
+  reverse   WORD above its time reverse (Fig. 4)
+  life      WORD at its birth, its length and its lambda for every a
+  entropy   by period (Fig. 5); with --over-a the proved bounds for every a
+  lyapunov  by period (Fig. 6)
+  sheet     all classes of a period
+  birkhoff  the bounces in phase space
+  lengths   how many orbits are no longer than L, and their density
+  births    how many words are orbits at every a ('orbitdb births' first)
+  spectrum  the length spectrum of levels beside that of the orbits
+  staircase the number of levels, and its fluctuations ('orbitdb levels' first)
 """
 
 
@@ -50,6 +57,8 @@ class Kind(StrEnum):
     LENGTHS = "lengths"
     BIRTHS = "births"
     LIFE = "life"
+    SPECTRUM = "spectrum"
+    STAIRCASE = "staircase"
 
 
 _OF_CLASSES = (Kind.ENTROPY, Kind.LYAPUNOV, Kind.LENGTHS)
@@ -66,15 +75,14 @@ def plot(
     *,
     context: typer.Context,
     kind: Annotated[Kind, typer.Argument(help="What to draw.")],
+    words: options.Words = None,
     output: Annotated[
         Path,
         typer.Option(
             "-o", "--output", metavar="FILE", help="Ends in .png, .svg or .pdf; -: stdout, with --format."
         ),
     ],
-    code: Annotated[
-        str | None, typer.Option("--code", help="The word, for orbit, reverse and life; stored or not.")
-    ] = None,
+    code: options.Codes = None,
     a: options.StoredHalfLength = None,
     choice: options.Choice,
     over_a: Annotated[bool, typer.Option("--over-a", help="The entropy against a, not the period.")] = False,
@@ -85,34 +93,34 @@ def plot(
     force: options.Force = False,
     db: options.Database = None,
 ) -> None:
-    """Draw an orbit, or a figure of the chosen subset, into a file."""
-    from orbitdb.export import STDOUT, check_ending, check_target, complete
+    """Draw an orbit, or a figure of the chosen subset, into a file.
+
+    orbit, reverse and life draw the orbit of one WORD.
+    """
+    from orbitdb.export import FIGURES, STDOUT, check_target, complete, form_of
 
     to_stdout = output == STDOUT
     if to_stdout:
         options.refuse_idle(context, "on stdout", "force")
     else:
         check_target(output, force)
-    ending = check_ending(output, form)
+    ending = form_of(output, form, FIGURES)
     from orbitdb.cli import figures  # not before: matplotlib takes its time
     from orbitdb.plots import style
 
     if kind in (Kind.ORBIT, Kind.REVERSE):
-        options.takes_only(context, f"in plot {kind}", "kind", "output", "code", "a")
-        if code is None:
-            raise InputError(f"name the orbit to draw: plot {kind} --code 1232131")
-        found = _orbit(code, a, db)
+        options.takes_only(context, f"in plot {kind}", "kind", "output", "words", "code", "a")
+        found = _orbit(_one_code(kind, words, code), a, db)
         made = figures.draw_orbit(found) if kind is Kind.ORBIT else figures.draw_reverse(found)
         said = f"orbit {code_text(found.code)} at a = {found.a:g}"
     elif kind is Kind.LIFE:
         from orbitdb.cli.birth_figures import draw_life
 
-        options.takes_only(context, f"in plot {kind}", "kind", "output", "code")
+        options.takes_only(context, f"in plot {kind}", "kind", "output", "words", "code")
         options.refuse_idle(context, f"in plot {kind}", "db")
-        if code is None:
-            raise InputError(f"name the orbit to draw: plot {kind} --code 1232131")
+        asked = _one_code(kind, words, code)
         with progress("following"):
-            made = draw_life(found := _followed(code))
+            made = draw_life(found := _followed(asked))
         said = f"life of {code_text(found.code)}"
     elif kind is Kind.BIRTHS:
         from orbitdb.cli.birth_figures import draw_births
@@ -121,6 +129,14 @@ def plot(
         with progress("drawing"), reading(db, USUAL_A, options.Choice(p=choice.p)) as (catalogue, chosen):
             made = draw_births(catalogue, chosen)
         said = "births and deaths of orbits"
+    elif kind in (Kind.SPECTRUM, Kind.STAIRCASE):
+        from orbitdb.cli.quantum_figures import draw_length_spectrum, draw_levels
+
+        options.takes_only(context, f"in plot {kind}", "kind", "output", "a")
+        with progress("drawing"), reading(db, a, options.Choice()) as (catalogue, chosen):
+            draw = draw_length_spectrum if kind is Kind.SPECTRUM else draw_levels
+            made = draw(catalogue, chosen)
+        said = str(made.get_label())
     elif over_a:
         from orbitdb.cli.entropy_figures import draw_over_a
 
@@ -131,7 +147,8 @@ def plot(
             made = draw_over_a(catalogue, chosen)
         said = "topological entropy over a"
     else:
-        options.refuse_idle(context, f"in plot {kind}", "code", *[] if kind is Kind.SHEET else ["limit"])
+        idle = ("words", "code") if kind is Kind.SHEET else ("words", "code", "limit")
+        options.refuse_idle(context, f"in plot {kind}", *idle)
         choice = averaged(choice) if kind in _OF_CLASSES else choice
         wanted = replace(choice, status="orbit" if choice.status is None else choice.status)
         with progress("drawing"), reading(db, a, wanted) as (catalogue, chosen):
@@ -143,6 +160,22 @@ def plot(
     with progress("drawing"), complete(output) as draft:
         style.save(made, draft, ending, said)
     note(f"{said}, in {output}")
+
+
+def _one_code(kind: Kind, words: list[str] | None, code: list[str] | None) -> str:
+    """Return the only code that is given.
+
+    Raises
+    ------
+    InputError
+        If there is none, or another.
+    """
+    from orbitdb.cli.codes import given_codes
+
+    codes = list(given_codes(words, code))
+    if len(codes) != 1:
+        raise InputError(f"name one orbit to draw: plot {kind} 1232131")
+    return codes[0]
 
 
 def _followed(code: str) -> "Orbit":

@@ -14,7 +14,7 @@ from orbitdb.cli.half_lengths import several, with_a
 from orbitdb.cli.options import Format
 from orbitdb.cli.reading import all_meant, note_gaps, note_nothing, reading_all
 from orbitdb.cli.render import code_text, note, write, write_facts
-from orbitdb.cli.rows import COLUMNS_HELP, KEYS, Row, in_order, ready_lines, with_marks, with_rules
+from orbitdb.cli.rows import KEYS, Row, in_order, with_marks
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
 
@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
     from orbitdb.store.asking.selection import Selection
 
-EXAMPLES = (
-    """
+EXAMPLES = """
 Examples:
 
   orbitdb query 1232131
@@ -34,9 +33,8 @@ Examples:
 
   orbitdb query --p 11 --status orbit --format csv > orbits.csv
 
+The columns: 'orbitdb columns'.
 """
-    + COLUMNS_HELP
-)
 
 WORD_KEYS = (*KEYS, "coordinates", "stored", "exists")
 """Those of a word that is asked for by its code."""
@@ -74,20 +72,13 @@ def register(app: typer.Typer) -> None:
 def query(
     *,
     context: typer.Context,
-    words: Annotated[
-        list[str] | None, typer.Argument(metavar="[WORD]...", help="The same as --code WORD.")
-    ] = None,
-    code: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--code", help="A word in any rotation, stored or not; repeatable; - reads lines of stdin."
-        ),
-    ] = None,
+    words: options.Words = None,
+    code: options.Codes = None,
     a: options.StoredHalfLengths = None,
     choice: options.Choice,
     order: Annotated[
         str, options.column_option("--order", help="Columns to sort by; a falling one ends in desc.")
-    ] = "p,code",
+    ] = "p",
     limit: Annotated[
         int | None,
         options.count_option(
@@ -108,15 +99,15 @@ def query(
 ) -> None:
     """Ask for an orbit by its code, or for rows of the catalogue.
 
-    A word that is not stored is solved on the spot. The rows are symbol sequences of every status,
-    as least rotations; --status orbit leaves the orbits.
+    A word that is not stored is solved on the spot. The rows are symbol sequences as least
+    rotations, of every status but geometric; --status geometric shows those, --status orbit the orbits.
     """
     form = options.chosen(format_, json)
     options.check_marks(mark_words, form)
-    if asked := [*(words or ()), *(code or ())]:
+    if words or code:
         options.takes_only(context, "with --code", "words", "code", "a", "columns", "bounces", "mark_words")
         show = _show_bounces if bounces else _show_words
-        show(list(given_codes(asked)), a, db, columns, form, mark_words)
+        show(list(given_codes(words, code)), a, db, columns, form, mark_words)
         return
     if bounces:
         raise InputError("--bounces goes with --code; 'orbitdb export --bounces' writes those of many orbits")
@@ -132,10 +123,8 @@ def query(
         ) -> Iterator[Row]:
             return catalogue.rows(chosen, names, order, limit, offset)
 
-        rows: Iterator[Any] = with_rules(names, in_order(read, stadiums, names, order, shown, offset))
+        rows: Iterator[Any] = in_order(read, stadiums, names, order, shown, offset)
         rows = with_marks(names, rows) if mark_words else rows
-        if shown is None and not offset:
-            rows = ready_lines(catalogue, stadiums, names, order, form, mark_words) or rows
         count = write(names, rows, form)
         cut = offset or count == shown
         counted = cut and (form is Format.TABLE or not count)

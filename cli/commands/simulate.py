@@ -10,9 +10,10 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import progress
-from orbitdb.cli.render import note, with_error, write
+from orbitdb.cli.render import note, write, write_facts
 from orbitdb.cli.storing import bring
 from orbitdb.errors import InputError
+from orbitdb.numerals import with_error
 
 if TYPE_CHECKING:
     from orbitdb.billiard.stadium import Stadium
@@ -33,7 +34,6 @@ COLUMNS = (
 )  # fmt: skip
 _MOST = 10**12
 _NEAR = 0.05
-_WHY = "errors need a number of trajectories, and each ends on a semicircle, over however many walls it goes"
 
 
 def register(app: typer.Typer) -> None:
@@ -89,14 +89,30 @@ def simulate(
         if store:
             _store(a, found, db or default_path())
     finally:
-        write(COLUMNS, [[values[name] for name in COLUMNS]], options.chosen(format_, json))
+        form = options.chosen(format_, json)
+        if form is Format.TABLE:
+            write_facts(_facts(a, found))
+        else:
+            write(COLUMNS, [[values[name] for name in COLUMNS]], form)
     off = (found.mean_free_path - stadium.mean_free_path) / found.mean_free_path_error
     note(
-        f"mean free path by the invariant measure, pi Area / Perimeter: {stadium.mean_free_path:.6f}; "
-        f"the simulated one is {abs(off):.1f} errors {'above' if off > 0 else 'below'} it"
+        f"pi Area / Perimeter = {stadium.mean_free_path:.6f}: "
+        f"the mean free path is {abs(off):.1f} errors {'above' if off > 0 else 'below'} it"
     )
     if abs(found.bounces - bounces) > _NEAR * bounces:
-        note(f"{found.bounces} bounces were made, not {bounces}: {_WHY}")
+        note(f"{found.bounces} bounces were made, not {bounces}: errors need many whole trajectories")
+
+
+def _facts(a: float, found: "Reference") -> list[tuple[str, str]]:
+    """Return the result in words."""
+    return [
+        ("a", f"{a:g}"),
+        ("lambda_d", with_error(found.lambda_d, found.lambda_d_error)),
+        ("lambda_c", with_error(found.lambda_c, found.lambda_c_error)),
+        ("mean free path", with_error(found.mean_free_path, found.mean_free_path_error)),
+        ("bounces", str(found.bounces)),
+        ("seed", str(found.seed)),
+    ]
 
 
 def _simulate_legs(

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.endings import until_ended, with_other_processes
 from orbitdb.cli.executors import DryRun, ExecutorOption, Jobs, Scheduler, Solvers
 from orbitdb.cli.options import Database, Format, HalfLength, count_option
 from orbitdb.cli.progress import progress
@@ -93,11 +92,11 @@ def _sweep(path: Path, chosen: "Selection", periods: Sequence[int], solvers: Sol
     if dry_run:
         return False
     start = time.monotonic()
-    with with_other_processes(), solvers.at_work(coming.sequences, SMALL) as workers:
+    with solvers.at_work(coming.sequences, SMALL) as workers:
         bring(path)
         with progress(span) as shown:
             words = {p: count_admissible(p) for p in periods}
-            steps = until_ended(sweep_periods(path, a, periods, workers, chosen))
+            steps = sweep_periods(path, a, periods, workers, chosen)
             show_steps(shown, steps, "words", words, sum(words.values()) - coming.sequences)
     note(f"{span}: {sequences}, {time.monotonic() - start:.1f} s, in {path}")
     return True

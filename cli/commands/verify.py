@@ -1,7 +1,8 @@
 """``orbitdb verify``: is the catalogue what it says."""
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +12,6 @@ from orbitdb.cli import options
 from orbitdb.cli.executors import Jobs, Solvers
 from orbitdb.cli.options import Format
 from orbitdb.cli.progress import progress
-from orbitdb.cli.reading import without
 from orbitdb.cli.render import note, note_partial, write
 from orbitdb.errors import InputError, StoreError
 from orbitdb.plaintext import several
@@ -111,7 +111,7 @@ def verify(
 
     solvers = Solvers.chosen(None, None, jobs)
 
-    def work() -> "Iterator[Step]":
+    def work() -> "Generator[Step]":
         with catalogue.at_one_moment() as still:
             stadiums = still.a_values() if a is None else [Stadium(a).a]
             chosen = [choice.at(each) for each in stadiums]
@@ -130,7 +130,8 @@ def verify(
             for selection in chosen:
                 yield from certify(catalogue.path, selection, sample, seed, again)
 
-    found = report(_watched(work()))
+    with closing(work()) as steps_taken:  # with whom it has set to work, if it ends before its time
+        found = report(_watched(steps_taken))
     for each, fills in partial.items():
         note_partial(fills, each)
     for gap in unfilled:
@@ -182,6 +183,8 @@ def _unfilled(catalogue: "Catalogue", chosen: "Selection") -> str | None:
         swept = tuple(each.p for subset in subsets for each in catalogue.sweeps(chosen.a, subset))
     except StoreError:
         return None  # it is among what is checked
+    from orbitdb.store.reading.averaged import without
+
     rest = without(chosen, swept) if swept else chosen
     return None if rest is None else catalogue.unfilled(rest)
 

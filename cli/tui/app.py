@@ -3,14 +3,14 @@
 import asyncio
 import os
 import signal
-import sys
 import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
+from rich.console import RenderableType
 from textual import work
 from textual.app import App, SystemCommand
 from textual.binding import Binding, BindingType
@@ -23,12 +23,14 @@ from textual.worker import get_current_worker
 from orbitdb.cli.endings import TERMINATING, Terminated
 from orbitdb.cli.garbage import collect_no_more
 from orbitdb.cli.tui.dialogs import KeysDialog, QuestionDialog
+from orbitdb.cli.tui.ending import LooseThreads, listen_to_signals, written_down
 from orbitdb.cli.tui.facts import Certificate
 from orbitdb.cli.tui.fill_dialog import FillDialog
 from orbitdb.cli.tui.filling import FillState, Wish
 from orbitdb.cli.tui.filling import work as fill_steps
-from orbitdb.cli.tui.kept import Kept
+from orbitdb.cli.tui.kept import Kept, state_path
 from orbitdb.cli.tui.main_screen import MainScreen
+from orbitdb.cli.tui.screens import ActionsDialog
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
@@ -36,13 +38,12 @@ from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.class_index import Index, Part
-    from orbitdb.store.reading.fills import Fill
     from orbitdb.store.reading.lookup import Lives
 
 _SECONDS_BETWEEN_LOOKS = 2.0
 _RESTS = 5
 """Times that the last look took until the next one, at least."""
+_SECONDS_TO_PUT_AWAY = 1.0
 _WIDTHS = [(0, "-slim"), (76, "-narrow"), (140, "-wide")]
 _HEIGHTS = [(0, "-short"), (36, "-tall")]
 
@@ -96,24 +97,49 @@ class BrowseApp(App[None]):
         self.title = printable(f"orbitdb {path.name}")
         self.catalogue = _opened(path)
         self._selection, self._code = selection, code
-        self._known: tuple[list[Fill], Index] | None = None
-        self._reading = threading.Lock()
-        self._shown_at = self._took = 0.0
-        self._leaving = False
-        self.failure: StoreError | Terminated | KeyboardInterrupt | None = None
+        self._shown_at = 0.0
+        self._in_hand: list[threading.Thread] = []
+        self.leaving = False
+        self.failure: BaseException | None = None
+
+    def on_load(self) -> None:
+        """Begin no thread that the end of the process would wait for."""
+        asyncio.get_running_loop().set_default_executor(LooseThreads())
 
     def on_mount(self) -> None:
         """Restore the terminal, too, when a signal says to end."""
-        if threading.current_thread() is threading.main_thread() and sys.platform != "win32":
-            for number in (signal.SIGINT, *TERMINATING):
-                asyncio.get_running_loop().add_signal_handler(number, self._end, number)
+        collect_no_more()  # to go through all that stands by now keeps every key waiting for long
+        if threading.current_thread() is threading.main_thread():
+            listen_to_signals(self._end)
 
     def _end(self, number: int) -> None:
         if not self.is_web:  # there the server is told, too, and says so
             self.failure = KeyboardInterrupt() if number == signal.SIGINT else Terminated(number)
         self.action_stop_fill()
-        self._leaving = True
+        self.leaving = True
         self.exit()
+
+    def take_in_hand(self) -> None:
+        """Let the process not end before this thread, which has something to put away."""
+        self._in_hand.append(threading.current_thread())
+
+    def close(self) -> None:
+        """Wait for what is in hand once the screen has gone, for a moment only if a signal said to end.
+
+        Raises
+        ------
+        BaseException
+            Whatever ended the screen before its time.
+        """
+        told = isinstance(self.failure, Terminated | KeyboardInterrupt)
+        for thread in self._in_hand:
+            thread.join(_SECONDS_TO_PUT_AWAY if told else None)
+        match self.failure:
+            case None:
+                return
+            case StoreError() | Terminated() | KeyboardInterrupt():
+                raise self.failure
+        raise written_down(self.failure, state_path().parent)
 
     def get_default_screen(self) -> Screen[None]:
         """Begin with the main screen."""
@@ -127,31 +153,10 @@ class BrowseApp(App[None]):
 
     # the catalogue, for the screens
 
-    def index(self, catalogue: "Catalogue", a: float) -> "Index":
-        """Return the index of the sequences at one a; it is read anew when a fill has come further."""
-        from orbitdb.store.reading.index_reading import load_index
-
-        with self._reading:  # one worker reads, though another may wait for the same
-            fills, begun = catalogue.fills(a), time.monotonic()
-            if self._known is None:
-                collect_no_more()  # to go through all that stands by now keeps every key waiting for long
-            if self._known is None or self._known[0] != fills or self._known[1].a != a:
-                self._known = fills, load_index(catalogue, a, self._still_known(fills, a))
-                self._took = time.monotonic() - begun
-            return self._known[1]
-
-    def _still_known(self, fills: list["Fill"], a: float) -> dict[int, "Part"]:
-        """Return what is known of the periods at one a that were whole, and are."""
-        if self._known is None or self._known[1].a != a:
-            return {}
-        whole = {fill.p for fill in fills if fill.whole and fill in self._known[0]}
-        return {part.words.p: part for part in self._known[1].parts if part.words.p in whole}
-
     def look_again(self) -> None:
         """Read the file anew."""
         if self.catalogue is None:
             self.catalogue = _opened(self.path)
-        self._known = None
         self._main.refresh_catalogue()
 
     def find(self, word: str, a: float) -> Orbit:
@@ -162,13 +167,17 @@ class BrowseApp(App[None]):
         stored = self.catalogue.find(word, a) if self.catalogue is not None else None
         return solve_word(word, Stadium(a)) if stored is None else stored
 
-    def follow(self, orbit: Orbit, up: bool, home: float) -> Orbit:
-        """Return what becomes of an orbit a step farther in a, with its lives; ``home`` is a stop."""
+    def follow(self, orbit: Orbit, steps: Sequence[bool], home: float) -> Orbit:
+        """Return what becomes of an orbit some steps up or down in a, with its lives; ``home`` is a stop."""
         from orbitdb.cli.tui.following import next_a
         from orbitdb.store.reading.one_word import with_existence
 
-        lives = with_existence(orbit).exists if orbit.exists is None else orbit.exists
-        return self.find_at(orbit.code, next_a(lives or (), orbit.a, up, home), lives)
+        if not steps:
+            return orbit
+        lives, a = with_existence(orbit).exists, orbit.a
+        for up in steps:
+            a = next_a(lives or (), a, up, home)
+        return self.find_at(orbit.code, a, lives)
 
     def find_at(self, word: str, a: float, lives: "Lives | None") -> Orbit:
         """Return what is stored of a word, or solve it; its lives are known."""
@@ -178,9 +187,11 @@ class BrowseApp(App[None]):
         """Return the stored proof of an orbit, if there is one."""
         if self.catalogue is None or not orbit.stored or orbit.length is None:
             return None
-        from orbitdb.store.reading.pages import certificate_of
+        from orbitdb.store.file.engines import driver
+        from orbitdb.store.reading.lookup import certificate_of
 
-        return certificate_of(self.catalogue, orbit.representative, orbit.a)
+        with self.catalogue.reading() as connection:
+            return certificate_of(driver(connection), orbit.representative, orbit.a)
 
     def check_filter(self, where: str, parameters: dict[str, str | int | float]) -> None:
         """Refuse a filter that cannot be used."""
@@ -208,6 +219,7 @@ class BrowseApp(App[None]):
         from dataclasses import replace
 
         worker = get_current_worker()
+        self.take_in_hand()
         state = FillState(wish)
         steps = fill_steps(self.path, state)
         try:
@@ -231,13 +243,12 @@ class BrowseApp(App[None]):
         stopping = self.fill_state is not None and self.fill_state.state == "stopping" and state.runs
         if not stopping:
             self.fill_state = state
-        if self._leaving:
+        if self.leaving:
             return
         self._main.follow_fill(state)
-        if not state.runs or now - self._shown_at > max(_SECONDS_BETWEEN_LOOKS, _RESTS * self._took):
+        rest = max(_SECONDS_BETWEEN_LOOKS, _RESTS * self._main.seconds_of_reading)
+        if not state.runs or now - self._shown_at > rest:
             self._shown_at = now
-            if state.wish.words:  # of which no period tells
-                self._known = None
             self._main.refresh_catalogue()
         if not state.runs:
             self.notify(
@@ -256,12 +267,20 @@ class BrowseApp(App[None]):
     # habits
 
     def _handle_exception(self, error: Exception) -> None:
-        """Leave in good order if the database fails while it is shown; the command says why."""
+        """Leave in good order if something fails; the command says what."""
+        self.failure = self.failure or error
         if isinstance(error, StoreError):
-            self.failure = self.failure or error
             self._close_messages_no_wait()
         else:
             super()._handle_exception(error)
+
+    def _fatal_error(self) -> None:
+        """Leave, without a traceback on the terminal."""
+        self._close_messages_no_wait()
+
+    def panic(self, *renderables: RenderableType) -> None:
+        """Leave when keys can no longer be read: the terminal is gone."""
+        self._end(TERMINATING[-1])
 
     def notify(
         self,
@@ -290,6 +309,11 @@ class BrowseApp(App[None]):
         if not isinstance(self.screen, KeysDialog):
             self.push_screen(KeysDialog(groups_for(self.screen), columns_for(self.screen)))
 
+    def action_command_palette(self) -> None:
+        """Show all actions by name."""
+        if not isinstance(self.screen, ActionsDialog):
+            self.push_screen(ActionsDialog(id="--command-palette"))
+
     async def action_quit(self) -> None:
         """Leave; ask first if a fill runs."""
         if self.fill_state is None or not self.fill_state.runs:
@@ -299,7 +323,7 @@ class BrowseApp(App[None]):
         def take(sure: bool | None) -> None:
             if sure:
                 self.action_stop_fill()
-                self._leaving = True
+                self.leaving = True
                 self.exit()
 
         question = "A fill is running. What is stored stays; it can go on later."

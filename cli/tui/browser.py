@@ -1,5 +1,6 @@
 """Browser: what the screens ask of the application that shows them."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -10,7 +11,6 @@ from orbitdb.orbits.orbit import Orbit
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.class_index import Index
     from orbitdb.store.reading.lookup import Lives
 
 
@@ -27,21 +27,21 @@ class Browser(Protocol):
         How far the fill is that was begun here.
     kept : Kept
         What was chosen for good: columns, filters, marked words.
+    leaving : bool
+        Whether the screen is about to go, as a signal or an answer has said.
     """
 
     path: Path
     catalogue: "Catalogue | None"
     fill_state: FillState | None
     kept: Kept
-
-    def index(self, catalogue: "Catalogue", a: float) -> "Index":
-        """Return the sequences that the catalogue knows at one a."""
+    leaving: bool
 
     def find(self, word: str, a: float) -> Orbit:
         """Return a word's stored orbit, or solve it."""
 
-    def follow(self, orbit: Orbit, up: bool, home: float) -> Orbit:
-        """Return what becomes of an orbit a step farther in a, with its lives; ``home`` is a stop."""
+    def follow(self, orbit: Orbit, steps: Sequence[bool], home: float) -> Orbit:
+        """Return what becomes of an orbit some steps up or down in a, with its lives; ``home`` is a stop."""
 
     def find_at(self, word: str, a: float, lives: "Lives | None") -> Orbit:
         """Return a word's orbit, whose lives are known."""
@@ -57,6 +57,9 @@ class Browser(Protocol):
 
     def look_again(self) -> None:
         """Forget what is known of the file: somebody else may have filled it."""
+
+    def take_in_hand(self) -> None:
+        """Let the process not end before this thread, which has something to put away."""
 
     def tell(self, text: str) -> None:
         """Show a line to the user, from whatever thread."""

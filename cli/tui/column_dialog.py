@@ -7,11 +7,11 @@ from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
-from textual.screen import ModalScreen
 from textual.widgets import OptionList
 from textual.widgets.option_list import Option
 
 from orbitdb.cli.tui.columns import EVERY, USUAL
+from orbitdb.cli.tui.screens import Dialog
 from orbitdb.columns import IN_CATALOGUE
 
 _BRIEF = {column.name: column.brief for column in IN_CATALOGUE}
@@ -20,7 +20,7 @@ _WIDTH = max(map(len, EVERY))
 Names = tuple[str, ...]
 
 
-class ColumnDialog(ModalScreen[Names | None]):
+class ColumnDialog(Dialog[Names | None]):
     """Mark the columns to be shown, and move them; the code is always the first.
 
     Parameters

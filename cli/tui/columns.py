@@ -34,6 +34,7 @@ _MORE = (
     Column("born", "born", 11),
     Column("dies", "dies", 11),
     Column("walls", "walls", 5),
+    Column("maslov", "maslov", 6),
     Column("length_error", "length ±", 8),
     Column("lyapunov_error", "lyapunov ±", 10),
     Column("residual", "residual", 8),

@@ -11,14 +11,15 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
 from textual.message import Message
 from textual.reactive import reactive
-from textual.screen import Screen
 from textual.widgets import Footer, Header, Static
 from textual.worker import get_current_worker
 
 from orbitdb.cli.tui.bars import DRAWN, Counts, counts_by, counts_in, is_measured, lines_of, title_of
 from orbitdb.cli.tui.columns import EVERY
 from orbitdb.cli.tui.dialogs import ChoiceDialog
+from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.errors import InputError, StoreError
+from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ _MOST_BINS = 40
 _LEAST_BINS = 8
 
 
-class CountsScreen(Screen[None]):
+class CountsScreen(OwnScreen[None]):
     """How many sequences of a subset there are of each kind, and a histogram.
 
     Parameters
@@ -125,6 +126,8 @@ class CountsScreen(Screen[None]):
             with self._catalogue.at_one_moment() as still:
                 found = tally(still, self._selection, _BY, lambda: worker.is_cancelled)
                 partial = ", ".join(str(fill.p) for fill in still.partial(self._selection))
+        except CancelledError:
+            return
         except (InputError, StoreError) as error:
             self._fail(str(error))
             return
@@ -142,6 +145,8 @@ class CountsScreen(Screen[None]):
 
         try:
             counts, without, note = self._values(column, bins, cancelled)
+        except CancelledError:
+            return
         except (InputError, StoreError) as error:
             self._fail(str(error))
             return

@@ -7,10 +7,10 @@ from rich.table import Table
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
-from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, OptionList, Static
 from textual.widgets.option_list import Option
 
+from orbitdb.cli.tui.screens import Dialog
 from orbitdb.errors import InputError, StoreError
 
 Group = tuple[str, Sequence[tuple[str, str]]]
@@ -19,7 +19,7 @@ Group = tuple[str, Sequence[tuple[str, str]]]
 _ESCAPE = Binding("escape", "dismiss(None)", "Close", show=False)
 
 
-class ChoiceDialog(ModalScreen[str | None]):
+class ChoiceDialog(Dialog[str | None]):
     """Choose one of some names."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -53,7 +53,7 @@ class ChoiceDialog(ModalScreen[str | None]):
         self.dismiss(event.option.id)
 
 
-class LineDialog(ModalScreen[str | None]):
+class LineDialog(Dialog[str | None]):
     """Ask for a line, check it as it is typed, keep what was typed before at hand."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -120,7 +120,7 @@ class LineDialog(ModalScreen[str | None]):
         line.cursor_position = len(line.value)
 
 
-class KeysDialog(ModalScreen[None]):
+class KeysDialog(Dialog[None]):
     """The keys that matter, and below them what the columns are."""
 
     BINDINGS: ClassVar[list[BindingType]] = [_ESCAPE, Binding("question_mark,q", "dismiss(None)", show=False)]
@@ -166,7 +166,7 @@ class KeysDialog(ModalScreen[None]):
         return table
 
 
-class QuestionDialog(ModalScreen[bool]):
+class QuestionDialog(Dialog[bool]):
     """Ask whether to do something that cannot be taken back."""
 
     BINDINGS: ClassVar[list[BindingType]] = [

@@ -1,6 +1,6 @@
 """Taking away what is shown: the rows as csv, tsv, json, jsonl or parquet, the orbit as SVG or PNG."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from orbitdb import __version__
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import code_text
-from orbitdb.cli.rows import KEYS, with_rules
+from orbitdb.cli.rows import KEYS
 from orbitdb.cli.tui.source import Ordering
 from orbitdb.errors import InputError
 from orbitdb.export import complete, json_object, write_csv, write_file, write_jsonl
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.svg import orbit_svg
+from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.fills import describe_partial
 
@@ -50,8 +51,20 @@ def export(
     selection: Selection,
     ordering: Ordering,
     orbit: Orbit | None,
+    cancelled: Callable[[], bool] = never,
 ) -> str:
     """Write a file, and say what was written.
+
+    Parameters
+    ----------
+    path : Path
+    catalogue : Catalogue or None
+    selection : Selection
+    ordering : Ordering
+    orbit : Orbit or None
+        What is drawn, if the file is a picture.
+    cancelled : callable, optional
+        Asked now and then whether to stop, so that nothing is left of the file.
 
     Raises
     ------
@@ -64,7 +77,7 @@ def export(
             raise InputError("there are no rows to write")
         with catalogue.at_one_moment() as still:
             partial = still.partial(selection)
-            count = _write(path, still, selection, ordering)
+            count = _write(path, still, selection, ordering, cancelled)
         said = f"{count:,} rows written to {path}"
         return f"{said}; {describe_partial(partial, selection.a)}" if partial else said
     if orbit is None or orbit.points is None:
@@ -88,10 +101,15 @@ def _draw(path: Path, suffix: str, orbit: Orbit, points: NDArray[np.float64], ti
     style.save(figures.draw_orbit(orbit), path, "png", title)
 
 
-def _write(path: Path, catalogue: "Catalogue", selection: Selection, ordering: Ordering) -> int:
+def _write(
+    path: Path,
+    catalogue: "Catalogue",
+    selection: Selection,
+    ordering: Ordering,
+    cancelled: Callable[[], bool],
+) -> int:
     """Write the rows in their order to a file, and return how many they are."""
-    order = f"{ordering.column} {'desc' if ordering.descending else 'asc'}"
-    rows = with_rules(KEYS, catalogue.rows(selection, KEYS, order))
+    rows = catalogue.rows(selection, KEYS, str(ordering), cancelled=cancelled)
     if path.suffix == ".parquet":
         return _write_parquet(path, catalogue, selection, rows)
     with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:

@@ -10,10 +10,11 @@ from textual.geometry import Size
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
-from orbitdb.cli.render import number, upwards, with_bound
+from orbitdb.cli.render import number
 from orbitdb.cli.tui.following import bar
 from orbitdb.cli.tui.pictures import phase_points
 from orbitdb.cli.word import lives_text
+from orbitdb.numerals import upwards, with_bound
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
 from orbitdb.symbols.pruning import RULES
@@ -71,6 +72,7 @@ def _numbers(orbit: Orbit) -> list[tuple[str, str]]:
     return [
         *facts,
         ("λ_d, λ_c", ", ".join(rates)),
+        ("maslov", str(orbit.maslov)),
         ("margin", f"{number('margin', orbit.margin)}, error {number('error', orbit.error)}"),
     ]
 

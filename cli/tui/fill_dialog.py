@@ -9,12 +9,12 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
 from textual.message import Message
-from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, ProgressBar
 from textual.worker import get_current_worker
 
 from orbitdb.cli.tui.dialogs import QuestionDialog
 from orbitdb.cli.tui.filling import Cost, FillState, Wish, cost_of, parse_wish
+from orbitdb.cli.tui.screens import Dialog
 from orbitdb.errors import InputError, StoreError
 
 _FIELDS = (
@@ -24,7 +24,7 @@ _FIELDS = (
 )
 
 
-class FillDialog(ModalScreen[None]):
+class FillDialog(Dialog[None]):
     """Ask what to fill; while something is filled, show how far it is.
 
     Parameters

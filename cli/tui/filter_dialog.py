@@ -8,7 +8,7 @@ from textual.timer import Timer
 from orbitdb.cli.tui.dialogs import LineDialog
 from orbitdb.store.asking.expressions import unfinished
 
-_PAUSE = 0.15
+_PAUSE = 0.25
 """Seconds without a key before rows are read."""
 
 
@@ -21,6 +21,8 @@ class FilterDialog(LineDialog):
         The filter that holds now.
     check : callable
         Refuses what cannot be used.
+    stop : callable
+        Reads no further for the filter before, at every key.
     attempt : callable
         Shows the rows of a filter; it is never given one that is refused.
     screen : DOMNode
@@ -33,13 +35,15 @@ class FilterDialog(LineDialog):
         self,
         where: str,
         check: Callable[[str], str],
+        stop: Callable[[], None],
         attempt: Callable[[str], None],
         screen: DOMNode,
         history: Sequence[str],
     ) -> None:
         placeholder = "lambda_c < 0.5 and time_reversal = 'self'"
         super().__init__("filter, as in --where", where, placeholder, check, history)
-        self._attempt, self._rows = attempt, screen
+        self._stop, self._attempt, self._rows = stop, attempt, screen
+        self._tried = where.strip()
         self._report = self._note = ""
         self._timer: Timer | None = None
 
@@ -59,6 +63,8 @@ class FilterDialog(LineDialog):
         if self._timer is not None:
             self._timer.stop()
             self._timer = None
+        if text.strip() != self._tried:
+            self._stop()
         told, wrong = self.checked(text)
         if wrong and not unfinished(text, told):
             self.tell(told, wrong)
@@ -69,5 +75,5 @@ class FilterDialog(LineDialog):
             self._timer = self.set_timer(_PAUSE, lambda: self._try(text.strip()))
 
     def _try(self, where: str) -> None:
-        self._timer = None
+        self._timer, self._tried = None, where
         self._attempt(where)

@@ -7,17 +7,17 @@ from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
-from textual.screen import ModalScreen
 from textual.widgets import Label, OptionList
 from textual.widgets.option_list import Option
 
+from orbitdb.cli.tui.screens import Dialog
 from orbitdb.plaintext import printable
 
 KEEP = ""
 """The answer that the present filter is to be kept; no filter has this name."""
 
 
-class FiltersDialog(ModalScreen[str | None]):
+class FiltersDialog(Dialog[str | None]):
     """Choose a filter by its name.
 
     Parameters

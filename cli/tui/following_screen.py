@@ -1,5 +1,6 @@
 """Following in a: the orbit on screen by keys, and the table with it, as far as births are stored."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -8,10 +9,11 @@ from textual.message import Message
 from textual.widgets import Static
 
 from orbitdb.cli.tui.following import told
+from orbitdb.cli.tui.orbit_screen import OrbitScreen
 from orbitdb.cli.tui.source import Followed, Pages
 from orbitdb.cli.tui.table import PagedTable
 from orbitdb.cli.tui.word_screen import WordScreen
-from orbitdb.errors import StoreError
+from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.selection import Selection
 
@@ -19,17 +21,21 @@ if TYPE_CHECKING:
     from orbitdb.store.reading.standings import Standings
 
 _ORBIT = "orbit"
+_SECONDS_UNTOLD = 0.08
+"""How long following may take before the heading says so."""
 
 
 class FollowingScreen(WordScreen):
     """The main screen, looked at for another a than that of its rows."""
 
     @dataclass
-    class StandingsRead(Message):
-        """A worker has read the births of the rows."""
+    class Arrived(Message):
+        """A worker has followed an orbit, and the rows with it."""
 
-        pages: Pages
-        standings: "Standings"
+        begun: Orbit
+        orbit: Orbit
+        rows: Followed | None
+        standings: "Standings | None"
         without: list[int]
 
     def __init__(self, selection: Selection, code: str | None = None) -> None:
@@ -38,6 +44,8 @@ class FollowingScreen(WordScreen):
         self._pages: Pages | None = None
         self._standings: Standings | None = None
         self._without: list[int] = []
+        self._steps: list[bool] = []
+        self._under_way = False
 
     @property
     def here(self) -> float:
@@ -55,12 +63,9 @@ class FollowingScreen(WordScreen):
     def action_follow(self, up: bool) -> None:
         """Follow the orbit to a greater or smaller a, past its births and deaths."""
         self.catch_up()
-        if self.orbit is None:
-            return
-        before = self.orbit
-        self.orbit = followed = self.browser.follow(before, up, self.selection.a)
-        if happened := told(followed.exists or (), before.a, followed.a):
-            self.notify(happened)
+        if self.orbit is not None:
+            self._steps.append(up)
+            self._go_on()
 
     def action_back(self) -> None:
         """Show the row under the cursor as it is stored."""
@@ -75,23 +80,22 @@ class FollowingScreen(WordScreen):
         return self.browser.find_at(word, self._away, stored.exists)
 
     def watch_orbit(self, orbit: Orbit | None) -> None:
-        """Let the rows follow the orbit."""
+        """Let the rows follow the orbit; steps that were meant for another one are forgotten."""
         super().watch_orbit(orbit)
+        self._steps = []
         if not self.is_mounted:
             return
         if orbit is None or orbit.a == self.selection.a:
             self._come_back()
             return
         self._away = orbit.a
-        if self._pages is not None:
-            self._follow(self._pages)
+        self._go_on()
 
     def show_rows(self, rows: Pages, cursor: int) -> None:
         """Show the rows that have been read, as they are where words are shown."""
         self._pages, self._standings = rows, None
         super().show_rows(rows, cursor)
-        if self._away is not None:
-            self._follow(rows)
+        self._go_on()
 
     def _leave_stadium(self) -> None:
         self._pages = self._standings = None
@@ -105,46 +109,86 @@ class FollowingScreen(WordScreen):
         if isinstance(table.source, Followed) and self._pages is not None:
             super().show_rows(self._pages, table.cursor)
 
-    def _follow(self, pages: Pages) -> None:
-        """Show the rows as they are elsewhere; the first time their births are read."""
-        if self._standings is None:
-            self._say_reading("reading births …")
-            self._read_standings(pages)
-        elif self._away is not None:
-            self._show_standing(pages, self._standings, self._away)
+    def _go_on(self) -> None:
+        """Follow the orbit by all steps that were asked for meanwhile, unless a worker does so already."""
+        orbit, pages = self.orbit, self._pages
+        if self._under_way or orbit is None or not (self._steps or self._rows_lag_behind()):
+            return
+        self._under_way = True
+        self.set_timer(_SECONDS_UNTOLD, self._say_following)
+        self._follow(orbit, tuple(self._steps), pages, self._standings)
+        self._steps = []
 
-    def _show_standing(self, pages: Pages, standings: "Standings", a: float) -> None:
+    def _rows_lag_behind(self) -> bool:
+        """Tell whether the rows are those of another a than that of the orbit which they follow."""
+        source = self.query_one(PagedTable).source
+        return source.whole and self._away not in (None, getattr(source, "a", None))
+
+    def _say_following(self) -> None:
+        if self._under_way:
+            self._say_reading("reading births …" if self._standings is None else "following …")
+
+    @work(thread=True, group="follow", description="follow")  # else Textual writes out all rows for its log
+    def _follow(
+        self, orbit: Orbit, steps: Sequence[bool], pages: Pages | None, standings: "Standings | None"
+    ) -> None:
+        """Follow an orbit some steps, and find what the rows are there; the first time read their births."""
+        from orbitdb.store.reading.standings import load_standings, periods_without
+
+        rows, without = None, self._without
+        try:
+            followed = self.browser.follow(orbit, steps, self.selection.a)
+            if pages is not None and standings is None:
+                standings = load_standings(pages.catalogue, pages.chosen)
+                without = periods_without(pages.catalogue, pages.chosen, standings)
+            if pages is not None and standings is not None:
+                rows = Followed(pages, followed.a, standings.at(followed.a))
+        except (InputError, StoreError) as error:
+            self.post_message(self.Failed(str(error)))
+            return
+        self.post_message(self.Arrived(orbit, followed, rows, standings, without))
+
+    def on_orbit_screen_failed(self, message: OrbitScreen.Failed) -> None:
+        """Follow no farther; Textual calls the handlers of the other classes, too."""
+        self._under_way, self._steps = False, []
+
+    def on_following_screen_arrived(self, message: Arrived) -> None:
+        """Show the orbit and the rows where they are by now, unless others are on screen by now."""
+        self._under_way = False
+        self._say_reading("")
+        rows = message.rows
+        if rows is not None and rows.pages is self._pages:
+            self._standings, self._without = message.standings, message.without
+        if message.begun is self.orbit:
+            steps = self._steps
+            if message.orbit is not message.begun:
+                self._show_followed(message.begun, message.orbit)
+            self._steps = steps
+            if rows is not None and rows.pages is self._pages and rows.a == self._away:
+                self._show_standing(rows)
+        self._go_on()
+
+    def _show_followed(self, before: Orbit, orbit: Orbit) -> None:
+        self._under_way = True  # its rows come with it
+        self.orbit = orbit
+        self._under_way = False
+        if happened := told(orbit.exists or (), before.a, orbit.a):
+            self.notify(happened)
+
+    def _show_standing(self, rows: Followed) -> None:
+        """Show the rows as they are elsewhere, or why they stay."""
         note, table = self.query_one("#standing", Static), self.query_one(PagedTable)
         note.display = True
         lacking = _lacking(self._without)
-        if lacking and not (standings.known & (pages.keys.words_of_classes() > 0)).any():
+        assert self._standings is not None
+        if lacking and not self._standings.known.any():
             note.update(f"the rows stay at a = {self.selection.a:g}: {lacking}")
             self._away = None
         else:
-            rows = Followed(pages, a, standings.at(a))
             others = [f"{n:,} {words}" for words, n in rows.counts().items() if words != _ORBIT]
             note.update("; ".join(filter(None, (", ".join(others) or "no other", lacking))))
             table.show(rows, table.cursor)
         self._say_reading("")
-
-    @work(thread=True, exclusive=True, group="standings")
-    def _read_standings(self, pages: Pages) -> None:
-        from orbitdb.store.reading.standings import load_standings, periods_without
-
-        try:
-            standings = load_standings(pages.catalogue, pages.index)
-            without = periods_without(pages.index, pages.keys, standings)
-        except StoreError as error:
-            self.post_message(self.Failed(str(error)))
-            return
-        self.post_message(self.StandingsRead(pages, standings, without))
-
-    def on_following_screen_standings_read(self, message: StandingsRead) -> None:
-        """Show the rows where the orbit is by now, unless they are others by now."""
-        if message.pages is self._pages:
-            self._standings, self._without = message.standings, message.without
-            self._follow(message.pages)
-            self._say_reading("")
 
 
 def _lacking(periods: list[int]) -> str:

@@ -1,14 +1,20 @@
 """Typing digits on the main screen: the cursor goes to a period, or to a code."""
 
 import time
+from dataclasses import dataclass
 from typing import ClassVar
 
+from textual import work
 from textual.binding import Binding, BindingType
+from textual.message import Message
+from textual.worker import get_current_worker
 
 from orbitdb.cli.tui.following_screen import FollowingScreen
 from orbitdb.cli.tui.jumping import place_of
-from orbitdb.cli.tui.source import Followed, Head, Pages
+from orbitdb.cli.tui.source import Followed, Pages
 from orbitdb.cli.tui.table import PagedTable
+from orbitdb.errors import StoreError
+from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.selection import Selection
 
 PAUSE = 2.0
@@ -22,6 +28,15 @@ class JumpingScreen(FollowingScreen):
         *(Binding(digit, f"jump('{digit}')", show=False) for digit in "0123456789"),
         Binding("backspace", "jump_back", show=False),
     ]
+
+    @dataclass
+    class Sought(Message):
+        """A worker has sought what was typed."""
+
+        pages: Pages
+        typed: str
+        place: int | None
+        told: str
 
     def __init__(self, selection: Selection, code: str | None = None) -> None:
         super().__init__(selection, code)
@@ -70,11 +85,40 @@ class JumpingScreen(FollowingScreen):
     def _jump(self, typed: str) -> None:
         table = self.query_one(PagedTable)
         pages = table.source.pages if isinstance(table.source, Followed) else table.source
-        self._typed, self._waits = typed, isinstance(pages, Head)
-        if isinstance(pages, Head):  # the other rows are still being read
-            place, self._led_to = None, f"{typed} …"
-        else:
-            place, self._led_to = place_of(pages, typed) if typed else (self._begun_at, "")
+        self._typed, self._landed = typed, table.cursor
+        self._waits = bool(typed)
+        if not typed:
+            self._land(self._begun_at, "")
+            return
+        self._led_to = f"{typed} …"
+        self.say_position()
+        if isinstance(pages, Pages) and pages.whole:  # else the other rows are still being read
+            self._seek(pages, typed)
+
+    @work(thread=True, exclusive=True, group="jump", description="jump")
+    def _seek(self, pages: Pages, typed: str) -> None:
+        """Seek what was typed, unless another key comes."""
+        worker = get_current_worker()
+        try:
+            place, told = place_of(pages, typed, lambda: worker.is_cancelled)
+        except CancelledError:
+            return
+        except StoreError as error:
+            self.post_message(self.Failed(str(error)))
+            return
+        if not worker.is_cancelled:
+            self.post_message(self.Sought(pages, typed, place, told))
+
+    def on_jumping_screen_sought(self, message: Sought) -> None:
+        """Go there, unless the cursor has moved on."""
+        sought = message.pages is self._pages and message.typed == self._typed
+        if sought and self._waits and self._jumps:
+            self._waits = False
+            self._land(message.place, message.told)
+
+    def _land(self, place: int | None, told: str) -> None:
+        table = self.query_one(PagedTable)
+        self._led_to = told
         self._landed = table.cursor if place is None else place
         table.cursor = self._landed
         self.say_position()

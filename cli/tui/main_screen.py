@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from textual import work
 from textual.binding import Binding, BindingType
@@ -17,6 +17,7 @@ from orbitdb.cli.tui.facts import FactsPanel
 from orbitdb.cli.tui.fill_dialog import FillDialog
 from orbitdb.cli.tui.filling import FillState
 from orbitdb.cli.tui.filter_dialog import FilterDialog
+from orbitdb.cli.tui.half_length_dialog import HalfLengthDialog
 from orbitdb.cli.tui.keeping_screen import KeepingScreen
 from orbitdb.cli.tui.source import Ordering
 from orbitdb.cli.tui.status_dialog import StatusDialog, Statuses
@@ -24,10 +25,14 @@ from orbitdb.cli.tui.table import PagedTable
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.codes import hint
+from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.expressions import names_in
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
 
 _MOST_COMPARED = 6
 _ELEMENTS = {REVERSE: "time reverse", MIRROR_X: "mirror image left to right",
@@ -114,15 +119,18 @@ class MainScreen(KeepingScreen):
             if (where or None) != self.selection.where:
                 self._wanted = word
                 self.selection = self._filtered(where or None)
+            else:
+                self.go_on_reading()
 
         def take(where: str | None) -> None:
             attempt(before if where is None else where)
             if where and where not in self._history:
                 self._history.append(where)
 
-        self.app.push_screen(
-            FilterDialog(before or "", self._check_filter, attempt, self, self._history), take
+        dialog = FilterDialog(
+            before or "", self._check_filter, self.stop_reading, attempt, self, self._history
         )
+        self.app.push_screen(dialog, take)
 
     def _check_filter(self, where: str) -> str:
         self.browser.check_filter(where, dict(self._filtered(where).parameters))
@@ -157,7 +165,7 @@ class MainScreen(KeepingScreen):
         self.selection = choices.other_period(self.selection, self.periods, step)
 
     def action_choose_a(self) -> None:
-        """Choose another stadium of the catalogue."""
+        """Choose another stadium: one of the catalogue, or any."""
         catalogue = self.browser.catalogue
         values = catalogue.a_values() if catalogue is not None else []
 
@@ -165,9 +173,7 @@ class MainScreen(KeepingScreen):
             if a is not None:
                 self.selection = replace(self.selection, a=float(a))
 
-        if values:
-            named = [(repr(a), f"a = {a:g}") for a in values]
-            self.app.push_screen(ChoiceDialog("half length a", named, repr(self.selection.a)), take)
+        self.app.push_screen(HalfLengthDialog(values, self.selection.a), take)
 
     def action_sort(self) -> None:
         """Choose the column to sort by."""
@@ -259,20 +265,26 @@ class MainScreen(KeepingScreen):
             f"[b]{state.sentence()}[/b] │ {choices.chips(self.selection, 1)}"
         ) if state.runs else self.say_choices()
 
+    def _what_is_stored(self) -> "Catalogue | None":
+        """Return the catalogue, or say that there is none yet."""
+        if self.browser.catalogue is None:
+            self.notify("nothing is stored yet: the key f fills the catalogue")
+        return self.browser.catalogue
+
     def action_statistics(self) -> None:
         """Open the statistics of the chosen subset."""
         from orbitdb.cli.tui.statistics import StatisticsScreen
 
-        if self.browser.catalogue is not None:
-            self.app.push_screen(StatisticsScreen(self.browser.catalogue, self.selection))
+        if (catalogue := self._what_is_stored()) is not None:
+            self.app.push_screen(StatisticsScreen(catalogue, self.selection))
 
     def action_counts(self) -> None:
         """Open the counts of the chosen subset; the histogram is that of the column it is sorted by."""
         from orbitdb.cli.tui.counts_screen import CountsScreen
 
-        if self.browser.catalogue is not None:
+        if (catalogue := self._what_is_stored()) is not None:
             column = "length" if self.ordering == Ordering() else self.ordering.column
-            self.app.push_screen(CountsScreen(self.browser.catalogue, self.selection, column))
+            self.app.push_screen(CountsScreen(catalogue, self.selection, column))
 
     def action_export(self) -> None:
         """Ask for a file and write what is shown to it."""
@@ -294,8 +306,13 @@ class MainScreen(KeepingScreen):
     def _write(self, path: Path, selection: Selection, ordering: Ordering, orbit: Orbit | None) -> None:
         from orbitdb.cli.tui.export import export
 
+        self.browser.take_in_hand()
         try:
-            told = export(path, self.browser.catalogue, selection, ordering, orbit)
+            told = export(
+                path, self.browser.catalogue, selection, ordering, orbit, lambda: self.browser.leaving
+            )
+        except CancelledError:
+            return
         except (InputError, StoreError, OSError) as error:
             self.post_message(self.Failed(str(error)))
             return

@@ -12,11 +12,11 @@ from orbitdb.averages.fixed_points import ClassRows, Weight, missing_periods
 from orbitdb.averages.leg_sums import LegSums
 from orbitdb.averages.standing import faults_of, standing
 from orbitdb.averages.sum_rules import SumRules, sum_rules
-from orbitdb.cli.enclosed import enclosure
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.pictures import Curve
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.averaged import enclosure, outside
 from orbitdb.store.reading.leg_terms import read_leg_sums, why_no_sum_rules
 from orbitdb.store.reading.whole_periods import why_missing
 from orbitdb.trajectories.ensemble import Reference
@@ -44,8 +44,8 @@ class Statistics:
         Chosen periods that are stored in part, and left out.
     sum_rules : SumRules or None
         None for a part of the orbits, where they have no meaning.
-    proved : (Enclosure, str) or None
-        Stored bounds on the entropy of all orbits, and a line that tells of them.
+    proved : (Enclosure, str)
+        Proved bounds on the entropy of all orbits, and a line that tells of them.
     unborn : tuple of int
         Chosen periods that are left out as the subset depends on their births, and none are stored.
     """
@@ -59,7 +59,7 @@ class Statistics:
     missing: tuple[int, ...]
     partial: tuple[int, ...]
     sum_rules: SumRules | None
-    proved: "tuple[Enclosure, str] | None" = None
+    proved: "tuple[Enclosure, str]"
     unborn: tuple[int, ...] = ()
 
 
@@ -131,7 +131,8 @@ def notes_of(found: Statistics) -> list[str]:
     lost = why_missing([*found.missing, *found.unborn], found.selection, found.partial, found.unborn)
     notes = [f"without p = {lost}" if lost else ""]
     notes += [faults_of(each, found.words) for each in (found.entropy, found.lyapunov)]
-    notes.append(found.proved[1] if found.proved else "")
+    bounds, told = found.proved
+    notes += [told, outside(found.entropy.p.tolist(), _shown(found)["h_zeta"], bounds, found.selection)]
     return list(dict.fromkeys(filter(None, notes)))
 
 
@@ -164,12 +165,10 @@ def curves_of(found: Statistics, reference: Reference | None) -> dict[str, list[
             Curve("two", "zeta", p, shown["h_zeta"], "×"),
         ]
     }
-    if found.proved is not None:
-        ends = (found.proved[0].lower, found.proved[0].upper)
-        curves["entropy"] += [
-            Curve("six", name, p, np.full_like(p, end))
-            for name, end in zip(("proved", ""), ends, strict=True)
-        ]
+    ends = (found.proved[0].lower, found.proved[0].upper)
+    curves["entropy"] += [
+        Curve("six", name, p, np.full_like(p, end)) for name, end in zip(("proved", ""), ends, strict=True)
+    ]
     for name in ("lambda_d", "lambda_c"):
         curves[name] = [
             Curve("one", "orbits", p, shown[name]),

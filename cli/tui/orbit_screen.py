@@ -1,5 +1,6 @@
 """The panels of the main screen: the chosen subset as a table, and the orbit under the cursor."""
 
+import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
@@ -8,7 +9,6 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.message import Message
 from textual.reactive import reactive
-from textual.screen import Screen
 from textual.widgets import Footer, Header, Static
 from textual.worker import get_current_worker
 
@@ -17,10 +17,12 @@ from orbitdb.cli.tui.browser import Browser
 from orbitdb.cli.tui.columns import COLUMNS, USUAL, Column, fields_of
 from orbitdb.cli.tui.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.facts import Certificate, FactsPanel
-from orbitdb.cli.tui.source import Head, Ordering, Pages, head_of
+from orbitdb.cli.tui.screens import OwnScreen
+from orbitdb.cli.tui.source import NoRows, Ordering, Pages, head_of
 from orbitdb.cli.tui.table import PagedTable, Position
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.soundness import need_words
 from orbitdb.symbols.words import least_rotation
@@ -40,9 +42,10 @@ Press [b]c[/b] to type a code, such as 1232131, and see its orbit.
 Press [b]?[/b] for the keys, [b]q[/b] to leave."""
 
 _HEAD = 200
+_AT_WORK = ("reading …", "sorting …")
 
 
-class OrbitScreen(Screen[None]):
+class OrbitScreen(OwnScreen[None]):
     """The state of the main screen: a subset in some order, and an orbit."""
 
     selection: reactive[Selection] = reactive(Selection, repaint=False)
@@ -61,8 +64,9 @@ class OrbitScreen(Screen[None]):
         source: Pages
         partial: list[int]
         gaps: str
-        selection: Selection
         ordering: Ordering
+        total: int
+        seconds: float
 
     @dataclass
     class RowsFailed(Message):
@@ -83,6 +87,9 @@ class OrbitScreen(Screen[None]):
         self._wanted: str | None = None
         self._caught_up: str | None = None
         self._place = ""
+        self._cancelled = False
+        self._total: int | None = None
+        self.seconds_of_reading = 0.0
         self.periods: list[int] = []
 
     @property
@@ -152,6 +159,7 @@ class OrbitScreen(Screen[None]):
         catalogue = self.browser.catalogue
         values = catalogue.a_values() if catalogue is not None else []
         self.set_class(not values and self.orbit is None, "-empty")
+        self._total = None
         if catalogue is None or not values:
             self.say_choices()
             return
@@ -173,10 +181,10 @@ class OrbitScreen(Screen[None]):
         catalogue = self.browser.catalogue
         self.periods = [fill.p for fill in catalogue.fills(self.selection.a)] if catalogue else []
         self.query_one(OrbitDrawing).a = self.selection.a
-        self._wanted = self._caught_up = None
+        self._wanted = self._caught_up = self._total = None
         self.orbit, self.compared = None, ()
         self._say_gaps([], "")
-        self.query_one(PagedTable).show(Head([], USUAL))
+        self.query_one(PagedTable).show(NoRows(USUAL))
 
     def watch_ordering(self) -> None:
         """Sort the subset."""
@@ -198,9 +206,23 @@ class OrbitScreen(Screen[None]):
     def _reload(self) -> None:
         if self.browser.catalogue is not None:
             table = self.query_one(PagedTable)
-            self.report = "reading …" if self.ordering == table.ordering else "sorting …"
+            self.report = _AT_WORK[self.ordering != table.ordering]
             self._say_reading(self.report)
-            self._read_rows(self.selection, self.ordering)
+            self._cancelled = False
+            self._read_rows(self.selection, self.ordering, self._total)
+
+    def stop_reading(self) -> None:
+        """Read no further: somebody is about to choose something else."""
+        if self.report in _AT_WORK:
+            self.workers.cancel_group(self, "rows")
+            self._cancelled = True
+            self.report = ""
+            self._say_reading("")
+
+    def go_on_reading(self) -> None:
+        """Read what is chosen after all."""
+        if self._cancelled:
+            self._reload()
 
     def _say_reading(self, what: str) -> None:
         self.query_one("#rows").border_title = what or self.rows_title
@@ -215,10 +237,8 @@ class OrbitScreen(Screen[None]):
         note.update(gaps)
 
     @work(thread=True, exclusive=True, group="rows")
-    def _read_rows(self, selection: Selection, ordering: Ordering) -> None:
-        from orbitdb.store.reading.pages import CancelledError, chosen_keys
-
-        worker = get_current_worker()
+    def _read_rows(self, selection: Selection, ordering: Ordering, total: int | None) -> None:
+        worker, begun = get_current_worker(), time.monotonic()
         catalogue = self.browser.catalogue
         assert catalogue is not None
 
@@ -228,8 +248,12 @@ class OrbitScreen(Screen[None]):
         try:
             with catalogue.at_one_moment() as still:
                 partial, gaps = [fill.p for fill in still.partial(selection)], _gaps(still, selection)
-                index = self.browser.index(still, selection.a)
-                keys = chosen_keys(still, index, selection, ordering.column, ordering.descending, cancelled)
+                chosen = still.choose(selection, str(ordering), cancelled=cancelled)
+                everything = Selection(selection.a)
+                if selection == everything:
+                    total = len(chosen)
+                elif total is None:
+                    total = len(still.choose(everything, cancelled=cancelled))
         except CancelledError:
             return
         except (InputError, StoreError) as error:
@@ -237,23 +261,42 @@ class OrbitScreen(Screen[None]):
                 self.post_message(self.RowsFailed(str(error), selection))
             return
         if not worker.is_cancelled:
-            pages = Pages(catalogue, index, keys, fields_of(self.columns, ordering.column))
-            self.post_message(self.RowsRead(pages, partial, gaps, selection, ordering))
+            pages = Pages(catalogue, chosen, fields_of(self.columns, ordering.column))
+            seconds = time.monotonic() - begun
+            self.post_message(self.RowsRead(pages, partial, gaps, ordering, total, seconds))
 
     def on_orbit_screen_rows_read(self, message: RowsRead) -> None:
         """Show the rows; the cursor stays on its word if it is among them, and at the top if it was there."""
-        if (message.selection, message.ordering) != (self.selection, self.ordering):
+        if (message.source.chosen.selection, message.ordering) != (self.selection, self.ordering):
             return
+        self._total, self.seconds_of_reading = message.total, message.seconds
         table = self.query_one(PagedTable)
         table.ordering = message.ordering
         self._say_gaps(message.partial, message.gaps)
         word = self._wanted or (table.row[0] if table.row and table.cursor else None)
+        alone = self._word_without_row()
+        if self._wanted is None and alone is not None:
+            word = alone
         place = message.source.position(word) if word else None
         self._wanted = self._caught_up = None
         if not len(message.source) and self.orbit is not None and self.orbit.stored:
             self.orbit = None
         self.show_rows(message.source, place or 0)
-        self.report = f"{len(message.source):,} of {len(message.source.index):,} sequences"
+        if alone is not None and place is None:
+            self._leave_the_row()
+        self.report = f"{len(message.source):,} of {message.total:,} sequences"
+
+    def _word_without_row(self) -> str | None:
+        """Return the word on show, as a least rotation, if it is not that of the row under the cursor."""
+        if self.orbit is None or self.orbit.stored:
+            return None
+        word, row = least_rotation(self.orbit.code), self.query_one(PagedTable).row
+        return None if row is not None and row[0] == word else word
+
+    def _leave_the_row(self) -> None:
+        """Let the row under the cursor not take the place of what is shown, until the cursor moves."""
+        row = self.query_one(PagedTable).row
+        self._caught_up = None if row is None else row[0]
 
     def show_rows(self, rows: Pages, cursor: int) -> None:
         """Show the rows that have been read."""
@@ -265,7 +308,7 @@ class OrbitScreen(Screen[None]):
         if message.selection == self.selection:
             self._wanted = None
             self._say_reading("")
-            self.query_one(PagedTable).show(Head([], USUAL))
+            self.query_one(PagedTable).show(NoRows(USUAL))
             self.report = message.reason
             if isinstance(self.app.screen, OrbitScreen):  # a filter line says it itself
                 self.notify(message.reason, severity="error")
@@ -297,13 +340,16 @@ class OrbitScreen(Screen[None]):
 
     def show_word(self, word: str, anew: bool = False) -> None:
         """Show a word, as a least rotation; what is shown of it in another rotation stays, unless anew."""
+        wanted = word
         if not anew and self.orbit is not None and self.orbit.a == self.here:
             shown, known = self.orbit.code, self.orbit.stored or self.here != self.selection.a
-            if len(shown) == len(word) and least_rotation(shown) == word and known:
-                return
+            if len(shown) == len(word) and least_rotation(shown) == word:
+                if known:
+                    return
+                wanted = shown
         try:
             need_words([word], [len(word)])
-            self.orbit = self.look_up(word)
+            self.orbit = self.look_up(wanted)
         except StoreError as error:
             self.orbit = None
             self.notify(str(error), severity="error")

@@ -12,8 +12,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.class_index import Index
-    from orbitdb.store.reading.ordered import Ordered
+    from orbitdb.store.reading.chosen import Chosen
 
 Row = tuple[Any, ...]
 
@@ -32,78 +31,75 @@ class Ordering:
     column: str = "p"
     descending: bool = False
 
-
-@dataclass
-class Head:
-    """The first rows of a subset, for the time until all keys are known.
-
-    Attributes
-    ----------
-    rows : list of tuple
-        The columns of the table, the code first.
-    """
-
-    rows: list[Row]
-    columns: Sequence[str]
-
-    def __len__(self) -> int:
-        return len(self.rows)
-
-    def row(self, place: int) -> Row | None:
-        """Return one row."""
-        return self.rows[place]
-
-    def position(self, word: str) -> int | None:
-        """Return where a word stands."""
-        return next((place for place, row in enumerate(self.rows) if row[0] == word), None)
+    def __str__(self) -> str:
+        """Write it as `Catalogue.rows` reads it."""
+        return f"{self.column} {'desc' if self.descending else 'asc'}"
 
 
-@dataclass
+@dataclass(eq=False)
 class Pages:
-    """All rows of a subset in some order; the last blocks that were read are kept.
+    """The rows of a subset in some order; the last blocks that were read are kept.
 
     Attributes
     ----------
     catalogue : Catalogue
-    index : Index
-        The sequences at one a.
-    keys : Ordered
+    chosen : Chosen
         The subset in its order.
     columns : sequence of str
         The columns of the table, the code first.
+    whole : bool
+        Whether all rows are there; if not, it is the first ones.
     """
 
     catalogue: "Catalogue"
-    index: "Index"
-    keys: "Ordered"
+    chosen: "Chosen"
     columns: Sequence[str]
-    _blocks: OrderedDict[int, list[Row | None]] = field(default_factory=OrderedDict)
+    whole: bool = True
+    _blocks: OrderedDict[int, list[Row]] = field(default_factory=OrderedDict, repr=False)
 
     def __len__(self) -> int:
-        return len(self.keys)
+        return len(self.chosen)
 
-    def row(self, place: int) -> Row | None:
-        """Return one row; None if it has gone."""
+    def row(self, place: int) -> Row:
+        """Return one row."""
         number, within = divmod(place, _BLOCK)
         if number not in self._blocks:
-            self._blocks[number] = self._read(number)
+            self._blocks[number] = self._read(number * _BLOCK)
             if len(self._blocks) > _KEPT:
                 self._blocks.popitem(last=False)
         self._blocks.move_to_end(number)
         return self._blocks[number][within]
 
-    def _read(self, number: int) -> list[Row | None]:
-        from orbitdb.store.reading.pages import fetch
-
-        keys = self.keys[number * _BLOCK : (number + 1) * _BLOCK]
-        return fetch(self.catalogue, self.index, keys, self.columns)
+    def _read(self, first: int) -> list[Row]:
+        blocks = self.catalogue.blocks(self.chosen, self.columns, first, first + _BLOCK)
+        return [row for block in blocks for row in block.rows()]
 
     def position(self, word: str) -> int | None:
         """Return where a word, as a least rotation, stands."""
-        return self.keys.position(word)
+        from orbitdb.store.reading.finding import position_of
+
+        return position_of(self.catalogue, self.chosen, word)
 
 
 @dataclass(frozen=True)
+class NoRows:
+    """What there is before rows are read, and where none can be read."""
+
+    columns: Sequence[str] = ()
+    whole: bool = False
+
+    def __len__(self) -> int:
+        return 0
+
+    def row(self, place: int) -> Row:
+        """Return nothing: there is no row."""
+        raise IndexError(place)
+
+    def position(self, word: str) -> None:
+        """Return that a word is not there."""
+
+
+@dataclass(frozen=True, eq=False)
 class Followed:
     """The rows of a subset as they are at another a: what is not known there is blank.
 
@@ -114,12 +110,14 @@ class Followed:
     a : float
         The stadium that is looked at.
     standing : ndarray of uint8, shape (C,)
-        A `Standing` a class of the index.
+        A `Standing` a class of the subset.
     """
 
     pages: Pages
     a: float
     standing: "NDArray[np.uint8]"
+    whole: bool = True
+    _rows: dict[int, Row] = field(default_factory=dict)
 
     @property
     def columns(self) -> Sequence[str]:
@@ -129,27 +127,25 @@ class Followed:
     def __len__(self) -> int:
         return len(self.pages)
 
-    def row(self, place: int) -> Row | None:
-        """Return one row; None if it has gone."""
-        stored = self.pages.row(place)
-        if stored is None:
-            return None
-        now = dict.fromkeys(_OF_ONE_A) | {"status": self._words(stored[0])}
-        return tuple(now.get(name, value) for name, value in zip(self.pages.columns, stored, strict=True))
+    def row(self, place: int) -> Row:
+        """Return one row."""
+        if place not in self._rows:
+            self._rows[place] = self._row(place)
+        return self._rows[place]
 
-    def _words(self, word: str) -> str:
+    def _row(self, place: int) -> Row:
         from orbitdb.store.reading.standings import Standing
 
-        number = self.pages.index.class_of(word)
-        return Standing(Standing.UNKNOWN if number is None else self.standing[number]).words
+        standing = Standing(self.standing[self.pages.chosen.classes(place, place + 1)[0]])
+        now = dict.fromkeys(_OF_ONE_A) | {"status": standing.words}
+        stored = self.pages.row(place)
+        return tuple(now.get(name, value) for name, value in zip(self.pages.columns, stored, strict=True))
 
     def counts(self) -> dict[str, int]:
         """Return how many rows there are of each standing that occurs."""
+        from orbitdb.store.reading.standings import Standing, sums
 
-        from orbitdb.store.reading.standings import Standing
-
-        words = self.pages.keys.words_of_classes()
-        found = [int(words[self.standing == each].sum()) for each in Standing]
+        found = sums(self.standing, self.pages.chosen.counts)
         return {each.words: count for each, count in zip(Standing, found, strict=True) if count}
 
     def position(self, word: str) -> int | None:
@@ -157,9 +153,9 @@ class Followed:
         return self.pages.position(word)
 
 
-Source = Head | Pages | Followed
+Source = NoRows | Pages | Followed
 
 
-def head_of(catalogue: "Catalogue", selection: Selection, columns: Sequence[str], rows: int) -> Head:
-    """Read the first rows in the order of period and word."""
-    return Head(list(catalogue.rows(selection, columns, limit=rows)), columns)
+def head_of(catalogue: "Catalogue", selection: Selection, columns: Sequence[str], rows: int) -> Pages:
+    """Find the first rows in their natural order."""
+    return Pages(catalogue, catalogue.choose(selection, most=rows), columns, whole=False)

@@ -10,16 +10,16 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, ScrollableContainer
 from textual.message import Message
 from textual.reactive import reactive
-from textual.screen import Screen
 from textual.widgets import Footer, Header, Static
 from textual.worker import get_current_worker
 
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.render import with_error
 from orbitdb.cli.tui.drawing import Plot
 from orbitdb.cli.tui.numbers import COLUMNS, Statistics, curves_of, notes_of, statistics, table_of
+from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.errors import InputError, StoreError
+from orbitdb.numerals import with_error
 from orbitdb.store.asking.selection import Selection
 from orbitdb.trajectories.ensemble import Reference, references
 
@@ -31,7 +31,7 @@ _TITLES = {"entropy": "topological entropy", "lambda_d": "λ per bounce", "lambd
 _WEIGHTS = {Weight.EXPONENTIAL: "weights e^-λ", Weight.DETERMINANT: "weights 1/|det(1 - M)|"}
 
 
-class StatisticsScreen(Screen[None]):
+class StatisticsScreen(OwnScreen[None]):
     """Averages over the chosen orbits by period, as tables and curves."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -205,7 +205,8 @@ def _described(one: Reference) -> str:
 def _as_table(found: Statistics) -> Table:
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False, header_style="bold")
     for name in COLUMNS:
-        table.add_column(name.replace("lambda", "λ"), justify="right", no_wrap=True)
+        heading = "±" if name.endswith("_error") else name.replace("lambda", "λ")
+        table.add_column(heading, justify="right", no_wrap=True)
     for row in table_of(found):
         table.add_row(*row)
     table.caption = "; ".join(notes_of(found))

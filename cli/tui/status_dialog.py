@@ -3,20 +3,21 @@
 from collections.abc import Sequence
 from typing import ClassVar
 
+from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
-from textual.screen import ModalScreen
-from textual.widgets import Label, SelectionList
-from textual.widgets.selection_list import Selection as Entry
+from textual.widgets import OptionList
+from textual.widgets.option_list import Option
 
 from orbitdb.cli.tui.choices import SHOWN
+from orbitdb.cli.tui.screens import Dialog
 from orbitdb.orbits.orbit import Status
 
 Statuses = tuple[Status, ...]
 
 
-class StatusDialog(ModalScreen[Statuses | None]):
+class StatusDialog(Dialog[Statuses | None]):
     """Mark the statuses to be shown; none marked stands for every one.
 
     Parameters
@@ -27,6 +28,7 @@ class StatusDialog(ModalScreen[Statuses | None]):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "dismiss(None)", "Close", show=False),
+        Binding("space", "mark", show=False, priority=True),
         Binding("enter", "take", show=False, priority=True),
         Binding("j", "cursor('down')", show=False),
         Binding("k", "cursor('up')", show=False),
@@ -34,38 +36,40 @@ class StatusDialog(ModalScreen[Statuses | None]):
 
     def __init__(self, current: Sequence[Status]) -> None:
         super().__init__()
-        self._current = current
+        self._marked = set(current)
 
     def compose(self) -> ComposeResult:
         """Show the statuses with what they mean."""
         with Vertical(classes="dialog bottom") as box:
             box.border_title = "statuses"
             box.border_subtitle = "space marks, enter takes; none marked: every status"
-            yield SelectionList[Status](
-                *(Entry(status.sentence, status, status in self._current) for status in SHOWN)
-            )
-            yield Label("", classes="complaint -note", markup=False)
+            yield OptionList(*(Option(self._told(status)) for status in SHOWN))
+
+    def _told(self, status: Status) -> Text:
+        return Text(f"[{'x' if status in self._marked else ' '}] {status.sentence}")
+
+    @property
+    def _list(self) -> OptionList:
+        return self.query_one(OptionList)
+
+    def on_mount(self) -> None:
+        """Begin at the first status."""
+        self._list.highlighted = 0
 
     def action_cursor(self, direction: str) -> None:
         """Move as in the table."""
-        getattr(self.query_one(SelectionList), f"action_cursor_{direction}")()
+        getattr(self._list, f"action_cursor_{direction}")()
 
-    def on_mount(self) -> None:
-        """Say what is chosen now."""
-        self._say()
+    def action_mark(self) -> None:
+        """Mark the status, or unmark it."""
+        place = self._list.highlighted or 0
+        self._marked ^= {SHOWN[place]}
+        self._list.replace_option_prompt_at_index(place, self._told(SHOWN[place]))
 
-    def on_selection_list_selected_changed(self) -> None:
-        """Say what is marked."""
-        self._say()
-
-    def _say(self) -> None:
-        """Say what is marked, for those who see no colours, too."""
-        self.query_one(Label).update(f"marked: {', '.join(self._marked()) or 'none'}")
-
-    def _marked(self) -> Statuses:
-        marked = self.query_one(SelectionList).selected
-        return tuple(status for status in SHOWN if status in marked)
+    def on_option_list_option_selected(self) -> None:
+        """Mark with the mouse, too."""
+        self.action_mark()
 
     def action_take(self) -> None:
         """Take what is marked."""
-        self.dismiss(self._marked())
+        self.dismiss(tuple(status for status in SHOWN if status in self._marked))

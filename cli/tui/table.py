@@ -17,7 +17,7 @@ from textual.widget import Widget
 
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.columns import COLUMNS, EVERY, USUAL, Column
-from orbitdb.cli.tui.source import Followed, Head, Ordering, Row, Source
+from orbitdb.cli.tui.source import Followed, NoRows, Ordering, Row, Source
 
 _LONGEST_CODE = 24
 _MARK = "*"
@@ -65,7 +65,7 @@ class PagedTable(ScrollView, can_focus=True):
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
-        self.source: Source = Head([], USUAL)
+        self.source: Source = NoRows(USUAL)
 
     def show(self, source: Source, cursor: int = 0) -> None:
         """Show other rows, with the cursor on one of them."""
@@ -107,7 +107,7 @@ class PagedTable(ScrollView, can_focus=True):
 
     def _show_position(self) -> None:
         total = len(self.source)
-        more = "+" if isinstance(self.source, Head) and total else ""
+        more = "" if self.source.whole else "+"
         text = f"{self.cursor + 1:,} of {total:,}{more}" if total else "none"
         self.post_message(self.Moved(text))
 
@@ -172,7 +172,7 @@ class PagedTable(ScrollView, can_focus=True):
 
     def _code_width(self) -> int:
         rows = (self.source.row(place) for place in self._places())
-        widths = [COLUMNS[0].width, *(len(row[0]) for row in rows if row)]
+        widths = [COLUMNS[0].width, *(len(row[0]) for row in rows)]
         return min(max(widths), _LONGEST_CODE)
 
     def _known(self) -> list[Column]:
@@ -199,16 +199,16 @@ class PagedTable(ScrollView, can_focus=True):
         if place >= len(self.source):
             return Strip.blank(self.scrollable_content_region.width, base)
         row = self.source.row(place)
-        values = {} if row is None else dict(zip(self._fields(), row, strict=True))
+        values = dict(zip(self._fields(), row, strict=True))
         style = base
-        if row is not None and values["status"] != "orbit":
+        if values["status"] != "orbit":
             style += self.get_component_rich_style("table--dim", partial=True)
         if place == self.cursor:
             style += self.get_component_rich_style("table--cursor", partial=True)
         cells = [
             (column, width, number(column.name, values.get(column.name))) for column, width in self._shown()
         ]
-        return self._line(cells, style, _MARK if row is not None and row[0] in self.marked else " ")
+        return self._line(cells, style, _MARK if row[0] in self.marked else " ")
 
     def _heading(self, column: Column) -> str:
         if column.name != self.ordering.column:

@@ -19,7 +19,8 @@ from contextlib import redirect_stdout, suppress
 from io import StringIO
 from typing import cast
 
-from aiohttp import web
+from aiohttp import WSCloseCode, web
+from textual_serve.app_service import AppService
 from textual_serve.server import Server
 
 from orbitdb.cli.endings import TERMINATING, Terminated, with_other_processes
@@ -181,9 +182,13 @@ class TokenServer(Server):
 
         Raises
         ------
+        HTTPForbidden
+            If the page of another server asks, which may have got hold of the token.
         HTTPBadRequest
             If it is no websocket that is asked for; aiohttp would tell that as an error of this program.
         """
+        if request.headers.get("Origin", self.public_url) != self.public_url:
+            raise web.HTTPForbidden(text="a session is for the page of this server\n")
         if not web.WebSocketResponse().can_prepare(request):
             raise web.HTTPBadRequest(text="a session is a websocket\n")
         session = asyncio.current_task()
@@ -193,3 +198,10 @@ class TokenServer(Server):
             return await super().handle_websocket(request)
         finally:
             self._sessions.discard(session)
+
+    async def _process_messages(self, websocket: web.WebSocketResponse, app_service: AppService) -> None:
+        """Pass on what the page says; a session ends that is told anything else."""
+        try:
+            await super()._process_messages(websocket, app_service)
+        except (AssertionError, AttributeError, LookupError, TypeError, ValueError):
+            await websocket.close(code=WSCloseCode.UNSUPPORTED_DATA, message=b"no message of this page")

@@ -10,7 +10,6 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.message import Message
-from textual.screen import Screen
 from textual.widgets import Footer, Header
 
 from orbitdb.cli.render import code_text, number
@@ -18,6 +17,7 @@ from orbitdb.cli.tui.browser import Browser
 from orbitdb.cli.tui.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.facts import Certificate, FactsPanel, Line, facts_of, folded
 from orbitdb.cli.tui.following import bar
+from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.symbols.symmetry import ELEMENTS, MIRROR_X, MIRROR_Y, REVERSE, images_of
@@ -108,7 +108,7 @@ def _bounces(orbit: Orbit) -> list[Line]:
     return lines
 
 
-class WholeOrbitScreen(Screen[None]):
+class WholeOrbitScreen(OwnScreen[None]):
     """Everything about one orbit.
 
     Parameters

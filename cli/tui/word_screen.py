@@ -8,7 +8,7 @@ from textual.message import Message
 from orbitdb.cli.render import code_text, repeats
 from orbitdb.cli.tui.facts import FactsPanel
 from orbitdb.cli.tui.orbit_screen import OrbitScreen
-from orbitdb.cli.tui.source import Head, Pages
+from orbitdb.cli.tui.source import Pages
 from orbitdb.cli.tui.table import PagedTable
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
@@ -54,7 +54,7 @@ class WordScreen(OrbitScreen):
         if place is not None:
             self._caught_up = word
             table.cursor = place
-        elif isinstance(table.source, Head):
+        elif not table.source.whole and self.browser.catalogue is not None:
             self._wanted, self._awaits_rows = word, orbit
             return True
         else:
@@ -69,11 +69,6 @@ class WordScreen(OrbitScreen):
             self._leave_the_row()
             self.orbit = orbit
             self._say_no_row(orbit)
-
-    def _leave_the_row(self) -> None:
-        """Let the row under the cursor not take the place of what is shown, until the cursor moves."""
-        row = self.query_one(PagedTable).row
-        self._caught_up = None if row is None else row[0]
 
     def ask_for(self, code: str) -> None:
         """Look a code up, or solve it, in a worker."""

@@ -37,7 +37,7 @@ class Entropy(ByValue):
     h_zeta : ndarray
         -ln of the leading zero of the topological zeta function cut off at order p.
     h_zeta_change : ndarray
-        Modulus of its change from the order before, an estimate of its error.
+        Modulus of its change from the order before. It is no error: h_zeta creeps, or turns, beyond it.
     faults : tuple of str
         Why h_zeta is NaN, of each period; empty where it is not, or where there is no orbit.
     """

@@ -2,7 +2,14 @@
 
 The window is cut into runs and legs, its ends are pushed, and the clamped problem is written here a second
 time, as `orbitdb.orbits.ballpath` does it for whole orbits; nothing of `orbitdb.entropy.windows` or
-`orbitdb.entropy.clamped` enters. Directions from elsewhere only say where to look.
+`orbitdb.entropy.clamped` enters. What is given outside, pi/2 and arctan(max(q - 1.0625, 0) / (a + 1)), are
+balls.
+
+Directions from elsewhere only say where to look. They are taken as exact numbers; one at a limit of the box,
+or close to it, is replaced by the limit itself, as a ball. So the start is in the box, here that of the exact
+arctangents, not of their doubles. The gradient g and the curvatures D there, in balls, give the clamped
+directions to within max |g_i| / (D_i / 2), those that press against a limit left out; that is the radius they
+are given. The verdict is proved if f of the marked junction, computed from these, has its sign.
 """
 
 import re

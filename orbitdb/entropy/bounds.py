@@ -3,7 +3,7 @@
 Windows of L edges are decided for all continuations at once. Edge words that avoid the forbidden ones grow
 at least as fast as the codes of trajectories, those that avoid the undecided ones, too, at most as fast; both
 rates are those of a graph. Undecided windows are extended by one letter, at the end that matters more, and
-decided again (docs/entropy-bounds.md has the proof).
+decided again (docs/entropy-proof.md has the proof).
 """
 
 import math

@@ -12,7 +12,7 @@ So all ends are one: legs 0 and m + 1 are given, and the legs between them maxim
 limits. These ranges hold every continuation, however long its runs and legs.
 
 With theta_j = sigma_j alpha_j, sigma_{j+1} = -sigma_j (-1)^{n_j}, minus the Hessian has no positive
-entry off its diagonal. So all theta rise with the push at either end (docs/entropy-bounds.md).
+entry off its diagonal. So all theta rise with the push at either end (docs/entropy-proof.md).
 """
 
 from dataclasses import dataclass

@@ -13,8 +13,9 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.equality import ByValue
 from orbitdb.orbits.births import Changes, find_changes_together
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.enumeration import Span, admissible_words
-from orbitdb.symbols.least_words import LeastWords, class_spans, least_words
+from orbitdb.symbols.enumeration import Span
+from orbitdb.symbols.least_words import all_least_words, class_spans, least_words
+from orbitdb.symbols.members import joined_words
 from orbitdb.symbols.words import unpack
 from orbitdb.version import __version__
 
@@ -32,24 +33,24 @@ _SMALLEST = 2
 
 @dataclass(frozen=True)
 class BirthBlock:
-    """Words of which the changes are to be found.
+    """Classes of which the changes are to be found.
 
     Attributes
     ----------
     spans : tuple of Span
-        The words, each span of another period.
+        Their least words, each span of another period.
     """
 
     spans: tuple[Span, ...]
 
     def solved(self) -> "SolvedBirths":
-        """Find its words, their symmetry classes, and the changes of the classes whose least words it has."""
-        counts = [sum(map(len, admissible_words(*span))) for span in self.spans]
-        classes = [_classes(span) for span in self.spans]
-        words = [unpack(each.codes, span.p) for each, span in zip(classes, self.spans, strict=True)]
+        """Find its classes and their changes."""
+        classes, by = [all_least_words(span) for span in self.spans], arithmetic()
+        least = [unpack(each.codes, span.p) for each, span in zip(classes, self.spans, strict=True)]
         stabilisers = [each.stabiliser for each in classes]
-        parts = zip(self.spans, counts, words, stabilisers, find_changes_together(words), strict=True)
-        return SolvedBirths(tuple(SolvedSpan(*part) for part in parts), __version__, arithmetic())
+        words = [joined_words(*each, span.p) for each, span in zip(classes, self.spans, strict=True)]
+        parts = zip(self.spans, least, stabilisers, words, find_changes_together(least), strict=True)
+        return SolvedBirths(tuple(SolvedSpan(*part, by) for part in parts), __version__, by)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,21 +60,24 @@ class SolvedSpan(ByValue):
     Attributes
     ----------
     span : Span
-    count : int
-        How many words it has.
-    words : ndarray of uint8, shape (N, p)
-        Those of them that are the least of their classes, in order.
+    least : ndarray of uint8, shape (N, p)
+        The least words of its classes, in order.
     stabiliser : ndarray of uint8, shape (N,)
         Their stabilisers.
+    words : list of str, length N
+        All words of each class (`orbitdb.symbols.members.joined_words`).
     changes : Changes
         Their births and deaths.
+    arithmetic : str
+        What computed them (`orbitdb.arithmetic.arithmetic`).
     """
 
     span: Span
-    count: int
-    words: NDArray[np.uint8]
+    least: NDArray[np.uint8]
     stabiliser: NDArray[np.uint8]
+    words: list[str]
     changes: Changes
+    arithmetic: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,9 +140,3 @@ def _joined(spans: Iterable[Span], most: int) -> Iterator[Span]:
         count += more
     if held is not None:
         yield held
-
-
-def _classes(span: Span) -> LeastWords:
-    """Return the classes whose least words are in a span."""
-    none = LeastWords(np.zeros(0, np.int64), np.zeros(0, np.uint8))
-    return LeastWords(*map(np.concatenate, zip(none, *least_words(span), strict=True)))

@@ -19,8 +19,9 @@ from orbitdb.orbits.newton import solve_for_orbits
 from orbitdb.orbits.orbit import Orbits
 from orbitdb.orbits.relaxation import relax
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.enumeration import Span, admissible_codes, spans
-from orbitdb.symbols.symmetry import Classes, classify_packed
+from orbitdb.symbols.enumeration import Span
+from orbitdb.symbols.least_words import all_least_words, class_spans
+from orbitdb.symbols.members import joined_words
 from orbitdb.symbols.words import unpack
 from orbitdb.version import __version__
 
@@ -59,6 +60,9 @@ class Method:
     words: int
 
 
+_WORDS_A_CLASS = 4
+"""Half of what most classes have: spans are cut by what their prefixes may become, and most get less."""
+
 _BLOCKS_A_JOB = 3
 _SMALLEST = 1 / 4
 """Of a full block: smaller ones cost more a word."""
@@ -66,9 +70,9 @@ _SMALLEST = 1 / 4
 METHODS = {"newton": Method(solve_for_orbits, 1 << 16), "relaxation": Method(relax, 1 << 8)}
 
 
-@dataclass(frozen=True, eq=False)
-class Block(ByValue):
-    """Words of one period to be solved at one a.
+@dataclass(frozen=True)
+class Block:
+    """Classes of one period to be solved at one a.
 
     Attributes
     ----------
@@ -77,19 +81,18 @@ class Block(ByValue):
     method : str
         One of `METHODS`.
     span : Span
-        The words.
-    classes : ndarray of int64, shape (N,), or None
-        The packed least words of the symmetry classes of which the words are solved, if they are known
-        already; else the words are enumerated, and the classes found.
+        The least words of the classes.
+    known : bool
+        Whether the classes are stored already, so that nobody needs their words.
     """
 
     a: float
     method: str
     span: Span
-    classes: NDArray[np.int64] | None = None
+    known: bool = False
 
     def solved(self) -> "SolvedBlock":
-        """Find its words, their symmetry classes, and what becomes of the classes."""
+        """Find its classes, and what becomes of them."""
         return solve_block(self)
 
 
@@ -101,14 +104,13 @@ class SolvedBlock(ByValue):
     ----------
     span : Span
         The block's.
-    words : ndarray of int64, shape (N,)
-        The words that were enumerated, packed, as least rotations, in order.
-    classes : Classes
-        Their symmetry classes.
+    stabiliser : ndarray of uint8, shape (N,)
+        The stabilisers of its classes, in the order of their least words.
+    words : list of str, length N, or None
+        All words of each class (`orbitdb.symbols.members.joined_words`); None if the block says that they
+        are known.
     orbits : Orbits
-        What became of the classes whose least words are in the block, or that it named.
-    stabiliser : ndarray of uint8, shape (len(orbits),)
-        Their stabilisers; empty if the block named its classes.
+        What became of the classes.
     enumerating, solving : float
         Processor time spent on words and classes, and on their orbits (seconds).
     version, arithmetic : str
@@ -116,17 +118,18 @@ class SolvedBlock(ByValue):
     """
 
     span: Span
-    words: NDArray[np.int64]
-    classes: Classes
-    orbits: Orbits
     stabiliser: NDArray[np.uint8]
+    words: list[str] | None
+    orbits: Orbits
     enumerating: float
     solving: float
     version: str
     arithmetic: str
 
 
-def cut_into_blocks(a: float, method: str, p: int, after: int = -1, jobs: int = 1) -> Iterator[Block]:
+def cut_into_blocks(
+    a: float, method: str, p: int, after: int = -1, jobs: int = 1, known: bool = False
+) -> Iterator[Block]:
     """Cut a period, or what of it is behind a packed word, into blocks, in order.
 
     For several jobs a small period makes smaller blocks, so that all of them have work till its end.
@@ -134,25 +137,18 @@ def cut_into_blocks(a: float, method: str, p: int, after: int = -1, jobs: int = 
     most = METHODS[method].words
     if jobs > 1:
         most = min(most, max(count_admissible(p) // (_BLOCKS_A_JOB * jobs), round(_SMALLEST * most)))
-    return (Block(a, method, span) for span in spans(p, most, after))
+    spans = class_spans(p, max(most // _WORDS_A_CLASS, 1), after)
+    return (Block(a, method, span, known) for span in spans)
 
 
 def solve_block(block: Block) -> SolvedBlock:
-    """Find the words of a block, their symmetry classes, and what becomes of the classes."""
-    clock = [thread_time()]
-    words = _enumerate(block)
-    classes = classify_packed(words, block.span.p)
-    least = classes.representative == words
-    chosen = unpack(words[least] if block.classes is None else block.classes, block.span.p)
+    """Find the classes of a block, and what becomes of them."""
+    clock, p = [thread_time()], block.span.p
+    codes, stabiliser = all_least_words(block.span)
+    words = None if block.known else joined_words(codes, stabiliser, p)
     clock.append(thread_time())
-    orbits = METHODS[block.method].solve(chosen, Stadium(block.a))
+    orbits = METHODS[block.method].solve(unpack(codes, p), Stadium(block.a))
     clock.append(thread_time())
     enumerating, solving = np.diff(clock).tolist()
-    stabiliser, by = classes.stabiliser[least], (__version__, arithmetic())
-    return SolvedBlock(block.span, words, classes, orbits, stabiliser, enumerating, solving, *by)
-
-
-def _enumerate(block: Block) -> NDArray[np.int64]:
-    """Return the words of a block; none if it names its classes."""
-    none = np.zeros(0, dtype=np.int64)
-    return np.concatenate([none, *(admissible_codes(block.span) if block.classes is None else ())])
+    by = __version__, arithmetic()
+    return SolvedBlock(block.span, stabiliser, words, orbits, enumerating, solving, *by)

@@ -1,64 +1,31 @@
-"""Filling a catalogue: enumerate, skip what is known, solve, store, period by period.
+"""Filling a catalogue: all classes of some periods, and what becomes of them at one a."""
 
-Every batch of words is written in one transaction together with the cursor that says how far the
-period has come, so that a fill can be stopped at any moment, by Ctrl-C or a kill, and goes on there.
-"""
-
-import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
+from time import thread_time
 
 import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import StoreError
-from orbitdb.filling.blocks import METHODS, Block, SolvedBlock, cut_into_blocks
+from orbitdb.filling.blocks import METHODS, SolvedBlock, cut_into_blocks
+from orbitdb.filling.resuming import Progress, resume
 from orbitdb.filling.workers import HERE, Workers
 from orbitdb.orbits.orbit import Status
-from orbitdb.store.file.schema import DONE
-from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.writing import insertion
-from orbitdb.store.writing.cursors import (
-    Cursor,
-    OvertakenError,
-    Spent,
-    close_fill,
-    count_statuses,
-    count_words,
-    move_cursor,
-    next_classes,
-    open_fill,
-)
+from orbitdb.store.file.tables import fill
+from orbitdb.store.writing import classes
+from orbitdb.store.writing.cursors import Cursor, close, open_cursor
 from orbitdb.store.writing.writer import Writer
-from orbitdb.symbols import symmetry
 from orbitdb.symbols.automaton import RULE_NUMBERS
 from orbitdb.symbols.counting import count_admissible, count_primitive
-from orbitdb.symbols.enumeration import Span, primitive_words
+from orbitdb.symbols.enumeration import primitive_words
 from orbitdb.symbols.pruning import FAMILY, rule_numbers, rules_broken
-from orbitdb.symbols.words import key, keys, pack, to_strings, unpack
+from orbitdb.symbols.symmetry import SIZES
+from orbitdb.symbols.words import key, keys, pack, to_strings
 
 _LAST_FULL_MASK = 64
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a fill has come.
-
-    Attributes
-    ----------
-    p : int
-        The period at work.
-    words : int
-        Words of this period that are stored.
-    total : int
-        Words of this period there are.
-    """
-
-    p: int
-    words: int
-    total: int
 
 
 def fill_periods(
@@ -91,126 +58,75 @@ def fill_periods(
     WorkError
         If the workers fail.
     """
-    stadium = Stadium(a)
-    periods = list(periods)
+    stadium, periods = Stadium(a), list(periods)
     parameters = {"command": "fill", "a": a, "periods": periods, "method": method}
-    with (
-        closing(Writer(path, parameters, references=False)) as writer,
-        closing(Catalogue(path)) as catalogue,
-    ):
-        for p in periods:
-            yield from _PeriodFill(writer, catalogue, stadium, p, method, workers).run()
+    few = [p for p in periods if count_admissible(p) <= METHODS[method].words]
+    with closing(Writer(path, parameters, references=False)) as writer:
+        work = _Fill(writer, stadium.a, method)
+        yield from resume(writer, work, few, HERE)  # done before other processes have begun
+        yield from resume(writer, work, set(periods).difference(few), workers)
 
 
-class _PeriodFill:
-    """The fill of one period at one a."""
+class _Fill:
+    """A fill at one a."""
 
-    def __init__(
-        self, writer: Writer, catalogue: Catalogue, stadium: Stadium, p: int, method: str, workers: Workers
-    ) -> None:
-        self.writer, self.catalogue = writer, catalogue
-        self.stadium, self.p, self.method = stadium, p, method
-        self.total = count_admissible(p)
-        self.workers = workers if self.total > METHODS[method].words else HERE
-        self.clock = time.monotonic()
+    def __init__(self, writer: Writer, a: float, method: str) -> None:
+        self.writer, self.a, self.method = writer, a, method
+        self.known: set[int] = set()
 
-    def run(self) -> Iterator[Progress]:
-        """Store what is missing, block by block; go on behind another process that does the same."""
-        while True:
-            with self.writer.writing() as connection:
-                cursor = open_fill(self.writer, connection, self.stadium.a, self.p)
-            if cursor.state == DONE:
-                return
-            try:
-                for moved in self._blocks(cursor):
-                    cursor = moved
-                    yield Progress(self.p, cursor.words, self.total)
-            except OvertakenError:
-                continue
-            with self.catalogue.reading() as connection:
-                counts = self._counts(connection, cursor)  # it takes long: others may write meanwhile
-            with self.writer.writing() as connection:
-                close_fill(connection, cursor, counts)
-            return
+    def open(self, connection: sa.Connection, p: int) -> Cursor:
+        if classes.classes_stored(connection, p):
+            self.known.add(p)
+        return open_cursor(connection, fill, stadium=self.writer.stadium_id(connection, self.a), p=p)
 
-    def _blocks(self, cursor: Cursor) -> Iterator[Cursor]:
-        """Store the blocks behind the cursor; yield where it has come to."""
-        known = cursor.sequences_done
-        blocks = (
-            self._known_classes(cursor)
-            if known
-            else cut_into_blocks(self.stadium.a, self.method, self.p, cursor.after, self.workers.jobs)
+    def solved(self, cursors: Mapping[int, Cursor], workers: Workers) -> Iterator[Sequence[SolvedBlock]]:
+        blocks = chain.from_iterable(
+            cut_into_blocks(self.a, self.method, p, cursor.after, workers.jobs, p in self.known)
+            for p, cursor in cursors.items()
         )
-        for found in self.workers.solved(blocks):
-            begun = time.thread_time()
-            with self.writer.writing() as connection:
-                if not known:
-                    self._add_words(connection, found)
-                cycles = keys(pack(found.orbits.words), self.p).tolist()
-                insertion.add_orbits(
-                    self.writer,
-                    connection,
-                    cursor.stadium,
-                    cycles,
-                    found.orbits,
-                    self.method,
-                    found.arithmetic,
-                )
-                words = count_words(connection, found.span) if known else len(found.words)
-                cursor = move_cursor(connection, cursor, found.span, words, self._spent(found, begun))
-            yield cursor
+        return ((found,) for found in workers.solved(blocks))
 
-    def _add_words(self, connection: sa.Connection, found: SolvedBlock) -> None:
-        """Store the words of a block and the classes whose least words are among them.
+    def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedBlock) -> dict[str, float]:
+        begun, orbits = thread_time(), part.orbits
+        numbers = keys(pack(orbits.words), cursor.p).tolist()
+        if part.words is not None:
+            classes.add_classes(connection, numbers, orbits.words, part.stabiliser, part.words)
+        stadium, by = cursor.row["stadium"], (self.method, part.arithmetic)
+        classes.add_orbits(self.writer, connection, stadium, numbers, orbits, *by)
+        return {
+            "words": int(SIZES[part.stabiliser].sum()),
+            "enumerating": part.enumerating,
+            "solving": part.solving,
+            "storing": thread_time() - begun,
+        }
 
-        The classes of the other words come with smaller words, in blocks that are stored before.
-        """
-        p, least = self.p, found.orbits.words
-        insertion.add_cycles(connection, keys(pack(least), p).tolist(), least, found.stabiliser)
-        classes = keys(found.classes.representative, p).tolist()
-        insertion.add_sequences(
-            connection, p, to_strings(unpack(found.words, p)), classes, found.classes.element.tolist()
-        )
+    def close(self, cursor: Cursor) -> None:
+        with self.writer.reading() as connection:  # it takes long: others may write meanwhile
+            found = classes.count_statuses(connection, cursor.row["stadium"], cursor.p)
+        counts = self._counts(cursor.p, found)
+        with self.writer.writing() as connection:
+            close(connection, cursor, counts)
 
-    def _known_classes(self, cursor: Cursor) -> Iterator[Block]:
-        """Yield blocks of the classes that a fill at another a has stored."""
-        after = cursor.after
-        count = METHODS[self.method].words // len(symmetry.ELEMENTS)
-        while True:
-            with self.catalogue.reading() as connection:
-                codes = next_classes(connection, self.p, after, count)
-            if not len(codes):
-                return
-            span = Span(self.p, after, int(codes[-1]))
-            yield Block(self.stadium.a, self.method, span, codes)
-            after = span.upto
-
-    def _spent(self, found: SolvedBlock, begun: float) -> Spent:
-        """Return the time that a block took: on its way, and since its storing was begun."""
-        before, self.clock = self.clock, time.monotonic()
-        return Spent(self.clock - before, found.enumerating, found.solving, time.thread_time() - begun)
-
-    def _counts(self, connection: sa.Connection, cursor: Cursor) -> dict[str, int]:
+    def _counts(self, p: int, found: Mapping[str, tuple[int, int]]) -> dict[str, int]:
         """Return the counts of the finished period, checked against the transfer matrix."""
-        found = count_statuses(connection, cursor)
-        words = sum(count for count, _ in found.values())
-        if words != self.total:
+        words, total = sum(count for count, _ in found.values()), count_admissible(p)
+        if words != total:
             raise StoreError(
-                f"period {self.p} holds {words} words instead of {self.total}: {self.writer.path} is damaged"
+                f"period {p} holds {words} words instead of {total}: {self.writer.path} is damaged"
             )
-        primitive = count_primitive(self.p)
+        primitive = count_primitive(p)
         rules = {
-            f"rule_{number}": primitive - count_admissible(self.p, frozenset([number]))
+            f"rule_{number}": primitive - count_admissible(p, frozenset([number]))
             for number in sorted(RULE_NUMBERS)
         }
-        n_c, classes = found.get(Status.ORBIT, (0, 0))
+        n_c, of_orbits = found.get(Status.ORBIT, (0, 0))
         boundary, unresolved = (found.get(s, (0, 0))[0] for s in (Status.BOUNDARY, Status.UNRESOLVED))
         return rules | {
             "primitive": primitive,
             "words": words,
             "n_t": words,
             "n_c": n_c,
-            "classes": classes,
+            "classes": of_orbits,
             "boundary": boundary,
             "unresolved": unresolved,
         }
@@ -224,9 +140,8 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Iterator[Progress]:
     Progress
         Behind every batch; all primitive words of the period are counted.
     """
-    writer = Writer(path, {"command": "fill --geometric", "periods": list(periods)})
     names = [",".join(map(str, rule_numbers(mask))) for mask in range(_LAST_FULL_MASK)]
-    try:
+    with closing(Writer(path, {"command": "fill --geometric", "periods": list(periods)})) as writer:
         for p in periods:
             done, total = 0, count_primitive(p)
             for words in primitive_words(p):
@@ -236,8 +151,6 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Iterator[Progress]:
                     pruned &= keys(pack(words), p) != key(FAMILY)
                 rules = [names[mask] for mask in masks[pruned].tolist()]
                 with writer.writing() as connection:
-                    insertion.add_pruned(connection, p, to_strings(words[pruned]), rules)
+                    classes.add_pruned(connection, p, to_strings(words[pruned]), rules)
                 done += len(words)
                 yield Progress(p, done, total)
-    finally:
-        writer.close()

@@ -1,5 +1,6 @@
 """One word of any order, solved and stored."""
 
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,7 +9,7 @@ from orbitdb.filling.blocks import METHODS
 from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.orbits.pruned import pruned_word
 from orbitdb.store.reading.one_word import find_or_solve
-from orbitdb.store.writing import insertion
+from orbitdb.store.writing import classes
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import from_strings
@@ -33,18 +34,16 @@ def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
     Orbit
         The word in the rotation asked for; the family 02 is not stored.
     """
-    writer = Writer(path, {"command": "fill", "a": a, "code": word, "method": method})
-    try:
+    parameters = {"command": "fill", "a": a, "code": word, "method": method}
+    with closing(Writer(path, parameters)) as writer:
         if (pruned := pruned_word(word, a)) is not None:
             return _keep_pruned(writer, pruned)
         family = symmetry.class_of(word)
         orbits = METHODS[method].solve(from_strings([family.representative]), Stadium(a))
         with writer.writing() as connection:
             stadium = writer.stadium_id(connection, a)
-            number = insertion.add_class(connection, family)
-            insertion.add_orbits(writer, connection, stadium, [number], orbits, method)
-    finally:
-        writer.close()
+            number = classes.add_class(connection, family)
+            classes.add_orbits(writer, connection, stadium, [number], orbits, method)
     return find_or_solve(path, word, a)
 
 
@@ -54,5 +53,5 @@ def _keep_pruned(writer: Writer, word: Orbit) -> Orbit:
         return word
     rules = ",".join(map(str, word.rules))
     with writer.writing() as connection:
-        insertion.add_pruned(connection, word.p, [word.representative], [rules])
+        classes.add_pruned(connection, word.p, [word.representative], [rules])
     return replace(word, stored=True)

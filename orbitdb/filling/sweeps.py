@@ -1,30 +1,27 @@
-"""Sweeping periods: enumerate, solve and add up, and keep counts and sums alone.
+"""Sweeping periods: enumerate, solve and add up, and keep counts and sums alone."""
 
-Every block is written in one transaction together with the cursor that says how far the period has come, as
-a fill does it (`orbitdb.filling.periods`): a sweep can be stopped at any moment and goes on there.
-"""
-
-import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
+from dataclasses import asdict
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
+import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.averages.swept_sum_rules import EXACT, next_tilts
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import StoreError
-from orbitdb.filling.periods import Progress
-from orbitdb.filling.swept_blocks import cut_into_swept_blocks
+from orbitdb.filling.resuming import Progress, resume
+from orbitdb.filling.swept_blocks import SweptSums, cut_into_swept_blocks
 from orbitdb.filling.workers import HERE, Workers
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import swept_text
-from orbitdb.store.file.schema import DONE
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.sweeps import moments_of
-from orbitdb.store.writing.cursors import OvertakenError
-from orbitdb.store.writing.sweeps import SweepCursor, add_swept, close_sweep, open_sweep
+from orbitdb.store.writing.cursors import Cursor, close, is_open
+from orbitdb.store.writing.sweeps import add_sums, add_up, open_sweep, tilts_of
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.counting import count_admissible
 
@@ -72,37 +69,45 @@ def sweep_periods(
     stadium, periods = Stadium(a), list(periods)
     chosen = "" if selection is None else swept_text(selection)
     parameters = {"command": "sweep", "a": a, "periods": periods, **({"selection": chosen} if chosen else {})}
-    writer = Writer(path, parameters, references=False)
-    try:
-        for p in periods:
-            yield from _period(writer, stadium, p, chosen, workers)
-    finally:
-        writer.close()
+    with closing(Writer(path, parameters, references=False)) as writer:
+        for p in periods:  # one by one: the tilts of each come from those before it
+            tilts = {} if chosen else _tilts(path, a, p)  # sum rules are of all orbits
+            work = _Sweep(writer, stadium.a, chosen, tilts)
+            yield from resume(writer, work, [p], workers if count_admissible(p) > SMALL else HERE)
 
 
-def _period(writer: Writer, stadium: Stadium, p: int, selection: str, workers: Workers) -> Iterator[Progress]:
-    """Sweep what is missing, block by block; go on behind another process that does the same."""
-    total = count_admissible(p)
-    tilts = {} if selection else _tilts(writer.path, stadium.a, p)  # sum rules are of all orbits
-    while True:
-        with writer.writing() as connection:
-            cursor = open_sweep(writer, connection, stadium.a, p, tilts, selection)
-        if cursor.state == DONE:
-            return
-        try:
-            for moved in _blocks(writer, cursor, stadium, workers if total > SMALL else HERE):
-                cursor = moved
-                yield Progress(p, cursor.words, total)
-        except OvertakenError:
-            continue
+class _Sweep:
+    """A sweep at one a, of all orbits or of a subset."""
+
+    def __init__(
+        self, writer: Writer, a: float, selection: str, tilts: Mapping[int, NDArray[np.float64]]
+    ) -> None:
+        self.writer, self.a, self.selection, self.tilts = writer, a, selection, tilts
+
+    def open(self, connection: sa.Connection, p: int) -> Cursor:
+        return open_sweep(self.writer, connection, self.a, p, self.tilts, self.selection)
+
+    def solved(self, cursors: Mapping[int, Cursor], workers: Workers) -> Iterator[Sequence[SweptSums]]:
+        blocks = chain.from_iterable(
+            cut_into_swept_blocks(self.a, p, cursor.after, tilts_of(cursor), self.selection)
+            for p, cursor in cursors.items()
+        )
+        return ((found,) for found in workers.solved(blocks))
+
+    def store(self, connection: sa.Connection, cursor: Cursor, part: SweptSums) -> dict[str, float]:
+        add_sums(self.writer, connection, cursor, part.sums, part.moments, part.arithmetic)
+        return {**asdict(part.tally), "blocks": 1, "processor": part.processor}
+
+    def close(self, cursor: Cursor) -> None:
+        total = count_admissible(cursor.p)
         if cursor.words != total:
             raise StoreError(
-                f"the sweep of period {p} has counted {cursor.words} words instead of {total}: {writer.path} "
-                "is damaged"
+                f"the sweep of period {cursor.p} has counted {cursor.words} words instead of {total}: "
+                f"{self.writer.path} is damaged"
             )
-        with writer.writing() as connection:
-            close_sweep(writer, connection, cursor)
-        return
+        with self.writer.writing() as connection:
+            if is_open(connection, cursor):  # else another process that has swept the same was faster
+                close(connection, cursor, add_up(self.writer, connection, cursor))
 
 
 def _tilts(path: Path, a: float, p: int) -> dict[int, NDArray[np.float64]]:
@@ -112,25 +117,3 @@ def _tilts(path: Path, a: float, p: int) -> dict[int, NDArray[np.float64]]:
     with closing(Catalogue(path)) as catalogue:
         known = moments_of(catalogue.sweeps(a))
     return next_tilts(a, known) if len(known) == p - EXACT - 1 else {}
-
-
-def _blocks(writer: Writer, cursor: SweepCursor, stadium: Stadium, workers: Workers) -> Iterator[SweepCursor]:
-    """Store the blocks behind the cursor; yield where it has come to."""
-    clock = time.monotonic()
-    blocks = cut_into_swept_blocks(stadium.a, cursor.p, cursor.after, cursor.tilts, cursor.selection)
-    for found in workers.solved(blocks):
-        with writer.writing() as connection:
-            before, clock = clock, time.monotonic()
-            spent = clock - before, found.processor
-            cursor = add_swept(
-                writer,
-                connection,
-                cursor,
-                found.span,
-                found.tally,
-                found.sums,
-                found.moments,
-                spent,
-                found.arithmetic,
-            )
-        yield cursor

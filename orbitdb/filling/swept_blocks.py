@@ -22,7 +22,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import selection_of
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import LeastWords, class_spans, least_words
+from orbitdb.symbols.least_words import LeastWords, all_least_words, class_spans
 from orbitdb.symbols.symmetry import ELEMENTS, SIZES
 from orbitdb.version import __version__
 
@@ -114,11 +114,9 @@ def cut_into_swept_blocks(
 
 def _parts(span: Span) -> Iterator[LeastWords]:
     """Yield the classes of a span, so many at a time."""
-    found = list(least_words(span))
-    if found:
-        classes = LeastWords(*(np.concatenate(columns) for columns in zip(*found, strict=True)))
-        for start in range(0, len(classes.codes), _PART):
-            yield LeastWords._make(column[start : start + _PART] for column in classes)
+    classes = all_least_words(span)
+    for start in range(0, len(classes.codes), _PART):
+        yield LeastWords._make(column[start : start + _PART] for column in classes)
 
 
 def _summed(

@@ -12,6 +12,7 @@ import threading
 from collections.abc import Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import TracebackType
@@ -91,16 +92,27 @@ class Processes:
 
         If one of them dies at once, the first block tells so.
         """
-        executor = self._ready().executor
+        self._prepare()
         with _signals_held_back(), suppress(BrokenExecutor, BrokenPipeError):
+            executor = self._ready().executor
             for _ in range(self.jobs):  # it starts one for each task that finds none idle
                 executor.submit(os.getpid)
 
     def submit(self, block: Task[Result]) -> "Parcel[Result]":
         """Begin with a block."""
-        ready = self._ready()
+        self._prepare()
         with _signals_held_back():  # this may start a process
+            ready = self._ready()
             return Parcel(block, ready.folder, ready.executor)
+
+    def _prepare(self) -> None:
+        """Start what clears semaphores away behind this process, if need be.
+
+        It is to outlive the closing of a terminal. As it starts, it lets signals through that are held back.
+        """
+        if self._started is None and hasattr(signal, "pthread_sigmask"):
+            with _signals_held_back():
+                resource_tracker.ensure_running()
 
     def _ready(self) -> "_Started":
         if self._started is None:
@@ -184,8 +196,9 @@ def _signals_held_back() -> Iterator[None]:
 
 
 def _begin_worker(lifeline: Connection) -> None:
-    """Leave Ctrl-C to the process that stores, and end at once when it cuts the line or is killed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Leave signals to the process that stores, and end at once when it cuts the line or is killed."""
+    for number in _HELD_BACK:
+        signal.signal(number, signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _HELD_BACK)  # the process began with the mask above
     threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()

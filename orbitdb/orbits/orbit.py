@@ -1,22 +1,29 @@
 """Orbits: what is known of a batch of words, as a structure of arrays."""
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from enum import StrEnum
+from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
-from orbitdb.symbols.words import from_strings
+from orbitdb.symbols.members import FIRST, STABILISER_OF
+from orbitdb.symbols.symmetry import REVERSE, act_on_coordinates, act_on_words
+from orbitdb.symbols.words import from_strings, least_rotation, to_strings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
+
+_SHOWN = 40
 
 NUMBERS = ("length", "lyapunov", "margin", "residual", "error", "length_error", "lyapunov_error")
 """The columns of `Orbits` that hold one number a word."""
@@ -121,9 +128,11 @@ class Orbits(ByValue):
             getattr(self, name)[rows] = getattr(part, name)
 
 
-@dataclass(frozen=True, eq=False)
-class Orbit(ByValue):
+@dataclass(frozen=True, eq=False, repr=False)
+class Orbit:
     """One word at one a, and what became of it.
+
+    Two are equal if they are one cyclic word, in any rotation, at one a.
 
     Attributes
     ----------
@@ -202,11 +211,128 @@ class Orbit(ByValue):
         return None if self.lyapunov is None or self.length is None else self.lyapunov / self.length
 
     @property
+    def walls(self) -> int:
+        """Number of bounces on the straight walls."""
+        return self.code.count("0") + self.code.count("2")
+
+    @property
+    def maslov(self) -> int | None:
+        """Maslov index of one traversal, 3p - walls; None for a word that is in no class."""
+        return None if self.class_size is None else 3 * self.p - self.walls
+
+    def amplitude(self, k: float, repetitions: int = 1) -> float | None:
+        """Return what the orbit adds to the density of levels at k, one cyclic word counted.
+
+        Parameters
+        ----------
+        k : float
+            Wavenumber, in 1/radius.
+        repetitions : int, optional
+            How often it is gone round, r.
+
+        Returns
+        -------
+        float or None
+            (L / pi) cos(r (k L - maslov pi / 2)) / sqrt|det(M^r - 1)|, in units of the radius; None where
+            there is no orbit.
+
+        Raises
+        ------
+        ValueError
+            If it is gone round less than once.
+
+        Notes
+        -----
+        Gutzwiller's trace formula; its reverse, if that is another word, adds as much.
+        """
+        if repetitions < 1:
+            raise ValueError(f"{repetitions} repetitions: give 1 or more")
+        if self.length is None or self.lyapunov is None or self.maslov is None:
+            return None
+        decay = math.exp(-repetitions * self.lyapunov)  # the root is exp(r lambda / 2) (1 -+ decay)
+        root = 1 + decay if repetitions * self.walls % 2 else 1 - decay
+        phase = repetitions * (k * self.length - self.maslov * math.pi / 2)
+        return self.length * math.sqrt(decay) * math.cos(phase) / (math.pi * root)
+
+    @property
     def points(self) -> Floats | None:
         """The bounces in Cartesian coordinates, shape (p, 2), None where it has no coordinates."""
         if self.coordinates is None:
             return None
         return Stadium(self.a).points(from_strings([self.code])[0], self.coordinates)
+
+    @property
+    def arclength(self) -> Floats | None:
+        """The place of every bounce along the boundary, shape (p,) (`Stadium.arclength`), or None."""
+        return None if self.coordinates is None else self._in_phase_space()[0]
+
+    @property
+    def sine(self) -> Floats | None:
+        """Sines of the angles between the path that leaves and the normal, shape (p,), or None.
+
+        Positive where the path goes anticlockwise.
+        """
+        return None if self.coordinates is None else self._in_phase_space()[1]
+
+    def _in_phase_space(self) -> tuple[Floats, Floats]:
+        found = stability.birkhoff(Stadium(self.a), from_strings([self.code]), self._one_row())
+        return found[0][0], found[1][0]
+
+    def _one_row(self) -> Floats:
+        assert self.coordinates is not None
+        return self.coordinates[None, :]
+
+    @property
+    def monodromy(self) -> Floats | None:
+        """The monodromy matrix from behind the last bounce, shape (2, 2), of (d theta, d y), or None.
+
+        Biham and Kvale, eqs. (3) and (4), as mended in `orbitdb.billiard.stability`. Its entries lose digits
+        as lambda grows; `trace` does not.
+        """
+        if self.coordinates is None:
+            return None
+        factors = stability.bounce_matrices(Stadium(self.a), from_strings([self.code]), self._one_row())[0]
+        return reduce(lambda done, factor: factor @ done, factors)
+
+    @property
+    def trace(self) -> float | None:
+        """The trace of the monodromy matrix, 2 cosh(lambda), negative where straight bounces are odd."""
+        if self.lyapunov is None:
+            return None
+        return float(np.exp(self.lyapunov) + np.exp(-self.lyapunov)) * (-1.0) ** self.walls
+
+    def reverse(self) -> "Orbit":
+        """Return the time reverse: the same path, run through backwards."""
+        return self._image(REVERSE)
+
+    def images(self) -> "tuple[Orbit, ...]":
+        """Return the orbits of its symmetry class, itself first; of a pruned word only itself."""
+        if not self.symmetry:
+            return (self,)
+        return tuple(self._image(g) for g in np.flatnonzero(FIRST[STABILISER_OF[self.symmetry]]).tolist())
+
+    def _image(self, element: int) -> "Orbit":
+        word, places = from_strings([self.code]), self.coordinates
+        if places is not None:
+            places = act_on_coordinates(element, word, self._one_row())[0].copy()
+        code = to_strings(act_on_words(element, word))[0]
+        least = self.representative if self.class_size else least_rotation(code)
+        return replace(self, code=code, representative=least, coordinates=places)
+
+    def __eq__(self, other: object) -> bool:
+        """Tell whether it is the same cyclic word, in any rotation, at the same a."""
+        if not isinstance(other, Orbit):
+            return NotImplemented
+        return self.a == other.a and least_rotation(self.code) == least_rotation(other.code)
+
+    def __hash__(self) -> int:
+        return hash((self.a, least_rotation(self.code)))
+
+    def __repr__(self) -> str:
+        code = self.code if self.p <= _SHOWN else f"{self.code[:_SHOWN]}... of {self.p} bounces"
+        if self.length is None or self.lyapunov is None:
+            return f"<Orbit {code} at a = {self.a:g}: {self.status.sentence}>"
+        return f"<Orbit {code} at a = {self.a:g}: length {self.length:.7f}, lambda {self.lyapunov:.7f}>"
 
     def _repr_svg_(self) -> str | None:
         """Draw the orbit in its stadium, for notebooks; None where there is nothing that could be seen."""

@@ -1,11 +1,19 @@
 """The worst of curvatures and forces all over a cell, and what it bounds (`orbitdb.orbits.cells`).
 
-The absolute values of a solution of A x = b, A = -H, are no larger than v max(|b_i| / q_i), for any v > 0
-with
+With x = ln a the maximum moves as A alpha' = -2 a sin(alpha), A = -H, and
+
+    A alpha'' = -2 a sin(alpha) - 4 a cos(alpha) alpha' - dD/dalpha alpha'^2 -+ ...,
+
+where the dots stand for cos(h) (alpha_in' + alpha')^2 / 4 k^2 of the two runs beside a leg. The absolute
+values of a solution of A u = b are no larger than v max(|b_i| / q_i), for any v > 0 with
 
     q_i = D_i v_i + w_i (v_i - v_{i-1}) + w_{i+1} (v_i - v_{i+1}) > 0,
 
-D and w the curvatures of leg and run, wherever in the cell these are taken (docs/every-a.md).
+D and w the curvatures of leg and run: look at the row of the largest |u_i| / v_i. With D, w and b at their
+worst over the cell this bounds alpha' and alpha'' all over it. The bound on alpha' holds where directions are
+pressed against limits, too: the maximum on a box is still that of the largest row. The directions stay in the
+range over which the worst was taken, by the bound itself and continuity. v may be any, so rounding in it does
+not matter.
 """
 
 from dataclasses import dataclass

@@ -12,6 +12,9 @@ _MARGIN = 0.3
 _AWAY = 14
 _NEAR = 0.12
 
+Place = tuple[float, float]
+"""x and y."""
+
 
 def orbit_svg(stadium: Stadium, points: NDArray[np.float64], title: str, width: int = 480) -> str:
     """Draw a closed path in its stadium.
@@ -100,10 +103,10 @@ def _dots(points: NDArray[np.float64], scale: float) -> str:
 
 
 def _numbers(stadium: Stadium, points: NDArray[np.float64], scale: float) -> list[str]:
-    away = _AWAY / scale
     labels = [
-        f'<text x="{x * scale:.2f}" y="{-y * scale:.2f}" dy="0.35em">{text}</text>'
-        for x, y, text in number_labels(stadium, points, away)
+        f'<text x="{x * scale + _AWAY * right:.2f}" y="{-y * scale - _AWAY * up:.2f}"'
+        f' dy="0.35em">{text}</text>'
+        for (x, y), (right, up), text in number_labels(stadium, points)
     ]
     return [
         f'<g fill="{_WALL}" font-family="sans-serif" font-size="13" text-anchor="middle"'
@@ -117,23 +120,20 @@ def _pixels(points: NDArray[np.float64], scale: float) -> list[tuple[float, floa
     return [(x * scale, -y * scale) for x, y in points.tolist()]
 
 
-def number_labels(
-    stadium: Stadium, points: NDArray[np.float64], away: float
-) -> list[tuple[float, float, str]]:
-    """Return where to write the numbers of bounces, which count from 1, outside the walls.
+def number_labels(stadium: Stadium, points: NDArray[np.float64]) -> list[tuple[Place, Place, str]]:
+    """Return where to write the numbers of bounces, which count from 1.
 
     Parameters
     ----------
     stadium : Stadium
     points : ndarray, shape (p, 2)
         The bounces in their order.
-    away : float
-        Distance from the wall, in units of the radius.
 
     Returns
     -------
-    list of (float, float, str)
-        x, y and text; bounces near one place share a label, such as ``2, 6``.
+    list of (Place, Place, str)
+        A bounce, the direction outward from the wall there, and text; bounces near one place share a
+        label, such as ``2, 6``.
     """
     places: list[tuple[NDArray[np.float64], list[str]]] = []
     for n, point in enumerate(points):
@@ -145,6 +145,10 @@ def number_labels(
     labels = []
     for place, texts in places:
         outward = place - (np.clip(place[0], -stadium.a, stadium.a), 0.0)
-        x, y = (place + away * outward).tolist()
-        labels.append((x, y, ", ".join(texts)))
+        labels.append((_pair(place), _pair(outward), ", ".join(texts)))
     return labels
+
+
+def _pair(vector: NDArray[np.float64]) -> Place:
+    x, y = vector.tolist()
+    return x, y

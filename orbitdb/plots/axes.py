@@ -11,7 +11,7 @@ from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.plots.curves import draw_birkhoff, draw_staircase
 from orbitdb.plots.paths import draw_orbit
-from orbitdb.plots.style import look, plain
+from orbitdb.plots.style import look, wrapped
 
 Floats = NDArray[np.float64]
 Period = tuple[NDArray[np.uint8], Floats, Floats]
@@ -40,7 +40,7 @@ def phase_space_axes(title: str, stadium: Stadium, periods: Sequence[Period], ax
     with look():
         ax = _axes(ax)
         draw_birkhoff(ax, stadium, *map(np.concatenate, (place, sine, colour)))
-        ax.set_title(plain(title), pad=20)
+        ax.set_title(_fitted(title, ax), pad=20)
     return ax
 
 
@@ -49,9 +49,14 @@ def lengths_axes(title: str, length: Floats, ax: Axes | None) -> Axes:
     with look():
         ax = _axes(ax)
         draw_staircase(ax, length, np.ones(len(length), np.int64))
-        ax.set_title(plain(title))
+        ax.set_title(_fitted(title, ax))
     return ax
 
 
 def _axes(ax: Axes | None) -> Axes:
     return pyplot.subplots(layout="constrained")[1] if ax is None else ax
+
+
+def _fitted(title: str, ax: Axes) -> str:
+    """Return a title in lines that the axes have room for."""
+    return wrapped(title, ax.get_window_extent().width / ax.figure.dpi)

@@ -66,7 +66,7 @@ def draw_entropies(ax: Axes, entropies: Mapping[int, Floats], a: Floats, limit: 
     """
     for (p, values), (colour, style) in zip(entropies.items(), _STYLES, strict=False):
         ax.plot(a, values, style, color=colour, label=f"$h({p}; a)$")
-    ax.axhline(limit, color=GREY, linewidth=0.8)
+    ax.axhline(limit, color=GREY, linewidth=0.8, label="bound at every $a$")
     _over_a(ax, "topological entropy", a)
     ax.legend(loc="lower right")
 
@@ -87,7 +87,7 @@ def draw_followed(
     """Draw a number of one orbit over a, shape (k,) each, NaN where it is none, and the ends of its lives."""
     ax.plot(a, values, color=colour)
     for end in ends:
-        ax.axvline(end, color=GREY, linewidth=0.8, linestyle=":")
+        ax.axvline(end, color=GREY, linewidth=0.8, linestyle=":", label="birth or death")
     _over_a(ax, label, a)
     ax.xaxis.set_minor_formatter(NullFormatter())
 

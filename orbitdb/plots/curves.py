@@ -1,22 +1,22 @@
 """Figures of numbers: entropy and Lyapunov averages by period, phase space, the length spectrum."""
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import LogNorm
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, PURPLE
+from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-_MOST_NAMED = 16
 
 
 def draw_entropy(
@@ -24,8 +24,7 @@ def draw_entropy(
     p: Integers,
     k_0: Floats,
     h_zeta: Floats,
-    h_change: Floats,
-    band: tuple[float, float] | None = None,
+    band: tuple[float, float],
 ) -> None:
     """Draw the topological entropy against the period, as in the paper's Fig. 5, and its zeta value.
 
@@ -35,20 +34,16 @@ def draw_entropy(
     p : ndarray of int, shape (n,)
     k_0 : ndarray, shape (n,)
         ln N(p) / p, per bounce.
-    h_zeta, h_change : ndarray, shape (n,)
-        The value from the zeta function cut off at order p, and its change from the order before,
-        drawn as its error.
-    band : (float, float), optional
+    h_zeta : ndarray, shape (n,)
+        The value from the zeta function cut off at order p.
+    band : (float, float)
         Proved bounds.
     """
-    low, high = _span(np.concatenate([k_0[p > 2], h_zeta[len(h_zeta) // 2 :], band or ()]), k_0)
-    if band is not None:
-        ax.axhspan(*band, color=PURPLE, alpha=0.5, linewidth=1, label="proved bounds")
+    low, high = _span(np.concatenate([k_0[p > 2], h_zeta[len(h_zeta) // 2 :], band]), k_0)
+    ax.axhspan(*band, color=PURPLE, alpha=0.5, linewidth=1, label="proved bounds")
     shown = (h_zeta > low) & (h_zeta < high)
-    ax.errorbar(
-        p[shown], h_zeta[shown], h_change[shown], fmt="s", color=ORANGE, markersize=5, capsize=3, linewidth=1,
-        label="$h(p)$, zero of the zeta function to order $p$ (bar: last change)",
-    )  # fmt: skip
+    label = "$h(p)$, zero of the zeta function to order $p$"
+    ax.plot(p[shown], h_zeta[shown], "s", color=ORANGE, markersize=5, label=label)
     ax.plot(p, k_0, "o-", color=BLUE, markersize=5, label=r"$K_0(p) = \ln N(p)\,/\,p$")
     for period, value in zip(p[k_0 < low], k_0[k_0 < low], strict=True):
         ax.annotate(f"↓ {value:.4f}", (period, low), xytext=(0, 4), textcoords="offset points", ha="center")
@@ -167,7 +162,7 @@ def draw_birkhoff(ax: Axes, stadium: Stadium, place: Floats, sine: Floats, colou
     return dots
 
 
-def draw_staircase(ax: Axes, length: Floats, count: Integers) -> None:
+def draw_staircase(ax: Axes, length: Floats, count: Integers, complete: float | None = None) -> None:
     """Draw how many orbits are no longer than L.
 
     Parameters
@@ -177,14 +172,20 @@ def draw_staircase(ax: Axes, length: Floats, count: Integers) -> None:
         Lengths, in units of the radius.
     count : ndarray of int, shape (n,)
         How many orbits have each.
+    complete : float, optional
+        Up to which length these are all orbits.
     """
     order = np.argsort(length, kind="stable")
     ax.step(length[order], np.cumsum(count[order]), where="post", color=BLUE)
+    if complete is not None:
+        end = math.floor(complete * 100) / 100
+        label = f"complete, by proof, up to $L = {end:.2f}\\,R$"
+        ax.axvline(end, color=ORANGE, linewidth=1, linestyle="--", label=label)
     ax.set(yscale="log", xlabel="length $L/R$", ylabel="orbits not longer than $L$")
 
 
-def draw_density(ax: Axes, p: Integers, length: Floats, count: Integers, bins: int = 120) -> None:
-    """Draw how many orbits there are per unit of length, each period by itself and all together.
+def draw_density(ax: Axes, p: Integers, length: Floats, count: Integers, bins: int = 120) -> QuadMesh:
+    """Draw how many orbits of each period there are per unit of length, as colours.
 
     Parameters
     ----------
@@ -195,17 +196,17 @@ def draw_density(ax: Axes, p: Integers, length: Floats, count: Integers, bins: i
         As in `draw_staircase`.
     bins : int, optional
         How many intervals of length.
+
+    Returns
+    -------
+    QuadMesh
+        For a colour bar.
     """
     edges = np.linspace(length.min() - 0.5, length.max() + 0.5, bins + 1)
-    step = edges[1] - edges[0]
-    total, _ = np.histogram(length, edges, weights=count / step)
-    ax.stairs(total, edges, color=FAINT, fill=True, label="all")
-    periods = np.unique(p)
-    for period, shade in zip(periods, np.linspace(0, 0.85, len(periods)), strict=True):
-        here = p == period
-        density, _ = np.histogram(length[here], edges, weights=count[here] / step)
-        ax.stairs(density, edges, color=colormaps["viridis"](shade), linewidth=1, label=f"{period}")
-    ax.set(yscale="log", xlabel="length $L/R$", ylabel="orbits per unit of $L/R$")
-    ax.set_ylim(bottom=0.5 * total[total > 0].min())
-    if len(periods) <= _MOST_NAMED:
-        ax.legend(title="$p$", loc="upper left", bbox_to_anchor=(1, 1), handlelength=1.2)
+    periods = np.arange(p.min(), p.max() + 2) - 0.5
+    orbits, _, _ = np.histogram2d(p, length, [periods, edges], weights=count)
+    density = np.ma.masked_equal(orbits / (edges[1] - edges[0]), 0)
+    drawn = ax.pcolormesh(edges, periods, density, norm=LogNorm(), cmap="viridis")
+    ax.set(xlabel="length $L/R$", ylabel="period $p$ (bounces)")
+    ax.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+    return drawn

@@ -20,7 +20,11 @@ Floats = NDArray[np.float64]
 MOST_NUMBERED = 24
 _MOST_MARKED = 60
 _MOST_ARROWS = 12
-_MARGIN = 0.35
+_AWAY, _BESIDE = 12, 0.3
+"""How far numbers of bounces stand from a wall, in points, and the axes go beyond it, in inches."""
+_CONTINUED = "walls and circles, continued"
+_ALONG = 0.65
+"""Where on a link its arrow is: two that lie on each other, of an orbit that retraces its path, differ."""
 _DIGIT = 0.63
 """How wide a digit of a label is, in units of the size of its font."""
 
@@ -45,11 +49,10 @@ def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -
         ax.plot(*points.T, "o", color=colour, markersize=4, zorder=4)
     _draw_arrows(ax, points, colour)
     if len(points) <= MOST_NUMBERED:
-        for x, y, text in number_labels(stadium, points, 0.17):
+        for place, (right, up), text in number_labels(stadium, points):
             halo = [withStroke(linewidth=3, foreground="white")]
-            ax.annotate(
-                text, (x, y), ha="center", va="center", fontsize=9, color=INK, path_effects=halo, zorder=5
-            )
+            ax.annotate(text, place, (_AWAY * right, _AWAY * up), textcoords="offset points", ha="center",
+                        va="center", fontsize=9, color=INK, path_effects=halo, zorder=5)  # fmt: skip
 
 
 def _draw_arrows(ax: Axes, points: Floats, colour: str) -> None:
@@ -57,7 +60,7 @@ def _draw_arrows(ax: Axes, points: Floats, colour: str) -> None:
     ahead = np.roll(points, -1, axis=0) - points
     links = range(len(points) if len(points) <= _MOST_ARROWS else 1)
     for start, step in zip(points[links], ahead[links], strict=True):
-        tip = start + 0.5 * step
+        tip = start + _ALONG * step
         tail = tip - 1e-3 * step / math.hypot(*step)
         ax.annotate(
             "", tip, tail, arrowprops={"arrowstyle": "-|>", "color": colour, "mutation_scale": 13}, zorder=4
@@ -65,20 +68,30 @@ def _draw_arrows(ax: Axes, points: Floats, colour: str) -> None:
 
 
 def _draw_stadium(ax: Axes, stadium: Stadium) -> None:
-    """Draw the stadium, faintly its continued walls and circles, and the symbols of its walls."""
-    a, half = stadium.a, stadium.a + 1 + _MARGIN
-    turn = np.linspace(0, 2 * math.pi, 200)
+    """Draw the stadium, faintly its continued walls and circles, and ticks at the ends of its walls."""
+    a, turn = stadium.a, np.linspace(0, 2 * math.pi, 200)
+    across, up = _room(ax, a, equal := a < 20)
     for centre in (-a, a):
         ax.plot(centre + np.cos(turn), np.sin(turn), color=FAINT, linewidth=0.7, zorder=1)
-    ax.hlines([-1, 1], -half, half, color=FAINT, linewidth=0.7, zorder=1)
+    beyond = a + 1 + across
+    ax.hlines([-1, 1], -beyond, beyond, color=FAINT, linewidth=0.7, zorder=1, label=_CONTINUED)
     ax.plot(*stadium.outline().T, color=INK, linewidth=1.8, zorder=2)
     ax.grid(False)
     ax.spines[["left", "bottom"]].set_visible(False)
-    ax.set(xlim=(-half, half), ylim=(-1 - _MARGIN, 1 + _MARGIN), xlabel="$x/R$", ylabel="$y/R$")
+    ax.set(xlim=(-beyond, beyond), ylim=(-1 - up, 1 + up), xlabel="$x/R$", ylabel="$y/R$")
     ax.set_yticks([-1, 0, 1])
     ax.xaxis.set_major_locator(_AtWalls(a))
     ax.xaxis.set_major_formatter(FuncFormatter(_tick_label))
-    ax.set_aspect("equal" if a < 20 else "auto")
+    ax.set_aspect("equal" if equal else "auto")
+
+
+def _room(ax: Axes, a: float, equal: bool) -> tuple[float, float]:
+    """Return how far axes go beyond a stadium, across and up: `_BESIDE` of them, for numbers of bounces."""
+    box, dpi = ax.get_window_extent(), ax.figure.dpi
+    sizes = np.array([box.width, box.height]) / dpi
+    unit = np.array([2 * (a + 1), 2]) / np.maximum(sizes - 2 * _BESIDE, sizes / 2)
+    across, up = (_BESIDE * (np.full(2, unit.max()) if equal else unit)).tolist()
+    return across, up
 
 
 class _AtWalls(Locator):

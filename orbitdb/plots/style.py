@@ -1,5 +1,6 @@
 """How figures look and are written: colours for every eye, sizes for print, no display needed."""
 
+import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
@@ -9,10 +10,14 @@ from typing import Any
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.textpath import TextPath
 
 BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
 """Colours that the colour-blind tell apart (Okabe and Ito); shape or line style always differ, too."""
 INK, GREY, FAINT = "#333333", "#777777", "#bbbbbb"
+
+_LINE, _BESIDE = 0.17, 0.2
+"""Inches that a line of a title is high, and that it leaves free on both sides together."""
 
 _LOOK: Any = {
     "font.size": 10,
@@ -47,10 +52,28 @@ def figure(width: float, height: float) -> Iterator[Figure]:
         yield Figure(figsize=(width, height), layout="constrained")
 
 
-def explain(made: Figure, ax: Axes) -> None:
-    """Put the legend of one of its axes below a figure, where it covers no point."""
-    handles, labels = ax.get_legend_handles_labels()
-    made.legend(handles, labels, loc="outside lower center", ncols=2)
+def entitle(made: Figure, text: str) -> None:
+    """Put a title above a figure, which grows by all lines but the first."""
+    lines = wrapped(text, float(made.get_figwidth()))
+    made.set_figheight(made.get_figheight() + _LINE * lines.count("\n"))
+    made.suptitle(lines, fontsize=_LOOK["axes.titlesize"])
+
+
+def wrapped(text: str, width: float) -> str:
+    """Return a text as lines of a title, no wider than so many inches; what is beyond three is left out."""
+    size = _LOOK["axes.titlesize"]
+    room = 72 * (width - _BESIDE)
+    for length in range(max(int(room / (0.4 * size)), 1), 0, -1):
+        lines = textwrap.wrap(text, length, max_lines=3, placeholder=" ...")
+        if all(TextPath((0, 0), plain(line), size=size).get_extents().width <= room for line in lines):
+            break
+    return plain("\n".join(lines))
+
+
+def explain(made: Figure, *axes: Axes) -> None:
+    """Put one legend of what is in some of its axes below a figure, where it covers no point."""
+    named = dict(pair[::-1] for ax in axes for pair in zip(*ax.get_legend_handles_labels(), strict=True))
+    made.legend(named.values(), named.keys(), loc="outside lower center", ncols=2)
 
 
 def plain(text: str) -> str:

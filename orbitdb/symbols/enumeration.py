@@ -5,8 +5,8 @@ a piece of this order; the pieces of a period can be enumerated apart from one a
 processes, and need no memory of what came before.
 """
 
-from collections.abc import Callable, Iterable, Iterator
-from typing import NamedTuple, Protocol
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,16 +19,10 @@ MAX_PERIOD = 20
 
 CHUNK = 1 << 14
 
-_LAST_SYMBOLS = 5
-"""Symbols that a prefix leaves open when a period is cut into spans: some hundred words a prefix."""
-
 _FIRST_SYMBOLS = 4
 """Symbols read again that show of nearly every word whether it closes."""
 
 _DEAD, _CLOSED, _OPEN = 0, 1, 2
-
-_CONTINUATIONS = 3.4
-"""Admissible continuations of prefixes for each that closes and is a least rotation, at most."""
 
 
 class Span(NamedTuple):
@@ -51,87 +45,6 @@ class Span(NamedTuple):
     def whole(cls, p: int, after: int = -1) -> "Span":
         """Return all words of order p, or those behind one."""
         return cls(p, after, (1 << BITS * p) - 1)
-
-
-def spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
-    """Cut the admissible words of order p into spans of about ``size`` words or less.
-
-    Parameters
-    ----------
-    p : int
-        Order, 1..`MAX_PERIOD`.
-    size : int
-        Wanted size. Most spans come close to it, those of high first symbols stay below: what is
-        counted are the words that continue a prefix, and there fewer of them are least rotations.
-    after : int, optional
-        Begin behind this packed word.
-
-    Yields
-    ------
-    Span
-        In order, one behind the other; the last one ends with the last word.
-    """
-    _, table = automaton()
-
-    def prefixes(span: Span, length: int) -> Iterator[_Prefixes]:
-        return _prefixes(span, length, table)
-
-    return cut_where(Span.whole(p, after), prefixes, _CONTINUATIONS * size)
-
-
-class Prefixes(Protocol):
-    """Beginnings of words, packed, with the states of the automaton that they lead to."""
-
-    @property
-    def codes(self) -> NDArray[np.int64]:
-        """The symbols of each."""
-
-    @property
-    def states(self) -> NDArray[np.int8]:
-        """The number of each one's state."""
-
-
-def cut_where(
-    whole: Span, prefixes: Callable[[Span, int], Iterator[Prefixes]], continuations: float
-) -> Iterator[Span]:
-    """Cut a span so that the prefixes of each part have so many admissible continuations at most.
-
-    Parameters
-    ----------
-    whole : Span
-    prefixes : callable
-        Generates the prefixes of a length in a span, in order.
-    continuations : float
-        A part with more of them has but one prefix.
-    """
-    p, start, upto = whole
-    depth = p - _LAST_SYMBOLS
-    if depth < 1:
-        yield whole
-        return
-    _, table = automaton()
-    weights = _continuations(table, _LAST_SYMBOLS)
-    shift = BITS * _LAST_SYMBOLS
-    room = continuations
-    for part in prefixes(whole, depth):
-        for code, weight in zip(part.codes.tolist(), weights[part.states].tolist(), strict=True):
-            before = (code << shift) - 1
-            if before + (1 << shift) <= whole.after:
-                continue  # so that a span cut off before is cut on as if it had not been
-            if weight > room and before > start:
-                yield Span(p, start, before)
-                start, room = before, continuations
-            room -= weight
-    yield Span(p, start, upto)
-
-
-def _continuations(table: NDArray[np.int8], symbols: int) -> NDArray[np.int64]:
-    """Return how many words of so many symbols may follow each state."""
-    steps = np.zeros((len(table), len(table)), dtype=np.int64)
-    for state, after in zip(*np.nonzero(table >= 0), strict=True):
-        steps[state, table[state, after]] += 1
-    counts: NDArray[np.int64] = np.linalg.matrix_power(steps, symbols).sum(axis=1)
-    return counts
 
 
 def admissible_words(p: int, after: int = -1, upto: int | None = None) -> Iterator[NDArray[np.uint8]]:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.symbols.automaton import STRAIGHT_SYMBOLS, automaton
-from orbitdb.symbols.enumeration import CHUNK, Span, closes, cut_where
+from orbitdb.symbols.enumeration import CHUNK, Span, closes
 from orbitdb.symbols.symmetry import classify_packed, mirrored
 from orbitdb.symbols.words import BITS
 
@@ -37,6 +37,9 @@ _BOTH = np.array([2, 1, 0, 3, 4, 5])
 """Mirror y and time reversal: no run changes its sense."""
 
 _STRAIGHT = np.isin(np.arange(8), STRAIGHT_SYMBOLS)
+
+_LAST_SYMBOLS = 5
+"""Symbols that a prefix leaves open when a period is cut into spans: some hundred words a prefix."""
 
 _CONTINUATIONS = 4.0
 """Admissible continuations of prefixes for each that is the least word of a class, about."""
@@ -80,12 +83,58 @@ def least_words(span: Span) -> Iterator[LeastWords]:
                 yield LeastWords(whole.codes[least], classes.stabiliser[least])
 
 
+def all_least_words(span: Span) -> LeastWords:
+    """Return all of them at once."""
+    none = LeastWords(np.zeros(0, np.int64), np.zeros(0, np.uint8))
+    return LeastWords(*map(np.concatenate, zip(none, *least_words(span), strict=True)))
+
+
 def class_spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
     """Cut the order of words so that each span has about ``size`` least words of classes or less.
 
-    The parameters and the order are those of `orbitdb.symbols.enumeration.spans`.
+    Parameters
+    ----------
+    p : int
+        Order, 1..`MAX_PERIOD`.
+    size : int
+        Wanted size. What is counted are the admissible words that continue a prefix, of which a part are
+        least words; a span of more than so many of them has but one prefix.
+    after : int, optional
+        Begin behind this packed word.
+
+    Yields
+    ------
+    Span
+        In order, one behind the other; the last one ends with the last word.
     """
-    return cut_where(Span.whole(p, after), _prefixes, _CONTINUATIONS * size)
+    whole = Span.whole(p, after)
+    depth, start = p - _LAST_SYMBOLS, after
+    if depth < 1:
+        yield whole
+        return
+    _, table = automaton()
+    weights = _continuations(table, _LAST_SYMBOLS)
+    shift = BITS * _LAST_SYMBOLS
+    room = continuations = _CONTINUATIONS * size
+    for part in _prefixes(whole, depth):
+        for code, weight in zip(part.codes.tolist(), weights[part.states].tolist(), strict=True):
+            before = (code << shift) - 1
+            if before + (1 << shift) <= after:
+                continue  # so that a span cut off before is cut on as if it had not been
+            if weight > room and before > start:
+                yield Span(p, start, before)
+                start, room = before, continuations
+            room -= weight
+    yield Span(p, start, whole.upto)
+
+
+def _continuations(table: NDArray[np.int8], symbols: int) -> NDArray[np.int64]:
+    """Return how many words of so many symbols may follow each state."""
+    steps = np.zeros((len(table), len(table)), dtype=np.int64)
+    for state, after in zip(*np.nonzero(table >= 0), strict=True):
+        steps[state, table[state, after]] += 1
+    counts: NDArray[np.int64] = np.linalg.matrix_power(steps, symbols).sum(axis=1)
+    return counts
 
 
 def _no_image_less(words: "_Prefixes", p: int) -> NDArray[np.bool_]:

@@ -279,5 +279,8 @@ def packed(keys: NDArray[np.int64], p: int) -> NDArray[np.int64]:
 
 
 def keys_of_period(p: int) -> tuple[int, int]:
-    """Return a number below and one above, or equal to, the keys of all words of order p."""
-    return 1 << BITS * p, (2 << BITS * p) - 1
+    """Return the keys of the first and the last text of p symbols: those of all words of order p lie between.
+
+    Ids of classes without a key (`orbitdb.store.file.schema.LONG`) are above.
+    """
+    return key("0" * p), key(SYMBOLS[-1] * p)

@@ -21,7 +21,9 @@ Floats = NDArray[np.float64]
 TRAJECTORIES = 4096
 """Run at the same time; few enough for their arrays to stay in the cache."""
 
-GROUPS = 32
+LEAST = 256
+"""At least so many: with fewer an error, which comes from their spread, would itself be uncertain."""
+
 BLOCK = 256
 _RENORMALISE = 8
 _SETTLED = 8.0
@@ -108,7 +110,7 @@ class Reference:
     bounces : int
         Bounces that were made.
     groups : int
-        Number of independent groups that the errors come from.
+        Number of independent starts whose spread the errors come from.
     seed : int
     """
 
@@ -128,7 +130,6 @@ def simulate(
     bounces: int,
     seed: int = 0,
     trajectories: int | None = None,
-    groups: int = GROUPS,
     progress: Callable[[float, Reference], None] | None = None,
 ) -> Reference:
     """Average over random trajectories.
@@ -141,18 +142,17 @@ def simulate(
     seed : int, optional
         The same seed and numbers give the same result.
     trajectories : int, optional
-        Run at the same time; by default `TRAJECTORIES`, or fewer where that comes nearer to the bounces.
-    groups : int, optional
-        Independent groups of them.
+        Run at the same time; by default `TRAJECTORIES`, or fewer where that comes nearer to the bounces,
+        but `LEAST`.
     progress : callable, optional
         Called every few hundred steps with the fraction done and the averages so far.
 
     Raises
     ------
     ValueError
-        If there are no bounces, fewer than two groups, or trajectories that do not fill the groups.
+        If there are no bounces, or fewer than two trajectories.
     """
-    for done, found in references(stadium, bounces, seed, trajectories, groups):
+    for done, found in references(stadium, bounces, seed, trajectories):
         if progress is not None:
             progress(done, found)
     return found
@@ -163,18 +163,16 @@ def references(
     bounces: int,
     seed: int = 0,
     trajectories: int | None = None,
-    groups: int = GROUPS,
 ) -> Iterator[tuple[float, Reference]]:
     """Yield the fraction done and the averages so far, every few hundred steps of `simulate`.
 
     Every value is a full result of fewer bounces, so a caller may stop at any.
     """
     wanted = math.ceil(bounces * 2 * math.pi / stadium.perimeter)
-    if trajectories is None and bounces >= 1 and groups >= 2:
-        rounds = math.ceil(wanted / TRAJECTORIES)
-        trajectories = groups * math.ceil(wanted / rounds / groups)
-    if bounces < 1 or groups < 2 or not trajectories or trajectories < groups or trajectories % groups:
-        raise ValueError("give at least one bounce, two groups, and a multiple of them as trajectories")
+    if bounces < 1 or (trajectories is not None and trajectories < 2):
+        raise ValueError("give at least one bounce, and two trajectories")
+    if trajectories is None:
+        trajectories = max(LEAST, math.ceil(wanted / math.ceil(wanted / TRAJECTORIES)))
     arcs, beam = _settled(trajectories, stadium.a, np.random.default_rng(seed))
     steps = math.ceil(wanted / trajectories)
     done = 0
@@ -182,11 +180,11 @@ def references(
         block = min(BLOCK, steps - done)
         arcs, beam = follow(arcs, beam, stadium.a, block)
         done += block
-        yield done / steps, _reference(beam, done, stadium, groups, seed)
+        yield done / steps, _reference(beam, done, stadium, seed)
 
 
-def _reference(beam: Beam, steps: int, stadium: Stadium, groups: int, seed: int) -> Reference:
-    """Average over trajectories, and take the errors from the spread of the groups.
+def _reference(beam: Beam, steps: int, stadium: Stadium, seed: int) -> Reference:
+    """Average over trajectories, and take the errors from their spread.
 
     Between two bounces on a semicircle lie perimeter / 2 pi bounces and a path of area / 2 on average,
     by the invariant measure. With these exact numbers the exponents need only the growth per step.
@@ -197,18 +195,15 @@ def _reference(beam: Beam, steps: int, stadium: Stadium, groups: int, seed: int)
     scatter showing it. But such a leg is steep: its path is 2 n and little more. So path less twice the
     walls has a scatter that is soon known, and what is taken off on average, twice 2a / pi, is exact.
     """
-    count = len(beam.growth) // groups * steps
+    count = len(beam.growth)
     walls = beam.bounces - steps
-    growth, path = (
-        values.reshape(groups, -1).sum(axis=1) / count for values in (beam.growth, beam.path - 2 * walls)
-    )
 
     def mean(values: Floats) -> tuple[float, float]:
-        """Return the mean and its standard error."""
-        return float(values.mean()), float(values.std(ddof=1)) / math.sqrt(groups)
+        """Return the mean a step, and its standard error."""
+        return float(values.mean()) / steps, float(values.std(ddof=1)) / steps / math.sqrt(count)
 
-    rest, rest_error = mean(path)
-    per_step, per_step_error = mean(growth)
+    rest, rest_error = mean(beam.path - 2 * walls)
+    per_step, per_step_error = mean(beam.growth)
     per_bounce, per_length = 2 * math.pi / stadium.perimeter, 2 / stadium.area
     return Reference(
         lambda_d=per_step * per_bounce,
@@ -218,6 +213,6 @@ def _reference(beam: Beam, steps: int, stadium: Stadium, groups: int, seed: int)
         mean_free_path=(rest + 4 * stadium.a / math.pi) * per_bounce,
         mean_free_path_error=rest_error * per_bounce,
         bounces=int(beam.bounces.sum()),
-        groups=groups,
+        groups=count,
         seed=seed,
     )

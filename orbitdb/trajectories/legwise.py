@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.trajectories.ensemble import Reference
+from orbitdb.trajectories.ensemble import LEAST, Reference
 from orbitdb.trajectories.leg_map import Runs, next_leg, random_runs
 
 Floats = NDArray[np.float64]
@@ -26,11 +26,8 @@ Floats = NDArray[np.float64]
 STARTS = 4096
 """Followed at the same time, at most; few enough for their arrays to stay in the cache."""
 
-BATCHES = 16
-"""At least; their spread is the error."""
-
 LEGS = 32
-"""Legs of a start that are averaged over; more would say little that is new."""
+"""Legs of a start that are averaged over, at most; more would say little that is new."""
 
 _SETTLED = 1e-9
 _LONGEST_WAY = 2000
@@ -67,7 +64,8 @@ def simulate_legs(
     ----------
     stadium : Stadium
     bounces : int
-        Bounces to expect in all, `LEGS` legs from every start; there are at least `BATCHES` starts.
+        Bounces to expect in all, `LEGS` legs from every start, or fewer where there would be less than
+        `LEAST` starts.
     known : tuple of float
         The exact mean of ln D + ln K + c2 of a leg, and a bound on its error.
     seed : int, optional
@@ -78,8 +76,8 @@ def simulate_legs(
     Returns
     -------
     Reference
-        The errors are those of independent batches, `Reference.groups` of them, added to those of the
-        known mean and of starts that are not quite forgotten.
+        The errors come from the spread of independent starts, `Reference.groups` of them, and are added
+        to those of the known mean and of starts that are not quite forgotten.
 
     Raises
     ------
@@ -103,25 +101,27 @@ def legwise_references(
     """Yield the fraction done and the averages so far, after every batch of `simulate_legs`."""
     if bounces < 1:
         raise ValueError("give at least one bounce")
-    starts = math.ceil(bounces / (LEGS * (stadium.a + math.pi / 2)))
-    batches = max(BATCHES, math.ceil(starts / STARTS))
+    legs = bounces / (stadium.a + math.pi / 2)
+    starts = max(LEAST, math.ceil(legs / LEGS))
+    legs_each = math.ceil(min(LEGS, legs / starts))
+    batches = math.ceil(starts / STARTS)
     each = math.ceil(starts / batches)
     rng = np.random.default_rng(seed)
-    rows: list[Floats] = []
+    moments = np.zeros((2, 4))
     for count in range(1, batches + 1):
-        rows.append(_batch(stadium.a, each, rng))
-        if count > 1:
-            yield count / batches, _reference(np.array(rows), each, stadium, known, seed)
+        terms = _batch(stadium.a, each, legs_each, rng)
+        moments += terms.sum(axis=1), (terms**2).sum(axis=1)
+        yield count / batches, _reference(moments, count * each, legs_each, stadium, known, seed)
 
 
-def _batch(a: float, starts: int, rng: np.random.Generator) -> Floats:
-    """Follow fresh starts; return means a leg of the terms that `_follow` gives, shape (4,)."""
+def _batch(a: float, starts: int, legs: int, rng: np.random.Generator) -> Floats:
+    """Follow fresh starts; return the means a leg of each of the terms that `_follow` gives, shape (4, N)."""
     runs, beams = _settled(a, random_runs(starts, rng))
     sums = np.zeros((4, starts))
-    for _ in range(LEGS):
+    for _ in range(legs):
         runs, beams, terms = _follow(runs, beams, a)
         sums += terms
-    return sums.mean(axis=1) / LEGS
+    return sums / legs
 
 
 def _settled(a: float, runs: Runs) -> tuple[Runs, Beams]:
@@ -156,16 +156,16 @@ def _follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
 
 
 def _reference(
-    batches: Floats, starts: int, stadium: Stadium, known: tuple[float, float], seed: int
+    moments: Floats, starts: int, legs: int, stadium: Stadium, known: tuple[float, float], seed: int
 ) -> Reference:
-    """Put averages together: a leg has a + pi/2 bounces and a path of pi (pi + 4a) / 4 on average.
+    """Put averages together, from sums over starts of the terms and of their squares, shape (2, 4).
 
+    A leg has a + pi/2 bounces and a path of pi (pi + 4a) / 4 on average.
     The path of a leg of n walls is about 2 n; what it has more is soon known, unlike n itself, and the
     mean of n is a. So the mean free path is a check of the map and of the measure.
     """
-    count = len(batches)
-    rest, width, path, bounces = batches.mean(axis=0)
-    errors = batches.std(axis=0, ddof=1) / math.sqrt(count)
+    rest, width, path, bounces = means = moments[0] / starts
+    errors = np.sqrt(np.maximum(moments[1] / starts - means**2, 0) / (starts - 1))
     per_leg, error = known[0] + rest, math.hypot(errors[0], known[1]) + width / 2
     legs_per_bounce = 1 / (stadium.a + math.pi / 2)
     legs_per_length = 4 / (math.pi * (math.pi + 4 * stadium.a))
@@ -176,7 +176,7 @@ def _reference(
         lambda_c_error=float(error * legs_per_length),
         mean_free_path=float((path + 2 * stadium.a) * legs_per_bounce),
         mean_free_path_error=float(errors[2] * legs_per_bounce),
-        bounces=round(bounces * count * starts * LEGS),
-        groups=count,
+        bounces=round(bounces * starts * legs),
+        groups=starts,
         seed=seed,
     )

@@ -4,11 +4,15 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from orbitdb.orbits.births import events
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import BORN, DIED, DONE
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.lives import BirthFill, birth_fills, counts_at
 from orbitdb.symbols.counting import count_admissible
+from orbitdb.verification.blocks import is_chosen
 from orbitdb.verification.check import Check, shown
 
 if TYPE_CHECKING:
@@ -17,19 +21,20 @@ if TYPE_CHECKING:
 
 def whole_births(connection: "sa.Connection", selections: Sequence[Selection] = ()) -> list[BirthFill]:
     """Return the periods of which all births are stored: those that are chosen at some a, all without any."""
-    return [
-        found
-        for found in birth_fills(connection)
-        if found.whole and (not selections or any(chosen.includes(found.p) for chosen in selections))
-    ]
+    return [found for found in birth_fills(connection) if found.whole and is_chosen(found.p, selections)]
 
 
 def check_births(connection: "sa.Connection", periods: Iterable[BirthFill]) -> Iterator[Check]:
-    """Check the changes of periods of which all are stored, and their counts at the a of every fill."""
+    """Check the changes of periods of which all are stored, and their counts at the a of every fill.
+
+    No period may have changes without a row that says how far they are stored.
+    """
     fills = [fill for fill in audit.fills(connection) if fill["state"] == DONE]
+    for p in audit.periods_without_births(connection):
+        yield Check("births", 0, 1, first=f"p = {p}: births without a row that says how far they are")
     for found in periods:
         rows = audit.changes(connection, found.p)
-        wrong = [*_wrong_changes(rows), *_wrong_counts(found, rows)]
+        wrong = [*_wrong_changes(rows), *_wrong_events(rows), *_wrong_counts(found, rows)]
         yield Check("births", len(rows), len(wrong), first=wrong[0] if wrong else None)
         for fill in fills:
             if fill["p"] == found.p:
@@ -50,6 +55,16 @@ def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
             or not all(0 <= row.error <= row.a for row in own)
         ):
             yield shown(own[0].word)
+
+
+def _wrong_events(rows: Sequence[Any]) -> Iterator[str]:
+    """Yield the changes above a = 0 that are not numbered as one event with those at the same place."""
+    moving = [row for row in rows if row.a > 0]
+    a, error = (np.array([getattr(row, name) for row in moving]) for name in ("a", "error"))
+    for row, event in zip(moving, events(a, error).tolist() if moving else (), strict=True):
+        if row.event != event:
+            yield f"{shown(row.word)}: event {row.event} instead of {event}"
+    yield from (shown(row.word) for row in rows if row.a == 0 and row.event is not None)
 
 
 def _wrong_counts(found: BirthFill, rows: Sequence[Any]) -> Iterator[str]:

@@ -1,7 +1,7 @@
 """Parts of a catalogue that are checked apart, by whatever process: what is found depends on nothing else."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.equality import ByValue
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.verification.check import Step
 from orbitdb.version import __version__
@@ -76,6 +77,11 @@ class ClassBlock(Part, ABC):
 @lru_cache(maxsize=1)
 def _opened(path: Path) -> Catalogue:
     return Catalogue(path)
+
+
+def is_chosen(p: int, selections: Sequence[Selection]) -> bool:
+    """Tell whether a period is chosen at some a; without any a all are."""
+    return not selections or any(each.includes(p) for each in selections)
 
 
 class Workers(Protocol):

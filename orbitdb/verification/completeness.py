@@ -1,28 +1,27 @@
-"""The census of a catalogue: its file and schema, and whether its words and classes are all there.
+"""The census of a catalogue: its file, and whether its classes are all there.
 
-The words of a period are complete if every class has all its images, each with the class and the
-element that leads to it, and their number is that of the transfer matrix: by the table's key no word
-is stored twice. The words themselves are checked in `orbitdb.verification.word_blocks`.
+The classes of a period are complete if every row is as it must be (`orbitdb.verification.classes`), which
+makes them different, and their words are as many as the transfer matrix says.
 """
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import DONE, FILLING
 from orbitdb.store.reading import audit
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.lives import birth_fills
-from orbitdb.store.reading.soundness import is_written
-from orbitdb.store.reading.stored_blocks import SYMBOLS_A_BLOCK
 from orbitdb.symbols.automaton import RULE_NUMBERS
 from orbitdb.symbols.counting import count_admissible, count_primitive
-from orbitdb.symbols.pruning import rule_numbers, rules_broken
-from orbitdb.symbols.words import from_strings, is_primitive, least_rotation
-from orbitdb.verification.blocks import Part
-from orbitdb.verification.check import Check, Step, judged
+from orbitdb.symbols.enumeration import Span
+from orbitdb.symbols.least_words import least_words
+from orbitdb.symbols.members import ELEMENT_ROWS
+from orbitdb.symbols.symmetry import SIZES
+from orbitdb.verification.blocks import Part, is_chosen
+from orbitdb.verification.check import Check, Step, shown
 
 if TYPE_CHECKING:
     import sqlalchemy as sa
@@ -48,7 +47,12 @@ def _references(connection: "sa.Connection") -> tuple[int, list[str]]:
     return audit.row_count(connection), audit.dangling(connection)
 
 
-OF_FILE = {"foreign keys": _references, "file": _file, "schema": audit.schema_differences}
+def _elements(connection: "sa.Connection") -> tuple[int, list[str]]:
+    stored, expected = audit.elements(connection), set(ELEMENT_ROWS)
+    return len(stored), [f"place {n} of {symmetry}" for symmetry, n, _ in sorted(stored ^ expected)]
+
+
+OF_FILE = {"foreign keys": _references, "file": _file, "elements": _elements}
 """What is looked at, and what is wrong; the longest first."""
 
 
@@ -65,43 +69,53 @@ class CountsPart(Part):
 
 def check_counts(connection: "sa.Connection", selections: Sequence[Selection]) -> Iterator[Check]:
     """Check the numbers of words of every period, and the counts of every fill."""
-    fills, words = audit.fills(connection), audit.word_counts(connection)
-    chosen, born = {s.a: s for s in selections}, {each.p for each in birth_fills(connection)}
-    for p in sorted({fill["p"] for fill in fills} | words.keys()):
-        if any(selection.includes(p) for selection in selections):
-            states = {fill["state"] for fill in fills if fill["p"] == p}
-            sequences, classes, claimed = words.get(p, (0, 0, 0))
-            if p in born and not states:  # births bring the classes of all words, and only the classes
-                claimed = audit.words_without_fill(connection, p)
-            yield _count(p, states, sequences, classes, claimed)
-    stadiums = {fill["stadium"] for fill in fills if fill["a"] in chosen}
-    solved = {stadium: audit.status_counts(connection, stadium) for stadium in stadiums}
-    for fill in fills:
-        if fill["a"] in chosen and chosen[fill["a"]].includes(fill["p"]):
+    fills, words, births = audit.fills(connection), audit.word_counts(connection), birth_fills(connection)
+    whole = {fill["p"] for fill in fills if fill["state"] == DONE} | {each.p for each in births if each.whole}
+    for p in sorted(whole | words.keys()):
+        if is_chosen(p, selections):
+            yield _count(p, words.get(p, (0, 0))[1], p in whole)
+    chosen = {s.a: s for s in selections}
+    here = [fill for fill in fills if fill["a"] in chosen and chosen[fill["a"]].includes(fill["p"])]
+    solved = {n: audit.status_counts(connection, n) for n in {fill["stadium"] for fill in here}}
+    for fill in here:
+        if fill["state"] == DONE:
             statuses = solved[fill["stadium"]].get(fill["p"], {})
-            classes = words.get(fill["p"], (0, 0, 0))[1]
-            wrong = list(_wrong_counts(fill, statuses, classes))
-            label = f"p = {fill['p']} at a = {fill['a']:g}: {wrong[0]}" if wrong else None
-            yield Check("fills", 1, int(bool(wrong)), first=label)
+            wrong = list(_wrong_counts(fill, statuses, words.get(fill["p"], (0, 0))[0]))
+        else:
+            wrong = list(_wrong_cursor(connection, fill, fill["stadium"]))
+        label = f"p = {fill['p']} at a = {fill['a']:g}: {wrong[0]}" if wrong else None
+        yield Check("fills", 1, int(bool(wrong)), first=label)
+    for row in audit.partial_births(connection):
+        if is_chosen(row["p"], selections):
+            wrong = list(_wrong_cursor(connection, row, None))
+            yield Check("births", 1, int(bool(wrong)), first=f"p = {row['p']}: {wrong[0]}" if wrong else None)
 
 
-def _count(p: int, states: set[str], sequences: int, classes: int, claimed: int) -> Check:
-    """Check a period's number of words; those of a fill that goes on come before their classes do."""
-    expected = count_admissible(p) if DONE in states else sequences if states else claimed
-    off = abs(sequences - expected) or (abs(claimed - expected) if DONE in states else 0)
-    what = f"{sequences} sequences" if sequences != expected else f"classes of {claimed} sequences"
-    first = f"p = {p}: {what} instead of {expected}" if off else None
-    return Check("counts", sequences, off, first=first)
+def _count(p: int, words: int, whole: bool) -> Check:
+    """Check a period's number of words, of which all must be there if it is whole."""
+    expected = count_admissible(p) if whole else words
+    first = f"p = {p}: {words} sequences instead of {expected}" if words != expected else None
+    return Check("counts", words, abs(words - expected), first=first)
+
+
+def _wrong_cursor(connection: "sa.Connection", row: Mapping[str, Any], stadium: int | None) -> Iterator[str]:
+    """Yield what is wrong with a period in the making: all classes up to its cursor must be there."""
+    p, cursor = row["p"], row["cursor"]
+    if row["state"] != FILLING:
+        yield f"state {row['state']}"
+    elif cursor is not None and re.fullmatch(f"[0-7]{{{p}}}", cursor) is None:
+        yield f"cursor {shown(cursor)}"
+    else:
+        parts = least_words(Span(p, -1, -1 if cursor is None else int(cursor, 8)))
+        expected = sum(int(SIZES[part.stabiliser].sum()) for part in parts)
+        stored = 0 if cursor is None else audit.words_up_to(connection, stadium, p, cursor)
+        yield from (f"{n} sequences instead of {expected}" for n in (stored, row["words"]) if n != expected)
 
 
 def _wrong_counts(
     fill: Mapping[str, Any], statuses: Mapping[str, tuple[int, int]], classes: int
 ) -> Iterator[str]:
-    """Yield what is wrong with the counts of a fill, given those of its rows by status."""
-    if fill["state"] != DONE:
-        if fill["state"] != FILLING:
-            yield f"state {fill['state']}"
-        return
+    """Yield what is wrong with the counts of a period that is filled, given those of its rows by status."""
     p, primitive = fill["p"], count_primitive(fill["p"])
     n_c, orbit_classes = statuses.get(Status.ORBIT, (0, 0))
     expected = {
@@ -119,33 +133,3 @@ def _wrong_counts(
     solved = sum(count for _, count in statuses.values())
     if solved != classes:
         yield f"{solved} of {classes} classes have a row"
-
-
-def check_pruned(catalogue: Catalogue, selection: Selection) -> Iterator[Step]:
-    """Check the words that are kept though they are pruned; they are the same for every a."""
-    if selection.statuses and Status.GEOMETRIC not in selection.statuses:
-        return
-    rows = catalogue.rows(replace(selection, statuses=(Status.GEOMETRIC,)), ("p", "word", "rules"))
-    block: list[tuple[int, str, str]] = []
-    for row in rows:
-        if block and (row[0] != block[0][0] or len(block) * row[0] >= SYMBOLS_A_BLOCK):
-            yield _rules(block)
-            block = []
-        block.append((row[0], row[1], row[2]))
-    if block:
-        yield _rules(block)
-
-
-def _rules(block: Sequence[tuple[int, str, str]]) -> Step:
-    """Check pruned words of one period: least rotations, primitive, breaking the rules stored."""
-    p, words = block[0][0], [word for _, word, _ in block]
-    written = [is_written(word, p) for word in words]
-    masks = iter(rules_broken(from_strings([w for w, ok in zip(words, written, strict=True) if ok])).tolist())
-    wrong = [
-        not ok
-        or stored != ",".join(map(str, rule_numbers(next(masks))))
-        or least_rotation(word) != word
-        or not is_primitive(word)
-        for (_, word, stored), ok in zip(block, written, strict=True)
-    ]
-    return Step(f"pruned words, p = {p}", 0, 1, (judged("rules", words, wrong),))

@@ -9,9 +9,10 @@ import numpy as np
 from orbitdb import __version__
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.audit import certified, stadium_id
+from orbitdb.store.file.tables import certificate
+from orbitdb.store.reading.audit import stadium_id
+from orbitdb.store.reading.blocks import StoredBlock, blocks, choose, ids_in, load_orbits, whole_rows
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.stored_blocks import StoredBlock, blocks, choose, load_orbits, whole_rows
 from orbitdb.store.writing.certificates import replace_certificates
 from orbitdb.store.writing.writer import Writer
 from orbitdb.verification.check import Check, Step, judged
@@ -49,7 +50,8 @@ def certify(
         number = stadium_id(connection, selection.a)
         if number is None:
             return
-        known = np.zeros(0, dtype=np.int64) if again else certified(connection, number)
+        proofs = ids_in(connection, certificate.c.cycle, certificate.c.stadium == number)
+    known = proofs[:0] if again else proofs
     todo = {p: np.setdiff1d(those, known) for p, those in ids.items()}
     total = sum(map(len, todo.values()))
     writer = Writer(path, {"command": "verify --rigorous", "a": selection.a})

@@ -22,7 +22,7 @@ from orbitdb.store.reading.lives import birth_fills, counts_at
 from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import LeastWords, least_words
+from orbitdb.symbols.least_words import all_least_words
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import unpack
 from orbitdb.verification.check import Check, measured
@@ -122,8 +122,7 @@ def _anew(swept: Sweep, subset: Selection) -> Iterator[Check]:
 
 def _solved(p: int, subset: Selection) -> tuple[Tally, PeriodSums, float]:
     """Return the counts and the sums of a period, and by how much its lengths and lambdas may be off."""
-    parts = list(least_words(Span.whole(p)))
-    classes = LeastWords(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+    classes = all_least_words(Span.whole(p))
     sizes = chosen_words(classes, p, subset)
     found = solve(unpack(classes.codes, p), Stadium(subset.a))
     orbits, boundary, unresolved = (

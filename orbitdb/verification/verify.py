@@ -6,32 +6,35 @@ with itself (`orbitdb.verification.invariants`) and with new solutions
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from orbitdb import __version__
-from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import EXISTING, Orbits
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading import audit
+from orbitdb.store.reading.blocks import Ids, StoredBlock, blocks, choose, load_orbits, whole_rows
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.stored_blocks import Ids, StoredBlock, blocks, choose, load_orbits, whole_rows
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.births import check_births, whole_births
 from orbitdb.verification.blocks import ClassBlock, Part, Workers, steps_of
+from orbitdb.verification.changes import change_blocks
 from orbitdb.verification.check import Check, Step, judged, measured
-from orbitdb.verification.completeness import OF_FILE, CountsPart, FilePart, check_pruned
-from orbitdb.verification.enclosures import check_enclosures
+from orbitdb.verification.classes import class_blocks
+from orbitdb.verification.completeness import OF_FILE, CountsPart, FilePart
+from orbitdb.verification.enclosures import enclosure_parts
 from orbitdb.verification.invariants import check_consistency, with_bounds
 from orbitdb.verification.lives import prove_lives
+from orbitdb.verification.provenance import ProvenancePart, runs_of_here
 from orbitdb.verification.recomputation import check_against, check_bits, restart
 from orbitdb.verification.sweeps import check_sweeps
-from orbitdb.verification.word_blocks import word_blocks
+from orbitdb.verification.trajectories import trajectory_parts
 
 if TYPE_CHECKING:
     import sqlalchemy as sa
@@ -41,16 +44,19 @@ PROMISES = {
     "foreign keys": "no reference leads nowhere",
     "schema": "tables and view are those of this version",
     "counts": "the sequences of every period are as many as the transfer matrix says",
-    "classes": "class words are least, with the right size, walls, time reversal and symmetry",
-    "sequences": "every class has all its words, each with the element that leads to it",
-    "rules": "pruned words break the rules that are stored",
+    "classes": "every class has the id, the size, the walls, the symmetries and the words of its least word",
+    "elements": "every place in a class has the symmetry element that leads to it",
+    "rules": "pruned words are least rotations and break just the rules that are stored",
     "fills": "the counts of every filled period are those of its rows",
     "births": "births and deaths take turns, and agree with every fill",
+    "changes": "either side of a birth or death is decided again, and so is the bounce that makes it",
     "lives": "between a = 0.02 and 1000 no birth or death is missing, and none too many",
     "undecided": "cells in ln a are small enough to tell that",
     "sweeps": "swept counts are those of the transfer matrix, of fills, of births, and of new solutions",
     "sums": "swept sums are those of new solutions",
-    "entropy": "proved bounds on the entropy have a number in common, with new ones, too",
+    "entropy": "proved bounds on the entropy agree with new ones, and their windows are counted again",
+    "trajectories": "averages over trajectories agree with exact means and with a new run",
+    "provenance": "runs, methods and certificates say of one another what they must",
     "values": "every row has what its status demands",
     "statuses": "a new solution gives the same status",
     "unresolved": "every status is decided",
@@ -97,11 +103,11 @@ def verify(
         All is read from it as it is at one moment; by workers, each part as it is at a moment of its own:
         a fill does not change the rows of classes that are there.
     selections : sequence of Selection
-        What to check, one for each a. File, schema and counts are always checked for whole periods;
-        rows only of the chosen classes: a class is chosen if one of its words is. Births are checked
-        of the chosen periods; of all, if there is no a.
+        What to check, one for each a. The file is checked as a whole; counts, births, and the words of
+        classes and pruned ones are checked of the chosen periods, of all if there is no a; orbits only of
+        the chosen classes: a class is chosen if one of its words is.
     sample : int, optional
-        Check only so many of the chosen classes of every a, drawn at random.
+        Check the orbits of only so many of the chosen classes of every a, drawn at random.
     restarts : int, optional
         Solve every class again from so many random starts.
     seed : int, optional
@@ -124,16 +130,18 @@ def verify(
     rng = np.random.default_rng(seed)
     with catalogue.at_one_moment() as still, still.reading() as connection:
         classes = {s.a: choose(still, s, sample, rng) for s in selections}
-        parts = _parts(still, connection, selections, classes, (restarts, seed))
+        parts = chain(
+            _parts(still, connection, selections, classes, (restarts, seed)),
+            change_blocks(connection, still.path, selections, sample, rng),
+            trajectory_parts(connection, still.path),
+            enclosure_parts(connection, still.path),
+        )
         yield from steps_of(parts, connection, workers)
-        if sample is None and selections:
-            yield from check_pruned(still, selections[0])
         born = whole_births(connection, selections)
         yield Step("births", 0, 1, tuple(check_births(connection, born)))
         if missing_births:
             yield from prove_lives(connection, born)
         yield Step("sweeps", 0, 1, tuple(check_sweeps(still, selections)))
-        yield Step("entropy", 0, 1, tuple(check_enclosures(connection)))
 
 
 def _parts(
@@ -147,7 +155,8 @@ def _parts(
     path = catalogue.path
     yield from (FilePart(path, name) for name in OF_FILE)
     yield CountsPart(path, tuple(selections))
-    yield from word_blocks(connection, path, chosen.values())
+    yield ProvenancePart(path)
+    yield from class_blocks(connection, path, selections)
     for a, ids in chosen.items():
         yield from _orbit_blocks(path, a, ids, *starts)
 
@@ -187,7 +196,7 @@ class OrbitBlock(ClassBlock):
         if rows:
             with np.errstate(all="ignore"):  # what is stored may be any number
                 orbits = with_bounds(stored.orbits(rows), stadium)
-                checks += _block(orbits, stored, rows, stadium, audit.runs(connection))
+                checks += _block(orbits, stored, rows, stadium, runs_of_here(connection))
             if self.restarts:
                 rng = np.random.default_rng([self.seed, self.before])
                 checks.append(restart(orbits.words, stadium, self.restarts, rng))
@@ -201,13 +210,11 @@ def _block(
     block: StoredBlock,
     rows: Sequence[int],
     stadium: Stadium,
-    runs: Mapping[int, tuple[str, str | None]],
+    ours: AbstractSet[int],
 ) -> Iterator[Check]:
     """Check some rows of a block, of sound words and whole."""
     fresh = solve_admissible(stored.words, stadium)
     yield from check_against(stored, fresh)
-    here = (__version__, arithmetic())
-    ours = {number for number, by in runs.items() if by == here}
     made = zip(block.some("solver", rows), block.some("run", rows), strict=True)
     same = np.array([solver != "relaxation" and run in ours for solver, run in made])
     comparable = np.flatnonzero(same)

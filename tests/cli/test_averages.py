@@ -10,8 +10,9 @@ import sqlite3
 import pytest
 
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import concise, with_error, write
+from orbitdb.cli.render import write
 from orbitdb.cli.tui.statistics import _described
+from orbitdb.numerals import concise, with_error
 from orbitdb.trajectories.ensemble import Reference
 
 KEYS = [f"lambda_{kind}_sum_rule{end}" for end in ("", "_error") for kind in ("d", "c")]
@@ -26,9 +27,8 @@ def test_sum_rules_stand_beside_the_other_averages(filled, cli):
         assert list(row)[-4:] == KEYS
         assert abs(row["lambda_d_sum_rule"] - LAMBDA_D) < row["lambda_d_sum_rule_error"]
         assert abs(row["lambda_c_sum_rule"] - LAMBDA_C) < row["lambda_c_sum_rule_error"]
-    assert (
-        "by exact means, without any orbit: 0.840207 < lambda_d < 0.888388, 0.355504 < lambda_c" in found.err
-    )
+    told = cli("lyapunov", "--db", str(filled)).err
+    assert "by exact means, without any orbit: 0.840207 < lambda_d < 0.888388, 0.355504 < lambda_c" in told
 
 
 def test_periods_from_the_first_have_sum_rules(filled, cli):
@@ -142,7 +142,7 @@ def test_limits_of_a_cut(filled, cli, cut):
 
 def test_the_largest_cuts(filled, cli, monkeypatch):
     """Up to 1000 as they are; with determinants, up to so many factors, and what is advised is taken."""
-    monkeypatch.setattr("orbitdb.cli.commands.lyapunov._MOST_FACTORS", 600)
+    monkeypatch.setattr("orbitdb.store.reading.averaged._MOST_FACTORS", 600)
     chosen = ("lyapunov", "--p", "2-4", "--json", "--db", str(filled), "--cut")
     found, none = cli(*chosen, "1000"), cli(*chosen, "1e-7")
     assert json.loads(found.out)[0]["cut"] == 1000
@@ -167,3 +167,20 @@ def test_periods_that_the_zeta_function_lacks_are_told(filled, cli, command):
     lacks = "the zeta function lacks p = 2, 4 (not chosen)"
     assert lacks in cli(command, "--p", "3,5", "--db", str(filled)).err
     assert "lacks" not in cli(command, "--p", "2-4", "--db", str(filled)).err
+
+
+def test_a_cut_says_up_to_where_the_filled_periods_are_complete(varied, cli):
+    db = ("--db", str(varied))
+    beyond = cli("lyapunov", "--cut", "6", *db)
+    assert "complete, by proof, up to lambda = 4.851 at a = 1.6" in beyond.err
+    assert "above 6 may be missing" in beyond.err
+    assert "complete" not in cli("lyapunov", "--cut", "4.8", *db).err
+
+
+def test_h_zeta_outside_the_proved_bounds_is_said_of_all_orbits_alone(varied, cli):
+    db = ("--a", "1", "--db", str(varied))
+    said = "h_zeta lies outside the proved bounds at periods 2-"
+    found = cli("entropy", "--json", *db)
+    assert said in found.err
+    assert {1.0 < row["h_lower"] < row["h_upper"] < 1.12 for row in json.loads(found.out)} == {True}
+    assert said not in cli("entropy", "--reversal", "self", *db).err

@@ -51,6 +51,15 @@ OWN = {
         "--seed": of(verify, "seed"),
     },
     "bench": {"--a": A, "--kind": "methods"},
+    "levels": {**CORES, "--a": A, "--parity": "all four", "--store": "True"},
+    "spectrum": {
+        "--a": ANY_STORED,
+        "--range": "1:12",
+        "--points": "500",
+        "--parity": "all",
+        "--k-max": "where the levels end, or 30",
+        "--levels": "those of the catalogue",
+    },
 }
 
 

@@ -10,35 +10,27 @@ import resource
 import sqlite3
 import subprocess
 import sys
-import tempfile
 from contextlib import closing
-from functools import partial
 from importlib.metadata import version
 
 import numpy as np
 import pytest
-import sqlalchemy as sa
 from processes import COMMAND
 from quick import slow_but
 
 from orbitdb import Catalogue, __version__, npz
 from orbitdb import export as files
-from orbitdb.cli import rows as cli_rows
 from orbitdb.errors import InputError
-from orbitdb.filling.single_word import fill_word
-from orbitdb.store.asking.criteria import choose
-from orbitdb.store.reading import class_first, spread, spread_columns
-from orbitdb.store.reading.class_view import class_view
 
 KEYS = (
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
-    "time_reversal", "class_size", "margin", "residual", "error",
+    "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error",
     "length_error", "lyapunov_error", "symmetry", "solver",
 )  # fmt: skip
 CHOICE = ("--p", "2-5", "--status", "orbit,dynamical")
 NUMBERS = ("a", "length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual", "error")
 TEXTS = ("code", "representative", "status", "time_reversal")
-INTEGERS = ("p", "class_size")
+INTEGERS = ("p", "class_size", "walls")
 EXACT = {} if int(version("pandas").partition(".")[0]) >= 3 else {"float_precision": "round_trip"}
 """How pandas reads every bit of a number from text: by itself since its version 3."""
 
@@ -197,7 +189,8 @@ def test_bounces_of_one_word_are_those_of_the_export(varied, cli):
 def test_marked_words_are_no_numbers_to_anybody(varied, cli):
     import pandas as pd
 
-    chosen = ("--p", "3", "--mark-words", "-c", "code,representative,length", "--db", str(varied))
+    chosen = ("--p", "3", "--status", "orbit,geometric", "--mark-words", "-c", "code,representative,length",
+              "--order", "code", "--db", str(varied))  # fmt: skip
     exported = cli("export", "--format", "csv", *chosen)
     table = pd.read_csv(io.StringIO(exported.out))
     assert table["code"][1] == "w002"
@@ -209,9 +202,10 @@ def test_marked_words_are_no_numbers_to_anybody(varied, cli):
 
 VIEW = (
     "SELECT word, representative, a, p, status, rules, length, lyapunov, lyapunov / p, lyapunov / length,"
-    " time_reversal, class_size, margin, residual, error, length_error, lyapunov_error, symmetry, solver"
+    " time_reversal, class_size, walls, maslov, margin, residual, error, length_error,"
+    " lyapunov_error, symmetry, solver"
     " FROM catalogue WHERE a = 1.6 AND p BETWEEN 2 AND 5 AND status IN ('orbit', 'dynamical')"
-    " ORDER BY p, word"
+    " ORDER BY p, representative, element"
 )
 
 
@@ -351,8 +345,8 @@ def test_rows_of_which_nothing_is_written_are_told(filled, tmp_path, cli, argume
         (["plot", "entropy", "-o", "x.gif"], 2, "end the name in .png, .svg, .pdf"),
         (["plot", "entropy", "-o", "-"], 2, "--format"),
         (["plot", "entropy", "-o", "x.pdf", "--format", "svg"], 2, "leave one of them out"),
-        (["plot", "entropy", "-o", "nowhere/x.pdf"], 3, "nowhere/x.pdf cannot be written"),
-        (["plot", "entropy", "-o", "/proc/x.svg"], 3, "/proc/x.svg cannot be written"),
+        (["plot", "orbit", "--code", "13", "-o", "nowhere/x.pdf"], 3, "nowhere/x.pdf cannot be written"),
+        (["plot", "orbit", "--code", "13", "-o", "/proc/x.svg"], 3, "/proc/x.svg cannot be written"),
     ],
 )
 def test_what_cannot_be_written_is_said(varied, tmp_path, monkeypatch, cli, arguments, code, said):
@@ -380,7 +374,6 @@ def test_an_interrupted_export_leaves_what_was_there(tmp_path, form, trouble):
 
 WRITE = """
 import random, sys
-from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from orbitdb import errors, export
@@ -431,114 +424,8 @@ def test_npz_is_written_piece_by_piece(tmp_path, monkeypatch):
     assert str(found["metadata"]) == '{"a": 1.6}'
 
 
-@pytest.mark.parametrize("form", slow_but(["csv"], ["csv", "json"]))
-@pytest.mark.parametrize(
-    ("chosen", "columns", "mark"),
-    [
-        ({"status": "orbit,boundary", "p": "2-7,12"}, None, False),
-        (
-            {"status": "orbit", "contains": "13"},
-            ("representative", "rules", "word", "p", "code", "born"),
-            True,
-        ),
-        ({"where": "length > 12", "a": 1.0}, ("code",), True),
-    ],
-)
-def test_lines_that_words_of_a_class_share_are_those_of_rows(
-    varied, monkeypatch, form, chosen, columns, mark
-):
-    monkeypatch.setattr(class_first, "_MANY", 0)
-    monkeypatch.setattr(spread, "_BLOCK", 7)
-    columns, catalogue = columns or cli_rows.KEYS, Catalogue(varied)
-    lines = cli_rows.ready_lines(catalogue, [choose(**chosen)], columns, "p,code", form, mark)
-    rows = cli_rows.with_rules(columns, catalogue.rows(choose(**chosen), columns))
-    rows = cli_rows.with_marks(columns, rows) if mark else rows
-    assert list(lines) == list(files.LINES[form](columns, rows)) != []
-
-
-def test_a_few_rows_of_many_are_no_more_than_these(varied, cli, monkeypatch):
-    monkeypatch.setattr(class_first, "_MANY", 0)
+def test_a_few_rows_of_many_are_no_more_than_these(varied, cli):
     command = ("query", "--db", str(varied), "--status", "orbit", "--format", "csv")
     everything = cli(*command).out.splitlines()
     for typed, kept in (("--limit 2", slice(1, 3)), ("--offset 5", slice(6, None))):
         assert cli(*command, *typed.split()).out.splitlines()[1:] == everything[kept] != []
-
-
-@pytest.mark.parametrize("form", slow_but(["npz"], ["npz", "parquet"]))
-@pytest.mark.parametrize(
-    ("chosen", "columns"),
-    [
-        ({"status": "orbit,boundary", "p": "2-7,12"}, (*cli_rows.KEYS, "coordinates")),
-        (
-            {"status": "orbit,dynamical", "contains": "13"},
-            ("rules", "word", "element", "coordinates", "cycle", "born"),
-        ),
-        ({"where": "length > 12", "a": 1.0}, ("margin", "code")),
-    ],
-)
-def test_columns_that_words_of_a_class_share_are_those_of_rows(
-    varied, monkeypatch, tmp_path, form, chosen, columns
-):
-    from pyarrow import parquet
-
-    monkeypatch.setattr(spread_columns, "_BLOCK", 7)
-    catalogue, selection = Catalogue(varied), choose(**chosen)
-    plain = tuple(name for name in columns if name != "coordinates")
-    behind = {row[0]: row[1] for row in coordinates_of_words(catalogue, selection)}
-    rows = cli_rows.with_rules(plain, catalogue.rows(selection, plain))
-    codes = (code for (code,) in catalogue.rows(selection, ("code",)))
-    whole = [dict(zip(plain, row, strict=True), coordinates=behind[next(codes)]) for row in rows]
-    assert cli_rows.ready_columns(catalogue, [selection], columns, "p,code", form) is None
-    monkeypatch.setattr(class_first, "_MANY", 0)
-    blocks = cli_rows.ready_columns(catalogue, [selection], columns, "p,code", form)
-    found, expected = tmp_path / f"found.{form}", tmp_path / f"expected.{form}"
-    files.write_file(found, form, columns, blocks, {})
-    files.write_file(expected, form, columns, ([row[name] for name in columns] for row in whole), {})
-    if form == "parquet":
-        assert parquet.read_table(found).equals(parquet.read_table(expected))
-        return
-    with np.load(found) as one, np.load(expected) as other:
-        assert one.files == other.files
-        for name in one.files:
-            assert (one[name].dtype, one[name].tobytes()) == (other[name].dtype, other[name].tobytes())
-
-
-def test_classes_are_read_in_order_and_not_sorted(varied):
-    """To sort those of p = 15 takes SQLite 50 MB."""
-    known = class_view().c
-    query = sa.select(known.cycle, known.coordinates).where(known.a == 1.6, known.p == 6)
-    with Catalogue(varied).reading() as connection:
-        text = query.order_by(known.class_order).compile(connection, compile_kwargs={"literal_binds": True})
-        plan = connection.exec_driver_sql(f"EXPLAIN QUERY PLAN {text}").all()
-    assert not any("TEMP B-TREE" in step[3] for step in plan)
-
-
-def coordinates_of_words(catalogue, selection):
-    """Yield the words of a selection, each with its coordinates, or None."""
-    subset = catalogue.select(selection, coordinates=True)
-    for n, word in enumerate(subset.words.tolist()):
-        places = subset.coordinates_of(n)
-        yield word, None if np.isnan(places).any() else places.tolist()
-
-
-def test_lines_of_long_words_whose_class_is_not_chosen_are_left_out(tmp_path, monkeypatch):
-    path = tmp_path / "orbits.db"
-    Catalogue.create(path)
-    for word in ("1" * 20 + "3", "13" * 10 + "1"):  # the first of no orbit
-        fill_word(path, word, 1.6)
-    monkeypatch.setattr(class_first, "_MANY", 0)
-    catalogue, chosen = Catalogue(path), choose(status="orbit")
-    lines = cli_rows.ready_lines(catalogue, [chosen], ("code",), "p,code", "csv", False)
-    assert list(lines) == list(files.LINES["csv"](("code",), catalogue.rows(chosen, ("code",))))
-
-
-@pytest.mark.parametrize("folder", [None, "/full"])
-def test_a_draft_that_has_no_room_is_not_taken_for_the_file(varied, cli, monkeypatch, tmp_path, folder):
-    monkeypatch.setattr(class_first, "_MANY", 0)
-    monkeypatch.setattr(tempfile, "tempdir", folder)
-    monkeypatch.setattr(tempfile, "TemporaryFile", partial(open, "/dev/full", "wb"))
-    found = cli("export", str(tmp_path / "orbits.csv"), "--status", "orbit", "--db", str(varied))
-    assert (found.code, found.err.count("\n")) == (3, 1)
-    where = folder or "the folder for temporary files"
-    assert f"a draft cannot be written in {where} (No space left on device): name another folder" in found.err
-    assert not list(tmp_path.iterdir())

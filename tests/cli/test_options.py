@@ -28,6 +28,8 @@ IDLE = [
     ("plot orbit --code 13 --p 3 -o x.svg", "--p does nothing in plot orbit: leave it out"),
     ("plot reverse --code 13 --limit 3 -o x.svg", "--limit does nothing in plot reverse: leave it out"),
     ("plot entropy --code 13 -o x.svg", "--code does nothing in plot entropy: leave it out"),
+    ("plot births 13 -o x.svg", "WORD does nothing in plot births: leave it out"),
+    ("plot sheet 13 --code 3 -o x.svg", "WORD, --code do nothing in plot sheet: leave them out"),
     ("plot lengths --limit 3 -o x.svg", "--limit does nothing in plot lengths: leave it out"),
     ("bench --kind stress --a 2 --p 3", "--a, --p do nothing with --kind stress: leave them out"),
     ("bench --kind stages --p 2 --plot x.svg", "--plot does nothing with --kind stages: leave it out"),
@@ -205,9 +207,9 @@ def test_codes_come_from_files_of_windows_too(cli, monkeypatch, end):
 
 
 def test_a_cut_with_too_many_terms_is_told_one_that_is_taken(cli, filled, monkeypatch):
-    from orbitdb.cli.commands import lyapunov
+    from orbitdb.store.reading import averaged
 
-    monkeypatch.setattr(lyapunov, "_MOST_FACTORS", 40)
+    monkeypatch.setattr(averaged, "_MOST_FACTORS", 40)
     refused = cli("lyapunov", "--weight", "det", "--cut", "9")
     assert refused.code == 2
     cut = refused.err.split("give ")[1].split()[0]

@@ -40,8 +40,7 @@ from orbitdb.verification.verify import report, verify
 
 Columns = dict[str, list[Any]]
 QUICK, SLOW = ("json", "table"), ("csv", "tsv", "jsonl")
-TRAJECTORY = Reference(0.8871, 0.0002, 0.3754, 0.0003, 2.3634, 0.0004, 12_345, 67, 89)
-"""Every number another one, so that no two columns can be taken for one another."""
+TRAJECTORY = simulate(Stadium(1.6), 20_000, seed=89)
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +50,8 @@ def stored(varied, tmp_path_factory) -> Path:
     path.write_bytes(varied.read_bytes())
     for _ in fill_births(path, range(2, 6)):
         pass
-    writer = Writer(path, {"command": "simulate"})
+    parameters = {"command": "simulate", "a": 1.6, "bounces": TRAJECTORY.bounces, "seed": TRAJECTORY.seed}
+    writer = Writer(path, parameters)
     add_reference(writer, 1.6, TRAJECTORY)
     writer.close()
     return path
@@ -67,7 +67,7 @@ def rows_of(catalogue: Catalogue, a: float, **criteria: Any) -> Columns:
     """The columns of ``query`` and ``export`` from the arrays of a subset."""
     subset = catalogue.select(a=a, **criteria)
     names = ("representative", "p", "status", "length", "lyapunov", "lambda_d", "lambda_c", "time_reversal",
-             "class_size", "margin", "residual", "error", "length_error", "lyapunov_error",
+             "class_size", "walls", "margin", "residual", "error", "length_error", "lyapunov_error",
              "symmetry")  # fmt: skip
     columns = {name: plain(getattr(subset, name)) for name in names}
     words = subset.words.tolist()
@@ -75,11 +75,18 @@ def rows_of(catalogue: Catalogue, a: float, **criteria: Any) -> Columns:
     columns["rules"] = [[n for n in range(1, 7) if mask >> (n - 1) & 1] for mask in masks]
     columns["class_size"] = [size or None for size in columns["class_size"]]
     columns["solver"] = [size and "newton" for size in columns["class_size"]]
+    columns["walls"] = [
+        size and sum(map(word.count, "02")) for word, size in zip(words, columns["class_size"], strict=True)
+    ]
+    columns["maslov"] = [
+        None if walls is None else 3 * len(word) - walls
+        for word, walls in zip(words, columns["walls"], strict=True)
+    ]
     return {"code": words, "a": [a] * len(words), **columns}
 
 
 KEYS = ("code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
-        "time_reversal", "class_size", "margin", "residual", "error")  # fmt: skip
+        "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error")  # fmt: skip
 MORE = ("length_error", "lyapunov_error", "symmetry", "solver")
 
 
@@ -99,12 +106,14 @@ def words_of(*words: str) -> Callable[[Catalogue], Columns]:
         columns: Columns = {
             name: [getattr(orbit, name) for orbit in orbits]
             for name in (*KEYS, *MORE)
-            if name not in ("status", "solver")
+            if name not in ("status", "solver", "walls", "maslov")
         }
         columns |= {
             "status": [str(orbit.status) for orbit in orbits],
             "rules": [list(o.rules) for o in orbits],
         }
+        columns["walls"] = [sum(map(o.code.count, "02")) for o in orbits]
+        columns["maslov"] = [3 * o.p - walls for o, walls in zip(orbits, columns["walls"], strict=True)]
         columns["solver"] = [o.solver if hasattr(o, "solver") else "newton" for o in orbits]
         columns = {name: columns[name] for name in (*KEYS, *MORE)}
         columns["coordinates"] = [None if o.coordinates is None else o.coordinates.tolist() for o in orbits]
@@ -154,6 +163,7 @@ def averages(
 
 
 ENTROPY = ("p", "N", "K_0", "h_zeta", "h_zeta_change")
+BOUNDS = ("h_lower", "h_upper", "h_proof")
 LYAPUNOV = (
     "p",
     "lambda_d",
@@ -166,6 +176,20 @@ LYAPUNOV = (
 )
 SUM_RULES = ("lambda_d_sum_rule", "lambda_c_sum_rule", "lambda_d_sum_rule_error", "lambda_c_sum_rule_error")
 EXPONENTS = ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error")
+
+
+def with_bounds(call: Callable[[Catalogue], Columns]) -> Callable[[Catalogue], Columns]:
+    """Add what windows of ten edges prove, where nothing is stored."""
+
+    def both(catalogue: Catalogue) -> Columns:
+        columns = call(catalogue)
+        *_, found = search(Stadium(1.6), 10)
+        values = (found.lower, found.upper, "doubles")
+        return columns | {
+            name: [value] * len(columns["p"]) for name, value in zip(BOUNDS, values, strict=True)
+        }
+
+    return both
 
 
 def with_sum_rules_and_trajectory(call: Callable[[Catalogue], Columns]) -> Callable[[Catalogue], Columns]:
@@ -281,7 +305,8 @@ class Case:
 MISSING = {"N": {6}, "K_0": {6}, "h_zeta": {3, 5, 6}, "h_zeta_change": {3, 5, 6}}
 GAPS = {name: {6} if name in ("lambda_d", "lambda_c") else {3, 5, 6} for name in LYAPUNOV[1:]}
 CASES = [
-    Case("query --p 2-4 --limit 1000", queried(p="2-4", status="all")),
+    Case("query --p 2-4 --limit 1000", queried(p="2-4")),
+    Case("query --p 2-4 --status all --limit 1000", queried(p="2-4", status="all")),
     Case("query --p 3 --status geometric", queried(p=3, status="geometric")),
     Case("query --a 1 --range length=:8 --status orbit", queried(a=1.0, length=(None, 8), status="orbit")),
     Case("query --a 1 --range length=8:8", queried(a=1.0, length=(8, 8)), slow=True),
@@ -289,8 +314,8 @@ CASES = [
     Case("identify --start 0,0.001,0 --bounces 9 --limit 4", shadowed, slow=True),
     Case("identify --length 22 --tolerance 0.4", with_length),
     Case("table", table_1),
-    Case("entropy", averages(ENTROPY), slow=True),
-    Case("entropy --p 3,5-6", averages(ENTROPY, "3,5-6", MISSING)),
+    Case("entropy", with_bounds(averages(ENTROPY)), slow=True),
+    Case("entropy --p 3,5-6", with_bounds(averages(ENTROPY, "3,5-6", MISSING))),
     Case("lyapunov --p 2-6", with_sum_rules_and_trajectory(averages(LYAPUNOV))),
     Case("lyapunov --p 3,5-6", with_sum_rules_and_trajectory(averages(LYAPUNOV, "3,5-6", GAPS))),
     Case("lyapunov --weight det --p 2-6",
@@ -342,6 +367,17 @@ def of_exponents(text: str) -> list[dict[str, Any]]:
             cells |= {f"lambda_{kind}_sum_rule": value, f"lambda_{kind}_sum_rule_error": off}
             found[i : i + 1] = [(found[i] if kind == "c" else {}) | cells]
     return [{name: row[name] for name in (*LYAPUNOV, *SUM_RULES)} for row in found]
+
+
+def of_facts(text: str) -> list[dict[str, Any]]:
+    """One row, whose numbers stand one a line, each with its error."""
+    row = {}
+    for line in text.splitlines():
+        name, shown = line.split("  ", 1)
+        value, _, error = shown.strip().partition(" +- ")
+        name = name.replace(" ", "_")
+        row |= {name: value, f"{name}_error": error} if error else {name: value}
+    return [row]
 
 
 READERS: dict[str, Callable[[str], list[dict[str, Any]]]] = {
@@ -417,18 +453,19 @@ def test_a_command_writes_what_the_library_says(case, forms, stored, cli, same_c
         text = done.out
         if case.line.startswith("query") and form == "table":
             continue  # other columns; facts of words
-        if case.line == "info" and form == "table":
-            text = text.partition("\n\n")[2]
-        brief = case.line.startswith("identify") and form == "table"  # the first columns, below facts
+        brief = form == "table" and case.line.startswith(("identify", "info"))  # some columns, below facts
         text = text.rpartition("\n\n")[2] if brief else text
         exponents = form == "table" and "lambda_d_pair" in expected
-        rows = (of_exponents if exponents else READERS[form])(text)
+        facts = form == "table" and case.line.startswith("simulate")
+        rows = (of_exponents if exponents else of_facts if facts else READERS[form])(text)
         assert done.code == 0, done.err
-        names = [name for name in expected if form != "table" or not name.endswith("_trajectory")]
+        names = [name for name in expected if form != "table" or not name.endswith(("_trajectory", *BOUNDS))]
         names = names[: len(rows[0])] if brief else names
         assert [list(row) for row in rows] == [names] * count, form
-        if len(names) < len(expected) and not brief:
-            assert "trajectories: lambda_d = 0.887100 +- 2.1e-04, lambda_c = 0.375400 +- 3.0e-04" in done.err
+        if len(names) < len(expected) and "h_lower" in expected:
+            assert f"{expected['h_lower'][0]:.8f} < h < " in done.err
+        elif len(names) < len(expected) and not brief:
+            assert f"trajectories: lambda_d = {TRAJECTORY.lambda_d:.6f} +- " in done.err
         for i, row in enumerate(rows):
             for name, shown in row.items():
                 assert same(shown, expected[name][i], form, name), (form, name, i, shown, expected[name][i])

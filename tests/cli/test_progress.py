@@ -12,7 +12,7 @@ from orbitdb.cli import progress as line
 from orbitdb.cli.pace import Pace, State, clock, frame, in_ascii
 from orbitdb.cli.render import note
 from orbitdb.cli.storing import show_steps
-from orbitdb.filling.periods import Progress
+from orbitdb.filling.resuming import Progress
 
 
 def paced(*steps: tuple[float, float], total: float = 1000.0, text: str = "words, p =  9 of 11") -> Pace:

@@ -54,10 +54,11 @@ def test_what_cannot_be_drawn(cli, filled, tmp_path):
     from orbitdb.cli.entropy_figures import draw_over_a  # not above: matplotlib takes its time
 
     picture = tmp_path / "x.svg"
-    name = "orbitdb: name the orbit to draw: plot {} --code 1232131\n"
+    name = "orbitdb: name one orbit to draw: plot {} 1232131\n"
     for arguments, code, told in (
         (("plot", "orbit", "-o", str(picture)), 2, name.format("orbit")),
         (("plot", "life", "-o", str(picture)), 2, name.format("life")),
+        (("plot", "reverse", "13", "--code", "0103", "-o", str(picture)), 2, name.format("reverse")),
         (("plot", "life", "--code", "13" * 400 + "1", "-o", str(picture)), 2,
          "orbitdb: (13)^400 1 is too long to be followed in a\n"),
         (("plot", "lyapunov", "--where", "length < 0", "-o", str(picture)), 1,

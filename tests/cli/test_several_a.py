@@ -37,11 +37,11 @@ def test_several_a_are_each_of_them_with_its_a(cli, varied, command, asked):
 def test_an_order_goes_through_all_a(cli, varied):
     """As if they were one table: the other columns, what falls, what is empty, and a part of it."""
     line = ("query", "--a", "all", "--p", "2-5", "--json", "--db", str(varied))
-    names = "-c", "a,code,p,status,length"
+    names = "-c", "a,code,p,representative,element,status,length"
     rows = json.loads(cli(*line, *names, "--order", "status desc,length desc").out)
     assert len(rows) > 200
     assert {row["length"] for row in rows if row["status"] == "dynamical"} == {None}
-    by_hand = sorted(rows, key=lambda row: (row["p"], row["code"], row["a"]))
+    by_hand = sorted(rows, key=lambda row: (row["p"], row["representative"], row["element"], row["a"]))
     by_hand.sort(key=lambda row: (row["length"] is None, -(row["length"] or 0)))
     by_hand.sort(key=lambda row: row["status"], reverse=True)
     assert rows == by_hand

@@ -1,6 +1,7 @@
 """`simulate`, from its options to what it stores and who shows it."""
 
 import json
+import re
 import sqlite3
 from contextlib import closing
 from dataclasses import asdict
@@ -8,7 +9,7 @@ from dataclasses import asdict
 import pytest
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.render import upwards
+from orbitdb.numerals import upwards
 from orbitdb.trajectories.ensemble import simulate
 
 
@@ -55,11 +56,17 @@ def test_what_is_simulated_is_stored_and_shown_beside_averages(filled, cli):
 def test_a_table_shows_the_digits_that_a_small_error_is_of(cli):
     asked = ("simulate", "--a", "20", "--legwise", "--bounces", "5000", "--no-store")
     (row,) = json.loads(cli(*asked, "--json").out)
-    names, values = (line.split() for line in cli(*asked).out.splitlines())
-    shown = dict(zip(names, values, strict=True))
+    shown = dict(re.findall(r"(?m)^(.+?)  +(\S+)", cli(*asked).out))
     assert row["lambda_d_error"] < 1e-6
     assert abs(float(shown["lambda_d"]) - row["lambda_d"]) < row["lambda_d_error"] / 10
-    assert shown["mean_free_path"] == f"{row['mean_free_path']:.6f}"
+    assert shown["mean free path"] == f"{row['mean_free_path']:.6f}"
+
+
+def test_eighty_columns_hold_it(cli):
+    for bounces in ("100", "20000"):
+        done = cli("simulate", "--a", "0.3660254037844386", "--bounces", bounces)
+        assert done.code == 0
+        assert max(map(len, (done.out + done.err).splitlines())) <= 80
 
 
 @pytest.mark.parametrize(

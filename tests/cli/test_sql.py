@@ -28,7 +28,7 @@ def test_a_select_groups_and_joins(varied, cli):
 @pytest.mark.parametrize(
     ("statement", "said"),
     [
-        ("SELECT * FROM orbit", "may read the views catalogue and life, and nothing else"),
+        ("SELECT * FROM orbit", "may read class, catalogue, life, pruned, and nothing else"),
         ("SELECT (SELECT max(id) FROM run) FROM catalogue", "nothing else"),
         ("SELECT count(*) FROM run", "nothing else"),
         ("SELECT name FROM sqlite_master", "nothing else"),

@@ -12,6 +12,11 @@ from orbitdb.store.asking.criteria import choose
 KEYS = ["p", "N_t", "N_c", "classes", "boundary", "unresolved", "seconds", "processor_seconds"]
 
 
+def near(value):
+    """Return what is the same to twelve digits, or as it is if it is no number."""
+    return value if isinstance(value, str) else pytest.approx(value, rel=1e-12)
+
+
 def test_other_commands_answer_from_sweeps(cli):
     planned = cli("sweep", "--p", "6", "--dry-run")
     assert planned.err.startswith("p = 2..6 at a = 1.6: 389 sequences to come, under a second, in ")
@@ -33,19 +38,19 @@ def test_other_commands_answer_from_sweeps(cli):
         new = cli(*command, "--json")
         assert "sweep" not in new.err
         for row, stored in zip(json.loads(old.out), json.loads(new.out), strict=True):
-            close = {key: value and pytest.approx(value, rel=1e-12) for key, value in stored.items()}
+            close = {key: value and near(value) for key, value in stored.items()}
             assert row == close
 
 
 @pytest.mark.usefixtures("small_sweeps")
 def test_a_sweep_of_a_subset_that_is_not_done_counts_nothing(cli, tmp_path):
-    cli("births", "--p", "5")
+    cli("births", "--p", "7")
     chosen = ("--a", "0.8", "--reversal", "self")
-    going = sweep_periods(tmp_path / "orbits.db", 0.8, [5], selection=choose(a=0.8, time_reversal="self"))
+    going = sweep_periods(tmp_path / "orbits.db", 0.8, [7], selection=choose(a=0.8, time_reversal="self"))
     next(going)
     going.close()
-    assert "births tell how many orbits of periods 2-5 there are" in cli("entropy", *chosen).err
-    assert cli("sweep", "--p", "5", *chosen).code == 0
+    assert "births tell how many orbits of periods 2-7 there are" in cli("entropy", *chosen).err
+    assert cli("sweep", "--p", "7", *chosen).code == 0
     assert "births tell" not in cli("entropy", *chosen).err
 
 
@@ -69,7 +74,8 @@ def test_what_is_swept_is_told_and_verified(cli, tmp_path):
     assert [rows[-1][key] for key in ("stored", "N_t", "N_c", "boundary", "storing")] == [0, 96, 80, 0, None]
     sound = cli("verify", "--p", "2-5", "--a", "1.6", "--json")
     assert (sound.code, sound.err.split(" all is well")[0]) == (0, f"{tmp_path / 'orbits.db'}:")
-    assert [(row["check"], row["rows"]) for row in json.loads(sound.out)[-2:]] == [("sweeps", 4), ("sums", 4)]
+    rows = {row["check"]: row["rows"] for row in json.loads(sound.out)}
+    assert (rows["sweeps"], rows["sums"]) == (4, 4)
     for change, check, first in CHANGES:
         with closing(sqlite3.connect(tmp_path / "orbits.db")) as plain:
             before = plain.execute("SELECT * FROM sweep").fetchall()
@@ -113,9 +119,7 @@ def test_averages_over_a_subset_answer_from_its_sweep(cli):
         assert "sweep" not in new.err
         for outcome in others:
             for row, stored in zip(json.loads(outcome.out), json.loads(new.out), strict=True):
-                assert row == {
-                    key: value and pytest.approx(value, rel=1e-12) for key, value in stored.items()
-                }
+                assert row == {key: value and near(value) for key, value in stored.items()}
 
 
 def test_swept_subsets_are_told_and_verified(cli, tmp_path, monkeypatch):
@@ -129,7 +133,8 @@ def test_swept_subsets_are_told_and_verified(cli, tmp_path, monkeypatch):
     assert told[-2:] == [(5, 80, None), (5, 20, "contains=13")]
     sound = cli("verify", "--p", "2,3,5", "--a", "1.6", "--json")
     assert (sound.code, sound.err.split(" all is well")[0]) == (0, f"{tmp_path / 'orbits.db'}:")
-    assert [(row["check"], row["rows"]) for row in json.loads(sound.out)[-2:]] == [("sweeps", 4), ("sums", 4)]
+    rows = {row["check"]: row["rows"] for row in json.loads(sound.out)}
+    assert (rows["sweeps"], rows["sums"]) == (4, 4)
     cli("fill", "--p", "5-5")
     with closing(sqlite3.connect(tmp_path / "orbits.db")) as plain:
         plain.execute("UPDATE sweep SET n_c = n_c - 2 WHERE p = 5 AND selection <> ''")

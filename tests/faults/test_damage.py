@@ -9,7 +9,7 @@ import pytest
 from processes import run_several, seeded
 from quick import fuzz_but
 
-from orbitdb.store.file.layout import PAGE_SIZE
+from orbitdb.store.file.schema import PAGE_SIZE
 
 COMMANDS = (
     ["query", "--p", "5", "--json"],
@@ -45,7 +45,7 @@ def checked_rows(path: Path) -> dict[str, list[tuple]]:
     tables = {}
     with closing(sqlite3.connect(path)) as plain:
         plain.text_factory = bytes
-        for table in ("cycle", "sequence", "orbit", "fill", "stadium"):
+        for table in ("cycle", "element", "pruned", "orbit", "fill", "stadium"):
             names = [row[1].decode() for row in plain.execute(f"PRAGMA table_info({table})")]
             wanted = ", ".join(name for name in names if name not in UNCHECKED.get(table, set()))
             tables[table] = plain.execute(f"SELECT {wanted} FROM {table} NOT INDEXED").fetchall()

@@ -15,7 +15,7 @@ from older import make_older
 from processes import run, run_several, small_blocks
 from quick import fuzz_but
 
-from orbitdb.store.file.layout import PAGE_SIZE
+from orbitdb.store.file.schema import PAGE_SIZE
 
 resource = pytest.importorskip("resource")
 
@@ -40,8 +40,8 @@ READING = (
 
 def fails(done: subprocess.CompletedProcess, said: str) -> None:
     assert done.returncode == 3, done.stderr
-    assert len(done.stderr.splitlines()) == 1
-    assert done.stderr.startswith("orbitdb: ")
+    assert "Traceback" not in done.stderr
+    assert done.stderr.splitlines()[-1].startswith("orbitdb: ")
     assert said in done.stderr
 
 
@@ -70,12 +70,12 @@ def disk(tmp_path: Path) -> Iterator[Callable[[int], Path]]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("size", fuzz_but([300], [300, 400]))
+@pytest.mark.parametrize("size", fuzz_but([200], [200, 300]))
 def test_a_disk_that_gets_full_during_a_fill(filled, disk, size):
     path = disk(size) / "orbits.db"
     arguments = "fill", "--p", "8", "--db", path
     done = run(*arguments, command=small_blocks(16))
-    fails(done, "no space left" if size == 400 else "no room")
+    fails(done, "no space left" if size == 300 else "no room")
     disk(2000)
     assert run(*arguments).returncode == 0
     assert content(path) == content(filled)
@@ -118,10 +118,10 @@ def test_a_migration_has_no_room_for_its_copy(filled, disk, size):
     before = older.read_bytes()
     folder = disk(len(before) // 1024 + 40 + size)
     path = Path(shutil.copy(older, folder))
-    fails(run("migrate", "--db", path), "no space left" if size else "")
-    assert not list(folder.glob("*schema-1*"))
+    fails(run("migrate", "--db", path), "no room")
+    assert not list(folder.glob("*schema-6*"))
     with closing(sqlite3.connect(path)) as plain:
-        assert plain.execute("PRAGMA user_version").fetchone() == (1,)
+        assert plain.execute("PRAGMA user_version").fetchone() == (6,)
     disk(4000)
     assert run("migrate", "--db", path).returncode == 0
     assert content(path) == content(filled)

@@ -102,17 +102,16 @@ def test_ctrl_c_ends_at_once_with_one_line(tmp_path, options):
 
 LOST = """
 import signal, sys, weakref
-from orbitdb.cli.endings import Terminated, end_as_users_expect, told_to_end, until_ended
+from orbitdb.cli.endings import Terminated, end_as_users_expect, go_on
 end_as_users_expect()
-with told_to_end():
-    kept = {1}
-    watch = weakref.ref(kept, lambda _: signal.raise_signal(getattr(signal, sys.argv[1])))
-    del kept
-    print("lost")
-    try:
-        list(until_ended([1]))
-    except (KeyboardInterrupt, Terminated) as end:
-        print(repr(end))
+kept = {1}
+watch = weakref.ref(kept, lambda _: signal.raise_signal(getattr(signal, sys.argv[1])))
+del kept
+print("lost")
+try:
+    go_on()
+except (KeyboardInterrupt, Terminated) as end:
+    print(repr(end))
 """
 
 

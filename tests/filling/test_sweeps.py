@@ -178,7 +178,7 @@ def test_a_low_period_is_one_block():
 
 
 def test_a_sweep_that_lost_words_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(swept_blocks, "least_words", lambda span: iter(()))
+    monkeypatch.setattr("orbitdb.symbols.least_words.least_words", lambda span: iter(()))
     migrate(tmp_path / "orbits.db")
     with pytest.raises(StoreError, match="has counted 0 words instead of 8"):
         list(sweep_periods(tmp_path / "orbits.db", 1.6, [3]))

@@ -90,7 +90,7 @@ class BackwardsFuture(Future):
 
 @pytest.mark.usefixtures("small_blocks")
 def test_results_come_in_order_and_few_are_under_way():
-    blocks = list(cut_into_blocks(1.6, "newton", 8))
+    blocks = list(cut_into_blocks(1.6, "newton", 9))
     assert len(blocks) > 20
     pool = Backwards()
     found = list(in_order(pool, iter(blocks), lambda: 5))

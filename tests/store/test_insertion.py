@@ -1,4 +1,4 @@
-"""Rows on their way into SQLite: as many as there are, each value of the type that it is to have."""
+"""Rows on their way into SQLite: as many as there are, each value of its type, and their ids."""
 
 import sqlite3
 from contextlib import closing
@@ -7,10 +7,11 @@ import pytest
 
 from orbitdb.filling.single_word import fill_word
 from orbitdb.store.file.migrate import migrate
+from orbitdb.store.file.schema import LONG
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.writing.insertion import NULL, Same, insert
+from orbitdb.store.writing.classes import NULL, Same, insert
 from orbitdb.store.writing.writer import Writer
-from orbitdb.symbols.words import parse
+from orbitdb.symbols.words import MAX_KEYED, keys_of_period, parse
 
 ROWS = 150
 """More than two statements, and a rest."""
@@ -51,26 +52,45 @@ def test_null_is_null_and_what_rows_share_is_in_each(connection):
 
 @pytest.mark.parametrize("short", [1, 2])
 def test_columns_must_be_of_one_length(connection, short):
-    columns = [["1"] * (ROWS - (place == short)) for place in range(3)]
+    columns = [[1] * (ROWS - (place == short)) for place in range(3)]
     with pytest.raises(ValueError, match="size"):
-        insert(connection, "sequence (p, word, cycle)", columns)
-    assert connection.exec_driver_sql("SELECT count(*) FROM sequence").scalar_one() == 0
+        insert(connection, "pruned (id, p, word)", columns)
+    assert connection.exec_driver_sql("SELECT count(*) FROM pruned").scalar_one() == 0
 
 
 def test_no_rows_at_all(connection):
-    insert(connection, "sequence (p, word, cycle)", (Same(3), [], []))
-    assert connection.exec_driver_sql("SELECT count(*) FROM sequence").scalar_one() == 0
+    insert(connection, "pruned", ([], Same(3), [], []))
+    assert connection.exec_driver_sql("SELECT count(*) FROM pruned").scalar_one() == 0
 
 
 def test_long_words_of_several_classes_have_numbers_of_their_own(tmp_path):
-    """They come down from -1 in the order of their arrival."""
+    """They count up in the order of their arrival, those of pruned words down."""
     path = tmp_path / "orbits.db"
     migrate(path)
     words = [parse(text) for text in ("1^30 5^29", "1^31 5^29", "1^30 5^31")]
-    for word in (*words, words[0]):
+    pruned = ["001" * 7 + "1", "0" * 29 + "1"]
+    for word in (*words, words[0], *pruned, pruned[1]):
         fill_word(path, word, 1.6)
     catalogue = Catalogue(path)
     assert len({catalogue[word].length for word in words}) == len(words)
     with closing(sqlite3.connect(path)) as plain:
         numbers = plain.execute("SELECT id FROM cycle ORDER BY id").fetchall()
-    assert numbers == [(-3,), (-2,), (-1,)]
+        counting_down = plain.execute("SELECT id, p FROM pruned ORDER BY id DESC").fetchall()
+    assert numbers == [(LONG,), (LONG + 1,), (LONG + 2,)]
+    assert counting_down == [(-LONG, 22), (-LONG - 1, 30)]
+
+
+def test_ids_of_long_words_are_above_those_of_every_period():
+    """So that what is counted of a period by its ids holds no long word."""
+    assert keys_of_period(MAX_KEYED)[1] < LONG
+
+
+def test_patterns_are_looked_for_in_long_words(tmp_path):
+    path = tmp_path / "long.db"
+    migrate(path)
+    fill_word(path, parse("1^15 5^14"), 1.6)
+    with closing(Catalogue(path)) as catalogue:
+        assert {orbit.code for orbit in catalogue.select(contains="11115555")} == {
+            "1" * 15 + "5" * 14,
+            "1" * 14 + "5" * 15,
+        }

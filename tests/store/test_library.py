@@ -163,7 +163,7 @@ def test_a_class_by_a_word_that_is_none_is_refused(varied, tmp_path):
     path = shutil.copy(varied, tmp_path / "altered.db")
     with closing(sqlite3.connect(path)) as plain, plain:
         plain.execute("UPDATE cycle SET word = '0x3' WHERE word = '013'")
-    with pytest.raises(StoreError, match="altered: a word that is none: '0x3'"):
+    with pytest.raises(StoreError, match=r"altered: .*'0x3'"):
         Catalogue(path).select(p=3)
 
 
@@ -195,8 +195,6 @@ def test_a_subset_is_a_sequence_of_orbits(catalogue):
     assert {orbit.status for orbit in orbits} == {Status.ORBIT, Status.GEOMETRIC}
     assert orbits[-1].rules == catalogue[orbits[-1].code].rules != ()
     assert subset[-1] == subset[len(subset) - 1] == orbits[-1]
-    assert subset[3] != replace(subset[3], lyapunov=None)
-    assert replace(subset[3], lyapunov=1.0) not in subset
     assert ("3123" in subset, "1232131" in subset, "9" in subset) == (True, False, False)
 
 
@@ -302,8 +300,8 @@ def test_a_catalogue_says_what_it_holds_and_closes_behind_a_block(varied, begin_
     path = tmp_path / "new.db"
     with Catalogue.create(path) as catalogue:
         assert repr(catalogue) == "<Catalogue new.db: no whole period at a = 1.6>"
-        begin_fill(path, 6, a=0.5).close()
-        assert repr(catalogue) == "<Catalogue new.db: period 6 in part at a = 0.5>"
+        begin_fill(path, 9, a=0.5).close()
+        assert repr(catalogue) == "<Catalogue new.db: period 9 in part at a = 0.5>"
     path.unlink()
     assert "no catalogue at" in repr(catalogue) or "cannot be" in repr(catalogue)
 
@@ -441,7 +439,8 @@ def test_points_of_an_orbit_lie_on_the_boundary(catalogue):
         ("iif(p = 2, code('31'), code('w013', '3123'))", {"13", "013", "1233"}),
         ("p = 3 and length in (SELECT length FROM catalogue WHERE code('310'))",
          {"013", "031", "123", "132"}),
-        ("code('001')", {"001"}),
+        ("code('001') or p = 2", {"13"}),
+        ("code('001') and status = 'geometric'", set()),
         ("code('13', '310', '3123')", {"13", "031", "1233"}),
         ("code = 'code(''31'')'", set()),
     ],
@@ -450,7 +449,12 @@ def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, fou
     chosen = choose(where=where, parameters={"w": "130"} if ":w" in where else {})
     assert {word for (word,) in catalogue.rows(chosen, ("code",))} == found
     assert catalogue.count(chosen) == len(found)
-    assert sum(catalogue.classes(chosen).chosen) == len(found - {"001"})
+    assert sum(catalogue.classes(chosen).chosen) == len(found)
+
+
+def test_a_pruned_word_is_found_where_its_status_is_named(catalogue):
+    for where in ("code('001')", "code('010', '13')"):
+        assert [orbit.code for orbit in catalogue.select(where=where, status="geometric")] == ["001"]
 
 
 @pytest.mark.parametrize(
@@ -501,3 +505,14 @@ def test_a_free_expression_may_not_even_count_another_table(catalogue, table):
     for where in (f"(SELECT count(*) FROM {table}) > 0", f"EXISTS (SELECT 1 FROM {table})"):
         with pytest.raises(SelectionError):
             catalogue.classes(where=where)
+
+
+def test_a_class_by_a_number_that_is_no_key_is_refused(varied, tmp_path):
+    path = shutil.copy(varied, tmp_path / "altered.db")
+    with closing(sqlite3.connect(path)) as plain, plain:
+        plain.execute("UPDATE orbit SET cycle = 1 WHERE cycle = (SELECT id FROM cycle WHERE word = '013')")
+        plain.execute("UPDATE cycle SET id = 1 WHERE word = '013'")
+    for asked in ({"contains": "13"}, {"order": "code"}):
+        order = asked.pop("order", "p")
+        with pytest.raises(StoreError, match="altered: a class with the number '1'"):
+            Catalogue(path).select(**asked, order=order)

@@ -166,7 +166,6 @@ def test_rows_and_their_number_are_of_one_moment(cli, busy):
 def test_whole_periods_are_read_without_their_neighbours_parts(partial):
     found = read_whole(Catalogue(partial), Selection())
     assert found.periods == list(range(2, 9))
-    assert [fill.p for fill in found.partial] == [9]
     assert found.classes.p.max() == found.highest == 8
     assert found.missing == []
     assert len(read_whole(Catalogue(partial), NINE).classes) == 0

@@ -21,7 +21,6 @@ from orbitdb.store.file.database import plain_errors
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.leg_terms import read_leg_sums
-from orbitdb.store.reading.pages import chosen_keys, load_index
 from orbitdb.symbols.patterns import Like
 from orbitdb.verification.invariants import check_consistency
 from orbitdb.verification.rigorous import certify
@@ -65,8 +64,6 @@ def test_a_number_with_a_name_is_like_the_words_that_read_as_it(varied):
         chosen = choose(a=1.6, where="code LIKE :code", parameters={"code": 13})
         (found,) = catalogue.select(chosen)
         assert found.code == "13"
-        index = load_index(catalogue, 1.6)
-        assert len(chosen_keys(catalogue, index, chosen)) == catalogue.count(chosen) == 1
 
 
 def test_the_number_of_a_class_is_that_of_a_word_of_its_period(varied):
@@ -115,9 +112,11 @@ def test_where_no_copy_can_be_written_nothing_is_migrated(varied, tmp_path):
     path = tmp_path / "old.db"
     path.write_bytes(varied.read_bytes())
     make_older(path)
+    with closing(sqlite3.connect(path)) as plain:
+        plain.execute("PRAGMA journal_mode = WAL")  # as the program leaves every file
     before = path.read_bytes()
-    (tmp_path / "old.db.schema-1").mkdir()
-    with pytest.raises(StoreError, match=r"old\.db\.schema-1 cannot be written \(.+\); nothing was changed"):
+    (tmp_path / "old.db.schema-6").mkdir()
+    with pytest.raises(StoreError, match=r"old\.db\.schema-6 cannot be written \(.+\); nothing was changed"):
         migrate(path)
     assert path.read_bytes() == before
 

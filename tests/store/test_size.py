@@ -21,8 +21,8 @@ from orbitdb.filling.estimate import (
 )
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
-from orbitdb.store.file.layout import PAGE_SIZE
 from orbitdb.store.file.migrate import migrate
+from orbitdb.store.file.schema import PAGE_SIZE
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.size import room
 from orbitdb.symbols.counting import count_admissible
@@ -34,11 +34,8 @@ def test_what_is_stored_is_not_needed_again(filled, tmp_path):
     rest = count_admissible(9) + count_admissible(10)
     assert need(filled, 1.6, range(2, 11), 1).sequences == rest
     assert need(filled, 1.0, range(2, 11), 1).sequences == everything
-    elsewhere, nowhere = need(filled, 1.0, [8], 1), need(tmp_path / "none.db", 1.0, [8], 1)
-    assert elsewhere.sequences == nowhere.sequences
-    enumerating, solving, storing = _RATES["newton"]
-    assert elsewhere.seconds == pytest.approx((solving + storing) * 2096)  # its words need not be found again
-    assert nowhere.seconds == pytest.approx((enumerating + solving + storing) * 2096)
+    assert need(filled, 1.0, [8], 1) == need(tmp_path / "none.db", 1.0, [8], 1)
+    assert need(filled, 1.0, [8], 1).seconds == pytest.approx(sum(_RATES["newton"]) * 2096)
 
 
 def test_several_jobs_solve_at_once_but_one_of_them_stores(tmp_path):
@@ -75,8 +72,6 @@ def test_half_a_period_needs_the_other_half(filled):
     stored = [next(going).words for _ in range(5)][-1]
     going.close()
     assert need(filled, 1.6, [9], 1).sequences == count_admissible(9) - stored
-    every = count_admissible(9) * sum(_RATES["newton"])  # elsewhere none is known without looking for it
-    assert need(filled, 1.0, [9], 1).seconds == pytest.approx(every)
 
 
 @pytest.mark.slow
@@ -97,9 +92,7 @@ def test_the_time_is_that_of_the_large_fills_alone(filled, monkeypatch):
     each = spent / sum(fill.words for fill in large)
     assert need(filled, 1.6, [12], 1).seconds == pytest.approx(each * count_admissible(12))
     storing = sum(fill.storing for fill in large) / sum(fill.words for fill in large)
-    solving = sum(fill.solving for fill in large) / sum(fill.words for fill in large)
     assert need(filled, 1.6, [12], 10**6).seconds == pytest.approx(storing * count_admissible(12))
-    assert need(filled, 1.0, [8], 1).seconds == pytest.approx((solving + storing) * 2096)
 
 
 @pytest.mark.slow
@@ -112,7 +105,6 @@ def test_the_time_is_that_of_the_catalogues_own_fills(tmp_path):
     each = (fill.enumerating + fill.solving + fill.storing) / fill.words
     assert need(path, 1.6, [12], 1).seconds == pytest.approx(each * count_admissible(12))
     assert need(path, 1.6, [12], 2).seconds < need(path, 1.6, [12], 1).seconds
-    assert need(path, 1.0, [11], 1).seconds < need(path, 1.0, [12], 1).seconds / 3
 
 
 def test_the_relaxation_takes_its_own_time(tmp_path):
@@ -160,7 +152,7 @@ def test_the_journal_needs_room_beside_the_rows(tmp_path, monkeypatch):
 
 
 def test_a_large_fill_says_first_what_it_takes(cli):
-    for command, needed in (("fill", "54 s and 527 MB"), ("sweep", "12 s")):
+    for command, needed in (("fill", "15 s and 348 MB"), ("sweep", "7 s")):
         outcome = cli(command, "--p", "15", "--jobs", "1", "--dry-run")
         assert outcome.code == 0
         assert f"8497721 sequences to come, about {needed}, in " in outcome.err
@@ -168,16 +160,16 @@ def test_a_large_fill_says_first_what_it_takes(cli):
 
 def test_bytes_a_row_add_up_to_the_file(filled, cli):
     taken = room(Catalogue(filled))
-    assert taken.sequences == sum(map(count_admissible, range(2, 9)))
-    assert 25 < taken.per_sequence < 60
+    assert 80 < taken.per_class < 200
     assert 80 < taken.per_orbit < 250
     with closing(sqlite3.connect(filled)) as plain:
         assert plain.execute("PRAGMA page_size").fetchone() == (PAGE_SIZE,)
+        assert plain.execute("SELECT count(*) FROM cycle").fetchone() == (taken.classes,)
         trees = plain.execute("SELECT count(*) FROM sqlite_master WHERE rootpage > 0").fetchone()[0]
-    rows = taken.sequences * taken.per_sequence + taken.orbits * taken.per_orbit
+    rows = taken.classes * taken.per_class + taken.orbits * taken.per_orbit
     assert rows < filled.stat().st_size < 1.1 * rows + PAGE_SIZE * trees
     shown = cli("info", "--db", str(filled)).out
-    assert f"sequences  {taken.sequences}, {taken.per_sequence:.0f} bytes each" in shown
+    assert f"{taken.classes}, {taken.per_class:.0f} bytes each" in shown
     (last,) = [row for row in json.loads(cli("info", "--db", str(filled), "--json").out) if row["p"] == 8]
     assert last["stored"] == last["N_t"] == 2096
     assert min(last["enumerating"], last["solving"], last["storing"]) > 0

@@ -9,7 +9,6 @@ from orbitdb.store.reading.soundness import (
     are_whole,
     coordinates_of,
     is_whole,
-    need_elements,
     need_words,
     sound_words,
 )
@@ -73,13 +72,11 @@ def test_words_that_are_no_orbits_have_no_numbers_of_one(name, status):
 def test_words_elements_and_coordinates_that_are_none_are_named():
     need_words(["013", "02"], [3, 2])
     need_words([], [])
-    need_elements([0, None, 7])
     assert coordinates_of([BLOB, BLOB], 2).tolist() == [[0.5, -0.25]] * 2
     far = np.array([0.5, -1e7]).tobytes()
     for refused, named in (
         (lambda: need_words(["013", "0x3", "9"], [3, 3, 1]), "altered: a word that is none: '0x3'"),
         (lambda: need_words(["013", "3" * 50], [3, 49]), f"none: '{'3' * 37}...'"),
-        (lambda: need_elements([3, 8]), "a symmetry element that is none: '8'"),
         (lambda: coordinates_of([BLOB, BLOB + BLOB], 2), "coordinates of 2 bounces in bytes: '32'"),
         (lambda: coordinates_of([BLOB, far], 2), "that no stadium has, of orbits of period '2'"),
     ):

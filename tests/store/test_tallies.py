@@ -1,46 +1,12 @@
 """Tallies and histograms: the same counts as row by row, by class and by a pass over all words."""
 
-import shutil
-from collections import Counter
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading import class_first, tallies
+from orbitdb.store.reading import tallies
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.tallies import histogram, marginal, tally
-
-BY = ("status", "p", "symmetry")
-SELECTIONS = [
-    Selection(),
-    Selection(periods=((3, 8),), statuses=(Status.ORBIT, Status.GEOMETRIC)),
-    Selection(where="lambda_c < 0.42 or length is null"),
-    Selection(contains="13"),
-]
-
-
-@pytest.mark.parametrize(
-    "many", [pytest.param(0, id="by class"), pytest.param(10**9, id="by word", marks=pytest.mark.slow)]
-)
-def test_counts_are_those_of_the_rows(varied, tmp_path, begin_fill, monkeypatch, many):
-    path = Path(shutil.copy(varied, tmp_path))
-    begin_fill(path, 7).close()  # so that not all words of a class are there
-    monkeypatch.setattr(class_first, "_MANY", many)
-    catalogue = Catalogue(path)
-    for selection in SELECTIONS:
-        rows = list(catalogue.rows(selection, (*BY, "length", "margin")))
-        counts = tally(catalogue, selection, BY)
-        assert counts == Counter(row[:3] for row in rows)
-        assert marginal(counts, 1) == Counter(row[1] for row in rows)
-        for column, place, bins in (("length", 3, 7), ("margin", 4, 40)):
-            values = np.array([row[place] for row in rows if row[place] is not None])
-            found = histogram(catalogue, selection, column, bins)
-            assert len(found.counts) <= bins
-            assert found.counts.tolist() == np.histogram(values, found.edges)[0].tolist()
-            assert found.without == len(rows) - len(values) == len(rows) - found.counts.sum()
+from orbitdb.store.reading.tallies import histogram
 
 
 def test_bins_have_round_edges_or_even_ones_in_the_logarithm(filled_once, monkeypatch):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 _TABLES = {
     "cycle": "*",
-    "sequence": "*",
+    "pruned": "*",
     "stadium": "*",
     "orbit": "stadium, cycle, status, coordinates, length, lyapunov, margin, residual, error, length_error,"
     " lyapunov_error, iterations, solver",
@@ -22,6 +22,7 @@ def content(path: Path) -> dict[str, list[tuple]]:
                 "SELECT a, p, word, representative, status, rules, length, lyapunov, margin, element"
                 " FROM catalogue ORDER BY a, p, word"
             ).fetchall(),
+            "pruned": plain.execute("SELECT p, word, rules FROM pruned ORDER BY p, word").fetchall(),
             "coordinates": plain.execute(
                 "SELECT a, word, coordinates FROM orbit JOIN cycle ON cycle.id = orbit.cycle"
                 " JOIN stadium ON stadium.id = orbit.stadium ORDER BY a, p, word"
@@ -52,7 +53,7 @@ def is_sound(path: Path) -> bool:
 
 
 def agrees(path: Path) -> int:
-    """Check that the words stored are those of the cursors, with classes and orbits; return how many."""
+    """Check that cursors have the classes stored, with words and orbits; return how many words."""
     with closing(sqlite3.connect(path, timeout=30, isolation_level=None)) as plain:
         if not plain.execute("PRAGMA user_version").fetchone()[0]:
             return 0
@@ -60,14 +61,16 @@ def agrees(path: Path) -> int:
         fills = plain.execute("SELECT stadium, p, state, cursor, words, n_t FROM fill").fetchall()
         for stadium, p, state, cursor, words, n_t in fills:
             stored = plain.execute(
-                "SELECT count(*), count(cycle.id), count(orbit.cycle) FROM sequence"
-                " LEFT JOIN cycle ON cycle.id = sequence.cycle"
-                " LEFT JOIN orbit ON orbit.cycle = sequence.cycle AND orbit.stadium = ?"
-                " WHERE sequence.p = ? AND sequence.word <= ?",
-                (stadium, p, cursor or ""),
+                "SELECT coalesce(sum(class_size), 0), coalesce(sum(length(words)) / p, 0),"
+                " coalesce(sum(iif(orbit.cycle, class_size, 0)), 0)"
+                " FROM cycle LEFT JOIN orbit ON orbit.cycle = cycle.id AND orbit.stadium = ?"
+                " WHERE p = ? AND word <= ?",
+                (stadium, p, cursor),
             ).fetchone()
             beyond = plain.execute(
-                "SELECT count(*) FROM sequence WHERE p = ? AND word > ?", (p, cursor or "")
+                "SELECT count(*) FROM cycle JOIN orbit ON orbit.cycle = cycle.id AND orbit.stadium = ?"
+                " WHERE p = ? AND word > ?",
+                (stadium, p, cursor),
             ).fetchone()
             assert stored == (words, words, words)
             assert beyond == (0,)

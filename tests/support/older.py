@@ -1,41 +1,68 @@
-"""Catalogues as earlier versions made them."""
+"""Catalogues of schema 6, which had one row a word."""
 
+import importlib
 import sqlite3
+from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
 
-from orbitdb.store.file.layout import TABLES
+from orbitdb.store.file.schema import APPLICATION_ID, LONG, REVISIONS
+from orbitdb.symbols import symmetry
+from orbitdb.symbols.words import MAX_KEYED, key
+
+BASELINE = importlib.import_module("orbitdb.migrations.versions.v0006_baseline").SCHEMA
+_CHANGED = ("cycle", "sequence", "pruned", "element", "fill", "alembic_version")
 
 
-def without_subsets(path: Path) -> None:
-    """Turn a catalogue into what schema 5 had: sweeps of all orbits, and of no subsets."""
-    with closing(sqlite3.connect(path, isolation_level=None)) as plain:
-        for table in ("sweep", "sweep_block"):
-            plain.execute("PRAGMA legacy_alter_table = ON")  # what refers to a table keeps its name
-            plain.execute(f"ALTER TABLE {table} RENAME TO new_{table}")
-            (text,) = (text for text in TABLES if text.startswith(f"CREATE TABLE {table} "))
-            plain.execute(text.replace("selection TEXT NOT NULL,", "").replace("p, selection", "p"))
-            names = ", ".join(row[1] for row in plain.execute(f"PRAGMA table_info({table})"))
-            plain.execute(f"INSERT INTO {table} SELECT {names} FROM new_{table} WHERE selection = ''")
-            plain.execute(f"DROP TABLE new_{table}")
-        plain.execute("UPDATE alembic_version SET version_num = '0005'")
-        plain.execute("PRAGMA user_version = 5")
+def empty(path: Path) -> sqlite3.Connection:
+    """Make a catalogue of schema 6 that holds nothing, and connect to it."""
+    plain = sqlite3.connect(path, isolation_level=None)
+    plain.executescript(f"PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = 6; {BASELINE}")
+    plain.executescript(f"{REVISIONS}; INSERT INTO alembic_version VALUES ('0006')")
+    return plain
+
+
+def add_classes(plain: sqlite3.Connection, words: Iterable[str]) -> list[int]:
+    """Store the classes of some least words as schema 6 did, with all their words; return their numbers."""
+    numbers = []
+    for word in words:
+        stabiliser = symmetry.class_of(word).stabiliser
+        (least,) = plain.execute("SELECT min(0, coalesce(min(id), 0)) FROM cycle").fetchone()
+        number = key(word) if len(word) <= MAX_KEYED else least - 1
+        members = symmetry.members(word)
+        row = (number, len(word), word, len(members), word.count("0") + word.count("2"),
+               symmetry.time_reversal(stabiliser), symmetry.label(stabiliser))  # fmt: skip
+        plain.execute("INSERT INTO cycle VALUES (?, ?, ?, ?, ?, ?, ?)", row)
+        plain.executemany(
+            "INSERT INTO sequence VALUES (?, ?, ?, ?, NULL)",
+            [(len(word), member, number, element) for member, element in members.items()],
+        )
+        numbers.append(number)
+    return numbers
 
 
 def make_older(path: Path) -> None:
-    """Turn a catalogue into what schema 1 had: classes numbered as they came, fewer columns."""
-    with closing(sqlite3.connect(path, isolation_level=None)) as plain:
-        plain.execute("CREATE TEMP TABLE old (id INTEGER PRIMARY KEY, new INTEGER)")
-        plain.execute("INSERT INTO old SELECT id, row_number() OVER (ORDER BY id < 0, id) FROM cycle")
-        for table, column in (("sequence", "cycle"), ("orbit", "cycle"), ("cycle", "id")):
-            plain.execute(
-                f"UPDATE {table} SET {column} = (SELECT new FROM old WHERE id = {table}.{column})"
-                f" WHERE {column} IS NOT NULL"
-            )
-        for column in ("words", "enumerating", "solving", "storing"):
-            plain.execute(f"ALTER TABLE fill DROP COLUMN {column}")
-        plain.execute("DROP VIEW life")
-        for table in ("sweep_block", "sweep", "entropy_bound", "birth_fill", "change"):
-            plain.execute(f"DROP TABLE {table}")
-        plain.execute("UPDATE alembic_version SET version_num = '0001'")
-        plain.execute("PRAGMA user_version = 1")
+    """Turn a catalogue into what schema 6 had: a row for each word."""
+    new = path.with_name(f"{path.name}.new")
+    with closing(sqlite3.connect(path)) as plain:
+        plain.execute("PRAGMA journal_mode = DELETE")
+    path.rename(new)
+    old = f"CASE WHEN {{0}} < {LONG} THEN {{0}} ELSE {LONG - 1} - {{0}} END"
+    with closing(empty(path)) as plain:
+        plain.execute("ATTACH ? AS new", (str(new),))
+        tables = plain.execute("SELECT name FROM main.sqlite_master WHERE type = 'table'").fetchall()
+        for (table,) in tables:
+            if table not in _CHANGED:
+                plain.execute(f"INSERT INTO main.{table} SELECT * FROM new.{table}")
+        for table in ("orbit", "certificate", "change"):
+            plain.execute(f"UPDATE main.{table} SET cycle = {LONG - 1} - cycle WHERE cycle >= {LONG}")
+        plain.execute("INSERT INTO main.fill SELECT * FROM new.fill")
+        kept = "p, word, class_size, walls, time_reversal, symmetry"
+        plain.execute(f"INSERT INTO main.cycle SELECT {old.format('id')}, {kept} FROM new.cycle")
+        plain.execute(
+            f"INSERT INTO sequence SELECT p, substr(words, 1 + p * n, p), {old.format('id')}, element, NULL"
+            " FROM new.cycle JOIN new.element USING (symmetry)"
+        )
+        plain.execute("INSERT INTO sequence SELECT p, word, NULL, NULL, rules FROM new.pruned")
+        plain.execute("DETACH new")
+    new.unlink()

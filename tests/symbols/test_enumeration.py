@@ -1,7 +1,7 @@
 """Enumeration and counts: brute force, the transfer matrix, Moreau's formula, and the paper's N_t."""
 
 from functools import cache
-from itertools import islice, pairwise, product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from quick import slow_but
 from rules import broken_by_hand
 
 from orbitdb.symbols.counting import count_admissible, count_primitive
-from orbitdb.symbols.enumeration import CHUNK, MAX_PERIOD, Span, admissible_words, primitive_words, spans
+from orbitdb.symbols.enumeration import CHUNK, Span, admissible_words, primitive_words
 from orbitdb.symbols.least_words import class_spans, least_words
 from orbitdb.symbols.symmetry import class_of, class_size, classify_packed
 from orbitdb.symbols.words import SYMBOLS, pack, to_strings, unpack
@@ -87,33 +87,6 @@ def test_chunks_are_bounded_and_in_order():
         assert codes[0] > last
         assert (np.diff(codes) > 0).all()
         last = int(codes[-1])
-
-
-@pytest.mark.parametrize(
-    ("p", "size"),
-    [(2, 64), (5, 1), (6, 1), (8, 100), (9, 64), (11, 5000), pytest.param(12, 65536, marks=pytest.mark.slow)],
-)
-def test_spans_hold_every_word_once(p, size):
-    cut = list(spans(p, size))
-    assert cut[0].after == -1
-    assert cut[-1].upto == 8**p - 1
-    assert all(one.upto == other.after for one, other in pairwise(cut))
-    parts = [strings(admissible_words(*span)) for span in cut]
-    assert [word for part in parts for word in part] == strings(admissible_words(p))
-    assert max(map(len, parts)) <= max(size, 350)  # a prefix is not cut
-
-
-def test_spans_begin_behind_any_word():
-    whole = strings(admissible_words(9))
-    for place in (0, 100, len(whole) - 2, len(whole) - 1):
-        cut = spans(9, 200, after=int(whole[place], 8))
-        assert [word for span in cut for word in strings(admissible_words(*span))] == whole[place + 1 :]
-
-
-def test_spans_of_the_highest_period_come_at_once():
-    first = list(islice(spans(MAX_PERIOD, 1 << 16), 3))
-    assert len(first) == 3
-    assert 2000 < sum(map(len, admissible_words(*first[1]))) < 1.1 * (1 << 16)
 
 
 def classes_in(span: Span) -> list[tuple[str, int]]:

@@ -331,18 +331,16 @@ def test_errors_are_what_the_values_scatter_by():
 
 
 def test_seed_decides_and_every_part_is_a_result():
-    parts = list(references(Stadium(1.6), 300_000, seed=3, trajectories=128, groups=4))
+    parts = list(references(Stadium(1.6), 300_000, seed=3, trajectories=128))
     assert len(parts) > 3
     assert [done for done, _ in parts] == sorted(done for done, _ in parts)
     assert parts[-1][0] == 1
     seen = []
-    last = simulate(
-        Stadium(1.6), 300_000, 3, trajectories=128, groups=4, progress=lambda *now: seen.append(now)
-    )
+    last = simulate(Stadium(1.6), 300_000, 3, trajectories=128, progress=lambda *now: seen.append(now))
     assert seen == parts
     assert last == parts[-1][1]
-    assert last != simulate(Stadium(1.6), 300_000, 4, trajectories=128, groups=4)
-    assert (last.groups, last.seed) == (4, 3)
+    assert last != simulate(Stadium(1.6), 300_000, 4, trajectories=128)
+    assert (last.groups, last.seed) == (128, 3)
     assert last.bounces == pytest.approx(300_000, rel=0.1)
     first = parts[0][1]
     assert first.bounces < last.bounces
@@ -351,10 +349,10 @@ def test_seed_decides_and_every_part_is_a_result():
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"bounces": 0}, {"groups": 1}, {"trajectories": 33, "groups": 32}, {"trajectories": 0}],
+    [{"bounces": 0}, {"trajectories": 1}, {"trajectories": 0}],
 )
 def test_senseless_numbers_are_refused(wrong):
-    with pytest.raises(ValueError, match="two groups"):
+    with pytest.raises(ValueError, match="two trajectories"):
         simulate(Stadium(1.6), **{"bounces": 1000, **wrong})
 
 

@@ -4,12 +4,15 @@ import sqlite3
 from contextlib import closing
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
+from orbitdb.orbits.births import events
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.symbols.words import keys_of_period
 from orbitdb.verification.births import check_births, whole_births
 from orbitdb.verification.lives import prove_lives
 from orbitdb.verification.verify import verify
@@ -65,6 +68,14 @@ def test_a_class_that_died_and_was_born_again_is_sound_and_counts_once(begun):
         with closing(sqlite3.connect(begun)) as plain, plain:
             for statement in statements:
                 plain.execute(statement)
+            moving = plain.execute("SELECT a, error, cycle, number FROM change WHERE a > 0").fetchall()
+            for p in (4, 5):
+                here = [row for row in moving if keys_of_period(p)[0] <= row[2] <= keys_of_period(p)[1]]
+                a, error = np.array([row[:2] for row in here]).reshape(-1, 2).T
+                keys = "UPDATE change SET event = ? WHERE cycle = ? AND number = ?"
+                plain.executemany(
+                    keys, [(n, *row[2:]) for n, row in zip(events(a, error).tolist(), here, strict=True)]
+                )
 
     def found() -> tuple[int, int, str | None]:
         with Catalogue(begun).reading() as connection:

@@ -7,8 +7,19 @@ Rows name a word by its least rotation, and a comparison of texts knows of no ot
 from collections.abc import Mapping, Sequence
 from itertools import pairwise, takewhile
 
+from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tokens import Token, meaningful, tokens
-from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive, primitive_root
+from orbitdb.symbols.pruning import rules_of
+from orbitdb.symbols.symmetry import class_of
+from orbitdb.symbols.words import (
+    MAX_KEYED,
+    SYMBOLS,
+    WordError,
+    key,
+    least_rotation,
+    parse_primitive,
+    primitive_root,
+)
 
 _CALL = "CODE"
 _NAMED_BY_LEAST_ROTATION = ("CODE", "WORD")
@@ -17,7 +28,7 @@ _EQUAL = {"=", "IN", "(", ","}
 
 
 def spelled_out(where: str, parameters: Mapping[str, str | int | float]) -> str:
-    """Return an expression with every ``code('...')`` as a condition on period and least rotation.
+    """Return an expression with every ``code('...')`` as a condition on class and least rotation.
 
     Parameters
     ----------
@@ -60,8 +71,19 @@ def _condition(inner: Sequence[Token], parameters: Mapping[str, str | int | floa
     words = [_word(token, parameters) for token in inner[::2]]
     if not words or len(inner) != 2 * len(words) - 1 or any(token.text != "," for token in inner[1::2]):
         raise ValueError("code() takes words in quotes with commas between, such as code('1232131')")
-    each = [f"p = {len(word)} AND code = '{word}'" for word in words]
-    return f"({' OR '.join(each)})"
+    listed = ", ".join(f"'{word}'" for word in words)
+    classes = " OR ".join(f"cycle {number}" for number in _classes(words))
+    return f"(({classes}) AND code IN ({listed}))"
+
+
+def _classes(words: Sequence[str]) -> list[str]:
+    """Return what the numbers of the classes of words are, by which SQLite finds them at once."""
+    kinds = [(len(word) > MAX_KEYED, bool(rules_of(word))) for word in words]
+    short = [word for word, kind in zip(words, kinds, strict=True) if kind == (False, False)]
+    numbers = sorted({key(class_of(word).representative) for word in short})
+    found = [f"IN ({', '.join(map(str, numbers))})"] if numbers else []
+    found += [f">= {LONG}"] if (True, False) in kinds else []
+    return found + (["IS NULL"] if any(pruned for _, pruned in kinds) else [])
 
 
 def _word(token: Token, parameters: Mapping[str, str | int | float]) -> str:

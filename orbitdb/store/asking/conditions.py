@@ -10,10 +10,11 @@ import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
 from orbitdb.store.asking import expressions as free
-from orbitdb.store.asking.confinement import Patience, confined
+from orbitdb.store.asking.confinement import CancelledError, Patience, confined, heeding
 from orbitdb.store.asking.names import parse_names, unknown
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.file.schema import BORN, DIED, ENDS, catalogue, change
+from orbitdb.store.file.schema import BORN, DIED
+from orbitdb.store.file.tables import ENDS, catalogue, change
 from orbitdb.store.file.tokens import tokens
 from orbitdb.symbols.pruning import RULES
 
@@ -32,7 +33,7 @@ _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
 def conditions_of(
     selection: Selection, view: Columns = catalogue.c
 ) -> list[sa.ColumnElement[bool] | sa.TextClause]:
-    """Return a selection as conditions on the view ``catalogue``, or on columns of the same names.
+    """Return a selection, but for its factor, as conditions on a view or on columns of the same names.
 
     Raises
     ------
@@ -48,8 +49,6 @@ def conditions_of(
         found.append(view.time_reversal == selection.time_reversal)
     if selection.symmetry:
         found.append(view.symmetry == selection.symmetry)
-    if selection.contains:
-        found.append(containing(view.word, selection.contains))
     found += [alive_at(view.cycle, a) for a in selection.exists]
     found += [sa.and_(_has_life(view.cycle), sa.not_(alive_at(view.cycle, a))) for a in selection.not_at]
     for name, (low, high) in selection.ranges.items():
@@ -59,11 +58,6 @@ def conditions_of(
         free.check(selection.where, dict(selection.parameters))
         found.append(free.expression(selection.where, dict(selection.parameters)))
     return found
-
-
-def containing(word: sa.ColumnElement[str], factor: str) -> sa.ColumnElement[bool]:
-    """Return the condition that a word has a factor in some rotation."""
-    return sa.func.instr(word.op("||")(word), factor) > 0
 
 
 def alive_at(number: sa.ColumnElement[int], a: float) -> sa.ColumnElement[bool]:
@@ -92,13 +86,10 @@ def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = 
 
 
 @contextmanager
-def answering(
-    connection: sa.Connection,
-    selection: Selection,
-    patience: Patience,
-    authorize: free.Authorizer | None = None,
-) -> Iterator[None]:
-    """Let a connection answer a query over a subset; where that has a free expression, it is confined.
+def answering(connection: sa.Connection, selection: Selection, patience: Patience) -> Iterator[None]:
+    """Let a connection answer a query over a subset, which ends early once nobody waits.
+
+    Where the subset has a free expression, the query is confined, too.
 
     Parameters
     ----------
@@ -107,21 +98,23 @@ def answering(
     selection : Selection
     patience : Patience
         Of the whole query.
-    authorize : callable, optional
-        What a query with a free expression may do, as in `confined`.
 
     Raises
     ------
     SelectionError
         If the expression is refused, or takes too long.
+    CancelledError
+        If nobody waits any more.
     """
-    if selection.where is None:
-        yield
-        return
+    plain = selection.where is None
     try:
-        with confined(connection, patience, authorize):
+        with heeding(connection, patience.cancelled) if plain else confined(connection, patience):
             yield
     except (sa.exc.DBAPIError, sqlite3.Error) as error:
+        if patience.cancelled():
+            raise CancelledError from error
+        if selection.where is None:
+            raise
         message = str(getattr(error, "orig", error))
         if "interrupted" in message and not patience.ended:
             raise KeyboardInterrupt from error  # SQLite, asked for the time, swallows it
@@ -164,20 +157,6 @@ def rules_of(text: str | None) -> list[int]:
     if not all(part in _RULES for part in parts):
         raise StoreError(f"rules {text!r} in the catalogue are none: 'orbitdb verify' tells what is wrong")
     return [int(part) for part in parts]
-
-
-def ordering_of(order: str) -> list[sa.ColumnElement[Any]]:
-    """Return the sort keys, with period and word last so that the order is always the same.
-
-    Rows without a value come behind all others, whichever way the order goes.
-
-    Raises
-    ------
-    SelectionError
-        If the order cannot be read, or names what is not a column.
-    """
-    keys = [sort_key(catalogue.c[name], falling) for name, falling in parse_order(order).items()]
-    return [*keys, catalogue.c.p, catalogue.c.word]
 
 
 def sort_key(column: sa.ColumnElement[Any], falling: bool) -> sa.ColumnElement[Any]:

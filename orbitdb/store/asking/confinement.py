@@ -8,18 +8,25 @@ from contextlib import contextmanager
 import sqlalchemy as sa
 
 from orbitdb.store.asking import expressions as free
+from orbitdb.store.file.engines import driver
+from orbitdb.store.file.schema import VIEWS
 
 LONGEST_PATTERN = 500
 _LONGEST_TEXT = 10_000_000
 """Room for a row with every text of a word of a million symbols."""
 
 _STEPS_BETWEEN_LOOKS = 10_000
-TABLES_OF_VIEW = {"sequence", "cycle", "stadium", "orbit", "change"}
+_STEPS_BETWEEN_SIGNALS = 1_000_000
+TABLES_OF_VIEW = {"cycle", "element", "stadium", "orbit", "change", "pruned"}
 
 
 def never() -> bool:
     """Say that the result is still wanted."""
     return False
+
+
+class CancelledError(Exception):
+    """Nobody waits for the answer any more."""
 
 
 class Patience:
@@ -36,12 +43,12 @@ class Patience:
     def __init__(self, left: float | None = None, cancelled: Callable[[], bool] = never) -> None:
         self._left = free.SECONDS if left is None else left
         self._started = time.monotonic()
-        self._cancelled = cancelled
+        self.cancelled = cancelled
 
     @property
     def ended(self) -> bool:
         """Whether there is no time left, or nobody who waits."""
-        return time.monotonic() - self._started > self._left or self._cancelled()
+        return time.monotonic() - self._started > self._left or self.cancelled()
 
     @contextmanager
     def working(self) -> Iterator[None]:
@@ -56,45 +63,43 @@ class Patience:
 
 
 @contextmanager
+def heeding(connection: sa.Connection, ended: Callable[[], bool]) -> Iterator[sqlite3.Connection]:
+    """Let a connection work until something has ended."""
+    own = driver(connection)
+    own.set_progress_handler(ended, _STEPS_BETWEEN_LOOKS)
+    try:
+        yield own
+    finally:
+        own.set_progress_handler(never, _STEPS_BETWEEN_SIGNALS)
+
+
+@contextmanager
 def confined(
     connection: sa.Connection, patience: Patience, authorize: free.Authorizer | None = None
 ) -> Iterator[None]:
     """Let a connection run a checked expression, for a limited time and with texts of limited size.
 
-    What it may do besides computing is reading the view, unless another authorizer says so.
+    What it may do besides computing is reading the views, unless another authorizer says so.
     """
-    driver = connection.connection.driver_connection
-    assert isinstance(driver, sqlite3.Connection)
-    sizes = {
-        sqlite3.SQLITE_LIMIT_LENGTH: _LONGEST_TEXT,
-        sqlite3.SQLITE_LIMIT_LIKE_PATTERN_LENGTH: LONGEST_PATTERN,
-    }
-    before = {limit: driver.setlimit(limit, size) for limit, size in sizes.items()}
-    driver.set_authorizer(authorize or authorize_checked)
-    driver.set_progress_handler(lambda: patience.ended, _STEPS_BETWEEN_LOOKS)
-    try:
-        with patience.working():
+    with heeding(connection, lambda: patience.ended) as own, patience.working():
+        sizes = {
+            sqlite3.SQLITE_LIMIT_LENGTH: _LONGEST_TEXT,
+            sqlite3.SQLITE_LIMIT_LIKE_PATTERN_LENGTH: LONGEST_PATTERN,
+        }
+        before = {limit: own.setlimit(limit, size) for limit, size in sizes.items()}
+        own.set_authorizer(authorize or authorize_checked)
+        try:
             yield
-    finally:
-        driver.set_progress_handler(None, 0)
-        driver.set_authorizer(None)
-        for limit, size in before.items():
-            driver.setlimit(limit, size)
+        finally:
+            own.set_authorizer(None)
+            for limit, size in before.items():
+                own.setlimit(limit, size)
 
 
 def authorize_checked(
     action: int, first: str | None, second: str | None, base: str | None, view: str | None
 ) -> int:
-    """Allow, too, what a query over a checked expression needs: the view and its tables."""
-    if action == sqlite3.SQLITE_READ and first in TABLES_OF_VIEW:
+    """Allow, too, what a query over a checked expression needs: the views and their tables."""
+    if action == sqlite3.SQLITE_READ and first in TABLES_OF_VIEW | VIEWS.keys():
         return sqlite3.SQLITE_OK
     return free.authorize(action, first, second, base, view)
-
-
-def authorize_joined(
-    action: int, first: str | None, second: str | None, base: str | None, view: str | None
-) -> int:
-    """Allow, too, that the answers are joined: a checked expression cannot do it itself."""
-    if action == sqlite3.SQLITE_FUNCTION and second == "group_concat":
-        return sqlite3.SQLITE_OK
-    return authorize_checked(action, first, second, base, view)

@@ -18,7 +18,7 @@ import sqlalchemy as sa
 from orbitdb.plaintext import line
 from orbitdb.store.asking.codes import spelled_out
 from orbitdb.store.asking.selection import SelectionError
-from orbitdb.store.file.schema import catalogue
+from orbitdb.store.file.tables import catalogue
 from orbitdb.store.file.tokens import Token, meaningful, tokens
 
 SECONDS = 60.0

@@ -157,7 +157,7 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
         If one of them is not a status, or no row has it.
     """
     if text.strip() == "all":
-        return ()
+        return STORED
     try:
         found = tuple(dict.fromkeys(Status(part.strip()) for part in text.split(",")))
     except ValueError:

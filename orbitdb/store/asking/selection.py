@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.orbit import STORED, Status
 from orbitdb.plaintext import printable, several
 
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies")
@@ -105,7 +105,7 @@ class Selection(ByValue):
 
     def _subjects(self) -> tuple[str, str]:
         """Return what one row is, and what all of them are."""
-        if not self.statuses:
+        if not self.statuses or set(self.statuses) == set(STORED):
             return "symbol sequence", "symbol sequences"
         one, many = zip(*(_SUBJECTS[status] for status in self.statuses), strict=True)
         return " or ".join(one), " and ".join(many)

@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 from orbitdb.errors import StoreError
 from orbitdb.store.file.guard import refuse_tampered
-from orbitdb.store.file.layout import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION
+from orbitdb.store.file.schema import APPLICATION_ID, OLDEST_VERSION, PAGE_SIZE, SCHEMA_VERSION
 
 BUSY_TIMEOUT = 5.0
 """How long SQLite waits for a lock (seconds)."""
@@ -22,8 +22,8 @@ _TURNS = 12
 
 _STEPS_BETWEEN_LOOKS = 1_000_000
 
-_CACHE = 64 << 10
-"""Kilobytes that a reader may keep: words of one class lie far apart."""
+_CACHE = 8 << 10
+"""Kilobytes of pages that a reader may keep: rows are read in the order they are stored."""
 
 
 def default_path() -> Path:
@@ -46,7 +46,7 @@ def check_file(path: Path) -> int | None:
     Raises
     ------
     StoreError
-        If it is not a catalogue, or one that a newer orbitdb has written.
+        If it is not a catalogue, or one of a newer orbitdb, or of one before schema 6.
     """
     try:
         try:
@@ -69,6 +69,10 @@ def check_file(path: Path) -> int | None:
     if version > SCHEMA_VERSION:
         raise StoreError(
             f"{path} has schema {version}, newer than this orbitdb's {SCHEMA_VERSION}: upgrade orbitdb"
+        )
+    if version < OLDEST_VERSION:
+        raise StoreError(
+            f"{path} has schema {version}, too old for this orbitdb: move it away, and fill a new one"
         )
     return version
 
@@ -218,11 +222,12 @@ def plain_errors(path: Path) -> Iterator[None]:
         yield
     except Exception as error:
         cause = getattr(error, "orig", error)  # what SQLAlchemy has wrapped
-        if not isinstance(cause, sqlite3.Error):
+        if not isinstance(cause, sqlite3.Error | UnicodeDecodeError):
             raise
         if str(cause) == "interrupted":  # by what a signal raised while SQLite was at work
             raise KeyboardInterrupt from error
-        raise StoreError(_remedy(path, str(cause))) from error
+        told = "malformed" if isinstance(cause, UnicodeDecodeError) else str(cause)  # of text that is none
+        raise StoreError(_remedy(path, told)) from error
 
 
 def _remedy(path: Path, message: str) -> str:

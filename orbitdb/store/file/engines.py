@@ -1,17 +1,13 @@
 """SQLAlchemy's engines of a database file, for reading or for writing."""
 
 import sqlite3
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import sqlalchemy as sa
 from sqlalchemy import event
 
 from orbitdb.store.file.database import to_read, to_write, waiting
-
-_KEPT = 4 << 10
-"""Kilobytes of pages that SQLite may keep where none is read twice."""
 
 
 def reading_engine(path: Path) -> sa.Engine:
@@ -44,18 +40,6 @@ def driver(connection: sa.Connection) -> sqlite3.Connection:
     own = connection.connection.driver_connection
     assert isinstance(own, sqlite3.Connection)
     return own
-
-
-@contextmanager
-def little_kept(connection: sa.Connection) -> Iterator[None]:
-    """Let SQLite keep few of the pages that it reads: none of them is read twice."""
-    before = connection.exec_driver_sql("PRAGMA cache_size").scalar()
-    connection.exec_driver_sql(f"PRAGMA cache_size = -{_KEPT}")
-    try:
-        yield
-    finally:
-        connection.exec_driver_sql("PRAGMA shrink_memory")
-        connection.exec_driver_sql(f"PRAGMA cache_size = {before}")
 
 
 def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> sa.Engine:

@@ -1,7 +1,8 @@
 """Bringing a database file to the newest schema."""
 
+import shutil
 import sqlite3
-from contextlib import closing
+from contextlib import closing, suppress
 from importlib import resources
 from pathlib import Path
 from typing import NamedTuple
@@ -9,10 +10,10 @@ from typing import NamedTuple
 import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.database import check_file, plain_errors
+from orbitdb.store.file.database import check_file, plain_errors, to_write
 from orbitdb.store.file.engines import writing_engine
-from orbitdb.store.file.guard import VIEWS
-from orbitdb.store.file.layout import APPLICATION_ID, REVISIONS, SCHEMA_VERSION, TABLES
+from orbitdb.store.file.schema import APPLICATION_ID, REVISIONS, SCHEMA_VERSION, TABLES, VIEWS
+from orbitdb.symbols.members import ELEMENT_ROWS
 
 
 class Migration(NamedTuple):
@@ -50,11 +51,12 @@ def migrate(path: Path) -> Migration:
         ) from error
     backup = None
     with plain_errors(path):
-        engine = writing_engine(path)
+        engine = writing_engine(path, references=False)  # every row that is referred to is made anew
         with engine.begin() as connection:
             before = int(connection.exec_driver_sql("PRAGMA user_version").scalar_one())
             if before != SCHEMA_VERSION:  # else another process has done it meanwhile
                 if before:
+                    _check_room(path)
                     backup = _back_up(path, before)  # while nobody else can write
                     _upgrade(connection)
                 else:
@@ -62,7 +64,21 @@ def migrate(path: Path) -> Migration:
                 connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
                 connection.exec_driver_sql(f"PRAGMA user_version = {SCHEMA_VERSION}")
         engine.dispose()
+    if backup:
+        _tighten(path)
     return Migration(before, SCHEMA_VERSION, backup)
+
+
+def _check_room(path: Path) -> None:
+    """Refuse a migration that the disk has no room for: the copy, and a journal that may grow as large."""
+    parts = (path, path.with_name(path.name + "-wal"))
+    needed = 2 * sum(part.stat().st_size for part in parts if part.exists())
+    free = shutil.disk_usage(path.resolve().parent).free
+    if needed > free:
+        raise StoreError(
+            f"no room to bring {path} to schema {SCHEMA_VERSION}: that takes {needed / 1e6:.1f} MB, and "
+            f"{free / 1e6:.1f} MB are free: free some, or copy it to another disk and name it with --db"
+        )
 
 
 def _back_up(path: Path, version: int) -> Path:
@@ -84,10 +100,17 @@ def _back_up(path: Path, version: int) -> Path:
     return backup
 
 
+def _tighten(path: Path) -> None:
+    """Give back the room of what is gone, unless the disk is too full, or another process writes already."""
+    with suppress(StoreError), plain_errors(path), closing(to_write(path, references=False)()) as connection:
+        connection.execute("VACUUM")
+
+
 def _create(connection: sa.Connection) -> None:
     """Make the newest schema at one stroke, and say so to Alembic."""
-    for statement in (*TABLES, *VIEWS.values(), REVISIONS):
+    for statement in (*TABLES.values(), *VIEWS.values(), REVISIONS):
         connection.exec_driver_sql(statement)
+    connection.exec_driver_sql("INSERT INTO element VALUES (?, ?, ?)", ELEMENT_ROWS)
     connection.exec_driver_sql("INSERT INTO alembic_version VALUES (?)", (f"{SCHEMA_VERSION:04}",))
 
 

@@ -1,18 +1,32 @@
-"""The tables of a catalogue.
+"""The schema of a catalogue as SQLite's own text, the only place where it is written.
 
-What does not depend on a is stored once (`cycle`, `sequence`); what does is one row a symmetry class
-(`orbit`). The view `catalogue` shows one row a symbol sequence and a. All tables are STRICT; numbers
-that must survive bit by bit as arrays are BLOBs of little-endian float64.
+A new file is made by it, every file is compared with it (`orbitdb.store.file.guard`), and
+`orbitdb.store.file.tables` makes SQLAlchemy's tables of it. Nothing here needs SQLAlchemy, which takes a
+quarter of a second to load.
+
+What does not depend on a is stored once, one row a symmetry class (`cycle`); what does is one row a class
+and a (`orbit`). Two views put them together: `class`, one row a class and a, and `catalogue`, one row a word
+and a. All tables are STRICT.
 """
 
-from typing import Any
+import re
 
-import sqlalchemy as sa
+APPLICATION_ID = 0x6F726264
+"""'orbd', in the header of every catalogue file."""
 
-from orbitdb.columns import IN_CATALOGUE
+SCHEMA_VERSION = 7
+"""The number of the newest migration; kept as SQLite's user_version."""
+
+OLDEST_VERSION = 6
+"""The first migration: older files are refused."""
+
+PAGE_SIZE = 16384
+"""Bytes of a page of a new file, four times what SQLite takes by itself.
+
+Rows come in the order of their keys, and filling one such page is a fifth less work than four small ones."""
 
 DONE, FILLING = "done", "filling"
-"""The states of a period in the tables `fill` and `birth_fill`."""
+"""The states of a period in the tables `fill`, `birth_fill` and `sweep`."""
 
 BORN, DIED = "born", "died"
 """The kinds of a change."""
@@ -20,270 +34,353 @@ BORN, DIED = "born", "died"
 DOUBLES, BALLS = "doubles", "balls"
 """What proves a bound on the entropy: doubles with bounds on their errors, or ball arithmetic, too."""
 
-metadata = sa.MetaData(
-    naming_convention={
-        "fk": "fk_%(table_name)s_%(column_0_name)s",
-        "uq": "uq_%(table_name)s_%(column_0_name)s",
-    }
-)
-
-STRICT: dict[str, Any] = {"sqlite_strict": True}
-STRICT_ORDERED: dict[str, Any] = {"sqlite_strict": True, "sqlite_with_rowid": False}
-
-
-def _required(
-    name: str, kind: type[sa.types.TypeEngine[Any]], *more: sa.schema.SchemaItem, **options: Any
-) -> sa.Column[Any]:
-    return sa.Column(name, kind, *more, nullable=False, **options)
-
-
-cycle = sa.Table(
-    "cycle",
-    metadata,
-    sa.Column("id", sa.Integer, primary_key=True),
-    _required("p", sa.Integer),
-    _required("word", sa.Text),
-    _required("class_size", sa.Integer),
-    _required("walls", sa.Integer),
-    _required("time_reversal", sa.Text),
-    _required("symmetry", sa.Text),
-    sa.UniqueConstraint("p", "word"),
-    **STRICT,
-)
-"""One symmetry class: its least word, how many words it has, and its straight bounces (`walls`).
-
-Its number is the word's key (`orbitdb.symbols.words.key`), negative for words that are too long for one."""
-
-sequence = sa.Table(
-    "sequence",
-    metadata,
-    sa.Column("p", sa.Integer, primary_key=True),
-    sa.Column("word", sa.Text, primary_key=True),
-    sa.Column("cycle", sa.Integer, sa.ForeignKey("cycle.id")),
-    sa.Column("element", sa.Integer),
-    sa.Column("rules", sa.Text),
-    **STRICT_ORDERED,
-)
-"""One cyclic word, as its least rotation: its class and the element that leads to it, or, for a word
-that is geometrically pruned, the rules it breaks."""
-
-stadium = sa.Table(
-    "stadium",
-    metadata,
-    sa.Column("id", sa.Integer, primary_key=True),
-    sa.Column("a", sa.REAL, nullable=False, unique=True),
-    **STRICT,
-)
-
-run = sa.Table(
-    "run",
-    metadata,
-    sa.Column("id", sa.Integer, primary_key=True),
-    _required("started", sa.Text),
-    _required("version", sa.Text),
-    _required("parameters", sa.Text),
-    **STRICT,
-)
-"""Who wrote a row: the program's version, its parameters as JSON, and when (UTC)."""
-
-orbit = sa.Table(
-    "orbit",
-    metadata,
-    sa.Column("stadium", sa.Integer, sa.ForeignKey("stadium.id"), primary_key=True),
-    sa.Column("cycle", sa.Integer, sa.ForeignKey("cycle.id"), primary_key=True),
-    _required("status", sa.Text),
-    sa.Column("coordinates", sa.LargeBinary),
-    sa.Column("length", sa.REAL),
-    sa.Column("lyapunov", sa.REAL),
-    sa.Column("margin", sa.REAL),
-    sa.Column("residual", sa.REAL),
-    sa.Column("error", sa.REAL),
-    sa.Column("length_error", sa.REAL),
-    sa.Column("lyapunov_error", sa.REAL),
-    _required("iterations", sa.Integer),
-    _required("solver", sa.Text),
-    _required("run", sa.Integer, sa.ForeignKey("run.id")),
-    **STRICT_ORDERED,
-)
-"""What became of a class at one a; the coordinates are those of the class's least word."""
-
-fill = sa.Table(
-    "fill",
-    metadata,
-    sa.Column("stadium", sa.Integer, sa.ForeignKey("stadium.id"), primary_key=True),
-    sa.Column("p", sa.Integer, primary_key=True),
-    _required("state", sa.Text),
-    sa.Column("cursor", sa.Text),
-    _required("seconds", sa.REAL),
-    sa.Column("primitive", sa.Integer),
-    *(sa.Column(f"rule_{number}", sa.Integer) for number in range(1, 7)),
-    sa.Column("n_t", sa.Integer),
-    sa.Column("n_c", sa.Integer),
-    sa.Column("classes", sa.Integer),
-    sa.Column("boundary", sa.Integer),
-    sa.Column("unresolved", sa.Integer),
-    _required("words", sa.Integer, server_default="0"),
-    *(_required(name, sa.REAL, server_default="0") for name in ("enumerating", "solving", "storing")),
-    **STRICT_ORDERED,
-)
-"""How far a period is filled at one a, what it took in seconds as they pass and seconds of processors
-by stage; the counts are there once the state is ``done``."""
-
-trajectory = sa.Table(
-    "trajectory",
-    metadata,
-    sa.Column("id", sa.Integer, primary_key=True),
-    _required("stadium", sa.Integer, sa.ForeignKey("stadium.id")),
-    _required("bounces", sa.Integer),
-    _required("groups", sa.Integer),
-    _required("seed", sa.Text),
-    _required("lambda_d", sa.REAL),
-    _required("lambda_d_error", sa.REAL),
-    _required("lambda_c", sa.REAL),
-    _required("lambda_c_error", sa.REAL),
-    _required("mean_free_path", sa.REAL),
-    _required("mean_free_path_error", sa.REAL),
-    _required("run", sa.Integer, sa.ForeignKey("run.id")),
-    **STRICT,
-)
-"""An ensemble of random trajectories: the reference beside averages over orbits."""
-
-certificate = sa.Table(
-    "certificate",
-    metadata,
-    sa.Column("stadium", sa.Integer, primary_key=True),
-    sa.Column("cycle", sa.Integer, primary_key=True),
-    _required("radius", sa.REAL),
-    _required("bits", sa.Integer),
-    _required("version", sa.Text),
-    _required("run", sa.Integer, sa.ForeignKey("run.id")),
-    sa.ForeignKeyConstraint(
-        ["stadium", "cycle"], ["orbit.stadium", "orbit.cycle"], name="fk_certificate_orbit"
-    ),
-    **STRICT_ORDERED,
-)
-"""A proof by ball arithmetic that the stored orbit exists: its coordinates lie within the radius."""
-
-change = sa.Table(
-    "change",
-    metadata,
-    sa.Column("cycle", sa.Integer, sa.ForeignKey("cycle.id"), primary_key=True),
-    sa.Column("number", sa.Integer, primary_key=True),
-    _required("a", sa.REAL),
-    _required("error", sa.REAL),
-    _required("kind", sa.Text),
-    sa.Column("bounce", sa.Integer),
-    sa.Column("joint", sa.Text),
-    sa.Column("event", sa.Integer),
-    sa.Column("slope", sa.REAL),
-    _required("run", sa.Integer, sa.ForeignKey("run.id")),
-    **STRICT_ORDERED,
-)
-"""A value of a at which a class begins or ceases to be an orbit, counted from 1 for each class as a grows.
-
-The true value is no farther away than ``error``. ``bounce``, of the class's least word and counted from 1,
-comes through ``joint``, ``slope`` is how fast: d slack / d ln a in radians. Changes of one period with one
-``event`` are one path at this a; events are numbered when the whole period is there. A class that is an
-orbit from a = 0 on is born there, with nothing said of a joint."""
-
-birth_fill = sa.Table(
-    "birth_fill",
-    metadata,
-    sa.Column("p", sa.Integer, primary_key=True),
-    _required("state", sa.Text),
-    sa.Column("cursor", sa.Text),
-    _required("seconds", sa.REAL),
-    _required("words", sa.Integer),
-    sa.Column("classes", sa.Integer),
-    sa.Column("births", sa.Integer),
-    sa.Column("deaths", sa.Integer),
-    sa.Column("always", sa.Integer),
-    sa.Column("least", sa.REAL),
-    sa.Column("largest", sa.REAL),
-    **STRICT_ORDERED,
-)
-"""How far the changes of a period are stored; the counts are there once the state is ``done``."""
-
-entropy_bound = sa.Table(
-    "entropy_bound",
-    metadata,
-    sa.Column("a", sa.REAL, primary_key=True),
-    sa.Column("proof", sa.Text, primary_key=True),
-    sa.Column("edges", sa.Integer, primary_key=True),
-    _required("lower", sa.REAL),
-    _required("upper", sa.REAL),
-    _required("windows", sa.Integer),
-    _required("undecided", sa.Integer),
-    _required("run", sa.Integer, sa.ForeignKey("run.id")),
-    **STRICT_ORDERED,
-)
-"""What windows of up to so many edges prove of the topological entropy at one a, which need not be a stadium
-with orbits. ``proof`` says what has decided all windows: `DOUBLES`, or `BALLS`, too."""
-
 SWEPT = ("words", "n_c", "classes", "boundary", "unresolved")
 """What a sweep counts (`orbitdb.orbits.tally.Tally`)."""
 
-sweep = sa.Table(
-    "sweep",
-    metadata,
-    sa.Column("stadium", sa.Integer, sa.ForeignKey("stadium.id"), primary_key=True),
-    sa.Column("p", sa.Integer, primary_key=True),
-    sa.Column("selection", sa.Text, primary_key=True),
-    _required("state", sa.Text),
-    sa.Column("cursor", sa.Text),
-    _required("blocks", sa.Integer),
-    _required("seconds", sa.REAL),
-    _required("processor", sa.REAL),
-    *(_required(name, sa.Integer) for name in SWEPT),
-    sa.Column("sums", sa.LargeBinary),
-    _required("moments", sa.LargeBinary),
-    sa.Column("run", sa.Integer, sa.ForeignKey("run.id")),
-    **STRICT_ORDERED,
-)
-"""How far a period is swept at one a, and what has been counted on the way, in so many blocks; the seconds
-are as they passed, and of the processors that solved. The sums, as `orbitdb.averages.period_sums.PeriodSums`
-gives their bytes, are there once the state is ``done``, as the moments are (`orbitdb.averages.tilt_moments`),
-which begin as those of no orbit. All of it is of a subset of the orbits, by its canonical text
-(`orbitdb.store.asking.sweepable.swept_text`), which is empty for all orbits."""
+LONG = 7 << 58
+"""The id of the first class of words that have no key; the others follow.
 
-sweep_block = sa.Table(
-    "sweep_block",
-    metadata,
-    sa.Column("stadium", sa.Integer, primary_key=True),
-    sa.Column("p", sa.Integer, primary_key=True),
-    sa.Column("selection", sa.Text, primary_key=True),
-    sa.Column("number", sa.Integer, primary_key=True),
-    _required("sums", sa.LargeBinary),
-    _required("moments", sa.LargeBinary),
-    _required("run", sa.Integer, sa.ForeignKey("run.id")),
-    sa.ForeignKeyConstraint(
-        ["stadium", "p", "selection"],
-        ["sweep.stadium", "sweep.p", "sweep.selection"],
-        name="fk_sweep_block_sweep",
-    ),
-    **STRICT_ORDERED,
-)
-"""The sums of a block of a sweep that is not done, counted from 0."""
+It is above all keys, and four times as much is still an integer of SQLite."""
 
-_TYPES: dict[str, type[sa.types.TypeEngine[Any]]] = {
-    "text": sa.Text,
-    "integers": sa.Text,
-    "integer": sa.Integer,
-    "number": sa.REAL,
+SCHEMA = """\
+-- The half lengths a that something is stored of.
+CREATE TABLE stadium (
+    id INTEGER NOT NULL,
+    a REAL NOT NULL,
+    PRIMARY KEY (id),
+    CONSTRAINT uq_stadium_a UNIQUE (a)
+) STRICT;
+
+-- Who wrote a row: the program's version, its parameters as JSON, and when (UTC).
+CREATE TABLE run (
+    id INTEGER NOT NULL,
+    started TEXT NOT NULL,
+    version TEXT NOT NULL,
+    parameters TEXT NOT NULL,
+    PRIMARY KEY (id)
+) STRICT;
+
+-- One symmetry class: its least word, how many words it has, its straight bounces (walls), and all its words
+-- one after another, p symbols each, in the order of the elements that lead to them: the first is the least
+-- word. The id is the key of the least word (orbitdb.symbols.words.key); those of longer words count up from
+-- LONG.
+CREATE TABLE cycle (
+    id INTEGER NOT NULL,
+    p INTEGER NOT NULL,
+    word TEXT NOT NULL,
+    class_size INTEGER NOT NULL,
+    walls INTEGER NOT NULL,
+    time_reversal TEXT NOT NULL,
+    symmetry TEXT NOT NULL,
+    words TEXT NOT NULL,
+    PRIMARY KEY (id),
+    CONSTRAINT uq_cycle_p UNIQUE (p, word)
+) STRICT;
+
+-- Which element leads to the n-th word of a class with this symmetry, counted from 0; the same rows in every
+-- file.
+CREATE TABLE element (
+    symmetry TEXT NOT NULL,
+    n INTEGER NOT NULL,
+    element INTEGER NOT NULL,
+    PRIMARY KEY (symmetry, n)
+) WITHOUT ROWID, STRICT;
+
+-- Words that break geometric rules, as least rotations (fill --geometric). They have no class; the id is
+-- minus the key of the word, and for longer words counts down from -LONG.
+CREATE TABLE pruned (
+    id INTEGER NOT NULL,
+    p INTEGER NOT NULL,
+    word TEXT NOT NULL,
+    rules TEXT NOT NULL,
+    PRIMARY KEY (id),
+    CONSTRAINT uq_pruned_p UNIQUE (p, word)
+) STRICT;
+
+-- What became of a class at one a; the coordinates are those of the least word, little-endian float64.
+CREATE TABLE orbit (
+    stadium INTEGER NOT NULL,
+    cycle INTEGER NOT NULL,
+    status TEXT NOT NULL,
+    coordinates BLOB,
+    length REAL,
+    lyapunov REAL,
+    margin REAL,
+    residual REAL,
+    error REAL,
+    length_error REAL,
+    lyapunov_error REAL,
+    iterations INTEGER NOT NULL,
+    solver TEXT NOT NULL,
+    run INTEGER NOT NULL,
+    PRIMARY KEY (stadium, cycle),
+    CONSTRAINT fk_orbit_stadium FOREIGN KEY(stadium) REFERENCES stadium (id),
+    CONSTRAINT fk_orbit_cycle FOREIGN KEY(cycle) REFERENCES cycle (id),
+    CONSTRAINT fk_orbit_run FOREIGN KEY(run) REFERENCES run (id)
+) WITHOUT ROWID, STRICT;
+
+-- How far a period is filled at one a, and what it took: seconds as they passed, and seconds of processors
+-- by stage. The counts are there once the state is 'done'.
+CREATE TABLE fill (
+    stadium INTEGER NOT NULL,
+    p INTEGER NOT NULL,
+    state TEXT NOT NULL,
+    cursor TEXT,
+    seconds REAL NOT NULL,
+    primitive INTEGER,
+    rule_1 INTEGER,
+    rule_2 INTEGER,
+    rule_3 INTEGER,
+    rule_4 INTEGER,
+    rule_5 INTEGER,
+    rule_6 INTEGER,
+    n_t INTEGER,
+    n_c INTEGER,
+    classes INTEGER,
+    boundary INTEGER,
+    unresolved INTEGER,
+    words INTEGER DEFAULT 0 NOT NULL,
+    enumerating REAL DEFAULT 0 NOT NULL,
+    solving REAL DEFAULT 0 NOT NULL,
+    storing REAL DEFAULT 0 NOT NULL,
+    PRIMARY KEY (stadium, p),
+    CONSTRAINT fk_fill_stadium FOREIGN KEY(stadium) REFERENCES stadium (id)
+) WITHOUT ROWID, STRICT;
+
+-- A proof by ball arithmetic that a stored orbit exists: its coordinates lie within the radius.
+CREATE TABLE certificate (
+    stadium INTEGER NOT NULL,
+    cycle INTEGER NOT NULL,
+    radius REAL NOT NULL,
+    bits INTEGER NOT NULL,
+    version TEXT NOT NULL,
+    run INTEGER NOT NULL,
+    PRIMARY KEY (stadium, cycle),
+    CONSTRAINT fk_certificate_orbit FOREIGN KEY(stadium, cycle) REFERENCES orbit (stadium, cycle),
+    CONSTRAINT fk_certificate_run FOREIGN KEY(run) REFERENCES run (id)
+) WITHOUT ROWID, STRICT;
+
+-- A value of a at which a class begins or ceases to be an orbit, counted from 1 as a grows, and the bound on
+-- its error. The bounce of the least word, counted from 1, comes through the joint; slope is d slack / d ln
+-- a in radians. Changes of one period with one event are one path at this a; events are numbered when the
+-- whole period is there. A class that is an orbit from a = 0 on is born there, and nothing is said of a
+-- joint.
+CREATE TABLE change (
+    cycle INTEGER NOT NULL,
+    number INTEGER NOT NULL,
+    a REAL NOT NULL,
+    error REAL NOT NULL,
+    kind TEXT NOT NULL,
+    bounce INTEGER,
+    joint TEXT,
+    event INTEGER,
+    slope REAL,
+    run INTEGER NOT NULL,
+    PRIMARY KEY (cycle, number),
+    CONSTRAINT fk_change_cycle FOREIGN KEY(cycle) REFERENCES cycle (id),
+    CONSTRAINT fk_change_run FOREIGN KEY(run) REFERENCES run (id)
+) WITHOUT ROWID, STRICT;
+
+-- How far the changes of a period are stored; the counts are there once the state is 'done'.
+CREATE TABLE birth_fill (
+    p INTEGER NOT NULL,
+    state TEXT NOT NULL,
+    cursor TEXT,
+    seconds REAL NOT NULL,
+    words INTEGER NOT NULL,
+    classes INTEGER,
+    births INTEGER,
+    deaths INTEGER,
+    always INTEGER,
+    least REAL,
+    largest REAL,
+    PRIMARY KEY (p)
+) WITHOUT ROWID, STRICT;
+
+-- An ensemble of random trajectories: the reference beside averages over orbits.
+CREATE TABLE trajectory (
+    id INTEGER NOT NULL,
+    stadium INTEGER NOT NULL,
+    bounces INTEGER NOT NULL,
+    groups INTEGER NOT NULL,
+    seed TEXT NOT NULL,
+    lambda_d REAL NOT NULL,
+    lambda_d_error REAL NOT NULL,
+    lambda_c REAL NOT NULL,
+    lambda_c_error REAL NOT NULL,
+    mean_free_path REAL NOT NULL,
+    mean_free_path_error REAL NOT NULL,
+    run INTEGER NOT NULL,
+    PRIMARY KEY (id),
+    CONSTRAINT fk_trajectory_stadium FOREIGN KEY(stadium) REFERENCES stadium (id),
+    CONSTRAINT fk_trajectory_run FOREIGN KEY(run) REFERENCES run (id)
+) STRICT;
+
+-- What windows of up to so many edges prove of the topological entropy at one a, which need not be a stadium
+-- with orbits; proof says what decided the windows.
+CREATE TABLE entropy_bound (
+    a REAL NOT NULL,
+    proof TEXT NOT NULL,
+    edges INTEGER NOT NULL,
+    lower REAL NOT NULL,
+    upper REAL NOT NULL,
+    windows INTEGER NOT NULL,
+    undecided INTEGER NOT NULL,
+    run INTEGER NOT NULL,
+    PRIMARY KEY (a, proof, edges),
+    CONSTRAINT fk_entropy_bound_run FOREIGN KEY(run) REFERENCES run (id)
+) WITHOUT ROWID, STRICT;
+
+-- A window of k in which all levels of one parity at one a are stored, low <= k < high, the number of levels
+-- below it, and the seconds of processors that it took. Windows do not overlap.
+CREATE TABLE level_fill (
+    a REAL NOT NULL,
+    parity TEXT NOT NULL,
+    low REAL NOT NULL,
+    high REAL NOT NULL,
+    below INTEGER NOT NULL,
+    seconds REAL NOT NULL,
+    run INTEGER NOT NULL,
+    PRIMARY KEY (a, parity, low),
+    CONSTRAINT fk_level_fill_run FOREIGN KEY(run) REFERENCES run (id)
+) WITHOUT ROWID, STRICT;
+
+-- A level of a parity at one a, counted from 1, and the estimate of its error; a need not be a stadium with
+-- orbits.
+CREATE TABLE level (
+    a REAL NOT NULL,
+    parity TEXT NOT NULL,
+    number INTEGER NOT NULL,
+    k REAL NOT NULL,
+    error REAL NOT NULL,
+    PRIMARY KEY (a, parity, number)
+) WITHOUT ROWID, STRICT;
+
+-- How far a period is swept at one a, and what was counted on the way, in so many blocks; the seconds are as
+-- they passed, and of the processors that solved. The sums (orbitdb.averages.period_sums) are there once the
+-- state is 'done', as the moments are (orbitdb.averages.tilt_moments), which begin as those of no orbit. All
+-- of it is of the subset that the canonical text selection names (orbitdb.store.asking.sweepable), empty for
+-- all orbits.
+CREATE TABLE sweep (
+    stadium INTEGER NOT NULL,
+    p INTEGER NOT NULL,
+    selection TEXT NOT NULL,
+    state TEXT NOT NULL,
+    cursor TEXT,
+    blocks INTEGER NOT NULL,
+    seconds REAL NOT NULL,
+    processor REAL NOT NULL,
+    words INTEGER NOT NULL,
+    n_c INTEGER NOT NULL,
+    classes INTEGER NOT NULL,
+    boundary INTEGER NOT NULL,
+    unresolved INTEGER NOT NULL,
+    sums BLOB,
+    moments BLOB NOT NULL,
+    run INTEGER,
+    PRIMARY KEY (stadium, p, selection),
+    CONSTRAINT fk_sweep_stadium FOREIGN KEY(stadium) REFERENCES stadium (id),
+    CONSTRAINT fk_sweep_run FOREIGN KEY(run) REFERENCES run (id)
+) WITHOUT ROWID, STRICT;
+
+-- The sums of a block of a sweep that is not done, counted from 0.
+CREATE TABLE sweep_block (
+    stadium INTEGER NOT NULL,
+    p INTEGER NOT NULL,
+    selection TEXT NOT NULL,
+    number INTEGER NOT NULL,
+    sums BLOB NOT NULL,
+    moments BLOB NOT NULL,
+    run INTEGER NOT NULL,
+    PRIMARY KEY (stadium, p, selection, number),
+    CONSTRAINT fk_sweep_block_sweep FOREIGN KEY(stadium, p, selection)
+        REFERENCES sweep (stadium, p, selection),
+    CONSTRAINT fk_sweep_block_run FOREIGN KEY(run) REFERENCES run (id)
+) WITHOUT ROWID, STRICT;
+"""
+"""Every table, those first that others refer to."""
+
+TABLES = {
+    found[1]: found[0]
+    for found in re.finditer(r"^CREATE TABLE (\w+) \(.*?(?=;$)", SCHEMA, re.DOTALL | re.MULTILINE)
 }
+"""The statements that make the tables, by name."""
 
-catalogue = sa.table("catalogue", *(sa.column(each.name, _TYPES[each.kind]) for each in IN_CATALOGUE))
-"""The view: one row a symbol sequence and a."""
+REVISIONS = """\
+CREATE TABLE alembic_version (
+    version_num VARCHAR(32) NOT NULL,
+    CONSTRAINT alembic_version_pkc PRIMARY KEY (version_num)
+)"""
+"""Where Alembic keeps which migration the schema is of."""
 
-ENDS = ("born", "dies")
-"""The first birth and the first death of a word, as the view has them.
+_END = "(SELECT {value} FROM change WHERE change.cycle = orbit.cycle AND change.number = {number})"
 
-No `born` for a word that is an orbit from a = 0 on, as for one of which no births are stored."""
+SHARED = {
+    "a": "stadium.a",
+    "p": "cycle.p",
+    "representative": "cycle.word",
+    "status": "orbit.status",
+    "length": "orbit.length",
+    "lyapunov": "orbit.lyapunov",
+    "lambda_d": "orbit.lyapunov / cycle.p",
+    "lambda_c": "orbit.lyapunov / orbit.length",
+    "time_reversal": "cycle.time_reversal",
+    "symmetry": "cycle.symmetry",
+    "class_size": "cycle.class_size",
+    "walls": "cycle.walls",
+    "maslov": "3 * cycle.p - cycle.walls",
+    "margin": "orbit.margin",
+    "residual": "orbit.residual",
+    "error": "orbit.error",
+    "length_error": "orbit.length_error",
+    "lyapunov_error": "orbit.lyapunov_error",
+    "iterations": "orbit.iterations",
+    "solver": "orbit.solver",
+    "cycle": "orbit.cycle",
+    "born": _END.format(value="nullif(change.a, 0.0)", number=1),
+    "dies": _END.format(value="change.a", number=2),
+}
+"""The columns of both views that all words of a class share, and what they are."""
 
-life = sa.table(
-    "life",
-    *(sa.column(name, sa.Integer) for name in ("cycle", "p", "class_size")),
-    sa.column("word", sa.Text),
-    *(sa.column(name, sa.REAL) for name in ("born", "born_error", "dies", "dies_error")),
-)
-"""The view of the lives of classes: from ``born`` to ``dies`` in a; NULL where that has no end."""
+_CODE = "substr(cycle.words, 1 + cycle.p * element.n, cycle.p)"
+OF_WORD = {"code": _CODE, "word": _CODE, "rules": "NULL", "element": "element.element"}
+"""The columns of `catalogue` that are of single words; only words in `pruned` break rules."""
+
+OF_CLASS = {"words": "cycle.words", "coordinates": "orbit.coordinates"}
+"""Further columns of the view `class`."""
+
+_CLASSES = "stadium CROSS JOIN orbit ON orbit.stadium = stadium.id CROSS JOIN cycle ON cycle.id = orbit.cycle"
+
+
+def _view(name: str, columns: dict[str, str], rows: str) -> str:
+    """Return the statement that makes a view; by CROSS JOIN the loops, and so the rows, keep their order."""
+    listed = ",\n       ".join(f"{value} AS {column}" for column, value in columns.items())
+    return f"CREATE VIEW {name} AS\nSELECT {listed}\nFROM {rows}"
+
+
+VIEWS = {
+    "class": _view("class", SHARED | OF_CLASS, _CLASSES),
+    "catalogue": _view(
+        "catalogue",
+        SHARED | OF_WORD,
+        f"{_CLASSES} CROSS JOIN element ON element.symmetry = cycle.symmetry",
+    ),
+    "life": """\
+CREATE VIEW life AS
+SELECT change.cycle AS cycle,
+       cycle.p AS p,
+       cycle.class_size AS class_size,
+       cycle.word AS word,
+       change.a AS born,
+       change.error AS born_error,
+       death.a AS dies,
+       death.error AS dies_error
+FROM change
+JOIN cycle ON cycle.id = change.cycle
+LEFT JOIN change AS death ON death.cycle = change.cycle AND death.number = change.number + 1
+WHERE change.kind = 'born'""",
+}
+"""The statements that make the views.
+
+`class` has one row a class and a, `catalogue` one row a word and a, both by a, class and element; `life` has
+one row a life of a class, from ``born`` to ``dies`` (NULL: no end)."""

@@ -1,18 +1,12 @@
-"""Reading a catalogue in order to check it as a whole: file, schema, references and counts."""
+"""Reading a catalogue in order to check it as a whole: file, references and counts."""
 
-import json
-from functools import cache
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
-import numpy as np
 import sqlalchemy as sa
-from numpy.typing import NDArray
 
-from orbitdb.store.file.engines import reading_engine
-from orbitdb.store.file.migrate import migrate
-from orbitdb.store.file.schema import certificate, change, cycle, fill, metadata, orbit, sequence, stadium
+from orbitdb.store.file.schema import DONE
+from orbitdb.store.file.tables import birth_fill, change, cycle, element, fill, metadata, orbit, stadium
+from orbitdb.symbols.words import key, keys_of_period
 
 Row = dict[str, Any]
 
@@ -36,42 +30,9 @@ def row_count(connection: sa.Connection) -> int:
     )
 
 
-def schema_differences(connection: sa.Connection) -> tuple[int, list[str]]:
-    """Compare tables and view, with their columns, keys and references, with those of a new catalogue.
-
-    What somebody has added beside them is no difference.
-
-    Returns
-    -------
-    tuple of int and list of str
-        How many there are, and the names of those that differ.
-    """
-    expected = _new_schema()
-    return len(expected), [name for name, parts in expected.items() if _parts(connection, name) != parts]
-
-
-@cache
-def _new_schema() -> dict[str, Any]:
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "new.db"
-        migrate(path)
-        engine = reading_engine(path)
-        with engine.begin() as fresh:
-            names = fresh.exec_driver_sql(
-                "SELECT name FROM sqlite_master WHERE type IN ('table', 'view') ORDER BY name"
-            ).scalars()
-            schema = {name: _parts(fresh, name) for name in names}
-        engine.dispose()
-    return schema
-
-
-def _parts(connection: sa.Connection, name: str) -> list[list[tuple[Any, ...]]]:
-    """Return the columns of a table or view, its references, and the indexes that its keys have made."""
-    columns, references, indexes = (
-        sorted(map(tuple, connection.exec_driver_sql(f'PRAGMA {pragma}("{name}")')), key=repr)
-        for pragma in ("table_xinfo", "foreign_key_list", "index_list")
-    )
-    return [columns, references, [index[1:] for index in indexes if index[3] != "c"]]
+def elements(connection: sa.Connection) -> set[tuple[str, int, int]]:
+    """Return the rows of `element`."""
+    return {(symmetry, n, g) for symmetry, n, g in connection.execute(sa.select(element))}
 
 
 def stadium_id(connection: sa.Connection, a: float) -> int | None:
@@ -85,27 +46,42 @@ def fills(connection: sa.Connection) -> list[Row]:
     return [dict(row) for row in connection.execute(query).mappings()]
 
 
-def word_counts(connection: sa.Connection) -> dict[int, tuple[int, int, int]]:
-    """Return by period the numbers of admissible sequences, of classes, and of words that they claim."""
-    words = sa.select(sequence.c.p, sa.func.count(sequence.c.cycle)).group_by(sequence.c.p)
-    classes = sa.select(cycle.c.p, sa.func.count(), sa.func.sum(cycle.c.class_size)).group_by(cycle.c.p)
-    found = {p: (count, 0, 0) for p, count in connection.execute(words)}
-    for p, count, claimed in connection.execute(classes):
-        found[p] = (found.get(p, (0, 0, 0))[0], count, claimed)
-    return found
+def partial_births(connection: sa.Connection) -> list[Row]:
+    """Return the rows of `birth_fill` that are not complete."""
+    query = sa.select(birth_fill).where(birth_fill.c.state != DONE).order_by(birth_fill.c.p)
+    return [dict(row) for row in connection.execute(query).mappings()]
 
 
-def words_without_fill(connection: sa.Connection, p: int) -> int:
-    """Return how many words the classes of a period claim that have any of them stored."""
-    here = sa.select(sequence.c.cycle).where(sequence.c.p == p, sequence.c.cycle.is_not(None))
-    claimed = sa.select(sa.func.sum(cycle.c.class_size)).where(cycle.c.p == p, cycle.c.id.in_(here))
-    return connection.scalar(claimed) or 0
+def word_counts(connection: sa.Connection) -> dict[int, tuple[int, int]]:
+    """Return by period the numbers of classes, and of words that they say they have."""
+    query = sa.select(cycle.c.p, sa.func.count(), sa.func.sum(cycle.c.class_size)).group_by(cycle.c.p)
+    return {p: (classes, words) for p, classes, words in connection.execute(query)}
+
+
+def words_up_to(connection: sa.Connection, stadium: int | None, p: int, last: str) -> int:
+    """Return how many words the classes of a period have whose least words are not behind some text.
+
+    They are those with a row at one stadium; without any, those with births.
+    """
+    size = sa.select(sa.func.sum(cycle.c.class_size))
+    if stadium is None:
+        rows = size.join_from(change, cycle).where(change.c.number == 1)
+    else:
+        rows = size.join_from(orbit, cycle).where(orbit.c.stadium == stadium)
+    return connection.scalar(rows.where(cycle.c.id.between(keys_of_period(p)[0], key(last)))) or 0
 
 
 def changes(connection: sa.Connection, p: int) -> list[sa.Row[Any]]:
     """Return the changes of all classes of a period, by class and number, each with its class size."""
     query = sa.select(change, cycle.c.class_size, cycle.c.word).join_from(change, cycle).where(cycle.c.p == p)
     return list(connection.execute(query.order_by(change.c.cycle, change.c.number)))
+
+
+def periods_without_births(connection: sa.Connection) -> list[int]:
+    """Return the periods that have changes, but no row that says how far these are stored."""
+    known = sa.select(birth_fill.c.p)
+    query = sa.select(cycle.c.p).join_from(change, cycle).where(cycle.c.p.not_in(known)).distinct()
+    return list(connection.scalars(query.order_by(cycle.c.p)))
 
 
 def status_counts(connection: sa.Connection, stadium: int) -> dict[int, dict[str, tuple[int, int]]]:
@@ -120,21 +96,3 @@ def status_counts(connection: sa.Connection, stadium: int) -> dict[int, dict[str
     for p, status, words, classes in connection.execute(query):
         found.setdefault(p, {})[status] = (words, classes)
     return found
-
-
-def runs(connection: sa.Connection) -> dict[int, tuple[str, str | None]]:
-    """Return the version of each run, and the arithmetic that it names."""
-    found = {}
-    for number, version, parameters in connection.exec_driver_sql("SELECT id, version, parameters FROM run"):
-        try:
-            named = json.loads(parameters).get("arithmetic")
-        except (ValueError, AttributeError):
-            named = None
-        found[number] = (version, named)
-    return found
-
-
-def certified(connection: sa.Connection, stadium_id: int) -> NDArray[np.int64]:
-    """Return the numbers of the classes that are certified at one stadium, in order."""
-    query = sa.select(certificate.c.cycle).where(certificate.c.stadium == stadium_id)
-    return np.array(connection.scalars(query.order_by(certificate.c.cycle)).all(), dtype=np.int64)

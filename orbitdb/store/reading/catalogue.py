@@ -23,7 +23,6 @@ from orbitdb.store.reading.fills import Fill, describe_fills
 from orbitdb.store.reading.lives import BirthFill, Life
 from orbitdb.store.reading.lookup import find_word
 from orbitdb.store.reading.reader import Reader
-from orbitdb.store.reading.row_counts import count_rows
 from orbitdb.store.reading.stadiums import a_stored, meant
 from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
@@ -31,12 +30,16 @@ from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from orbitdb.quantum.spectrum import Spectrum
     from orbitdb.store.reading.chosen_classes import ChosenClasses
     from orbitdb.store.reading.identification import Candidate, Trajectory
+    from orbitdb.store.reading.results import Result
     from orbitdb.store.reading.subset import Subset
 
 _SHOWN = 4
 """Further values of a that are told at most."""
+
+_LONGEST, _MOST_POINTS, _MOST_K = 100, 100_000, 1000
 
 _SOLVED = tuple(status for status in Status if status is not Status.GEOMETRIC)
 
@@ -141,7 +144,7 @@ class Catalogue(Reader):
         self,
         selection: Selection | None = None,
         columns: Sequence[str] = COLUMNS,
-        order: str = "p,code",
+        order: str = "p",
         limit: int | None = None,
         offset: int = 0,
         cancelled: Callable[[], bool] = never,
@@ -156,7 +159,8 @@ class Catalogue(Reader):
         columns : sequence of str, optional
             Some of the columns of the view ``catalogue``.
         order : str, optional
-            Columns with commas between, each with ``desc`` behind it or ``-`` before it to fall.
+            Columns with commas between, each with ``desc`` behind it or ``-`` before it to fall. Of rows
+            that are equal in them the lower period, representative and element come first.
         limit, offset : int, optional
             How many rows at most, and how many to pass over first.
         cancelled : callable, optional
@@ -306,6 +310,61 @@ class Catalogue(Reader):
         with self.reading() as connection:
             return identification.identify_length(connection, at.a, length, tolerance, limit)
 
+    def spectrum(
+        self,
+        lengths: "ArrayLike" = (1.0, 12.0),
+        *,
+        points: int = 500,
+        k_max: float | None = None,
+        levels: "ArrayLike | None" = None,
+        parity: str | None = None,
+        a: float | None = None,
+    ) -> "Spectrum":
+        """Return the length spectrum of the stored orbits, and that of levels beside it.
+
+        Parameters
+        ----------
+        lengths : (float, float), optional
+            From where to where, in units of the radius.
+        points : int, optional
+            At how many lengths.
+        k_max : float, optional
+            End of the window, in 1/radius; by default where the levels end, or 30 without levels.
+        levels : array-like, shape (N,), optional
+            All levels k from the lowest on, in rising order; by default those that the catalogue holds.
+        parity : str, optional
+            ``ee``, ``eo``, ``oe`` or ``oo``; by default all levels together.
+        a : float, optional
+            The stadium; by default the catalogue's.
+
+        Raises
+        ------
+        InputError
+            If there are no orbits, or an argument is not what it should be.
+        """
+        import numpy as np
+
+        from orbitdb.quantum.spectrum import check_levels
+        from orbitdb.quantum.weyl import Parity
+        from orbitdb.store.reading.spectrum import read_spectrum
+
+        ends = np.asarray(lengths, np.float64)
+        if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
+            raise InputError(
+                f"lengths {lengths!r:.40}, points {points}: give a range within 0..{_LONGEST}, 2 points to "
+                f"{_MOST_POINTS}"
+            )
+        if k_max is not None and not 1 <= k_max <= _MOST_K:
+            raise InputError(f"k_max {k_max:g}: give 1 to {_MOST_K}")
+        if parity is not None and parity not in list(Parity):
+            raise InputError(f"parity {parity!r:.40}: use ee, eo, oe or oo")
+        stadium, of = Stadium(self.a if a is None else a), None if parity is None else Parity(parity)
+        given = None if levels is None else np.asarray(levels, np.float64)
+        if given is not None:
+            check_levels(given, stadium, of)
+        x = np.linspace(float(ends[0]), float(ends[1]), points)
+        return read_spectrum(self, stadium.a, x, k_max, given, of)
+
     def birth_fills(self) -> list[BirthFill]:
         """Return how far births and deaths are stored, by period."""
         with self.reading() as connection:
@@ -436,7 +495,7 @@ class Catalogue(Reader):
         self,
         selection: Selection | None = None,
         *,
-        order: str = "p,code",
+        order: str = "p",
         coordinates: bool = False,
         **criteria: Unpack[Criteria],
     ) -> "Subset":
@@ -465,7 +524,7 @@ class Catalogue(Reader):
         Examples
         --------
         >>> catalogue.select(p=(2, 11), status="orbit", length=(None, 11)).words
-        array(['13', '013', '031', '123', '132'], dtype=StringDType())
+        array(['13', '013', '031', '132', '123'], dtype=StringDType())
         """
         from orbitdb.store.reading.subset import read_subset
 
@@ -489,6 +548,66 @@ class Catalogue(Reader):
         chosen = self._chosen(selection, criteria)
         return read_classes(self, chosen if chosen.statuses else replace(chosen, statuses=(Status.ORBIT,)))
 
+    @with_criteria
+    def table(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
+        """Return the paper's Table 1: counts of sequences and orbits by period, and the entropy K_0.
+
+        The parameters are those of `select`, of which a and periods count. Periods that are not filled are
+        counted from a sweep or from births, where there are some.
+
+        Examples
+        --------
+        >>> catalogue.table(p="2-4")["N_c"]
+        [1, 8, 32]
+        """
+        from orbitdb.store.reading.averaged import table
+
+        return table(self, self._chosen(selection, criteria))
+
+    @with_criteria
+    def entropy(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
+        """Return the topological entropy of chosen orbits by period, with proved bounds beside it.
+
+        The parameters are those of `select`.
+
+        Examples
+        --------
+        >>> [round(h, 4) for h in catalogue.entropy(p="2-11")["h_zeta"][-2:]]
+        [1.1629, 1.1611]
+        """
+        from orbitdb.store.reading.averaged import entropy
+
+        return entropy(self, self._chosen(selection, criteria))
+
+    @with_criteria
+    def lyapunov(
+        self,
+        selection: Selection | None = None,
+        *,
+        weight: str = "exp",
+        cut: float | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "Result":
+        """Return the average Lyapunov exponents of chosen orbits by period, by every method.
+
+        Parameters
+        ----------
+        selection : Selection, optional
+            The subset; or name it by the criteria, as in `select`.
+        weight : str, optional
+            ``exp``: weights e^-lambda, as in the paper; ``det``: ``1/|det(1 - M)|``.
+        cut : float, optional
+            One zeta average over all pseudo-cycles of lambda up to this, instead.
+
+        Raises
+        ------
+        InputError
+            If weight or cut cannot be used.
+        """
+        from orbitdb.store.reading.averaged import lyapunov
+
+        return lyapunov(self, self._chosen(selection, criteria), weight, cut)
+
     def _chosen(self, selection: Selection | None, criteria: Criteria) -> Selection:
         if selection is not None and criteria:
             raise SelectionError("give a Selection or criteria, not both")
@@ -504,6 +623,4 @@ class Catalogue(Reader):
     @with_criteria
     def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
         """Return the number of rows in a chosen subset; the parameters are those of `select`."""
-        chosen = self._chosen(selection, criteria)
-        with self.reading() as connection:
-            return count_rows(connection, chosen)
+        return len(self.choose(self._chosen(selection, criteria)))

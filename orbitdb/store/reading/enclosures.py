@@ -7,7 +7,9 @@ import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.errors import InputError
-from orbitdb.store.file.schema import BALLS, DOUBLES, entropy_bound
+from orbitdb.numerals import between
+from orbitdb.store.file.schema import BALLS, DOUBLES
+from orbitdb.store.file.tables import entropy_bound
 from orbitdb.store.reading.soundness import unsound
 
 _HIGHEST = 1.22
@@ -46,6 +48,11 @@ class Enclosure:
     def width(self) -> float:
         """How far the bounds are apart."""
         return self.upper - self.lower
+
+    @property
+    def between(self) -> str:
+        """The bounds in words, rounded outward."""
+        return between(self.lower, "h", self.upper)
 
     @property
     def basis(self) -> str:

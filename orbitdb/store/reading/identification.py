@@ -15,7 +15,7 @@ from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.orbits.shadowing import Shadow, shadows
-from orbitdb.store.reading.class_view import class_view
+from orbitdb.store.file.tables import classes
 from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.traces import Trace, trace_points, trace_start
 
@@ -201,7 +201,6 @@ def identify_length(
     within = _measure(
         "tolerance", SAME_LENGTH if tolerance is None else tolerance, _MOST_TOLERANCE, zero=True
     )
-    classes = class_view()
     one, error = classes.c.length, sa.func.coalesce(classes.c.length_error, 0.0)
     times = sa.func.round(wanted / one).label("repetitions")
     off = times * one - wanted

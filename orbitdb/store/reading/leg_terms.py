@@ -29,7 +29,13 @@ def why_no_further_sum_rules(subset: WholePeriods) -> str:
     return f"sum rules end at p = {last}: {last + 1} was swept before all lower periods were"
 
 
-def why_no_sum_rules(chosen: Selection, missing: Sequence[int]) -> str:
+def why_no_sum_rules_of(subset: WholePeriods) -> str:
+    """Tell why some of the periods of a subset have no sum rules; empty if all have."""
+    whole = why_no_sum_rules(subset.selection, subset.missing, subset.part)
+    return whole or why_no_further_sum_rules(subset)
+
+
+def why_no_sum_rules(chosen: Selection, missing: Sequence[int], part: bool = False) -> str:
     """Tell why exact means say nothing of a subset; empty if it is all orbits up to some period.
 
     Parameters
@@ -37,8 +43,10 @@ def why_no_sum_rules(chosen: Selection, missing: Sequence[int]) -> str:
     chosen : Selection
     missing : sequence of int
         Periods below the highest that are not chosen or not stored as a whole.
+    part : bool, optional
+        Whether only some of what was chosen is there.
     """
-    if replace(chosen, periods=()) != Selection(a=chosen.a, statuses=(Status.ORBIT,)):
+    if part or replace(chosen, periods=()) != Selection(a=chosen.a, statuses=(Status.ORBIT,)):
         return "sum rules are for all orbits up to a period, not for a part of them"
     if missing:
         are = "is" if len(missing) == 1 else "are"
@@ -48,7 +56,7 @@ def why_no_sum_rules(chosen: Selection, missing: Sequence[int]) -> str:
 
 def sum_rules_of(subset: WholePeriods) -> SumRules | None:
     """Return the averages of whole periods by sum rules; None where they have none."""
-    if why_no_sum_rules(subset.selection, subset.missing):
+    if why_no_sum_rules(subset.selection, subset.missing, subset.part):
         return None
     a = subset.selection.a
     if subset.swept:

@@ -13,7 +13,8 @@ import sqlalchemy as sa
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.conditions import NEAR
-from orbitdb.store.file.schema import DONE, birth_fill, change, cycle, life
+from orbitdb.store.file.schema import DONE
+from orbitdb.store.file.tables import birth_fill, change, cycle, life
 from orbitdb.store.reading.fills import written_periods
 from orbitdb.store.reading.soundness import is_written, unsound
 from orbitdb.symbols.counting import count_admissible

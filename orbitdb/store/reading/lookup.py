@@ -31,6 +31,12 @@ JOIN cycle ON cycle.id = other.cycle
 WHERE own.cycle = ? AND own.kind = 'born' AND other.cycle BETWEEN ? AND ?
 ORDER BY own.a, cycle.word"""
 
+_CERTIFICATE = """\
+SELECT certificate.radius, certificate.bits FROM certificate
+JOIN cycle ON cycle.id = certificate.cycle
+JOIN stadium ON stadium.id = certificate.stadium
+WHERE cycle.p = ? AND cycle.word = ? AND stadium.a = ?"""
+
 
 def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | None:
     """Return what is stored of a primitive word at one a, in the rotation asked for (`Catalogue.find`)."""
@@ -66,7 +72,7 @@ def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | No
 
 def _find_pruned(connection: sqlite3.Connection, pruned: Orbit) -> Orbit | None:
     key = (pruned.p, pruned.representative)
-    known = connection.execute("SELECT 1 FROM sequence WHERE p = ? AND word = ?", key).fetchone()
+    known = connection.execute("SELECT 1 FROM pruned WHERE p = ? AND word = ?", key).fetchone()
     return None if known is None else replace(pruned, stored=True)
 
 
@@ -76,6 +82,13 @@ def lives_of(connection: sqlite3.Connection, representative: str) -> Lives | Non
         return None
     query = "SELECT born, dies FROM life WHERE cycle = ? ORDER BY born"
     return tuple(connection.execute(query, (key(representative),))) or None
+
+
+def certificate_of(connection: sqlite3.Connection, representative: str, a: float) -> tuple[float, int] | None:
+    """Return the radius and the bits of the proof of a class's orbit, or None if there is none."""
+    values = (len(representative), representative, a)
+    found: tuple[float, int] | None = connection.execute(_CERTIFICATE, values).fetchone()
+    return found
 
 
 def partners(connection: sqlite3.Connection, representative: str) -> list[tuple[float, list[str]]]:

@@ -8,28 +8,23 @@ from typing import Any, Self
 
 import sqlalchemy as sa
 
-from orbitdb.store.asking.conditions import (
-    COLUMNS,
-    Columns,
-    answering,
-    asks_of_lives,
-    column_of,
-    conditions_of,
-    ordering_of,
-)
-from orbitdb.store.asking.confinement import Patience, never
+from orbitdb.column_blocks import ColumnBlock
+from orbitdb.store.asking.conditions import COLUMNS as CATALOGUE_COLUMNS
+from orbitdb.store.asking.conditions import asks_of_lives
+from orbitdb.store.asking.confinement import CancelledError, never
+from orbitdb.store.asking.names import unknown as unknown_column
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import default_path, need_newest, plain_errors
 from orbitdb.store.file.engines import driver, reading_engine
-from orbitdb.store.file.schema import catalogue, fill, stadium
+from orbitdb.store.file.tables import fill, stadium
+from orbitdb.store.reading.chosen import Chosen
 from orbitdb.store.reading.fills import Fill, as_fill, describe_unfilled
-from orbitdb.store.reading.first_rows import among
 from orbitdb.store.reading.lives import birth_fills, describe_lacking
-from orbitdb.store.reading.places import place_of
+from orbitdb.store.reading.question import choose
+from orbitdb.store.reading.row_blocks import COLUMNS, blocks_of
 from orbitdb.store.reading.stadiums import a_filled
 from orbitdb.symbols.enumeration import MAX_PERIOD
 
-_BLOCK = 2000
 _ALL = 2**63 - 1
 """SQLite's largest integer."""
 
@@ -83,16 +78,6 @@ class Reader:
             still._moment = connection
             yield still
 
-    @contextmanager
-    def selecting(
-        self, selection: Selection, columns: Columns = catalogue.c
-    ) -> Iterator[tuple[sa.Connection, list[sa.ColumnElement[bool] | sa.TextClause]]]:
-        """Give a connection for one query over a subset, confined if it has a free expression."""
-        with self.reading() as connection:
-            conditions = conditions_of(selection, columns)
-            with answering(connection, selection, Patience()):
-                yield connection, conditions
-
     def a_values(self) -> list[float]:
         """Return the values of a that the catalogue knows, in order."""
         with self.reading() as connection:
@@ -126,29 +111,54 @@ class Reader:
             born = {each.p for each in birth_fills(connection) if each.whole}
         return [p for p in filled if p <= MAX_PERIOD and p not in born]
 
+    def choose(
+        self,
+        selection: Selection,
+        order: str = "p",
+        columns: Sequence[str] = (),
+        most: int | None = None,
+        cancelled: Callable[[], bool] = never,
+    ) -> Chosen:
+        """Return a chosen subset as classes and their words (`orbitdb.store.reading.question.choose`)."""
+        with self.reading() as connection:
+            return choose(connection, selection, order, columns, most, cancelled)
+
+    def blocks(
+        self, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
+    ) -> Iterator[ColumnBlock]:
+        """Yield rows of a subset by columns (`orbitdb.store.reading.row_blocks.blocks_of`)."""
+        with self.reading() as connection:
+            yield from blocks_of(connection, chosen, names, first, last)
+
+    def row_blocks(
+        self,
+        selection: Selection,
+        columns: Sequence[str] = CATALOGUE_COLUMNS,
+        order: str = "p",
+        limit: int | None = None,
+        offset: int = 0,
+        cancelled: Callable[[], bool] = never,
+    ) -> Iterator[ColumnBlock]:
+        """Yield rows of a chosen subset by columns, some at a time, as `Catalogue.rows` does one by one."""
+        if unknown := [name for name in columns if name not in COLUMNS]:
+            raise unknown_column(unknown[0], CATALOGUE_COLUMNS)
+        most = None if limit is None else min(limit + offset, _ALL)
+        with self.at_one_moment() as still:
+            chosen = still.choose(selection, order, most=most, cancelled=cancelled)
+            for block in still.blocks(chosen, columns, offset, most):
+                if cancelled():
+                    raise CancelledError
+                yield block
+
     def rows(
         self,
         selection: Selection,
-        columns: Sequence[str] = COLUMNS,
-        order: str = "p,code",
+        columns: Sequence[str] = CATALOGUE_COLUMNS,
+        order: str = "p",
         limit: int | None = None,
         offset: int = 0,
         cancelled: Callable[[], bool] = never,
     ) -> Iterator[tuple[Any, ...]]:
         """Yield rows of a chosen subset, one a symbol sequence, as `Catalogue.rows` does."""
-        query = sa.select(*(column_of(name) for name in columns)).order_by(*ordering_of(order))
-        with self.reading() as connection:
-            query, patience = query.where(*conditions_of(selection)), Patience(cancelled=cancelled)
-            place = place_of(connection, selection, order, limit, offset, patience)
-            if place is not None:
-                query, offset = query.where(*among(place.words)), offset - place.before
-            if limit is not None or offset:
-                query = query.limit(-1 if limit is None else min(limit, _ALL)).offset(min(offset, _ALL))
-            with answering(connection, selection, patience):
-                result = connection.execute(query)
-            while True:
-                with answering(connection, selection, patience):
-                    block = result.fetchmany(_BLOCK)
-                if not block:
-                    return
-                yield from map(tuple, block)  # the connection is free for other queries meanwhile
+        for block in self.row_blocks(selection, columns, order, limit, offset, cancelled):
+            yield from block.rows()

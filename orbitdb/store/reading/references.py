@@ -4,7 +4,7 @@ from dataclasses import fields
 
 import sqlalchemy as sa
 
-from orbitdb.store.file.schema import stadium, trajectory
+from orbitdb.store.file.tables import stadium, trajectory
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.trajectories.ensemble import Reference

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from orbitdb.store.file.schema import orbit, sequence
+from orbitdb.store.file.tables import cycle, orbit
 from orbitdb.store.reading.reader import Reader
 
 
@@ -14,27 +14,27 @@ class Room:
 
     Attributes
     ----------
-    sequences, orbits : int
-        Rows: symbol sequences, and symmetry classes at one a each.
-    per_sequence, per_orbit : float or None
+    classes, orbits : int
+        Rows: symmetry classes with their words, and what became of each at one a.
+    per_class, per_orbit : float or None
         Bytes a row; None where there are no rows, or SQLite was built without its `dbstat`.
     """
 
-    sequences: int
+    classes: int
     orbits: int
-    per_sequence: float | None
+    per_class: float | None
     per_orbit: float | None
 
 
 def room(reader: Reader) -> Room:
-    """Measure the room that sequences and orbits take."""
-    counts = [sa.select(sa.func.count()).select_from(table).scalar_subquery() for table in (sequence, orbit)]
+    """Measure the room that classes and orbits take."""
+    counts = [sa.select(sa.func.count()).select_from(table).scalar_subquery() for table in (cycle, orbit)]
     with reader.reading() as connection:
-        sequences, orbits = connection.execute(sa.select(*counts)).one()
+        classes, orbits = connection.execute(sa.select(*counts)).one()
         pages = _bytes_of_tables(connection)
-    per_sequence = pages["sequence"] / sequences if pages and sequences else None
+    per_class = pages["cycle"] / classes if pages and classes else None
     per_orbit = pages["orbit"] / orbits if pages and orbits else None
-    return Room(sequences, orbits, per_sequence, per_orbit)
+    return Room(classes, orbits, per_class, per_orbit)
 
 
 def _bytes_of_tables(connection: sa.Connection) -> dict[str, int]:

@@ -11,7 +11,6 @@ from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Status
 from orbitdb.plaintext import printable
 from orbitdb.symbols.pruning import rules_broken
-from orbitdb.symbols.symmetry import ELEMENTS
 from orbitdb.symbols.words import are_primitive, from_strings
 
 Row = Mapping[str, Any]
@@ -108,19 +107,6 @@ def need_words(words: Sequence[str], orders: Sequence[int]) -> None:
         return
     wrong = next(word for word, p in zip(words, orders, strict=True) if not is_written(word, p))
     raise unsound("a word that is none:", wrong)
-
-
-def need_elements(elements: Iterable[int | None]) -> None:
-    """Raise unless all numbers are those of symmetry elements, or None.
-
-    Raises
-    ------
-    StoreError
-        With the first that is none.
-    """
-    for element in elements:
-        if element is not None and element not in ELEMENTS:
-            raise unsound("a symmetry element that is none:", element)
 
 
 def coordinates_of(blobs: Sequence[bytes], p: int) -> NDArray[np.float64]:

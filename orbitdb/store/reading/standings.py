@@ -11,9 +11,10 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.conditions import NEAR
-from orbitdb.store.file.schema import BORN, change
-from orbitdb.store.reading.class_index import STATUSES, Index
-from orbitdb.store.reading.ordered import Ordered
+from orbitdb.store.file.schema import BORN
+from orbitdb.store.file.tables import change
+from orbitdb.store.reading.chosen import Chosen
+from orbitdb.store.reading.finding import periods_of
 from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import is_written, unsound
 from orbitdb.symbols.words import from_strings, word_of
@@ -50,7 +51,7 @@ _SOLVED = {
 
 @dataclass(frozen=True, eq=False)
 class Standings(ByValue):
-    """The births and deaths of the classes of an index.
+    """The births and deaths of the classes of a subset.
 
     Attributes
     ----------
@@ -63,8 +64,8 @@ class Standings(ByValue):
     born : ndarray of bool, shape (K,)
         Whether it is a birth; else it is a death.
     places : ndarray of intp, shape (N,)
-        For each class of an index its place among the C; C where its births are not stored, C + 1 where its
-        words are pruned geometrically and never orbits.
+        For each class of a subset its place among the C; C where its births are not stored, C + 1 for a word
+        that is pruned geometrically and never an orbit.
     """
 
     cycles: NDArray[np.int64]
@@ -78,11 +79,6 @@ class Standings(ByValue):
     def known(self) -> NDArray[np.bool_]:
         """For each class whether its births are stored, shape (N,)."""
         return self.places < len(self.cycles)
-
-    @property
-    def unknown(self) -> NDArray[np.bool_]:
-        """For each class whether its births should be stored and are not, shape (N,)."""
-        return self.places == len(self.cycles)
 
     def at(self, a: float) -> NDArray[np.uint8]:
         """Return a `Standing` a class at one a, shape (N,).
@@ -119,25 +115,30 @@ def _solved(cycle: int, a: float, gone: Standing) -> Standing:
     return _SOLVED.get(Status(status), gone)
 
 
-def load_standings(reader: Reader, index: Index) -> Standings:
-    """Read the births and deaths of the classes of an index."""
+def sums(standing: NDArray[np.uint8], counts: NDArray[np.uint8]) -> list[int]:
+    """Return how many words there are of each `Standing`: each class has one, and some words."""
+    return np.bincount(standing, counts, len(Standing)).astype(np.int64).tolist()
+
+
+def load_standings(reader: Reader, chosen: Chosen) -> Standings:
+    """Read the births and deaths of the classes of a subset."""
     columns = (change.c.cycle, change.c.a, change.c.error, change.c.kind == BORN)
     query = sa.select(*columns).order_by(change.c.cycle, change.c.number)
     with reader.reading() as connection:
         rows = connection.execute(query).cursor
         found = np.fromiter(iter(rows.fetchone, None), _ROW)  # all tuples at once take four times the room
-    found = found[np.isin(found["cycle"], index.numbers)]
+    found = found[np.isin(found["cycle"], chosen.ids)]
     cycles, starts = np.unique(found["cycle"], return_index=True)
-    places = np.searchsorted(cycles, index.numbers)
-    known = np.append(cycles, 0)[places] == index.numbers
-    pruned = index.statuses == STATUSES.index(Status.GEOMETRIC)
+    places = np.searchsorted(cycles, chosen.ids)
+    known = np.append(cycles, 0)[places] == chosen.ids
+    pruned = chosen.ids < 0
     places = np.where(pruned, len(cycles) + 1, np.where(known, places, len(cycles)))
     return Standings(
         cycles, starts, found["a"].copy(), found["error"].copy(), found["born"].astype(bool), places
     )
 
 
-def periods_without(index: Index, keys: Ordered, standings: Standings) -> list[int]:
+def periods_without(reader: Reader, chosen: Chosen, standings: Standings) -> list[int]:
     """Return the periods of the rows of which no births are stored."""
-    lacking = standings.unknown & (keys.words_of_classes() > 0)
-    return np.unique(index.by_period(float)[lacking]).astype(int).tolist()
+    lacking = chosen.ids[standings.places == len(standings.cycles)]
+    return np.unique(periods_of(reader, lacking)).tolist()

@@ -11,18 +11,20 @@ from orbitdb.store.asking import expressions as free
 from orbitdb.store.asking.codes import spelled_out
 from orbitdb.store.asking.confinement import TABLES_OF_VIEW, Patience, confined
 from orbitdb.store.asking.selection import SelectionError
-from orbitdb.store.file.schema import catalogue, life
+from orbitdb.store.file.schema import VIEWS
 from orbitdb.store.file.tokens import meaningful
 from orbitdb.store.reading.reader import Reader
 
-VIEWS = (catalogue.name, life.name)
+READABLE = (*VIEWS, "pruned")
+"""What a statement may read."""
+
 _BLOCK = 2000
 
 
 def run_statement(
     reader: Reader, statement: str, parameters: free.Parameters
 ) -> tuple[tuple[str, ...], Iterator[tuple[Any, ...]]]:
-    """Run one SELECT over the views `VIEWS`; return the names of its columns, and its rows.
+    """Run one SELECT over `READABLE`; return the names of its columns, and its rows.
 
     Parameters
     ----------
@@ -102,7 +104,7 @@ def _refusal(statement: str, message: str) -> SelectionError:
     """Return the error that tells the user what is wrong with a statement."""
     foreign = any(part in message for part in ("not authorized", "prohibited", "no such table"))
     if foreign and "function" not in message:
-        message = f"it may read the views {' and '.join(VIEWS)}, and nothing else"
+        message = f"it may read {', '.join(READABLE)}, and nothing else"
     return free.refusal(statement, message, "sql")
 
 
@@ -116,7 +118,7 @@ def _authorize(
     reading = action == sqlite3.SQLITE_READ
     allowed = (
         action == sqlite3.SQLITE_SELECT
-        or (reading and (first in VIEWS or view in VIEWS))
+        or (reading and (first in READABLE or view in VIEWS))
         or (reading and first in TABLES_OF_VIEW and not column)
         or (action == sqlite3.SQLITE_FUNCTION and column in free.FUNCTIONS)
     )

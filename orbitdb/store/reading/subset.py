@@ -1,37 +1,37 @@
 """A chosen subset as arrays, one entry a symbol sequence.
 
-What all words of a symmetry class share is read once a class and spread over its words; coordinates
-are read only where they are asked for.
+Coordinates are read only where they are asked for.
 """
 
-import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
-import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.column_blocks import Lists
+from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite
 from orbitdb.orbits.pruned import pruned_word
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.schema import ENDS
 from orbitdb.store.reading import subset_html, subset_tables
-from orbitdb.store.reading.class_view import class_view
 from orbitdb.store.reading.reader import Reader
-from orbitdb.store.reading.soundness import coordinates_of, need_elements, need_words, unsound
-from orbitdb.symbols import symmetry
-from orbitdb.symbols.words import WordError, from_strings, least_rotation, parse
+from orbitdb.store.reading.row_blocks import COORDINATES
+from orbitdb.store.reading.soundness import unsound
+from orbitdb.symbols.words import MAX_KEYED, WordError, from_strings, key, least_rotation, parse
 
 if TYPE_CHECKING:
     import pandas
     import pyarrow
     from matplotlib.axes import Axes
+
+    from orbitdb.store.reading.results import Result
+    from orbitdb.store.reading.whole_periods import WholePeriods
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -40,8 +40,6 @@ Texts = NDArray[Any]
 
 _TEXT = np.dtypes.StringDType()
 _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
-_SHARED_INTEGERS = ("class_size", "walls")
-_SHARED_NUMBERS = (*NUMBERS, *ENDS)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -74,6 +72,8 @@ class Subset(ByValue):
     unfilled : str or None
         Which of the chosen periods are not filled, in one line (`Catalogue.unfilled`), or lack the births
         that are asked for: what is not filled is not known to be empty.
+    filled : tuple of int
+        The chosen periods that are filled as a whole; averages are over these.
     total : int or None
         How many were chosen, where these are a part of them, taken by an index.
 
@@ -111,6 +111,7 @@ class Subset(ByValue):
     dies: Floats
     coordinates: Floats | None = None
     unfilled: str | None = None
+    filled: tuple[int, ...] = ()
     total: int | None = None
 
     def __len__(self) -> int:
@@ -194,6 +195,11 @@ class Subset(ByValue):
         )
 
     @property
+    def maslov(self) -> Integers:
+        """Maslov indices, 3p - walls."""
+        return 3 * self.p - self.walls
+
+    @property
     def lambda_d(self) -> Floats:
         """Lambda per bounce."""
         return self.lyapunov / self.p
@@ -245,6 +251,47 @@ class Subset(ByValue):
         """
         notes = {"selection": self.selection.describe(), "a": self.selection.a}
         return subset_tables.to_arrow(self._columns(), self._lists(), self.representative == "", notes)
+
+    def entropy(self) -> "Result":
+        """Return the topological entropy of the orbits among these, by period (`Catalogue.entropy`)."""
+        from orbitdb.store.reading.averaged import entropy_of_rows
+
+        return entropy_of_rows(self._orbits())
+
+    def averages(self, weight: str = "exp") -> "Result":
+        """Return the average Lyapunov exponents of the orbits among these, by period (`Catalogue.lyapunov`).
+
+        ``lyapunov`` is the column of their lambda.
+        """
+        from orbitdb.store.reading.averaged import lyapunov_of_rows
+
+        return lyapunov_of_rows(self._orbits(), weight)
+
+    def table(self) -> "Result":
+        """Return how many of these there are, by period, with the columns of the paper's Table 1.
+
+        N_t counts all of them, whatever their status.
+        """
+        from orbitdb.store.reading.averaged import table_of_rows
+
+        return table_of_rows(self.selection, self.filled, self.p, self.status, self.representative)
+
+    def _orbits(self) -> "WholePeriods":
+        """Return the orbits of whole periods, one by one, for averages."""
+        from orbitdb.store.reading.chosen_classes import ChosenClasses
+        from orbitdb.store.reading.whole_periods import WholePeriods
+
+        rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))
+        one = np.ones(len(rows), dtype=np.int64)
+        least = self.representative[rows].tolist()
+        number = np.array([key(word) if len(word) <= MAX_KEYED else 0 for word in least], dtype=np.int64)
+        classes = ChosenClasses(
+            self.p[rows], one, one, self.length[rows], self.lyapunov[rows], self.walls[rows], number
+        )
+        chosen = (
+            self.selection if self.selection.statuses else replace(self.selection, statuses=(Status.ORBIT,))
+        )
+        return WholePeriods(chosen, self.filled, classes, part=self.total is not None)
 
     def plot(
         self, kind: Literal["phase space", "lengths"] = "phase space", ax: "Axes | None" = None
@@ -303,103 +350,54 @@ class Subset(ByValue):
 
 
 _TOLD = ("representative", "p", "status", "length", "lyapunov", "lambda_d", "lambda_c", "time_reversal",
-         "class_size", "walls", "margin", "residual", "error", "length_error", "lyapunov_error", "symmetry",
-         "solver", *ENDS)  # fmt: skip
-_OF_ROWS = {each.name for each in fields(Subset)} - {"selection", "coordinates", "unfilled", "total"}
+         "class_size", "walls", "maslov", "margin", "residual", "error", "length_error", "lyapunov_error",
+         "symmetry", "solver", "born", "dies")  # fmt: skip
+_OF_ROWS = {each.name for each in fields(Subset)} - {
+    "selection",
+    "coordinates",
+    "unfilled",
+    "filled",
+    "total",
+}
 
 
 def read_subset(reader: Reader, selection: Selection, order: str, coordinates: bool) -> Subset:
     """Return the chosen sequences as arrays (`Catalogue.select`)."""
+    names = ["code", *_OF_ROWS - {"words"}, *([COORDINATES] if coordinates else [])]
     with reader.at_one_moment() as still:
-        rows = list(still.rows(selection, ("code", "p", "cycle", "element"), order))
-        words, p, cycles, elements = zip(*rows, strict=True) if rows else ((), (), (), ())
-        need_words(words, p)
-        keys = np.array([key or 0 for key in cycles], dtype=np.int64)
-        known, place = np.unique(keys, return_inverse=True)
-        shared = _shared(still, selection.a, known)
-        places = read_coordinates(still, selection.a, words, cycles, elements) if coordinates else None
+        blocks = list(still.blocks(still.choose(selection, order), names))
         unfilled = still.gaps(selection) or still.lacking_births(selection)
+        filled = tuple(
+            each.p for each in still.fills(selection.a) if each.whole and selection.includes(each.p)
+        )
+    columns: dict[str, list[Any]] = {}
+    for place, name in enumerate(names):
+        columns[name] = [block.columns[place] for block in blocks]
+    places = _flat(columns.pop(COORDINATES), columns["p"]) if coordinates else None
+    arrays: dict[str, Any] = {name: _array(name, parts) for name, parts in columns.items()}
     return Subset(
-        selection=selection,
-        words=np.array(words, dtype=_TEXT),
-        p=np.array(p, dtype=np.int64),
-        coordinates=places,
-        unfilled=unfilled,
-        **{name: values[place] for name, values in shared.items()},
+        selection, arrays.pop("code"), coordinates=places, unfilled=unfilled, filled=filled, **arrays
     )
 
 
-def _shared(reader: Reader, a: float, known: Integers) -> dict[str, Any]:
-    """Return what the words of some classes share, by the rising numbers of the classes.
-
-    Class 0 stands for the words that have none, which are those pruned geometrically.
-    """
-    names = ("cycle", "status", *_SHARED_TEXTS, *_SHARED_INTEGERS, *_SHARED_NUMBERS)
-    nothing = (0, Status.GEOMETRIC.value, *[""] * len(_SHARED_TEXTS), *[0] * len(_SHARED_INTEGERS))
-    rows = [(*nothing, *[None] * len(_SHARED_NUMBERS))] if 0 in known else []
-    rows = sorted([*rows, *_rows_of_classes(reader, a, known[known != 0].tolist(), names)])
-    if len(rows) != len(known):
-        raise unsound("no row for some of the classes", f"{known[0]} to {known[-1]}")
-    columns = dict(zip(names, zip(*rows, strict=True) if rows else [()] * len(names), strict=True))
-    least = [word for word in columns["representative"] if word]
-    need_words(least, [len(word) for word in least])
-    arrays: dict[str, Any] = {name: np.array(columns[name], _TEXT) for name in ("status", *_SHARED_TEXTS)}
-    arrays |= {name: np.array(columns[name], np.int64) for name in _SHARED_INTEGERS}
-    numbers = {name: np.array(columns[name], np.float64) for name in _SHARED_NUMBERS}
-    for name, values in numbers.items():
+def _array(name: str, parts: list[Any]) -> NDArray[Any]:
+    """Return a column as an array: texts and integers that a row does not have are empty and 0."""
+    if kind_of(name) == "number":
+        values: Floats = np.concatenate([np.zeros(0), *parts])
         if np.isinf(values).any():
             raise unsound("infinite numbers in the column", name)
-    return arrays | numbers
+        return values
+    plain = [value for part in parts for value in part]
+    if kind_of(name) == "integer":
+        return np.array([value or 0 for value in plain], np.int64)
+    return np.array([value or "" for value in plain], _TEXT)
 
 
-def _rows_of_classes(
-    reader: Reader, a: float, numbers: Iterable[int | None], names: Sequence[str]
-) -> list[tuple[Any, ...]]:
-    """Return columns of the class view for some classes, in any order; None is the number of none."""
-    classes = class_view()
-    wanted = sa.select(sa.func.json_each(json.dumps(list(numbers))).table_valued("value").c.value)
-    query = sa.select(*(classes.c[name] for name in names)).where(
-        classes.c.a == a, classes.c.cycle.in_(wanted)
-    )
-    with reader.reading() as connection:
-        return [tuple(row) for row in connection.execute(query)]
-
-
-def read_coordinates(
-    reader: Reader,
-    a: float,
-    words: Sequence[str],
-    cycles: Sequence[int | None],
-    elements: Sequence[int | None],
-) -> Floats:
-    """Return the coordinates of words one behind the other, shape (sum of p,), NaN where there are none.
-
-    Parameters
-    ----------
-    reader : Reader
-    a : float
-        The stadium.
-    words : sequence of str
-        Least rotations.
-    cycles, elements : sequence of int or None
-        The class of each word, and the symmetry element that carries the class's least word to it.
-    """
-    rows = _rows_of_classes(reader, a, set(cycles), ("cycle", "representative", "coordinates"))
-    stored = {number: (least, blob) for number, least, blob in rows if blob is not None}
-    need_elements(elements)
-    groups: dict[tuple[int, int], list[int]] = {}
-    for row, (word, number, element) in enumerate(zip(words, cycles, elements, strict=True)):
-        if number in stored:
-            groups.setdefault((len(word), element or 0), []).append(row)
-    start = np.concatenate([[0], np.cumsum([len(word) for word in words], dtype=np.int64)])
-    flat = np.full(start[-1], np.nan)
-    for (p, element), members in groups.items():
-        least, blobs = zip(*(stored[cycles[row] or 0] for row in members), strict=True)
-        need_words(least, [p] * len(least))
-        places = coordinates_of(blobs, p)
-        try:
-            images = symmetry.image_coordinates([words[row] for row in members], least, element, places)
-        except ValueError as error:
-            raise unsound("a symmetry element that leads to another word:", element) from error
-        flat[start[members][:, None] + np.arange(p)] = images
-    return flat
+def _flat(parts: list[Lists], periods: list[list[int]]) -> Floats:
+    """Return the coordinates of all rows one behind the other, NaN where a row has none."""
+    found = [np.zeros(0)]
+    for part, orders in zip(parts, periods, strict=True):
+        flat = np.full(sum(orders), np.nan)
+        flat[np.repeat(part.present, orders)] = part.values
+        found.append(flat)
+    return np.concatenate(found)

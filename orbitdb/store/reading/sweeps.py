@@ -9,7 +9,8 @@ import sqlalchemy as sa
 from orbitdb.errors import InputError
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import selection_of
-from orbitdb.store.file.schema import DONE, SWEPT, stadium, sweep
+from orbitdb.store.file.schema import DONE, SWEPT
+from orbitdb.store.file.tables import stadium, sweep
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.enumeration import MAX_PERIOD
 

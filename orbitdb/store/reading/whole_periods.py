@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +14,12 @@ from orbitdb.averages.tilt_moments import TiltMoments
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import why_not_swept
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.chosen_classes import ChosenClasses
 from orbitdb.store.reading.counted import Counted
-from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.sweeps import moments_of
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
 
 
 @dataclass(frozen=True)
@@ -28,8 +30,8 @@ class WholePeriods:
     ----------
     selection : Selection
         What was chosen: orbits, if no status was named.
-    fills, partial : tuple of Fill
-        The chosen periods that are whole, in order, and those that are stored in part and left out.
+    filled : tuple of int
+        The chosen periods that are filled as a whole, in order.
     classes : ChosenClasses
         The chosen classes of the whole periods.
     swept : mapping of int to PeriodSums
@@ -40,21 +42,23 @@ class WholePeriods:
         How many chosen orbits they have.
     unborn : tuple of int
         The chosen periods that are left out as the subset depends on their births, and none are stored.
+    part : bool
+        Whether these are a part of what was chosen.
     """
 
     selection: Selection
-    fills: tuple[Fill, ...]
-    partial: tuple[Fill, ...]
+    filled: tuple[int, ...]
     classes: ChosenClasses
     swept: Mapping[int, PeriodSums] = field(default_factory=dict)
     moments: Sequence[Mapping[int, TiltMoments]] = ()
     orbits: Mapping[int, int] = field(default_factory=dict)
     unborn: tuple[int, ...] = ()
+    part: bool = False
 
     @cached_property
     def periods(self) -> list[int]:
         """The whole periods."""
-        return sorted([*(fill.p for fill in self.fills), *self.swept])
+        return sorted([*self.filled, *self.swept])
 
     def counted(self) -> Counted:
         """Return where its periods come from."""
@@ -88,7 +92,7 @@ class WholePeriods:
         return why_missing(self.missing, self.selection, unborn=self.unborn)
 
 
-def read_whole(catalogue: Catalogue, selection: Selection, swept: bool = False) -> WholePeriods:
+def read_whole(catalogue: "Catalogue", selection: Selection, swept: bool = False) -> WholePeriods:
     """Return the chosen classes of the whole periods, all of one moment.
 
     Parameters
@@ -103,16 +107,14 @@ def read_whole(catalogue: Catalogue, selection: Selection, swept: bool = False) 
     with catalogue.at_one_moment() as still:
         fills = [fill for fill in still.fills(selection.a) if selection.includes(fill.p)]
         unborn = tuple(still.without_births(selection))
-        whole = tuple(fill for fill in fills if fill.whole and fill.p not in unborn)
+        whole = tuple(fill.p for fill in fills if fill.whole and fill.p not in unborn)
         known = still.sweeps(selection.a, selection) if swept and not why_not_swept(selection) else []
-        filled = {fill.p for fill in whole}
-        wanted = [each for each in known if selection.includes(each.p) and each.p not in filled]
+        wanted = [each for each in known if selection.includes(each.p) and each.p not in whole]
         sums = {each.p: each.sums for each in wanted if each.sums is not None}
         orbits = {each.p: each.tally.n_c for each in wanted if each.p in sums}
-        partial = tuple(fill for fill in fills if not fill.whole and fill.p not in sums)
-        spans = tuple((fill.p, fill.p) for fill in whole) or ((0, 0),)
+        spans = tuple((p, p) for p in whole) or ((0, 0),)
         classes = still.classes(replace(selection, periods=spans))
-        return WholePeriods(selection, whole, partial, classes, sums, moments_of(known), orbits, unborn)
+        return WholePeriods(selection, whole, classes, sums, moments_of(known), orbits, unborn)
 
 
 def why_missing(

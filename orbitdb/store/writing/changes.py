@@ -1,7 +1,6 @@
-"""Storing births and deaths, and how far the changes of a period are stored, in one transaction."""
+"""Storing births and deaths of classes, and what they amount to in a period."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -9,70 +8,11 @@ import sqlalchemy as sa
 
 from orbitdb.orbits.batches import JOINTS
 from orbitdb.orbits.births import Changes, events
-from orbitdb.store.file.schema import BORN, DIED, DONE, FILLING, birth_fill, change, cycle
-from orbitdb.store.writing.cursors import OvertakenError, end_of
-from orbitdb.store.writing.insertion import insert
+from orbitdb.store.file.schema import BORN, DIED
+from orbitdb.store.file.tables import change, cycle
+from orbitdb.store.writing.classes import insert
 from orbitdb.store.writing.writer import Writer
-from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.words import keys_of_period
-
-
-@dataclass(frozen=True)
-class BirthCursor:
-    """How far the changes of one period are stored.
-
-    Attributes
-    ----------
-    p : int
-    state : str
-        ``filling`` or ``done``.
-    word : str or None
-        The changes of all words up to this one, in the order of their texts, are stored.
-    words : int
-        How many words that are.
-    """
-
-    p: int
-    state: str
-    word: str | None
-    words: int
-
-    @property
-    def after(self) -> int:
-        """The packed word behind which the work goes on."""
-        return -1 if self.word is None else int(self.word, 8)
-
-
-def open_births(connection: sa.Connection, p: int) -> BirthCursor:
-    """Return how far the changes of a period are stored, which may be nothing."""
-    row = connection.execute(sa.select(birth_fill).where(birth_fill.c.p == p)).first()
-    return (
-        BirthCursor(p, FILLING, None, 0) if row is None else BirthCursor(p, row.state, row.cursor, row.words)
-    )
-
-
-def move_births(
-    connection: sa.Connection, cursor: BirthCursor, span: Span, words: int, seconds: float
-) -> BirthCursor:
-    """Note that the changes of a span behind the cursor are stored, and what that took.
-
-    Raises
-    ------
-    OvertakenError
-        If another process has moved the same cursor.
-    """
-    fresh = sa.insert(birth_fill).prefix_with("OR IGNORE")
-    connection.execute(fresh.values(p=cursor.p, state=FILLING, seconds=0.0, words=0))
-    last = end_of(span)
-    here = (birth_fill.c.p == cursor.p) & (birth_fill.c.state == FILLING)
-    moved = connection.execute(
-        sa.update(birth_fill)
-        .where(here, birth_fill.c.cursor.is_not_distinct_from(cursor.word))
-        .values(cursor=last, words=cursor.words + words, seconds=birth_fill.c.seconds + seconds)
-    )
-    if moved.rowcount != 1:
-        raise OvertakenError
-    return replace(cursor, word=last, words=cursor.words + words)
 
 
 def add_changes(
@@ -102,8 +42,8 @@ def add_changes(
         insert(connection, "change", list(zip(*rows, strict=True)))
 
 
-def close_births(connection: sa.Connection, p: int) -> None:
-    """Number the events of a period of which all changes are stored, and note the counts."""
+def number_events(connection: sa.Connection, p: int) -> dict[str, Any]:
+    """Number the events of a period of which all changes are stored; return the counts (`birth_fill`)."""
     here = change.c.cycle.between(*keys_of_period(p))
     found = connection.execute(
         sa.select(change.c.cycle, change.c.number, change.c.a, change.c.error, change.c.kind).where(here)
@@ -117,19 +57,14 @@ def close_births(connection: sa.Connection, p: int) -> None:
             "UPDATE change SET event = ? WHERE cycle = ? AND number = ?",
             [(event, row.cycle, row.number) for event, row in numbered],
         )
-    connection.execute(
-        sa.update(birth_fill)
-        .where(birth_fill.c.p == p)
-        .values(
-            state=DONE,
-            classes=len({row.cycle for row in found}),
-            births=len(births),
-            deaths=len({row.cycle for row in moving if row.kind == DIED}),
-            always=len(found) - len(moving),
-            least=min(births, default=None),
-            largest=max(births, default=None),
-        )
-    )
+    return {
+        "classes": len({row.cycle for row in found}),
+        "births": len(births),
+        "deaths": len({row.cycle for row in moving if row.kind == DIED}),
+        "always": len(found) - len(moving),
+        "least": min(births, default=None),
+        "largest": max(births, default=None),
+    }
 
 
 def words_with_changes(connection: sa.Connection, p: int) -> int:

@@ -1,138 +1,107 @@
-"""How far the fill of a period has come, and its moving on, in the transaction that stores the rows."""
+"""How far the work on a period has come, and its moving on, in the transaction that stores what it found.
 
+Fills, sweeps and births are kept alike: a row of their table with a state, the word up to which all is
+stored, and what has been counted and spent so far.
+"""
+
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
-import numpy as np
 import sqlalchemy as sa
-from numpy.typing import NDArray
 
-from orbitdb.store.file.schema import DONE, FILLING, cycle, fill, orbit
-from orbitdb.store.writing.writer import Writer
+from orbitdb.store.file.schema import DONE, FILLING
 from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.words import keys_of_period, packed
 
 
 class OvertakenError(Exception):
-    """Another process has moved the cursor of the same fill: what it says is to be read again."""
+    """Another process has moved the same cursor: what it says is to be read again."""
 
 
 @dataclass(frozen=True)
 class Cursor:
-    """How far a fill of one period at one a has come.
+    """How far the work on one period has come.
 
     Attributes
     ----------
-    stadium, p : int
-        What is filled.
-    state : str
-        ``filling`` or ``done``.
-    word : str or None
-        All words up to this one, in the order of their texts, are stored; it need not be a word itself.
-    words : int
-        How many words that are.
-    sequences_done : bool
-        Whether all words of the period are stored, by a fill at any a.
+    table : Table
+        `fill`, `sweep` or `birth_fill`.
+    row : mapping of str to object
+        Its row as it is, or as it is going to begin.
     """
 
-    stadium: int
-    p: int
-    state: str
-    word: str | None
-    words: int
-    sequences_done: bool
+    table: sa.Table
+    row: Mapping[str, Any]
+
+    @property
+    def p(self) -> int:
+        """The period."""
+        return int(self.row["p"])
+
+    @property
+    def done(self) -> bool:
+        """Whether nothing is missing."""
+        return bool(self.row["state"] == DONE)
+
+    @property
+    def words(self) -> int:
+        """How many words the stored classes have."""
+        return int(self.row["words"])
 
     @property
     def after(self) -> int:
-        """The packed word behind which the fill goes on."""
-        return -1 if self.word is None else int(self.word, 8)
+        """The packed word behind which the work goes on; it need not be a word itself.
+
+        All classes whose least words are up to it are stored.
+        """
+        return -1 if self.row["cursor"] is None else int(self.row["cursor"], 8)
+
+    def rows(self, table: sa.Table) -> sa.ColumnElement[bool]:
+        """Say which rows of a table belong to it: those that agree in all columns of its key."""
+        return sa.and_(*(table.c[column.name] == self.row[column.name] for column in self.table.primary_key))
 
 
-@dataclass(frozen=True)
-class Spent:
-    """Time spent on a part of a fill, in seconds.
+def open_cursor(connection: sa.Connection, table: sa.Table, **begun: object) -> Cursor:
+    """Return how far a period has come, which may be nothing.
 
-    Attributes
-    ----------
-    seconds : float
-        As it passed.
-    enumerating, solving, storing : float
-        Of processors: on words and their classes, on orbits, and on the database.
+    The key of its row and what else it begins with are given; what it adds up begins at 0.
     """
-
-    seconds: float
-    enumerating: float
-    solving: float
-    storing: float
-
-
-def open_fill(writer: Writer, connection: sa.Connection, a: float, p: int) -> Cursor:
-    """Return where the fill of a period stands, beginning it if need be."""
-    here = {"stadium": writer.stadium_id(connection, a), "p": p}
-    connection.execute(sa.insert(fill).prefix_with("OR IGNORE").values(**here, state=FILLING, seconds=0.0))
-    row = connection.execute(sa.select(fill.c.state, fill.c.cursor, fill.c.words).filter_by(**here)).one()
-    complete = sa.select(fill.c.p).where(fill.c.p == p, fill.c.state == DONE).limit(1)
-    return Cursor(**here, state=row.state, word=row.cursor, words=row.words,
-                  sequences_done=connection.scalar(complete) is not None)  # fmt: skip
+    zero = {c.name: 0 for c in table.c if not (c.nullable or c.primary_key or c.name in begun)}
+    cursor = Cursor(table, zero | {"cursor": None} | begun | {"state": FILLING})
+    row = connection.execute(sa.select(table).where(cursor.rows(table))).mappings().first()
+    return cursor if row is None else Cursor(table, dict(row))
 
 
-def move_cursor(connection: sa.Connection, cursor: Cursor, span: Span, words: int, spent: Spent) -> Cursor:
-    """Note that the words of the span behind the cursor are stored, and what it took.
+def hold(connection: sa.Connection, cursor: Cursor) -> None:
+    """Make sure that a cursor still says what it did; nobody can move it while this transaction lasts.
 
     Raises
     ------
     OvertakenError
-        If another process has moved the same cursor.
+        If another process has moved it.
     """
-    last = end_of(span)
-    moved = connection.execute(
-        sa.update(fill)
-        .where(_of(cursor), fill.c.state == FILLING, fill.c.cursor.is_not_distinct_from(cursor.word))
-        .values(
-            cursor=last,
-            words=fill.c.words + words,
-            **{name: fill.c[name] + value for name, value in vars(spent).items()},
-        )
-    )
-    if moved.rowcount != 1:
+    columns = cursor.table.c.state, cursor.table.c.cursor
+    row = connection.execute(sa.select(*columns).where(cursor.rows(cursor.table))).first()
+    if tuple(row or (FILLING, None)) != (FILLING, cursor.row["cursor"]):
         raise OvertakenError
-    return replace(cursor, word=last, words=cursor.words + words)
 
 
-def end_of(span: Span) -> str:
-    """Return the end of a span as text, one octal digit a symbol."""
-    return f"{span.upto:0{span.p}o}"
+def move(connection: sa.Connection, cursor: Cursor, span: Span, spent: Mapping[str, float]) -> Cursor:
+    """Note that the classes of the span behind a cursor are stored, and add what was counted and spent."""
+    table, row = cursor.table, dict(cursor.row)
+    added = {name: row[name] + value for name, value in spent.items()} | {"cursor": f"{span.upto:0{span.p}o}"}
+    if row["cursor"] is None:
+        connection.execute(sa.insert(table).prefix_with("OR IGNORE").values(**row))
+    connection.execute(sa.update(table).where(cursor.rows(table)).values(**added))
+    return replace(cursor, row=row | added)
 
 
-def close_fill(connection: sa.Connection, cursor: Cursor, counts: dict[str, int]) -> None:
-    """Note that a period is complete, with its counts."""
-    connection.execute(sa.update(fill).where(_of(cursor)).values(state=DONE, **counts))
+def is_open(connection: sa.Connection, cursor: Cursor) -> bool:
+    """Tell whether nobody has closed the period yet."""
+    return connection.scalar(sa.select(cursor.table.c.state).where(cursor.rows(cursor.table))) != DONE
 
 
-def _of(cursor: Cursor) -> sa.ColumnElement[bool]:
-    return (fill.c.stadium == cursor.stadium) & (fill.c.p == cursor.p)
-
-
-def count_statuses(connection: sa.Connection, cursor: Cursor) -> dict[str, tuple[int, int]]:
-    """Return for each status the number of words and of classes among a period's orbits."""
-    query = (
-        sa.select(orbit.c.status, sa.func.sum(cycle.c.class_size), sa.func.count())
-        .join(cycle, cycle.c.id == orbit.c.cycle)
-        .where(orbit.c.stadium == cursor.stadium, orbit.c.cycle.between(*keys_of_period(cursor.p)))
-        .group_by(orbit.c.status)
-    )
-    return {status: (words, classes) for status, words, classes in connection.execute(query)}
-
-
-def next_classes(connection: sa.Connection, p: int, after: int, count: int) -> NDArray[np.int64]:
-    """Return the packed least words of the stored classes of order p behind one, so many at most."""
-    low, high = keys_of_period(p)
-    numbers = sa.select(cycle.c.id).where(cycle.c.id > low + after, cycle.c.id <= high)
-    found = connection.scalars(numbers.order_by(cycle.c.id).limit(count)).all()
-    return packed(np.array(found, dtype=np.int64), p)
-
-
-def count_words(connection: sa.Connection, span: Span) -> int:
-    """Return how many words the stored classes of a span have."""
-    low, _ = keys_of_period(span.p)
-    here = cycle.c.id.between(low + span.after + 1, low + span.upto)
-    return connection.scalar(sa.select(sa.func.sum(cycle.c.class_size)).where(here)) or 0
+def close(connection: sa.Connection, cursor: Cursor, values: Mapping[str, object]) -> None:
+    """Note that a period is complete, with what is known of it then."""
+    table = cursor.table
+    connection.execute(sa.update(table).where(cursor.rows(table)).values(state=DONE, **values))

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
-from orbitdb.store.file.schema import entropy_bound
+from orbitdb.store.file.tables import entropy_bound
 from orbitdb.store.writing.writer import Writer
 
 if TYPE_CHECKING:

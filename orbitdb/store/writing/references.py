@@ -4,7 +4,7 @@ from dataclasses import asdict
 
 import sqlalchemy as sa
 
-from orbitdb.store.file.schema import trajectory
+from orbitdb.store.file.tables import trajectory
 from orbitdb.store.writing.writer import Writer
 from orbitdb.trajectories.ensemble import Reference
 

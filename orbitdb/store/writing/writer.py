@@ -12,8 +12,8 @@ import sqlalchemy as sa
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.store.file.database import plain_errors
-from orbitdb.store.file.engines import writing_engine
-from orbitdb.store.file.schema import run, stadium
+from orbitdb.store.file.engines import reading_engine, writing_engine
+from orbitdb.store.file.tables import run, stadium
 from orbitdb.version import __version__
 
 
@@ -32,7 +32,7 @@ class Writer:
 
     def __init__(self, path: Path, parameters: dict[str, Any], references: bool = True) -> None:
         self.path = path
-        self._engine = writing_engine(path, references)
+        self._engine, self._reading = writing_engine(path, references), reading_engine(path)
         self._parameters = parameters
         self._run_ids: dict[str, int] = {}
         self._written = False
@@ -48,6 +48,12 @@ class Writer:
             self._run_ids = noted  # what was noted since is gone with the rest
             raise
         self._written = True
+
+    @contextmanager
+    def reading(self) -> Iterator[sa.Connection]:
+        """Give a connection that sees one moment and lets others write meanwhile."""
+        with plain_errors(self.path), self._reading.begin() as connection:
+            yield connection
 
     def try_to_write(self) -> None:
         """Write nothing, as a check that something could be written.
@@ -68,6 +74,7 @@ class Writer:
                 closing(self._engine.raw_connection()) as connection,
             ):
                 connection.execute("PRAGMA wal_checkpoint")
+        self._reading.dispose()
         self._engine.dispose()
 
     def run_id(self, connection: sa.Connection, computed: str | None = None) -> int:

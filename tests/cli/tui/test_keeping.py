@@ -8,16 +8,14 @@ from screens import ask, drive, press, screen_lines, shown, table_of
 from orbitdb.cli.tui import jumping_screen
 from orbitdb.cli.tui.columns import COLUMNS, EVERY, USUAL
 from orbitdb.cli.tui.export import export
-from orbitdb.cli.tui.jumping import place_of
 from orbitdb.cli.tui.kept import Kept, State, among_marked, criteria_of, selection_of, toggled
-from orbitdb.cli.tui.source import Ordering, Pages
+from orbitdb.cli.tui.source import Ordering
 from orbitdb.cli.tui.table import _fitting
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.pages import chosen_keys, load_index
 
 
 def heading(app):
@@ -88,19 +86,6 @@ def test_digits_lead_to_a_period_or_a_code(filled_once, monkeypatch):
         assert len(row()) == 3  # the cursor had moved on
 
     drive(filled_once, steps)
-
-
-def test_jumps_find_what_is_first_in_any_order(filled_once):
-    catalogue = Catalogue(filled_once)
-    index = load_index(catalogue, 1.6)
-    keys = chosen_keys(catalogue, index, Selection(), "length", True)
-    pages = Pages(catalogue, index, keys, ("code",))
-    words = [index.word(key) for key in keys[:].tolist()]
-    for typed in ("5", "12", "01", "13", "0133", "99"):
-        period = len(typed) <= 2 and typed[0] != "0" and [w for w in words if len(w) == int(typed)]
-        fits = period or [w for w in words if w == typed] or [w for w in words if w.startswith(typed)]
-        place, _ = place_of(pages, typed)
-        assert (None if place is None else words[place]) == (fits[0] if fits else None)
 
 
 @pytest.mark.slow

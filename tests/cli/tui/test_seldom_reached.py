@@ -12,18 +12,15 @@ from orbitdb.cli.tui.dialogs import QuestionDialog
 from orbitdb.cli.tui.drawing import OrbitDrawing
 from orbitdb.cli.tui.jumping import place_of
 from orbitdb.cli.tui.pictures import phase_points
-from orbitdb.cli.tui.source import Head, Pages
+from orbitdb.cli.tui.source import Pages, head_of
 from orbitdb.orbits.lives import solve_word
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.index_reading import load_index
-from orbitdb.store.reading.pages import chosen_keys
 
 
 def test_digits_that_repeat_a_shorter_word_lead_nowhere_by_themselves(varied):
     catalogue = Catalogue(varied)
-    index = load_index(catalogue, 1.6)
-    pages = Pages(catalogue, index, chosen_keys(catalogue, index, Selection()), ("code",))
+    pages = Pages(catalogue, catalogue.choose(Selection()), ("code",))
     assert place_of(pages, "131313") == (None, "no code 131313")
 
 
@@ -49,13 +46,14 @@ def test_ways_that_are_seldom_taken(filled, monkeypatch):
         # digits that are typed while the rows are still read lead on when they have been
         await press(pilot, "g")
         pages = table.source
-        table.show(Head([pages.row(place) for place in range(20)], pages.columns), 0)
+        table.show(head_of(app.catalogue, Selection(), pages.columns, 20), 0)
         main.action_jump("8")
         assert (table.cursor, main.position_note) == (0, "8 …")
         main.show_rows(pages, 0)
+        await settle(pilot)
         assert (len(table.row[0]), main.position_note) == (8, "period 8")
         # but not who has moved on meanwhile
-        table.show(Head([pages.row(place) for place in range(20)], pages.columns), 0)
+        table.show(head_of(app.catalogue, Selection(), pages.columns, 20), 0)
         main.action_jump("8")
         await press(pilot, "j")
         main.show_rows(pages, table.cursor)

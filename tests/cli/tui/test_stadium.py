@@ -6,6 +6,7 @@ from screens import drive, press, settle, shown, table_of
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.drawing import OrbitDrawing
 from orbitdb.cli.tui.fill_dialog import FillDialog
+from orbitdb.cli.tui.half_length_dialog import HalfLengthDialog
 from orbitdb.cli.tui.word_screen import WordScreen
 from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.newton import solve_word
@@ -20,7 +21,7 @@ def stadiums_of(app):
     screen = app.screen_stack[0]
     source, drawing = table_of(app).source, screen.query_one(OrbitDrawing)
     orbits = [orbit.a for orbit in (screen.orbit, drawing.orbit, *screen.compared) if orbit is not None]
-    rows = [source.index.a] if len(source) else []
+    rows = [source.chosen.selection.a] if len(source) else []
     return {screen.selection.a, drawing.a, *orbits, *rows}
 
 
@@ -122,3 +123,20 @@ def test_rows_that_want_births_say_that_there_are_none(at_one):
         assert "births of periods 2-" in shown(app)
 
     drive(at_one, steps, (220, 48), Selection(a=1.0, exists=(2.0,)))
+
+
+@pytest.mark.slow
+def test_any_stadium_can_be_typed(varied):
+    async def steps(app, pilot):
+        await press(pilot, "a", "2", "full_stop", "5")
+        assert "nothing is filled there: f fills it" in " ".join(shown(app).split())
+        await press(pilot, "enter")
+        assert app.screen.selection.a == 2.5
+        assert "and so does the key f" in " ".join(shown(app).replace("│", " ").split())
+        await press(pilot, "a", "1", "enter")
+        assert app.screen.selection.a == 1.0
+        await press(pilot, "a", "0", "enter")
+        assert isinstance(app.screen, HalfLengthDialog)
+        assert app.screen.query_one("Input").has_class("-wrong")
+
+    drive(varied, steps)

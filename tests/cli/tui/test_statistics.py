@@ -1,7 +1,7 @@
 """The trajectory value of the statistics screen: the better one stays, and it is said which it is."""
 
 import pytest
-from screens import drive, press, shown
+from screens import drive, press, screen_lines, shown
 
 from orbitdb.cli.tui import statistics
 from orbitdb.cli.tui.statistics import StatisticsScreen
@@ -66,3 +66,19 @@ def test_a_stadium_that_is_not_filled_says_so(filled_once, monkeypatch):
         assert all("nothing is filled at a = 2" in note.message for note in app._notifications)
 
     drive(filled_once, steps, LARGE, Selection(a=2.0))
+
+
+@pytest.mark.slow
+def test_every_heading_is_seen_at_160_columns(filled_once, monkeypatch):
+    monkeypatch.setattr(statistics, "_BOUNCES", 1000)
+
+    async def steps(app, pilot):
+        await press(pilot, "S")
+        assert screen_lines(app)[2].replace("│", " ").split()[-4:] == [
+            "λ_d_sum_rule",
+            "±",
+            "λ_c_sum_rule",
+            "±",
+        ]
+
+    drive(filled_once, steps, (160, 48))

@@ -39,6 +39,13 @@ async def seen(socket, text):
             drawn += message.data.decode("utf-8", "replace")
 
 
+async def ended(socket):
+    """Read what a session draws until the server has closed it."""
+    async with asyncio.timeout(60):
+        while not socket.closed:
+            await socket.receive()
+
+
 @pytest.mark.slow
 def test_the_screen_is_served_with_its_options_to_those_who_have_the_token(filled_once):
     aiohttp = pytest.importorskip("aiohttp")  # here, as importing it takes what ten tests take
@@ -60,15 +67,21 @@ def test_the_screen_is_served_with_its_options_to_those_who_have_the_token(fille
                     assert (answer.status, str(answer.url)) == (200, page)
             async with session.get(f"{page}ws") as refused:
                 assert refused.status == 400
+            for origin in ("http://127.0.0.1:1", "http://localhost", "null"):
+                with pytest.raises(aiohttp.WSServerHandshakeError, match="403"):
+                    await session.ws_connect(f"{page}ws", origin=origin)
+            for odd in ("no JSON", "{}", "[]", '["stdin"]', '["stdin", 5]', '["resize", {}]'):
+                async with session.ws_connect(f"{page}ws", origin=base) as keys:
+                    await keys.send_str(odd)
+                    await ended(keys)
+                    assert keys.close_code == 1003, odd
             assert "frame-ancestors 'none'" in answer.headers["Content-Security-Policy"]
             async with session.ws_connect(f"{page}ws?width=120&height=30") as keys:
                 await seen(keys, f"1 of {Catalogue(filled_once).count(chosen)}")
                 await keys.send_str(json.dumps(["stdin", "d"]))
                 await seen(keys, "time_reversal")
                 served.send_signal(signal.SIGINT)
-                async with asyncio.timeout(60):
-                    while not keys.closed:
-                        await keys.receive()
+                await ended(keys)
 
     try:
         asyncio.run(visit())

@@ -1,0 +1,192 @@
+"""``orbitdb levels``: the quantum levels of the stadium."""
+
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from orbitdb.cli import options
+from orbitdb.cli.executors import WORTH_PROCESSES, Jobs, Solvers
+from orbitdb.cli.options import Format
+from orbitdb.cli.progress import progress
+from orbitdb.cli.render import note, write
+from orbitdb.cli.storing import bring
+from orbitdb.errors import InputError
+from orbitdb.numerals import real
+from orbitdb.plaintext import several
+
+if TYPE_CHECKING:
+    from orbitdb.quantum.levels import Levels, LevelTask
+    from orbitdb.quantum.weyl import Parity
+
+EXAMPLES = """
+Examples:
+
+  orbitdb levels --k 0:30
+
+  orbitdb levels --k 0:12 --parity oo --a 0.5 --json
+
+  orbitdb levels --k 20:21 --no-store --format csv
+"""
+COLUMNS = ("k", "error", "parity")
+_WORTH = 200
+"""Levels from which on further processes pay."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(epilog=EXAMPLES)(levels)
+
+
+def levels(
+    *,
+    k: Annotated[str, typer.Option("--k", metavar="FROM:TO", help="The range of wavenumbers, in 1/radius.")],
+    parity: Annotated[
+        str | None,
+        typer.Option("--parity", help="ee, eo, oe or oo, several with commas [default: all four]."),
+    ] = None,
+    a: options.HalfLength = 1.6,
+    jobs: Jobs = None,
+    store: Annotated[bool, typer.Option(help="Keep the levels in the catalogue.")] = True,
+    format_: options.OutputFormat = Format.TABLE,
+    json: options.Json = False,
+    db: options.Database = None,
+) -> None:
+    """Find all levels of the quantum stadium in a range of k, each with an estimate of its error.
+
+    k^2 are the eigenvalues of minus the Laplacian, with functions that are 0 on the boundary. A parity is
+    two letters, even or odd under x -> -x and then under y -> -y. Levels that the catalogue holds are not
+    computed again, so that a run that was ended goes on where it was.
+    """
+    from orbitdb.billiard.stadium import Stadium
+    from orbitdb.quantum.levels import windows
+    from orbitdb.store.file.database import default_path
+
+    low, high = read_range("--k", k)
+    stadium, parities = Stadium(a), read_parities(parity)
+    for each in parities:
+        list(windows(stadium, each, low, high))  # so that a range that is refused leaves no file
+    path = db or default_path()
+    if store:
+        bring(path)
+    known = _known(path, stadium.a, parities) if store else {each: [] for each in parities}
+    from orbitdb.store.reading.levels import missing
+
+    tasks = [
+        task
+        for each in parities
+        for gap in missing(known[each], low, high)
+        for task in windows(stadium, each, *gap)
+    ]
+    for found in _solve(tasks, Solvers.chosen(None, None, jobs), path if store else None, k):
+        known[found.parity].append(found)
+    parts = [each for windows_of in known.values() for each in windows_of]
+    rows = sorted(
+        (level, error, str(each.parity))
+        for each in parts
+        for level, error in zip(each.k.tolist(), each.error.tolist(), strict=True)
+        if low <= level < high
+    )
+    write(COLUMNS, rows, options.chosen(format_, json))
+    _note_counts(stadium.a, known, low, high)
+    if not rows:
+        raise typer.Exit(1)
+
+
+def read_range(name: str, text: str) -> tuple[float, float]:
+    """Return the ends of a range such as 0:30.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    first, colon, last = text.partition(":")
+    try:
+        low, high = real(first), real(last)
+    except ValueError:
+        low, high = 0.0, -1.0
+    if not colon or not 0 <= low < high:
+        raise InputError(f"{name} {text!r:.40}: give a range from 0 up, such as 0:30")
+    return low, high
+
+
+def read_parities(text: str | None) -> "list[Parity]":
+    """Return the parities that are named, all four by default.
+
+    Raises
+    ------
+    InputError
+        If one is none.
+    """
+    from orbitdb.quantum.weyl import Parity
+
+    if text is None:
+        return list(Parity)
+    try:
+        return list(dict.fromkeys(Parity(each.strip()) for each in text.split(",")))
+    except ValueError:
+        raise InputError(f"--parity {text!r:.40}: use ee, eo, oe, oo, with commas between") from None
+
+
+def _known(path: Path, a: float, parities: "list[Parity]") -> "dict[Parity, list[Levels]]":
+    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.levels import stored
+
+    with closing(Catalogue(path)) as catalogue, catalogue.reading() as connection:
+        return {each: stored(connection, a, each) for each in parities}
+
+
+def _solve(tasks: "list[LevelTask]", solvers: Solvers, path: Path | None, k: str) -> "list[Levels]":
+    """Solve tasks, and keep what they give if there is a catalogue."""
+    import numpy as np
+
+    from orbitdb.billiard.stadium import Stadium
+    from orbitdb.quantum.weyl import Weyl
+
+    if not tasks:
+        return []
+    found: list[Levels] = []
+    ends = np.array([[task.low, task.high] for task in tasks])
+    smooth = Weyl.of(Stadium(tasks[0].a), None).number(ends) @ (-0.25, 0.25)
+    worth = WORTH_PROCESSES if smooth.sum() > _WORTH and len(tasks) > 1 else 1
+    writer = None
+    if path is not None:
+        from orbitdb.store.writing.levels import keep_levels
+        from orbitdb.store.writing.writer import Writer
+
+        writer = Writer(path, {"command": "levels", "k": k, "a": tasks[0].a})
+    try:
+        with progress("levels") as shown, solvers.at_work(worth, 1) as workers:
+            shown.tell("levels", 0, len(tasks), counted=False)
+            for done, solved in enumerate(workers.solved(tasks), 1):
+                found.append(solved)
+                if writer is not None:
+                    keep_levels(writer, solved)
+                text = f"levels {solved.parity} to k = {solved.high:.4g}"
+                shown.tell(text, done, len(tasks), counted=False)
+    finally:
+        if writer is not None:
+            writer.close()
+    return found
+
+
+def _note_counts(a: float, known: "dict[Parity, list[Levels]]", low: float, high: float) -> None:
+    """Say how many levels there are by parity, and how far from Weyl's law their number is on the mean."""
+    import numpy as np
+
+    from orbitdb.billiard.stadium import Stadium
+    from orbitdb.quantum.weyl import Weyl
+
+    for parity, parts in known.items():
+        inside = [each for each in parts if each.high > low and each.low < high]
+        k, error = (np.concatenate([getattr(each, name) for each in inside]) for name in ("k", "error"))
+        here = (k >= low) & (k < high)
+        below = min(each.below + int((each.k < low).sum()) for each in inside)
+        places = np.linspace(low, high, 2000)
+        count = below + np.searchsorted(np.sort(k[here]), places)
+        off = float((count - Weyl.of(Stadium(a), parity).number(places)).mean())
+        worst = f", errors up to {error[here].max():.0e}" if here.any() else ""
+        count_of = several(int(here.sum()), "level", "levels")
+        note(f"{parity}: {count_of}, none missing; on the mean {off:+.2f} from Weyl's law{worst}")

@@ -1,0 +1,133 @@
+"""``orbitdb spectrum``: the length spectrum of orbits, and that of levels beside it."""
+
+import csv
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from orbitdb.cli import options
+from orbitdb.cli.commands.levels import read_parities, read_range
+from orbitdb.cli.options import Format
+from orbitdb.cli.progress import progress
+from orbitdb.cli.reading import reading
+from orbitdb.cli.render import note, write
+from orbitdb.errors import InputError
+
+EXAMPLES = """
+Examples:
+
+  orbitdb spectrum --range 3:11 --json
+
+  orbitdb spectrum --parity oo --k-max 25 --format csv
+
+  orbitdb spectrum --levels measured.csv --peaks
+"""
+PEAKS = ("length", "height", "code", "repetitions", "total", "strength")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(epilog=EXAMPLES)(spectrum)
+
+
+def spectrum(
+    *,
+    context: typer.Context,
+    lengths: Annotated[
+        str, typer.Option("--range", metavar="FROM:TO", help="Lengths, in units of the radius.")
+    ] = "1:12",
+    points: Annotated[int, options.count_option("--points", help="At how many lengths.", least=2)] = 500,
+    parity: Annotated[str | None, typer.Option("--parity", help="ee, eo, oe or oo [default: all].")] = None,
+    k_max: Annotated[
+        float | None,
+        options.number_option("--k-max", help="End of the window [default: where the levels end, or 30]."),
+    ] = None,
+    levels: Annotated[
+        Path | None,
+        typer.Option(
+            "--levels",
+            metavar="FILE",
+            help="Levels k, one a line, or csv with a column k [default: those of the catalogue].",
+        ),
+    ] = None,
+    energies: Annotated[
+        bool, typer.Option("--energies", help="The file has energies k^2 (in csv the column energy).")
+    ] = False,
+    peaks: Annotated[
+        bool, typer.Option("--peaks", help="List the peaks, and the orbits behind each.")
+    ] = False,
+    a: options.StoredHalfLength = None,
+    format_: options.OutputFormat = Format.TABLE,
+    json: options.Json = False,
+    db: options.Database = None,
+) -> None:
+    """Show the length spectrum: the Fourier transform of the density of levels, and what orbits give of it.
+
+    Peaks lie at the lengths of orbits. The window is sin^4(pi k / k_max).
+    """
+    low, high = read_range("--range", lengths)
+    if energies and levels is None:
+        options.refuse_idle(context, "without --levels", "energies")
+    if parity is not None:
+        if len(named := read_parities(parity)) != 1:
+            raise InputError(f"--parity {parity}: give one, or leave it out for all")
+        parity = str(named[0])
+    given = None if levels is None else read_file(levels, energies, parity)
+    with progress("summing orbits"), reading(db, a, options.Choice()) as (catalogue, chosen):
+        found = catalogue.spectrum(
+            (low, high), points=points, k_max=k_max, levels=given, parity=parity, a=chosen.a
+        )
+    form = options.chosen(format_, json)
+    if peaks:
+        write(PEAKS, found.peaks(), form)
+    else:
+        from orbitdb.quantum.spectrum import COLUMNS
+
+        write(COLUMNS, found.rows(), form)
+    for said in found.notes():
+        note(said)
+
+
+def read_file(path: Path, energies: bool, parity: str | None) -> list[float]:
+    """Return the levels k in a file; of a csv with parities those of one, if it is named.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or something in it is no level.
+    """
+    try:
+        rows = [row for row in csv.reader(path.read_text(encoding="utf-8-sig").splitlines()) if row]
+    except (OSError, UnicodeDecodeError) as error:
+        why = error.strerror if isinstance(error, OSError) else "no text"
+        raise InputError(f"{path}: {why}; give a file with one level a line") from None
+    name, place, sort = "energy" if energies else "k", 0, None
+    if (rows and not _is_number(rows[0][0])) or (rows and name in rows[0]):
+        heading = [each.strip() for each in rows.pop(0)]
+        if name not in heading:
+            raise InputError(
+                f"{path}: its heading has no column {name}: name one so, or leave the heading out"
+            )
+        place = heading.index(name)
+        sort = heading.index("parity") if "parity" in heading and parity is not None else None
+    found = []
+    for number, row in enumerate(rows, 1):
+        if sort is not None and row[sort : sort + 1] != [parity]:
+            continue
+        text = row[place].strip() if place < len(row) else ""
+        if not _is_number(text):
+            raise InputError(f"{path}: row {number} has no level: {text!r:.40}; give one number a line")
+        value = float(text)
+        if value <= 0:
+            raise InputError(f"{path}: row {number} is {value:g}: levels are above 0")
+        found.append(math.sqrt(value) if energies else value)
+    return found
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False

@@ -1,0 +1,113 @@
+"""The loop that fills, sweeps and births share: solve what is missing, block by block, and store it.
+
+Every block is written in one transaction together with the cursor that says how far its period has come
+(`orbitdb.store.writing.cursors`), so that the work can be stopped at any moment, by Ctrl-C or a kill, and
+goes on there.
+"""
+
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+import sqlalchemy as sa
+
+from orbitdb.filling.workers import Workers
+from orbitdb.store.writing.cursors import Cursor, OvertakenError, hold, move
+from orbitdb.store.writing.writer import Writer
+from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.enumeration import Span
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a fill, a sweep or births have come.
+
+    Attributes
+    ----------
+    p : int
+        The period at work.
+    words : int
+        Words of this period of which the classes are done.
+    total : int
+        Words of this period there are.
+    """
+
+    p: int
+    words: int
+    total: int
+
+
+class Solved(Protocol):
+    """What became of a span of a period."""
+
+    @property
+    def span(self) -> Span:
+        """The span."""
+
+
+Part = TypeVar("Part", bound=Solved)
+
+
+class Work(Protocol[Part]):
+    """What is to be done with periods."""
+
+    def open(self, connection: sa.Connection, p: int) -> Cursor:
+        """Return how far a period has come."""
+
+    def solved(self, cursors: Mapping[int, Cursor], workers: Workers) -> Iterator[Sequence[Part]]:
+        """Solve what is behind some cursors, in order; yield together what was solved together."""
+
+    def store(self, connection: sa.Connection, cursor: Cursor, part: Part) -> dict[str, float]:
+        """Store what became of the span behind a cursor; return what its row adds up, words among it."""
+
+    def close(self, cursor: Cursor) -> None:
+        """Check a period of which all is stored, and note that it is complete."""
+
+
+def resume(writer: Writer, work: Work[Part], periods: Iterable[int], workers: Workers) -> Iterator[Progress]:
+    """Do what is missing of some periods; go on behind another process that does the same.
+
+    Yields
+    ------
+    Progress
+        Behind every block that is safely stored.
+
+    Raises
+    ------
+    StoreError
+        If the database cannot be written, or a period that is complete does not hold what it should.
+    WorkError
+        If the workers fail.
+    """
+    periods = sorted(set(periods))
+    while cursors := _open(writer, work, periods):
+        with suppress(OvertakenError):
+            yield from _blocks(writer, work, cursors, workers)
+
+
+def _open(writer: Writer, work: Work[Part], periods: Sequence[int]) -> dict[int, Cursor]:
+    """Return how far the periods are that are not done, by period."""
+    with writer.writing() as connection:
+        cursors = {p: work.open(connection, p) for p in periods}
+    return {p: cursor for p, cursor in cursors.items() if not cursor.done}
+
+
+def _blocks(
+    writer: Writer, work: Work[Part], cursors: dict[int, Cursor], workers: Workers
+) -> Iterator[Progress]:
+    """Store the blocks behind the cursors, and close every period behind its last one."""
+    clock = time.monotonic()
+    for parts in work.solved(cursors, workers):
+        before, clock = clock, time.monotonic()
+        seconds = (clock - before) / len(parts)
+        for part in parts:
+            p = part.span.p
+            with writer.writing() as connection:
+                hold(connection, cursors[p])
+                spent = work.store(connection, cursors[p], part)
+                cursors[p] = move(connection, cursors[p], part.span, spent | {"seconds": seconds})
+            if part.span.upto == Span.whole(p).upto:
+                work.close(cursors[p])
+            yield Progress(p, cursors[p].words, count_admissible(p))

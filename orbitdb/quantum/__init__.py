@@ -1,0 +1,1 @@
+"""The quantum stadium: its levels, and what the orbits say of them."""

@@ -1,0 +1,161 @@
+"""The length spectrum: the Fourier transform of the fluctuations of levels, and that of orbits.
+
+F(x) is the integral of w(k) (d(k) - smooth density) exp(i k x) over 0 < k < K, with the window
+w = sin^4(pi k / K). Levels give a sum of w exp(i k x) less the smooth part; every term Re(A exp(i k l)) of
+orbits gives a peak at x = l, and a small image at -l.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.quantum.amplitudes import Classes, Terms, orbit_terms
+from orbitdb.quantum.weyl import Parity, Weyl
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+BLOCK = 1 << 20
+
+EDGE = (-0.25j, -0.05997 - 0.17678j, -0.09257 - 0.14331j, -0.11277 - 0.12365j,
+        -0.1268 - 0.1103j, -0.1372 - 0.1005j, -0.1452 - 0.0928j, -0.1513 - 0.0870j)  # fmt: skip
+"""Where the bouncing balls end at a joint, by times up and down j: they meet half a parabola there.
+
+The trace of j steps of the quantum map of the transverse coordinate s, which drifts over a length 2 and gets
+the phase -k s^2 where s > 0, less that of balls at s < 0. By scaling it depends on j alone."""
+
+
+def reach(k_max: float) -> float:
+    """Return how far from a length its peak is felt, in units of the radius; beyond it is below 1e-5."""
+    return 30 * math.pi / k_max
+
+
+def of_levels(
+    k: Floats, x: Floats, k_max: float, stadium: Stadium, parity: Parity | None = None
+) -> Complexes:
+    """Return F from levels.
+
+    Parameters
+    ----------
+    k : ndarray, shape (N,)
+        All levels below `k_max`, of one parity or of all; those above do not count.
+    x : ndarray, shape (n,)
+        Lengths.
+    k_max : float
+        The end K of the window, in 1/radius.
+    stadium : Stadium
+    parity : Parity, optional
+
+    Returns
+    -------
+    ndarray of complex128, shape (n,)
+    """
+    inside = k[k < k_max]
+    nodes, weights = _quadrature(k_max, x)
+    smooth = weights * Weyl.of(stadium, parity).density(nodes)
+    return _transform(inside, _window(inside, k_max), x) - _transform(nodes, smooth, x)
+
+
+def of_terms(terms: Terms, x: Floats, k_max: float) -> Complexes:
+    """Return F from terms; x in rising order, shape (n,)."""
+    found = np.zeros(len(x), np.complex128)
+    far = reach(k_max)
+    order = np.argsort(terms.length)
+    length, amplitude = terms.length[order], terms.amplitude[order]
+    for first in range(0, len(x), _POINTS):
+        here = x[first : first + _POINTS]
+        low, high = np.searchsorted(length, [here[0] - far, here[-1] + far])
+        step = max(1, BLOCK // len(here))
+        for at in range(low, high, step):
+            some, of = length[at : min(at + step, high)], amplitude[at : min(at + step, high)]
+            peaks = _peak(here[:, None] - some, k_max) @ of.conj() + _peak(here[:, None] + some, k_max) @ of
+            found[first : first + len(here)] += peaks / 2
+    return found
+
+
+_POINTS = 64
+
+
+def _peak(y: Floats, k_max: float) -> Complexes:
+    """Return the integral of w(k) exp(i k y): that of cosines around the middle of the window."""
+    z = k_max * y / (2 * math.pi)
+    sides = (np.sinc(z - 1) + np.sinc(z + 1)) / 4 + (np.sinc(z - 2) + np.sinc(z + 2)) / 16
+    found: Complexes = k_max * (3 / 8 * np.sinc(z) + sides) * np.exp(1j * math.pi * z)
+    return found
+
+
+def of_family(stadium: Stadium, x: Floats, k_max: float, parity: Parity | None = None) -> Complexes:
+    """Return F from the bouncing balls between the straight walls (`family_density`)."""
+    nodes, weights = _quadrature(k_max, x)
+    return _transform(nodes, weights * family_density(stadium, nodes, x[-1] + reach(k_max), parity), x)
+
+
+def family_density(stadium: Stadium, k: Floats, longest: float, parity: Parity | None = None) -> Floats:
+    """Return what the bouncing balls, up to a length, add to the density at each k.
+
+    Notes
+    -----
+    Among the levels of one parity a ball that goes j times up and down a quarter has length l = 2j and gives
+    (-chi_y)^j times the sum of three terms: of the family (a k / pi) sqrt(2 / (pi k l)) cos(k l - pi/4), of
+    the axis x = 0 chi_x cos(k l) / (2 pi), and of its edge at the joint Re(E_j exp(i k l)) (2 / pi), with
+    E_j from `EDGE`. Of all levels only even j remain, four times the family and the edge.
+    """
+    found = np.zeros_like(k)
+    x, y = (0, -1) if parity is None else parity.signs
+    step, share = (2, 4) if parity is None else (1, 1)
+    for j in range(step, math.floor(longest / 2) + 1, step):
+        turn = 2 * k * j
+        family = stadium.a * np.sqrt(k / (math.pi**3 * j)) * np.cos(turn - math.pi / 4)
+        edge = (EDGE[j - 1] * np.exp(1j * turn)).real * 2 / math.pi if j <= len(EDGE) else 0.0
+        found += (-y) ** j * (share * (family + edge) + x * np.cos(turn) / (2 * math.pi))
+    return found
+
+
+def family_terms(stadium: Stadium, k_max: float, longest: float, parity: Parity | None = None) -> Terms:
+    """Return the bouncing balls as terms that are as strong in the middle of the window."""
+    step, share = (2, 4) if parity is None else (1, 1)
+    y = -1 if parity is None else parity.signs[1]
+    j = np.arange(step, math.floor(longest / 2) + 1, step)
+    size = share * stadium.a * np.sqrt(k_max / (2 * math.pi**3 * j)) * float(-y) ** j
+    return Terms((2 * j).astype(np.float64), size * np.exp(-0.25j * math.pi), np.full(len(j), -1), j // step)
+
+
+def counted(classes: Classes, k: Floats, longest: float) -> Floats:
+    """Return what orbits add to the number of levels below each k: the sum of Im(A exp(i k l)) / l."""
+    terms = orbit_terms(classes, longest)
+    parts = np.array_split(k, max(1, len(k) * len(terms.length) // BLOCK))
+    sizes = terms.amplitude / terms.length
+    return np.concatenate([(np.exp(1j * part[:, None] * terms.length) @ sizes).imag for part in parts])
+
+
+def family_count(stadium: Stadium, k: Floats, longest: float) -> Floats:
+    """Return what the bouncing balls add to the number of levels below each k, from 0 on.
+
+    To leading orders the integral of a term is the term a quarter of a turn behind, over its length.
+    """
+    found = np.zeros_like(k)
+    for j in range(2, math.floor(longest / 2) + 1, 2):
+        turn = 2 * k * j
+        edge = (EDGE[j - 1] * np.exp(1j * turn)).imag * 2 / math.pi if j <= len(EDGE) else 0.0
+        found += 4 * (stadium.a * np.sqrt(k / (math.pi**3 * j)) * np.sin(turn - math.pi / 4) + edge) / (2 * j)
+    return found
+
+
+def _window(k: Floats, k_max: float) -> Floats:
+    return np.sin(math.pi * k / k_max) ** 4
+
+
+def _quadrature(k_max: float, x: Floats) -> tuple[Floats, Floats]:
+    """Return nodes in 0..K and weights, with the window, that integrate what oscillates as exp(i k x)."""
+    count = math.ceil(k_max * (2 * float(np.abs(x).max()) + reach(k_max)) / 2) + 100
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    k = (nodes + 1) * k_max / 2
+    return k, weights * k_max / 2 * _window(k, k_max)
+
+
+def _transform(k: Floats, weights: Floats, x: Floats) -> Complexes:
+    """Return the sum of weights exp(i k x), shape of x."""
+    parts = np.array_split(x, max(1, len(x) * len(k) // BLOCK))
+    return np.concatenate([np.exp(1j * part[:, None] * k) @ weights for part in parts])

@@ -1,0 +1,175 @@
+"""The Dirichlet levels of a stadium: the k at which Laplace psi = -k^2 psi, psi = 0 on the boundary.
+
+They are found window by window of k. A window is solved on two grids: all levels of the finer one are kept,
+and twice their distance from those of the coarser one, which has polynomials of lower degree and fewer cells
+at the joint, is taken for their error.
+"""
+
+import math
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.arithmetic import arithmetic
+from orbitdb.billiard.stadium import Stadium, as_stadium
+from orbitdb.equality import ByValue
+from orbitdb.errors import InputError, WorkError
+from orbitdb.quantum.eigenvalues import eigenvalues
+from orbitdb.quantum.elements import gradient
+from orbitdb.quantum.mesh import quarter_stadium
+from orbitdb.quantum.weyl import Parity, Weyl
+from orbitdb.version import __version__
+
+Floats = NDArray[np.float64]
+
+LEAST_A, LARGEST_A = 0.05, 20.0
+"""Half lengths for which the errors were tried."""
+MOST_LEVELS = 20_000
+"""Of all parities, up to the end of a range: beyond, grids take gigabytes."""
+
+_IN_WINDOW = 64
+"""Levels of a parity in a window, roughly."""
+_COARSE, _FINE = (14, 2), (16, 3)
+"""Degree of the polynomials, and divisions of the cells at the joint, of both grids."""
+_PHASE = 10.5
+"""k times the size of a cell at most."""
+_SAFETY = 2.0
+_ROUNDING = 2e-12
+"""Relative error that rounding may add: what three grids differ by, and something to spare."""
+
+
+@dataclass(frozen=True, eq=False)
+class Levels(ByValue):
+    """Levels of one parity in a window of k.
+
+    Attributes
+    ----------
+    a : float
+        The stadium.
+    parity : Parity
+    low, high : float
+        The window, in 1/radius: all levels with low <= k < high are there.
+    below : int
+        How many levels of the parity lie below the window.
+    k, error : ndarray, shape (N,)
+        The levels in rising order, and estimates of their errors.
+    seconds : float
+        Processor time that it took.
+    version, arithmetic : str
+        Of the orbitdb that found them, and what computed there.
+    """
+
+    a: float
+    parity: Parity
+    low: float
+    high: float
+    below: int
+    k: Floats
+    error: Floats
+    seconds: float = 0.0
+    version: str = __version__
+    arithmetic: str = ""
+
+
+@dataclass(frozen=True)
+class LevelTask:
+    """The levels of one parity in a window are to be found: a task for any process.
+
+    Attributes
+    ----------
+    a : float
+    parity : Parity
+    low, high : float
+    """
+
+    a: float
+    parity: Parity
+    low: float
+    high: float
+
+    def solved(self) -> Levels:
+        """Solve on two grids.
+
+        Raises
+        ------
+        WorkError
+            If the grids do not agree in the number of levels.
+        """
+        began = time.process_time()
+        (below, k), (fewer, coarse) = self._on_grid(*_FINE), self._on_grid(*_COARSE)
+        if (below, len(k)) != (fewer, len(coarse)):
+            raise WorkError(
+                f"grids differ in the number of levels {self.parity} with k from {self.low:g} to "
+                f"{self.high:g}: move the ends of the range a little"
+            )
+        error = _SAFETY * np.abs(k - coarse) + _ROUNDING * np.maximum(k, 1.0)
+        seconds = time.process_time() - began
+        return Levels(
+            self.a, self.parity, self.low, self.high, below, k, error, seconds, arithmetic=arithmetic()
+        )
+
+    def _on_grid(self, order: int, layers: int) -> tuple[int, Floats]:
+        """Return how many levels lie below the window, and those in it."""
+        cells = quarter_stadium(self.a, _PHASE / self.high, layers)
+        below, values = eigenvalues(gradient(cells, order, self._fixed), self.low**2, self.high**2)
+        return below, np.sqrt(values)
+
+    def _fixed(self, points: Floats) -> NDArray[np.bool_]:
+        """Tell which points lie where the functions are 0."""
+        x, y = points.T
+        beyond = np.maximum(x - self.a, 0.0)
+        odd_x, odd_y = (sign < 0 for sign in self.parity.signs)
+        edge = beyond**2 + y**2 > 1 - 1e-8
+        return edge | (odd_x & (x < 1e-8)) | (odd_y & (y < 1e-8))
+
+
+def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterator[LevelTask]:
+    """Yield the windows that a range of k is cut into.
+
+    Raises
+    ------
+    InputError
+        If the stadium or the range is beyond what was tried.
+    """
+    if not LEAST_A <= stadium.a <= LARGEST_A:
+        raise InputError(f"levels at a = {stadium.a:g}: give a half length from {LEAST_A:g} to {LARGEST_A:g}")
+    if not 0 <= low < high < math.inf:
+        raise InputError(f"levels with k from {low:g} to {high:g}: give a range such as 0:30")
+    whole = Weyl.of(stadium, None)
+    if whole.number(np.array(high)) > MOST_LEVELS:
+        most = math.floor(whole.wavenumber(MOST_LEVELS))
+        raise InputError(f"levels up to k = {high:g} at a = {stadium.a:g} are too many: give {most} or less")
+    smooth = Weyl.of(stadium, parity)
+    while low < high:
+        end = smooth.wavenumber(max(float(smooth.number(np.array(low))), 0.0) + _IN_WINDOW)
+        rest = smooth.number(np.array(high)) - smooth.number(np.array(min(end, high)))
+        end = high if end >= high or rest < _IN_WINDOW / 4 else end
+        yield LevelTask(stadium.a, parity, low, end)
+        low = end
+
+
+def levels(
+    stadium: Stadium | float, high: float, low: float = 0.0, parities: Sequence[Parity | str] = tuple(Parity)
+) -> list[Levels]:
+    """Return all levels with low <= k < high, window by window of each parity.
+
+    Parameters
+    ----------
+    stadium : Stadium or float
+        Or its half length a, from `LEAST_A` to `LARGEST_A`.
+    high, low : float
+        The range of k, in 1/radius.
+    parities : sequence of Parity or str, optional
+        ``ee``, ``eo``, ``oe``, ``oo``: even or odd in x, then in y.
+
+    Raises
+    ------
+    InputError
+        If the stadium or the range is beyond what was tried.
+    """
+    at = as_stadium(stadium)
+    tasks = [task for parity in parities for task in windows(at, Parity(parity), low, high)]
+    return [task.solved() for task in tasks]

@@ -1,0 +1,122 @@
+"""Curved quadrilateral cells of the quarter stadium: a rectangle, and a quarter of a disc of three patches.
+
+A cell is a part of a patch, which is a smooth map of the unit square; the arc is an edge of two patches and
+exact. The boundary is only once differentiable at the joint of wall and arc, where levels' functions behave
+as r^2 ln r: the cells that meet there shrink towards it.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Patch = Callable[[Floats, Floats], Floats]
+"""Maps coordinates in the unit square to points, shape (..., 2)."""
+
+_CORE = 0.5
+"""How far the inner patch of the disc reaches along the axes, and (the next) along the diagonal."""
+_DIAGONAL = 0.4
+_SHRINK = 0.15
+_LARGEST = 0.4
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """A part of a patch.
+
+    Attributes
+    ----------
+    patch : Patch
+    corners : ndarray, shape (4, 2)
+        In the unit square, one after another along its edge.
+    """
+
+    patch: Patch
+    corners: Floats
+
+    def points(self, s: Floats, t: Floats) -> Floats:
+        """Return the points at coordinates s, t in 0..1 of the cell, shape (..., 2)."""
+        weights = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=-1)
+        place = weights @ self.corners
+        return self.patch(place[..., 0], place[..., 1])
+
+
+def quarter_stadium(a: float, size: float, layers: int) -> list[Cell]:
+    """Return the cells of the quarter x > 0, y > 0, the centre of the arc at (a, 0).
+
+    Parameters
+    ----------
+    a : float
+        Half length of a straight wall.
+    size : float
+        Length that edges of cells have at most, roughly; in units of the radius. Cells of the disc are
+        smaller in any case, and none of the rectangle is longer than 1.
+    layers : int
+        How often the cells at the joint are divided.
+    """
+    small = min(size, _LARGEST)
+    cells = [*rectangle(a, min(size, 1.0), small), *quarter_disc(a, small)]
+    return [part for cell in cells for part in _towards(np.array([a, 1.0]), cell, layers)]
+
+
+def rectangle(width: float, size: float, height: float) -> list[Cell]:
+    """Return the cells of 0 < x < width, 0 < y < 1, no longer and no higher than given."""
+
+    def patch(s: Floats, t: Floats) -> Floats:
+        return np.stack([width * s, t], axis=-1)
+
+    lower = _CORE * _steps(_CORE, height)
+    heights = np.concatenate([lower, _CORE + (1 - _CORE) / _CORE * lower[1:]])
+    return list(_divided(patch, _steps(width, size), heights))
+
+
+def quarter_disc(centre: float, size: float) -> list[Cell]:
+    """Return the cells of the quarter x > centre, y > 0 of the unit disc around (centre, 0)."""
+
+    def inner(s: Floats, t: Floats) -> Floats:
+        far = _DIAGONAL * s * t
+        return np.stack([centre + _CORE * s * (1 - t) + far, _CORE * t * (1 - s) + far], axis=-1)
+
+    def upper(s: Floats, t: Floats) -> Floats:
+        angle = (2 - s) * math.pi / 4
+        x = (1 - t) * _DIAGONAL * s + t * np.cos(angle)
+        y = (1 - t) * (_CORE + (_DIAGONAL - _CORE) * s) + t * np.sin(angle)
+        return np.stack([centre + x, y], axis=-1)
+
+    def lower(s: Floats, t: Floats) -> Floats:
+        mirrored = upper(s, t)
+        return np.stack([centre + mirrored[..., 1], mirrored[..., 0] - centre], axis=-1)
+
+    steps = _steps(_CORE, size)
+    return [cell for patch in (inner, upper, lower) for cell in _divided(patch, steps, steps)]
+
+
+def _steps(length: float, size: float) -> Floats:
+    """Return equal steps from 0 to 1 that are no longer than a size where the whole is a length."""
+    return np.linspace(0.0, 1.0, max(1, math.ceil(length / size)) + 1)
+
+
+def _divided(patch: Patch, along: Floats, across: Floats) -> Iterator[Cell]:
+    """Yield the cells of a patch between lines of its coordinates."""
+    for low, high in pairwise(along):
+        for near, far in pairwise(across):
+            yield Cell(patch, np.array([[low, near], [high, near], [high, far], [low, far]]))
+
+
+def _towards(joint: Floats, cell: Cell, layers: int) -> Iterator[Cell]:
+    """Yield the parts of a cell, which is divided towards the joint if that is a corner of it."""
+    corners = cell.corners
+    places = cell.patch(corners[:, 0], corners[:, 1])
+    here = np.flatnonzero(np.abs(places - joint).max(axis=1) < 1e-9)
+    if len(here):
+        corners = np.roll(corners, -here[0], axis=0)
+        for _ in range(layers):
+            nearer = corners[0] + _SHRINK * (corners - corners[0])
+            yield Cell(cell.patch, np.array([nearer[1], corners[1], corners[2], nearer[2]]))
+            yield Cell(cell.patch, np.array([nearer[2], corners[2], corners[3], nearer[3]]))
+            corners = nearer
+    yield Cell(cell.patch, corners)

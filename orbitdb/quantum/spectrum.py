@@ -1,0 +1,229 @@
+"""The length spectrum of a stadium: that of its orbits, and beside it that of its levels."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
+from orbitdb.errors import InputError
+from orbitdb.extras import load
+from orbitdb.orbits.beyond import least_length
+from orbitdb.quantum.amplitudes import Classes, Terms, orbit_terms
+from orbitdb.quantum.lengths import family_terms, of_family, of_levels, of_terms, reach
+from orbitdb.quantum.weyl import Parity, Weyl
+
+if TYPE_CHECKING:
+    import pandas
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+COLUMNS = ("length", "quantum_re", "quantum_im", "orbits_re", "orbits_im")
+_LEAST_LEVELS = 10
+_OFF = 0.2
+_FAMILY = "02"
+
+
+class Peak(NamedTuple):
+    """An orbit behind a peak of the length spectrum.
+
+    Attributes
+    ----------
+    length : float
+        Where the peak is, in units of the radius.
+    height : float
+        |F| there: of the levels, or of the orbits where there are none.
+    code : str
+        Representative of the class; ``02`` is the bouncing-ball family.
+    repetitions : int
+        How often the orbit, or half of it in one parity, is gone round.
+    total : float
+        The length of that.
+    strength : float
+        |F| of this class alone at the peak.
+    """
+
+    length: float
+    height: float
+    code: str
+    repetitions: int
+    total: float
+    strength: float
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum(ByValue):
+    """The length spectrum F(x), windowed with sin^4(pi k / k_max).
+
+    Attributes
+    ----------
+    a : float
+    parity : Parity or None
+        None for all levels.
+    k_max : float
+        In 1/radius.
+    length : ndarray, shape (n,)
+        x, in units of the radius.
+    orbits : ndarray of complex128, shape (n,)
+        F of the orbits and the bouncing-ball family.
+    quantum : ndarray of complex128, shape (n,), or None
+        F of the levels, less their smooth density; None without levels.
+    complete : float
+        Up to this length no orbit is missing from the sum, by proof; beyond it the sum is partial.
+    terms : Terms
+        Those of orbits, then of the family.
+    codes : ndarray of object, shape (C,)
+        Representatives of the classes.
+    """
+
+    a: float
+    parity: Parity | None
+    k_max: float
+    length: Floats
+    orbits: Complexes
+    quantum: Complexes | None
+    complete: float
+    terms: Terms
+    codes: NDArray[np.object_]
+
+    @property
+    def misfit(self) -> float | None:
+        """rms of quantum - orbits over that of quantum; None without levels."""
+        if self.quantum is None:
+            return None
+        return float(np.linalg.norm(self.quantum - self.orbits) / np.linalg.norm(self.quantum))
+
+    def notes(self) -> list[str]:
+        """Say what the orbits lack, and how far they are from the levels, a line each."""
+        end = math.floor(self.complete * 100) / 100
+        if end < self.length[-1]:
+            said = [f"complete, by proof, up to length {end:.2f}: beyond it the sum over orbits is partial"]
+        else:
+            said = ["complete: no orbit of these lengths is missing"]
+        if self.misfit is None:
+            of = "" if self.parity is None else f" --parity {self.parity}"
+            return [*said, f"no levels to compare with: run 'orbitdb levels --k 0:30 --a {self.a:g}{of}'"]
+        return [*said, f"k_max = {self.k_max:.6g}; |quantum - orbits| / |quantum| = {self.misfit:.3f}"]
+
+    def rows(self) -> list[tuple[float | None, ...]]:
+        """Return one row a length, its columns `COLUMNS`."""
+        parts = np.stack([self.length, self.orbits.real, self.orbits.imag], axis=1).tolist()
+        if self.quantum is None:
+            return [(x, None, None, *orbits) for x, *orbits in parts]
+        pairs = zip(parts, self.quantum.tolist(), strict=True)
+        return [(x, level.real, level.imag, *orbits) for (x, *orbits), level in pairs]
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return the rows as a data frame of pandas (extra ``pandas``)."""
+        return load("pandas", "to_pandas()", "pandas").DataFrame(self.rows(), columns=list(COLUMNS))
+
+    def peaks(self, most: int = 5) -> Iterator[Peak]:
+        """Yield the peaks by length, of each the strongest orbits, so many at most."""
+        height = np.abs(self.orbits if self.quantum is None else self.quantum)
+        inner = height[1:-1]
+        tops = 1 + np.flatnonzero((inner > height[:-2]) & (inner >= height[2:]) & (inner > height.max() / 20))
+        for top in tops.tolist():
+            x = self.length[top : top + 1]
+            near = np.flatnonzero(np.abs(self.terms.length - x) < 2 * math.pi / self.k_max)
+            near = near[np.argsort(-np.abs(self.terms.amplitude[near]))][: 4 * most]
+            alone = [
+                (float(np.abs(of_terms(self.terms.rows(near[n : n + 1]), x, self.k_max)[0])), term)
+                for n, term in enumerate(near.tolist())
+            ]
+            for strength, term in sorted(alone, reverse=True)[:most]:
+                orbit = int(self.terms.orbit[term])
+                code = _FAMILY if orbit < 0 else str(self.codes[orbit])
+                yield Peak(
+                    float(x[0]),
+                    float(height[top]),
+                    code,
+                    int(self.terms.repetitions[term]),
+                    float(self.terms.length[term]),
+                    strength,
+                )
+
+
+def complete_length(highest: int, a: float, parity: Parity | None) -> float:
+    """Return up to which length terms are complete, given all orbits up to a period (0: none).
+
+    Half orbits of one parity are as long as half an orbit.
+    """
+    if highest < 2:
+        return 0.0
+    return least_length(highest, a) / (1 if parity is None else 2)
+
+
+def spectrum(
+    stadium: Stadium,
+    classes: Classes,
+    codes: NDArray[np.object_],
+    highest: int,
+    length: Floats,
+    k_max: float,
+    levels: Floats | None = None,
+    parity: Parity | None = None,
+) -> Spectrum:
+    """Return the length spectrum of orbits, and of levels if there are some.
+
+    Parameters
+    ----------
+    stadium : Stadium
+    classes : Classes
+        The orbits.
+    codes : ndarray of object, shape (C,)
+        Their representatives.
+    highest : int
+        All orbits up to this period are among them.
+    length : ndarray, shape (n,)
+        Where, in rising order.
+    k_max : float
+        The end of the window, in 1/radius.
+    levels : ndarray, optional
+        All levels of the parity below `k_max`.
+    parity : Parity, optional
+        By default all levels together.
+    """
+    longest = float(length[-1]) + reach(k_max)
+    terms = orbit_terms(classes, longest, parity)
+    orbits = of_terms(terms, length, k_max) + of_family(stadium, length, k_max, parity)
+    quantum = None if levels is None else of_levels(levels, length, k_max, stadium, parity)
+    return Spectrum(
+        stadium.a,
+        parity,
+        k_max,
+        length,
+        orbits,
+        quantum,
+        complete_length(highest, stadium.a, parity),
+        terms.and_more(family_terms(stadium, k_max, longest, parity)),
+        codes,
+    )
+
+
+def check_levels(k: Floats, stadium: Stadium, parity: Parity | None) -> None:
+    """Refuse what cannot be all levels of a stadium of radius 1.
+
+    Raises
+    ------
+    InputError
+        If they are too few, not positive, not in rising order, or not as many as Weyl's law says.
+    """
+    if len(k) < _LEAST_LEVELS:
+        raise InputError(f"{len(k)} levels are too few: give {_LEAST_LEVELS} or more")
+    if not np.isfinite(k).all() or k.min() <= 0:
+        raise InputError(f"level {k[~(k > 0)][:1].sum():g}: give k above 0, in 1/radius")
+    if (falls := np.flatnonzero(np.diff(k) < 0)).size:
+        n = int(falls[0])
+        raise InputError(f"level {n + 2} ({k[n + 1]:g}) is below the one before it: sort the levels")
+    expected = float(Weyl.of(stadium, parity).number(k[-1:])[0])
+    if abs(len(k) - expected) > _OFF * expected + 4:
+        of = "" if parity is None else f" of parity {parity}"
+        raise InputError(
+            f"{len(k)} levels up to k = {k[-1]:g}, but Weyl's law expects {expected:.0f}{of} at a = "
+            f"{stadium.a:g}: see --energies, --parity and --a, and that k is in 1/radius"
+        )

@@ -1,0 +1,368 @@
+"""Averages and counts by period over a chosen subset: `Catalogue.entropy`, `.lyapunov` and `.table`."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any
+
+from orbitdb.averages import by_period
+from orbitdb.averages.exact_means import exact_means
+from orbitdb.averages.fixed_points import Weight, divisors, missing_divisors, missing_periods
+from orbitdb.averages.period_sums import lyapunov_of_periods
+from orbitdb.averages.standing import faults_of, standing
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError
+from orbitdb.numerals import exact, with_error
+from orbitdb.orbits.beyond import least_exponent
+from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.sweepable import why_not_swept
+from orbitdb.store.file.schema import BALLS, DOUBLES
+from orbitdb.store.reading.counted import Counted
+from orbitdb.store.reading.enclosures import Enclosure
+from orbitdb.store.reading.fills import describe_partial, written_periods
+from orbitdb.store.reading.leg_terms import sum_rules_of, why_no_sum_rules_of
+from orbitdb.store.reading.references import best_reference
+from orbitdb.store.reading.results import AVERAGES, PROVED, SUM_RULES, TABLE, TRAJECTORIES, UP_TO_CUT, Result
+from orbitdb.store.reading.whole_periods import WholePeriods, read_whole, why_missing
+from orbitdb.symbols.enumeration import MAX_PERIOD
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
+
+_EDGES = 10
+"""Of windows that are decided on the spot: it takes up to half a second, at small a."""
+
+_LARGEST_CUT = 1000
+_MOST_FACTORS = 100_000
+
+
+def all_orbits(chosen: Selection) -> bool:
+    """Tell whether nothing but periods is chosen of the orbits."""
+    alone = replace(chosen, statuses=()) if chosen.statuses == (Status.ORBIT,) else chosen
+    return alone == Selection(chosen.a, chosen.periods)
+
+
+def gaps(
+    catalogue: "Catalogue",
+    chosen: Selection,
+    left_out: bool = False,
+    counted: Counted | None = None,
+    names: Sequence[str] = (),
+    order: str = "p",
+) -> list[str]:
+    """Say, a line each, which chosen periods are stored in part, are not filled, or lack births that matter.
+
+    Those that were counted from births or a sweep lack nothing: that is said instead.
+
+    Parameters
+    ----------
+    catalogue : Catalogue
+    chosen : Selection
+    left_out : bool, optional
+        Whether what is shown does without partial periods.
+    counted : Counted, optional
+    names, order : optional
+        Columns that are shown, and the order of rows, which may depend on births.
+    """
+    said: list[str | None] = []
+    rest: Selection | None = chosen
+    partial = catalogue.partial(chosen)
+    if counted is not None and counted.without_rows:
+        said.append(counted.describe())
+        partial = [fill for fill in partial if fill.p not in counted.without_rows]
+        rest = without(chosen, counted.chosen)
+    if partial:
+        said.append(describe_partial(partial, chosen.a, left_out))
+    said.append(None if rest is None else catalogue.unfilled(rest))
+    said.append(catalogue.lacking_births(chosen, names, order))
+    return [line for line in said if line]
+
+
+def without(chosen: Selection, known: tuple[int, ...]) -> "Selection | None":
+    """Return a subset without some of the periods that it names; None if it names no other."""
+    within = [p for p in range(2, MAX_PERIOD + 1) if chosen.periods and chosen.includes(p) and p not in known]
+    beyond = [(max(low, MAX_PERIOD + 1), high) for low, high in chosen.periods if high > MAX_PERIOD]
+    spans = (*((p, p) for p in within), *beyond)
+    return replace(chosen, periods=spans) if spans else None
+
+
+def nothing(catalogue: "Catalogue", chosen: Selection, swept: bool = False) -> list[str]:
+    """Say that a subset is empty, if any of its periods is filled or swept: of others that is not known."""
+    unfilled = catalogue.unfilled(chosen)
+    if (
+        not swept
+        and unfilled is not None
+        and not any(chosen.includes(f.p) for f in catalogue.fills(chosen.a))
+    ):
+        return []
+    lacking = unfilled or catalogue.lacking_births(chosen) or catalogue.partial(chosen)
+    return [f"no {chosen.describe()}{' in what is stored' if lacking else ''}"]
+
+
+def table(catalogue: "Catalogue", chosen: Selection) -> Result:
+    """Return the paper's Table 1 (`Catalogue.table`)."""
+    counted = catalogue.counts(chosen)
+    notes = gaps(catalogue, chosen, left_out=True, counted=counted)
+    rows: list[tuple[Any, ...]] = []
+    for p in counted.chosen:
+        here, missing = counted.known[p], missing_divisors(p, counted.known)
+        if missing:
+            notes.append(f"p = {p}: N needs p = {', '.join(map(str, missing))}: not filled")
+        points = None if missing else sum(d * counted.known[d].n_c for d in divisors(p) if d > 1)
+        entropy = math.log(points) / p if points else None
+        rows.append((p, here.n_t, here.n_c, points, entropy, here.classes, here.boundary, here.unresolved))
+    if not rows and not notes:
+        notes = [f"no {chosen.describe()}"]
+    known = stored_enclosure(catalogue, chosen.a) if rows else None
+    return Result(chosen, _named(TABLE, rows), () if known is None else (known[1],), tuple(notes))
+
+
+def table_of_rows(
+    chosen: Selection, filled: Sequence[int], p: Any, status: Any, representative: Any
+) -> Result:
+    """Return counts of rows that are read, by period (`Subset.table`)."""
+    rows: list[tuple[Any, ...]] = []
+    orbits = {order: int(((p == order) & (status == Status.ORBIT.value)).sum()) for order in filled}
+    for order in filled:
+        here = status[p == order]
+        points = (
+            None if missing_divisors(order, filled) else sum(d * orbits[d] for d in divisors(order) if d > 1)
+        )
+        k_0 = math.log(points) / order if points else None
+        classes = len(set(representative[(p == order) & (status == Status.ORBIT.value)].tolist()))
+        apart = (int((here == each.value).sum()) for each in (Status.BOUNDARY, Status.UNRESOLVED))
+        rows.append((order, len(here), orbits[order], points, k_0, classes, *apart))
+    return Result(chosen, _named(TABLE, rows), (chosen.describe(),))
+
+
+def _named(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> dict[str, list[Any]]:
+    """Return rows as columns by their names."""
+    return {name: [row[place] for row in rows] for place, name in enumerate(names)}
+
+
+def entropy_of_rows(subset: WholePeriods) -> Result:
+    """Return the topological entropy of chosen orbits that are read, by period (`Subset.entropy`)."""
+    lacking, periods = subset.why_missing() if subset.missing else "", subset.periods
+    found = by_period.entropy_of_counts(subset.cycles())
+    columns = _of_periods(standing(found, periods), periods)
+    notes = _told(found, periods, lacking, subset.selection)
+    return Result(subset.selection, columns, (subset.selection.describe(),), notes)
+
+
+def lyapunov_of_rows(subset: WholePeriods, weight: str = "exp") -> Result:
+    """Return the average Lyapunov exponents of chosen orbits that are read, by period (`Subset.averages`)."""
+    notes: list[str] = []
+    columns = averages(subset, _weight(weight), notes)
+    return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, notes)))
+
+
+def entropy(catalogue: "Catalogue", chosen: Selection) -> Result:
+    """Return the topological entropy by period, from counts where there are no rows (`Catalogue.entropy`)."""
+    if all_orbits(chosen) and (counted := catalogue.counts(chosen)).without_rows:
+        notes = gaps(catalogue, chosen, left_out=True, counted=counted)
+        missing = missing_periods(max(counted.chosen), counted.chosen)
+        lacking = why_missing(missing, chosen) if missing else ""
+        orbits = replace(chosen, statuses=(Status.ORBIT,))
+        return _entropy(catalogue, orbits, counted.cycles(), counted.chosen, lacking, notes)
+    notes = _uncounted(catalogue, chosen)
+    subset = read(catalogue, chosen, notes, swept=True)
+    if subset is None:
+        return Result(chosen, {}, (), tuple(notes))
+    lacking = subset.why_missing() if subset.missing else ""
+    return _entropy(catalogue, subset.selection, subset.cycles(), subset.periods, lacking, notes)
+
+
+def _entropy(
+    catalogue: "Catalogue",
+    chosen: Selection,
+    cycles: Any,
+    periods: Sequence[int],
+    lacking: str,
+    notes: list[str],
+) -> Result:
+    found = by_period.entropy_of_counts(cycles)
+    columns = _of_periods(standing(found, periods), periods)
+    proved, line = enclosure(catalogue, chosen.a)
+    notes += [outside(columns["p"], columns["h_zeta"], proved, chosen)]
+    notes += _told(found, periods, lacking, chosen)
+    bounds = zip(PROVED, (proved.lower, proved.upper, proved.proof), strict=True)
+    columns |= {name: [value] * len(columns["p"]) for name, value in bounds}
+    return Result(chosen, columns, (chosen.describe(), line), tuple(filter(None, notes)))
+
+
+def _told(
+    found: by_period.Entropy | by_period.Lyapunov, periods: Sequence[int], lacking: str, chosen: Selection
+) -> tuple[str, ...]:
+    """Say what the zeta function lacks, and which sums over fixed points do."""
+    zeta = f"the zeta function lacks p = {lacking}" if lacking else ""
+    told = [zeta, faults_of(found, periods), *_lacking_divisors(periods, chosen)]
+    return tuple(filter(None, told))
+
+
+def _weight(name: str) -> Weight:
+    if name not in set(Weight):
+        raise InputError(f"weight {name!r}: use {' or '.join(Weight)}")
+    return Weight(name)
+
+
+def lyapunov(
+    catalogue: "Catalogue",
+    chosen: Selection,
+    weight: str = "exp",
+    cut: float | None = None,
+    tell: Callable[[float], None] = lambda done: None,
+) -> Result:
+    """Return the average Lyapunov exponents by period, or one up to a cut (`Catalogue.lyapunov`)."""
+    wanted, notes = _weight(weight), list[str]()
+    subset = read(catalogue, chosen, notes, swept=cut is None)
+    if subset is None:
+        return Result(chosen, {}, (), tuple(notes))
+    if cut is not None:
+        return _up_to(subset, cut, wanted, notes, tell)
+    reference, facts = best_reference(catalogue, chosen.a), [subset.selection.describe()]
+    if reference is None:
+        a = exact(chosen.a)
+        notes.append(f"no trajectory value at a = {chosen.a:g}: 'orbitdb simulate --a {a}' makes one")
+    else:
+        told = (f"{name} = {with_error(getattr(reference, name), getattr(reference, f'{name}_error'))}"
+                for name in ("lambda_d", "lambda_c"))  # fmt: skip
+        facts.append(f"trajectories: {', '.join(told)}")
+    columns = averages(subset, wanted, notes)
+    for name in TRAJECTORIES if reference is not None else ():
+        columns[f"{name}_trajectory"] = [getattr(reference, name)] * len(columns["p"])
+    facts.append(_without_orbits(chosen.a))
+    return Result(subset.selection, columns, tuple(facts), tuple(filter(None, notes)))
+
+
+def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str, list[Any]]:
+    """Return the averages of every method over whole periods, and note what is missing."""
+    if subset.swept:
+        found = lyapunov_of_periods(subset.sums(), subset.highest, weight)
+    else:
+        found = by_period.lyapunov(subset.classes.rows(), subset.highest, weight)
+    rules = sum_rules_of(subset)
+    notes.append(why_no_sum_rules_of(subset))
+    columns = standing(found, subset.periods)
+    for name in SUM_RULES:
+        values = [math.nan] * len(columns["p"]) if rules is None else getattr(rules, name).tolist()
+        columns[name] = [None if value != value else value for value in values]
+    lacking = subset.why_missing() if subset.missing else ""
+    notes += _told(found, subset.periods, lacking, subset.selection)
+    return _of_periods({name: columns[name] for name in (*AVERAGES, *SUM_RULES)}, subset.periods)
+
+
+def _of_periods(columns: Mapping[str, list[Any]], periods: Sequence[int]) -> dict[str, list[Any]]:
+    """Return the rows of whole periods."""
+    kept = [place for place, p in enumerate(columns["p"]) if p in periods]
+    return {name: [values[place] for place in kept] for name, values in columns.items()}
+
+
+def read(
+    catalogue: "Catalogue", chosen: Selection, notes: list[str], swept: bool = False
+) -> WholePeriods | None:
+    """Return the chosen classes of whole periods, None if there is none; note what is left out."""
+    subset = read_whole(catalogue, chosen, swept)
+    notes += gaps(catalogue, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
+    if len(subset.classes) or any(sums.ranges.least for sums in subset.swept.values()):
+        return subset
+    notes += nothing(catalogue, subset.selection, swept=bool(subset.swept))
+    return None
+
+
+def _uncounted(catalogue: "Catalogue", chosen: Selection) -> list[str]:
+    """Say why births do not answer for a subset of the orbits of periods that only they know."""
+    if all_orbits(chosen):
+        return []
+    known = [] if why_not_swept(chosen) else [s.p for s in catalogue.sweeps(chosen.a, chosen) if s.whole]
+    born = catalogue.counts(Selection(chosen.a, chosen.periods)).from_births
+    if not (born := tuple(p for p in born if p not in known)):
+        return []
+    return [
+        f"births tell how many orbits of {written_periods(born)} there are at a = {chosen.a:g}, "
+        "and not which of them are chosen: leave out all but --p, or fill them"
+    ]
+
+
+def _lacking_divisors(periods: Sequence[int], chosen: Selection) -> list[str]:
+    """Say which sums over fixed points lack periods, and why these are not there."""
+    found = [(p, missing_divisors(p, periods)) for p in periods]
+    return [
+        f"p = {p}: the sums over fixed points lack p = {why_missing(gone, chosen)}"
+        for p, gone in found
+        if gone
+    ]
+
+
+def _without_orbits(a: float) -> str:
+    """Say between what the exponents are, whatever the orbits."""
+    means = exact_means(a)
+    low, high = means.bounds
+    scales = (("lambda_d", means.per_bounce), ("lambda_c", means.per_length))
+    ranges = (f"{low * scale:.6f} < {name} < {high * scale:.6f}" for name, scale in scales)
+    return f"by exact means, without any orbit: {', '.join(ranges)}"
+
+
+def _up_to(
+    subset: WholePeriods, cut: float, weight: Weight, notes: list[str], tell: Callable[[float], None]
+) -> Result:
+    """Return one average over all pseudo-cycles up to a cut."""
+    if not 0 < cut <= _LARGEST_CUT:
+        raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
+    rows, a = subset.classes.rows(), subset.selection.a
+    if weight is Weight.DETERMINANT and (most := by_period.largest_cut(rows, cut, _MOST_FACTORS)) < cut:
+        raise InputError(f"cut {cut:g} has too many terms with --weight det: give {most:g} or less")
+    found = by_period.lyapunov_by_stability(rows, cut, subset.highest, weight, tell)
+    if subset.missing:
+        notes.append(f"the zeta function lacks p = {subset.why_missing()}")
+    else:
+        notes.append(f"the zeta function gives no average {found.fault}" if found.fault else "")
+        complete = math.floor(least_exponent(subset.highest, a) * 1000) / 1000
+        if cut > complete:
+            notes.append(
+                f"complete, by proof, up to lambda = {complete:.3f} at a = {a:g}: up to the cut {cut:g}, "
+                f"orbits of periods above {subset.highest} may be missing, and the average changes with them"
+            )
+    values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)
+    row = [cut, *(None if subset.missing or value != value else value for value in values)]
+    columns = {name: [value] for name, value in zip(UP_TO_CUT, row, strict=True)}
+    return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, notes)))
+
+
+def stored_enclosure(catalogue: "Catalogue", a: float) -> tuple[Enclosure, str] | None:
+    """Return the closest stored bounds on the entropy at one a, and a line that tells of them.
+
+    Where others, in balls, are less close, the line tells of them, too.
+    """
+    closest = catalogue.entropy_bounds(a)
+    if closest is None:
+        return None
+    line = f"entropy of all orbits: {closest.between}, proved by {closest.basis}"
+    surer = None if closest.proof == BALLS else catalogue.entropy_bounds(a, BALLS)
+    return closest, line + ("" if surer is None else f"; {surer.between} by {surer.basis}")
+
+
+def enclosure(catalogue: "Catalogue", a: float) -> tuple[Enclosure, str]:
+    """Return the closest stored bounds on the entropy at one a, or some found now, and a line on them."""
+    if (known := stored_enclosure(catalogue, a)) is not None:
+        return known
+    from orbitdb.entropy.bounds import search
+
+    *_, last = search(Stadium(a), _EDGES)
+    found = Enclosure(**asdict(last), proof=DOUBLES)
+    closer = f"'orbitdb bounds --a {exact(a)}' finds closer ones"
+    return found, f"entropy of all orbits: {found.between}, proved by {found.basis}; {closer}"
+
+
+def outside(
+    periods: Sequence[int], h_zeta: Sequence[float | None], found: Enclosure, chosen: Selection
+) -> str:
+    """Say at which periods h_zeta of all orbits, None or NaN where there is none, lies outside the bounds.
+
+    Empty if there are none, or if the bounds are not those of the chosen orbits.
+    """
+    known = [(p, h) for p, h in zip(periods, h_zeta, strict=True) if h is not None]
+    beyond = [p for p, h in known if h < found.lower or h > found.upper]
+    if not (beyond and all_orbits(chosen)):
+        return ""
+    return f"h_zeta lies outside the proved bounds at {written_periods(beyond)}"

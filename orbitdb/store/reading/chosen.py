@@ -1,0 +1,146 @@
+"""A chosen subset as two arrays: its symmetry classes in the order asked for, and which of their words.
+
+Its size is a sum over bits, a page of it a slice of their cumulative count; averages weight a class with
+its bits, and files are written class by class. Only an order of single words needs a third array.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.equality import ByValue
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.schema import LONG
+from orbitdb.store.reading.soundness import unsound
+from orbitdb.symbols.words import BITS, MAX_KEYED
+
+Integers = NDArray[np.int64]
+Masks = NDArray[np.uint8]
+
+_BITS_OF = np.arange(256, dtype=np.uint8)[:, None] >> np.arange(8, dtype=np.uint8) & 1
+COUNTS = _BITS_OF.sum(axis=1, dtype=np.uint8)
+"""How many bits are set in each byte."""
+
+_NTH = np.argsort(1 - _BITS_OF, axis=1, kind="stable").astype(np.uint8)
+"""Which bit of each byte is its first one that is set, its second one, and so on."""
+
+
+_LEAST = 1 << 2 * BITS
+"""The key of 00: no word has fewer symbols."""
+
+
+class Words(NamedTuple):
+    """Words, each by the id of its class and its place among the words of the class.
+
+    Negative ids are those of words that are geometrically pruned, whose place is 0.
+    """
+
+    ids: Integers
+    places: NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen(ByValue):
+    """A chosen subset of the words that are stored at one a.
+
+    Attributes
+    ----------
+    selection : Selection
+        What was chosen.
+    ids : ndarray of int64, shape (C,)
+        The classes with chosen words, in the order of the rows; of pruned words minus their keys.
+    masks : ndarray of uint8, shape (C,)
+        Bit n is set where the n-th word of the class is chosen.
+    rows : ndarray of uint32, shape (N,), or None
+        The order of the words if it is not that of the classes: their numbers in that order.
+    values : mapping of str to ndarray, shape (C,)
+        Columns of the classes that were asked for, too.
+    """
+
+    selection: Selection
+    ids: Integers
+    masks: Masks
+    rows: NDArray[np.uint32] | None = None
+    values: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return int(self.ends[-1]) if len(self.ends) else 0
+
+    @property
+    def counts(self) -> NDArray[np.uint8]:
+        """How many words of each class are chosen, shape (C,)."""
+        return COUNTS[self.masks]
+
+    @cached_property
+    def ends(self) -> Integers:
+        """How many words there are up to each class and with it, shape (C,)."""
+        return np.cumsum(self.counts, dtype=np.int64)
+
+    def words(self, first: int = 0, last: int | None = None) -> Words:
+        """Return the words of rows from one on and below another."""
+        numbers = self._numbers(first, last)
+        classes = np.searchsorted(self.ends, numbers, side="right")
+        masks = self.masks[classes]
+        before = numbers - (self.ends[classes] - COUNTS[masks])
+        return Words(self.ids[classes], _NTH[masks, before])
+
+    def classes(self, first: int = 0, last: int | None = None) -> NDArray[np.intp]:
+        """Return the places among all classes of the classes of the words of such rows."""
+        return np.searchsorted(self.ends, self._numbers(first, last), side="right")
+
+    def _numbers(self, first: int, last: int | None) -> Integers:
+        last = len(self) if last is None else min(last, len(self))
+        if self.rows is None:
+            return np.arange(first, max(first, last))
+        return self.rows[first:last].astype(np.int64)
+
+    def blocks(self, size: int) -> Iterator[Words]:
+        """Yield all words in their order, some at a time."""
+        for first in range(0, len(self), size):
+            yield self.words(first, first + size)
+
+    def position(self, number: int, place: int) -> int | None:
+        """Return in which row a word stands, by the id of its class and its place there; None if in none."""
+        for found in np.flatnonzero(self.ids == number).tolist():
+            mask = int(self.masks[found])
+            if mask >> place & 1:
+                row = int(self.ends[found]) - (mask >> place).bit_count()
+                return row if self.rows is None else int(np.flatnonzero(self.rows == row)[0])
+        return None
+
+    def first(self, masks: Masks) -> int | None:
+        """Return the first row of some words, which are given as those of the subset are; None if in none."""
+        wanted = self.masks & masks
+        if not wanted.any():
+            return None
+        if self.rows is None:
+            found = int(np.argmax(wanted > 0))
+            return self.position(int(self.ids[found]), int(_NTH[wanted[found], 0]))
+        inside, chosen = (_BITS_OF[each].astype(np.bool_) for each in (wanted, self.masks))
+        return int(np.argmax(inside[chosen][self.rows]))
+
+
+def orders_of(ids: Integers, sound: bool = True) -> NDArray[np.int64]:
+    """Return the orders of the words that ids, or minus the ids, are keys of; `MAX_KEYED` + 1 for others.
+
+    Parameters
+    ----------
+    ids : ndarray of int64
+    sound : bool, optional
+        Whether ids below every key are refused; else their order is 0.
+
+    Raises
+    ------
+    StoreError
+        With the first that is.
+    """
+    low = np.abs(ids) < _LEAST
+    if sound and low.any():
+        raise unsound("a class with the number", ids[low][0])
+    ends = np.int64(1) << BITS * np.arange(1, MAX_KEYED + 1, dtype=np.int64)
+    found = np.searchsorted(ends, np.abs(ids), side="right")
+    return np.where(low, 0, np.where(np.abs(ids) >= LONG, MAX_KEYED + 1, found))

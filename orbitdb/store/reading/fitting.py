@@ -1,0 +1,115 @@
+"""Which words of classes fit patterns, decided on the packed words that the ids of the classes tell."""
+
+import json
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
+
+from orbitdb.store.asking.confinement import CancelledError, never
+from orbitdb.store.file.tables import cycle, pruned
+from orbitdb.store.reading.chosen import Integers, Masks, orders_of
+from orbitdb.store.reading.soundness import need_words, unsound
+from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF, all_images, stabilisers_of
+from orbitdb.symbols.patterns import Pattern
+from orbitdb.symbols.symmetry import ELEMENTS, packed_images
+from orbitdb.symbols.words import MAX_KEYED, packed
+
+_BATCH = 1 << 14
+"""Classes that are looked at at a time: what is in work fits into the processor's cache."""
+
+
+def fitting(
+    connection: sa.Connection,
+    ids: Integers,
+    patterns: Sequence[Pattern],
+    cancelled: Callable[[], bool] = never,
+) -> Masks:
+    """Return which words of classes fit all patterns: bit g is set where that under element g does.
+
+    Parameters
+    ----------
+    connection : Connection
+        Asked for the words that are too long for a key.
+    ids : ndarray of int64, shape (C,)
+        Of classes, or of pruned words, of which bit 0 counts.
+    patterns : sequence of Pattern
+    cancelled : callable, optional
+
+    Returns
+    -------
+    ndarray of uint8, shape (C,)
+    """
+    found = np.zeros(len(ids), dtype=np.uint8)
+    orders = orders_of(ids)
+    for p in np.unique(orders).tolist():
+        here = np.flatnonzero(orders == p)
+        if p > MAX_KEYED:
+            found[here] = _of_long(connection, ids[here], patterns)
+            continue
+        for start in range(0, len(here), _BATCH):
+            if cancelled():
+                raise CancelledError
+            batch = here[start : start + _BATCH]
+            found[batch] = _of_short(np.abs(ids[batch]), p, patterns)
+    return found
+
+
+def _of_short(keys: Integers, p: int, patterns: Sequence[Pattern]) -> Masks:
+    codes = packed(keys, p)
+    as_written = any(not pattern.cyclic for pattern in patterns)
+    images = all_images(codes, p) if as_written else packed_images(codes, p)
+    found = np.zeros(len(keys), dtype=np.uint8)
+    for g, image in enumerate(images):
+        fits = np.logical_and.reduce([pattern.fitting(image, p) for pattern in patterns])
+        found |= fits.astype(np.uint8) << np.uint8(g)
+    return found
+
+
+def _of_long(connection: sa.Connection, ids: Integers, patterns: Sequence[Pattern]) -> Masks:
+    found = np.zeros(len(ids), dtype=np.uint8)
+    for row, number in enumerate(ids.tolist()):
+        words, stabiliser = long_words(connection, number)
+        for word, g in zip(words, ELEMENT_OF[stabiliser].tolist(), strict=False):
+            found[row] |= all(pattern.fits(word) for pattern in patterns) << g
+    return found
+
+
+def long_words(connection: sa.Connection, number: int) -> tuple[list[str], int]:
+    """Return the words of a class, or the pruned word, of an id that is no key, and their stabiliser."""
+    if number < 0:
+        query = sa.select(pruned.c.p, pruned.c.word, sa.literal("1")).where(pruned.c.id == number)
+    else:
+        query = sa.select(cycle.c.p, cycle.c.words, cycle.c.symmetry).where(cycle.c.id == number)
+    p, text, symmetry = connection.execute(query).one()
+    words = [text[start : start + p] for start in range(0, len(text), p)]
+    need_words(words, [p] * len(words))
+    return words, _stabiliser(symmetry)
+
+
+def stabilisers_of_classes(
+    connection: sa.Connection, ids: Integers, sizes: NDArray[np.int64]
+) -> NDArray[np.uint8]:
+    """Return the stabilisers of classes of some sizes; a full class has that of the identity alone."""
+    found = np.ones(len(ids), dtype=np.uint8)
+    small = np.flatnonzero((sizes < len(ELEMENTS)) & (ids > 0))
+    orders = orders_of(ids[small])
+    for p in np.unique(orders).tolist():
+        here = small[orders == p]
+        if p <= MAX_KEYED:
+            found[here] = stabilisers_of(packed(ids[here], p), p)
+            continue
+        listed = sa.func.json_each(json.dumps(ids[here].tolist())).table_valued("value").c.value
+        rows = connection.execute(
+            sa.select(cycle.c.id, cycle.c.symmetry).where(cycle.c.id.in_(sa.select(listed)))
+        )
+        known = {number: _stabiliser(symmetry) for number, symmetry in rows}
+        found[here] = [known[number] for number in ids[here].tolist()]
+    return found
+
+
+def _stabiliser(symmetry: str) -> int:
+    if symmetry not in STABILISER_OF:
+        raise unsound("a symmetry that is none:", symmetry)
+    return STABILISER_OF[symmetry]

@@ -1,0 +1,195 @@
+"""How a chosen subset is found: the only way from a selection to classes and their words.
+
+* What is the same for all words of a class is asked of the view `class`, and all its words are chosen.
+* Patterns in the text of words are decided on the packed words, which the ids of the classes tell.
+* Anything else that tells words of a class apart is asked of the view `catalogue`, grouped by class.
+
+Words that are geometrically pruned are in no class: they are looked at where their status is named.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from itertools import takewhile
+from typing import Any
+
+import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
+
+from orbitdb.columns import kind_of
+from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.conditions import answering, conditions_of, parse_order, sort_key
+from orbitdb.store.asking.confinement import Patience, never
+from orbitdb.store.asking.dividing import Divided, divide
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.schema import LONG
+from orbitdb.store.file.tables import catalogue, classes, cycle, pruned
+from orbitdb.store.reading.chosen import Chosen, Masks
+from orbitdb.store.reading.fitting import fitting, stabilisers_of_classes
+from orbitdb.store.reading.word_order import in_order_of_words
+from orbitdb.symbols.members import places_of_elements
+
+_OF_WORDS = ("code", "word", "element")
+"""Columns in which words of a class differ."""
+
+_CODED: sa.ColumnClause[int] = sa.literal_column(
+    "(cycle << 2) + (class_size > 1) + (class_size > 2) + (class_size > 4)"
+)
+"""The id and the size of a class in one integer: a second column would take half as long again.
+
+A shift, for a product would be no integer if somebody has altered an id to one of the largest."""
+
+_BLOCK = 1 << 14
+
+Columns = dict[str, NDArray[Any]]
+
+
+def choose(
+    connection: sa.Connection,
+    selection: Selection,
+    order: str = "p",
+    columns: Sequence[str] = (),
+    most: int | None = None,
+    cancelled: Callable[[], bool] = never,
+) -> Chosen:
+    """Find a chosen subset in the catalogue.
+
+    Parameters
+    ----------
+    connection : Connection
+    selection : Selection
+    order : str, optional
+        Columns with commas between, each with ``desc`` behind it or ``-`` before it to fall; of rows that
+        are equal in them the lower period, the lower least word and the lower element come first.
+    columns : sequence of str, optional
+        Columns of the view ``class`` that are wanted, too.
+    most : int, optional
+        So many rows are wanted, the first ones; more may be found.
+    cancelled : callable, optional
+        Asked now and then whether nobody waits any more.
+
+    Raises
+    ------
+    SelectionError
+        If ``where`` is refused, or takes too long.
+    CancelledError
+        If nobody waits any more.
+    """
+    keys, divided = parse_order(order), divide(selection)
+    by_class = dict(takewhile(lambda key: key[0] not in _OF_WORDS, keys.items()))
+    by_words = len(by_class) < len(keys)
+    if by_words:
+        columns = tuple(dict.fromkeys([*columns, *(name for name in keys if name not in _OF_WORDS)]))
+        by_class = {}
+    query = _query(connection, divided, by_class, columns)
+    if most is not None and not by_words and not divided.patterns:
+        query = query.limit(most)  # every class has a row
+    with answering(connection, selection, Patience(cancelled=cancelled)):
+        coded, *more = _arrays(connection, query, columns, divided.of_words)
+    ids, sizes = coded >> 2, np.int64(1) << (coded & 3)
+    masks = ((1 << sizes) - 1).astype(np.uint8)
+    if divided.of_words:
+        masks &= _places(connection, ids, sizes, more.pop(0).astype(np.uint8))
+    if divided.patterns:
+        elements = fitting(connection, ids, divided.patterns, cancelled)
+        masks &= _places(connection, ids, sizes, elements)
+    kept = np.flatnonzero(masks)
+    values = {name: column[kept] for name, column in zip(columns, more, strict=True)}
+    found = Chosen(selection, ids[kept], masks[kept], None, values)
+    return replace(found, rows=in_order_of_words(connection, found, keys)) if by_words else found
+
+
+def _places(
+    connection: sa.Connection, ids: NDArray[np.int64], sizes: NDArray[np.int64], elements: Masks
+) -> Masks:
+    """Return words that are told by the elements that lead to them by their places in their classes."""
+    return places_of_elements(elements, stabilisers_of_classes(connection, ids, sizes))
+
+
+def _query(
+    connection: sa.Connection, divided: Divided, keys: dict[str, bool], columns: Sequence[str]
+) -> sa.Select[Any]:
+    """Return the query for classes in their order: coded id, mask by elements if need be, and columns."""
+    named = tuple(dict.fromkeys(["p", *columns, *keys]))
+    sources = list(_sources(divided, named))
+    rows = (sa.union_all(*sources) if len(sources) > 1 else sources[0]).subquery().c
+    outputs = [rows.coded, *([rows.mask] if divided.of_words else []), *(rows[name] for name in columns)]
+    natural: list[sa.ColumnElement[Any]] = [rows.coded]
+    if Status.GEOMETRIC in divided.conditions.statuses or _has_long(connection):
+        number = sa.func.abs(rows.coded)
+        natural = [rows.p, rows.coded < 0, sa.case((number >= 4 * LONG, rows.least)), number]
+        keys = keys or {"p": False}
+    elif [*keys.items()][-1:] == [("p", False)]:
+        keys = dict([*keys.items()][:-1])  # as ids rise with the period
+    ordering = [*(sort_key(rows[name], falling) for name, falling in keys.items()), *natural]
+    return sa.select(*outputs).order_by(*ordering if keys else ())
+
+
+def _sources(divided: Divided, columns: Sequence[str]) -> Iterator[sa.Select[Any]]:
+    """Yield the queries for what is chosen among classes, and among pruned words if they are asked for."""
+    chosen = divided.conditions
+    if chosen.statuses != (Status.GEOMETRIC,):
+        known = (catalogue if divided.of_words else classes.alias(catalogue.name)).c
+        mask: list[Any] = []
+        if divided.of_words:
+            mask = [sa.func.sum(sa.literal_column("1 << element")).label("mask")]
+        named = [known.representative.label("least"), *(_column(known, name).label(name) for name in columns)]
+        query = sa.select(_CODED.label("coded"), *mask, *named)
+        query = query.where(*conditions_of(chosen, known))
+        yield query.group_by(known.cycle) if divided.of_words else query
+    if Status.GEOMETRIC in chosen.statuses:
+        rows = pruned_rows(chosen.a).c
+        mask = [sa.literal(1).label("mask")] if divided.of_words else []
+        named = [rows.code.label("least"), *(rows[name].label(name) for name in columns)]
+        query = sa.select((rows.id * 4).label("coded"), *mask, *named)
+        yield query.where(*conditions_of(chosen, rows))
+
+
+def _column(known: sa.ColumnCollection[str, Any], name: str) -> sa.ColumnElement[Any]:
+    """Return a column of a view; nothing for one that only pruned words have."""
+    return known[name] if name in known else sa.null()
+
+
+def pruned_rows(a: float) -> sa.Subquery:
+    """Return the words that are geometrically pruned with the columns of both views, at one a."""
+    own = {
+        "a": sa.cast(a, sa.REAL),
+        "p": pruned.c.p,
+        "code": pruned.c.word,
+        "word": pruned.c.word,
+        "words": pruned.c.word,
+        "status": sa.literal(Status.GEOMETRIC.value),
+        "rules": pruned.c.rules,
+    }
+    names = {**dict(catalogue.c), **dict(classes.c)}
+    listed = [own.get(name, sa.null()).label(name) for name in names]
+    return sa.select(pruned.c.id, *listed).subquery(catalogue.name)
+
+
+def _has_long(connection: sa.Connection) -> bool:
+    return connection.scalar(sa.select(sa.exists().where(cycle.c.id >= LONG))) or False
+
+
+def _arrays(
+    connection: sa.Connection, query: sa.Select[Any], columns: Sequence[str], masked: bool
+) -> list[NDArray[Any]]:
+    """Return the columns of a query as arrays, some rows at a time so that few are there as objects."""
+    count = 1 + masked
+    cursor = connection.execute(query).cursor
+    if not columns:
+        kinds = np.dtype([(str(place), np.int64) for place in range(count)])
+        found = np.fromiter(iter(cursor.fetchone, None), kinds)
+        return [found[name].copy() if count > 1 else found.view(np.int64) for name in kinds.names or ()]
+    parts: list[list[NDArray[Any]]] = []
+    while rows := cursor.fetchmany(_BLOCK):
+        each = zip(*rows, strict=True)
+        numbers = [np.array(values, np.int64) for _, values in zip(range(count), each, strict=False)]
+        parts.append(numbers + [as_array(name, values) for name, values in zip(columns, each, strict=True)])
+    if not parts:
+        return [np.zeros(0, np.int64)] * count + [as_array(name, ()) for name in columns]
+    return [np.concatenate(column) for column in zip(*parts, strict=True)]
+
+
+def as_array(name: str, values: Sequence[Any]) -> NDArray[Any]:
+    """Return values of a column: numbers with NaN for none, all others as objects."""
+    return np.array(values, np.float64 if kind_of(name) == "number" else object)

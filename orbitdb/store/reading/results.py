@@ -1,0 +1,98 @@
+"""Results: small tables by period, which commands print, figures draw and notebooks show."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+from orbitdb.equality import ByValue
+from orbitdb.extras import load
+from orbitdb.store.asking.selection import Selection
+
+if TYPE_CHECKING:
+    import pandas
+
+
+TABLE = ("p", "N_t", "N_c", "N", "K_0", "classes", "boundary", "unresolved")
+"""The columns of the paper's Table 1, with the classes and what is counted apart."""
+
+PROVED = ("h_lower", "h_upper", "h_proof")
+"""Proved bounds on the topological entropy of all orbits."""
+
+AVERAGES = (
+    "p", "lambda_d", "lambda_c", "lambda_d_pair", "lambda_c_pair", "lambda_d_zeta", "lambda_c_zeta", "z0",
+)  # fmt: skip
+SUM_RULES = (
+    "lambda_d_sum_rule", "lambda_c_sum_rule", "lambda_d_sum_rule_error", "lambda_c_sum_rule_error",
+)  # fmt: skip
+UP_TO_CUT = ("cut", "lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
+TRAJECTORIES = ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Result(ByValue):
+    """A small table, one row a period.
+
+    Attributes
+    ----------
+    selection : Selection
+        What was chosen.
+    columns : mapping of str to list
+        Numbers, None for one that does not stand.
+    facts : tuple of str
+        What it is of, and what is known beside it, a line each.
+    notes : tuple of str
+        What is missing, and why columns are empty, a line each.
+
+    Examples
+    --------
+    >>> table = catalogue.table(p="2-4")
+    >>> table["N_c"]
+    [1, 8, 32]
+    """
+
+    selection: Selection
+    columns: Mapping[str, Sequence[Any]]
+    facts: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(next(iter(self.columns.values()), ()))
+
+    def __getitem__(self, name: str) -> list[Any]:
+        """Return one column."""
+        return list(self.columns[name])
+
+    def rows(self, names: Sequence[str] | None = None) -> Iterator[tuple[Any, ...]]:
+        """Yield the rows, of some columns or all."""
+        return zip(*(self.columns[name] for name in names or self.columns), strict=True)
+
+    def __repr__(self) -> str:
+        texts = [[name, *map(_short, values)] for name, values in self.columns.items()]
+        widths = [max(map(len, column)) for column in texts]
+        lines = ("  ".join(map(str.rjust, row, widths)) for row in zip(*texts, strict=True))
+        return "\n".join([*lines, *self.facts, *self.notes])
+
+    def _repr_html_(self) -> str:
+        """Show a table in a notebook."""
+        head = "".join(f"<th>{escape(name)}</th>" for name in self.columns)
+        cells = ("".join(f"<td>{escape(_short(value))}</td>" for value in row) for row in self.rows())
+        body = "".join(f"<tr>{row}</tr>" for row in cells)
+        notes = "<br>".join(map(escape, (*self.facts, *self.notes)))
+        return f"<table><tr>{head}</tr>{body}</table><small>{notes}</small>"
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return a data frame of pandas, its columns those of JSON.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If pandas is not installed (extra ``pandas``).
+        """
+        frame = load("pandas", "to_pandas()", "pandas").DataFrame(dict(self.columns))
+        frame.attrs |= {"selection": self.selection.describe()}
+        return frame
+
+
+def _short(value: Any) -> str:
+    return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,130 @@
+"""Orders of single words: by their text, or by the element that leads to them."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
+
+from orbitdb.store.reading.chosen import COUNTS, Chosen, orders_of
+from orbitdb.store.reading.fitting import long_words, stabilisers_of_classes
+from orbitdb.symbols.members import ELEMENT_OF, packed_members
+from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
+
+_TEXTS = ("code", "word")
+_HEAD = 2
+"""First symbols of words that are sorted together, so that the order of all is never there at once."""
+
+Texts = NDArray[np.int64]
+
+
+def in_order_of_words(
+    connection: sa.Connection, chosen: Chosen, keys: Mapping[str, bool]
+) -> NDArray[np.uint32]:
+    """Return the order of the words of a subset.
+
+    Parameters
+    ----------
+    connection : Connection
+        Asked for the words that are too long for a key.
+    chosen : Chosen
+        In the natural order, with the values of all keys that are of classes.
+    keys : mapping of str to bool
+        Columns to sort by, at least one of them of single words, and whether they fall.
+    """
+    first, falling = next(iter(keys.items()))
+    texts, later = _texts(connection, chosen)
+    if first in _TEXTS and not len(later):
+        return _by_text(np.negative(texts, out=texts) if falling else texts)
+    arrays: list[NDArray[np.int64]] = []
+    counts = chosen.counts
+    for name, falls in keys.items():
+        if name in _TEXTS:
+            parts = [texts, later] if len(later) else [texts]
+            arrays += [-part for part in parts] if falls else parts
+            break  # no two words are the same
+        if name == "element":
+            found = _elements(connection, chosen).astype(np.int64)
+        else:
+            found = np.repeat(_ranks(chosen.values[name], falls), counts)
+            falls = False
+        arrays.append(-found if falls else found)
+    return np.lexsort(arrays[::-1]).astype(np.uint32)
+
+
+def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
+    """Return the places of values among all different ones; none comes last."""
+    missing = np.array([value is None or value != value for value in values.tolist()], dtype=np.bool_)
+    ranks = np.full(len(values), len(values), dtype=np.int64)
+    _, found = np.unique(values[~missing], return_inverse=True)
+    ranks[~missing] = -found if falling else found
+    return ranks
+
+
+def _by_text(texts: Texts) -> NDArray[np.uint32]:
+    """Return the order of words by their texts, a piece at a time."""
+    heads = (texts >> BITS * (MAX_KEYED - _HEAD)).astype(np.int16)
+    order = np.empty(len(texts), dtype=np.uint32)
+    done = 0
+    for head in np.unique(heads).tolist():
+        here = np.flatnonzero(heads == head).astype(np.uint32)
+        order[done : done + len(here)] = here[np.argsort(texts[here], kind="stable")]
+        done += len(here)
+    return order
+
+
+def _texts(connection: sa.Connection, chosen: Chosen) -> tuple[Texts, NDArray[np.int64]]:
+    """Return numbers that sort as the texts of words do, and ranks of those that are equal up to there.
+
+    A number holds the first `MAX_KEYED` symbols, each one more than it is, so that a word comes before those
+    that it begins.
+    """
+    orders, ends = orders_of(chosen.ids), chosen.ends
+    texts = np.zeros(len(chosen), dtype=np.int64)
+    later = np.zeros(len(chosen) if (orders > MAX_KEYED).any() else 0, dtype=np.int64)
+    for p in np.unique(orders).tolist():  # in the natural order those of one order are one behind the other
+        of_order = np.flatnonzero(orders == p)
+        done = int(ends[of_order[0]]) - int(chosen.counts[of_order[0]])
+        ids, masks = chosen.ids[of_order], chosen.masks[of_order]
+        if p > MAX_KEYED:
+            words = _long_words(connection, ids, masks)
+            ranks = {word: rank for rank, word in enumerate(sorted(words), 1)}
+            texts[done:] = [_text(word) for word in words]
+            later[done:] = [ranks[word] for word in words]
+            continue
+        stabilisers = stabilisers_of_chosen(connection, chosen, of_order)
+        for codes in packed_members(packed(np.abs(ids), p), p, masks, stabilisers):
+            texts[done : done + len(codes)] = _raised(codes, p)
+            done += len(codes)
+    return texts, later
+
+
+def _raised(codes: NDArray[np.int64], p: int) -> Texts:
+    return (codes + int("1" * p, 8)) << BITS * (MAX_KEYED - p)
+
+
+def _text(word: str) -> int:
+    return int(_raised(pack(from_strings([word[:MAX_KEYED]])), min(len(word), MAX_KEYED))[0])
+
+
+def _long_words(connection: sa.Connection, ids: NDArray[np.int64], masks: NDArray[np.uint8]) -> list[str]:
+    found = []
+    for number, mask in zip(ids.tolist(), masks.tolist(), strict=True):
+        words, _ = long_words(connection, number)
+        found += [word for n, word in enumerate(words) if mask >> n & 1]
+    return found
+
+
+def stabilisers_of_chosen(
+    connection: sa.Connection, chosen: Chosen, rows: NDArray[np.intp]
+) -> NDArray[np.uint8]:
+    """Return the stabilisers of some classes; of a class of which all eight words are chosen it is plain."""
+    sizes = np.where(chosen.masks[rows] == 0xFF, 8, 1)
+    return stabilisers_of_classes(connection, chosen.ids[rows], sizes)
+
+
+def _elements(connection: sa.Connection, chosen: Chosen) -> NDArray[np.uint8]:
+    """Return the elements that lead to the words; of pruned words 0."""
+    stabilisers = stabilisers_of_chosen(connection, chosen, np.arange(len(chosen.ids)))
+    words = chosen.words()
+    return ELEMENT_OF[np.repeat(stabilisers, COUNTS[chosen.masks]), words.places]

@@ -1,0 +1,175 @@
+"""Storing symmetry classes with all their words, and orbits, many rows at a time.
+
+The id of a class is the key of its least word (`orbitdb.symbols.words.key`): any process can tell it from the
+word alone, and classes stand in the table in the order of their words. Classes of longer words have ids from
+`LONG` up, in the order of their arrival. Geometrically pruned words have the same ids below 0.
+"""
+
+import sqlite3
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from itertools import count
+from typing import Any
+
+import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
+
+from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits
+from orbitdb.store.file.schema import DONE, LONG
+from orbitdb.store.file.tables import birth_fill, cycle, fill, orbit, pruned
+from orbitdb.store.writing.writer import Writer
+from orbitdb.symbols import symmetry
+from orbitdb.symbols.members import joined_members
+from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period
+
+_ROWS_A_STATEMENT = 64
+
+NULL = float("nan")
+"""What SQLite takes for NULL. Python's driver looks for an adapter of every None, and of bytes (not of a
+bytearray), which takes longer than all the rest of a value."""
+
+
+def add_classes(
+    connection: sa.Connection,
+    numbers: Sequence[int],
+    least: NDArray[np.uint8],
+    stabilisers: NDArray[np.uint8],
+    words: Sequence[str],
+) -> None:
+    """Store symmetry classes with all their words.
+
+    Parameters
+    ----------
+    connection : Connection
+    numbers : sequence of int, length N
+        Their ids.
+    least : ndarray of uint8, shape (N, p)
+        Their least words.
+    stabilisers : ndarray of uint8, shape (N,)
+    words : sequence of str, length N
+        The words of each class (`orbitdb.symbols.members.joined_words`).
+    """
+    p, masks = least.shape[1], stabilisers.tolist()
+    sizes, reversals, labels = (
+        list(map({mask: say(mask) for mask in set(masks)}.__getitem__, masks))
+        for say in (symmetry.class_size, symmetry.time_reversal, symmetry.label)
+    )
+    walls = ((least == 0) | (least == 2)).sum(axis=1).tolist()
+    texts = [joined[:p] for joined in words]
+    insert(connection, "cycle", (numbers, Same(p), texts, sizes, walls, reversals, labels, words))
+
+
+def add_class(connection: sa.Connection, family: symmetry.SymmetryClass) -> int:
+    """Store one symmetry class of any order unless it is there; return its id."""
+    word = family.representative
+    if len(word) <= MAX_KEYED:
+        number = key(word)
+    else:
+        stored = sa.select(cycle.c.id).where(cycle.c.p == len(word), cycle.c.word == word)
+        last = connection.scalar(sa.select(sa.func.max(cycle.c.id))) or 0
+        number = connection.scalar(stored) or max(LONG, last + 1)
+    stabilisers = np.array([family.stabiliser], dtype=np.uint8)
+    add_classes(connection, [number], from_strings([word]), stabilisers, [joined_members(word)])
+    return number
+
+
+def classes_stored(connection: sa.Connection, p: int) -> bool:
+    """Tell whether all classes of a period are stored, by a fill at any a or by births."""
+    done = sa.union_all(
+        *(sa.select(table.c.p).where(table.c.p == p, table.c.state == DONE) for table in (fill, birth_fill))
+    )
+    return connection.execute(done.limit(1)).first() is not None
+
+
+def add_pruned(connection: sa.Connection, p: int, words: Sequence[str], rules: Sequence[str]) -> None:
+    """Store geometrically pruned words of order p as least rotations, with the rules they break."""
+    if p <= MAX_KEYED:
+        numbers = [-key(word) for word in words]
+    else:
+        last = connection.scalar(sa.select(sa.func.min(pruned.c.id))) or 0
+        first = min(-LONG, last - 1)
+        numbers = list(range(first, first - len(words), -1))
+    insert(connection, "pruned", (numbers, Same(p), words, rules))
+
+
+def count_statuses(connection: sa.Connection, stadium: int, p: int) -> dict[str, tuple[int, int]]:
+    """Return for each status the number of words and of classes among a period's orbits."""
+    query = (
+        sa.select(orbit.c.status, sa.func.sum(cycle.c.class_size), sa.func.count())
+        .join(cycle, cycle.c.id == orbit.c.cycle)
+        .where(orbit.c.stadium == stadium, orbit.c.cycle.between(*keys_of_period(p)))
+        .group_by(orbit.c.status)
+    )
+    return {status: (words, classes) for status, words, classes in connection.execute(query)}
+
+
+def add_orbits(
+    writer: Writer,
+    connection: sa.Connection,
+    stadium_id: int,
+    cycles: Sequence[int],
+    orbits: Orbits,
+    solver: str,
+    computed: str | None = None,
+) -> None:
+    """Store what became of some classes, with the arithmetic that computed it, this machine's by default.
+
+    ``orbits`` holds their least words.
+    """
+    kept = np.logical_or.reduce([orbits.status == status for status in EXISTING])  # isin sorts many texts
+    numbers = (_or_null(getattr(orbits, name), kept | (name == "margin")) for name in NUMBERS)
+    columns = (
+        Same(stadium_id), cycles, orbits.status.tolist(), _blobs(orbits.coordinates, kept), *numbers,
+        orbits.iterations.tolist(), Same(solver), Same(writer.run_id(connection, computed)),
+    )  # fmt: skip
+    insert(connection, "orbit", columns)
+
+
+def _or_null(values: NDArray[np.float64], kept: NDArray[np.bool_]) -> list[float]:
+    found: list[float] = np.where(kept & np.isfinite(values), values, NULL).tolist()
+    return found
+
+
+def _blobs(coordinates: NDArray[np.float64], kept: NDArray[np.bool_]) -> list[bytearray | float]:
+    data = bytearray(np.ascontiguousarray(coordinates, dtype="<f8").tobytes())
+    width = 8 * coordinates.shape[1]
+    return [data[i * width : (i + 1) * width] if keep else NULL for i, keep in enumerate(kept.tolist())]
+
+
+@dataclass(frozen=True)
+class Same:
+    """A column with one value in all rows."""
+
+    value: Any
+
+
+def insert(connection: sa.Connection, table: str, columns: Sequence[Sequence[Any] | Same]) -> None:
+    """Insert rows that are not there yet, through SQLite's own driver.
+
+    Many rows a statement take half the time of one row a statement, most of which is not storing but
+    going into SQLite and out of it. So what all rows share goes there once a statement, and the other
+    values from one list, row by row.
+    """
+    driver = connection.connection.driver_connection
+    assert isinstance(driver, sqlite3.Connection)
+    same = [column.value for column in columns if isinstance(column, Same)]
+    each = [column for column in columns if not isinstance(column, Same)]
+    width = len(each)
+    values: list[Any] = [None] * (width * len(each[0]))
+    for place, column in enumerate(each):
+        values[place::width] = column  # an extended slice: another length is refused
+    marks = tuple(isinstance(column, Same) for column in columns)
+    for start in range(0, len(values), _ROWS_A_STATEMENT * width):
+        several = values[start : start + _ROWS_A_STATEMENT * width]
+        driver.execute(_statement(table, marks, len(several) // width), same + several)
+
+
+@cache
+def _statement(table: str, same: tuple[bool, ...], rows: int) -> str:
+    """Return what inserts so many rows; the values that all of them share come first."""
+    shared, following = count(1), count(1 + sum(same))
+    fixed = [next(shared) if one else None for one in same]
+    several = (", ".join(f"?{number or next(following)}" for number in fixed) for _ in range(rows))
+    return f"INSERT OR IGNORE INTO {table} VALUES ({'), ('.join(several)})"

@@ -1,0 +1,155 @@
+"""All words of symmetry classes, from the classes' least words.
+
+The words of a class come in the order of the first elements that lead to them, the least word (the
+identity's) first. The n-th of them, counted from 0, is that of element `ELEMENT_OF[stabiliser, n]`: an
+element that leads to a word that an element before it leads to is passed over.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.symbols.symmetry import ELEMENTS, GROUPS, SIZES, label, members, packed_images
+from orbitdb.symbols.words import least_rotations, unpack
+
+Integers = NDArray[np.int64]
+Masks = NDArray[np.uint8]
+
+_BATCH = 1 << 14
+"""Classes that are looked at at a time: what is in work fits into the processor's cache."""
+
+
+def _first_elements() -> NDArray[np.bool_]:
+    first = np.zeros((256, len(ELEMENTS)), dtype=np.bool_)
+    for mask in GROUPS:
+        kept = [s for s in ELEMENTS if mask >> s & 1]
+        first[mask] = [g == min(g ^ s for s in kept) for g in ELEMENTS]
+    return first
+
+
+FIRST = _first_elements()
+"""For each stabiliser, which elements are the first ones to lead to their word, shape (256, 8)."""
+
+
+def _elements() -> NDArray[np.uint8]:
+    found = np.zeros((256, len(ELEMENTS)), dtype=np.uint8)
+    for mask in GROUPS:
+        found[mask, : SIZES[mask]] = np.flatnonzero(FIRST[mask])
+    return found
+
+
+ELEMENT_OF = _elements()
+"""For each stabiliser, the elements that lead to the words of its class in their order, shape (256, 8)."""
+
+STABILISER_OF = {label(mask): mask for mask in GROUPS}
+"""The stabiliser that a symmetry label names."""
+
+ELEMENT_ROWS = [
+    (label(mask), n, int(ELEMENT_OF[mask, n])) for mask in GROUPS for n in range(int(SIZES[mask]))
+]
+"""Symmetry label, n, and the element that leads to the n-th word: the rows of the table ``element``."""
+
+_SETS = np.arange(256, dtype=np.uint8)
+
+
+def places_of_elements(elements: Masks, stabilisers: NDArray[np.uint8]) -> Masks:
+    """Return sets of words as sets of their places in the class.
+
+    Parameters
+    ----------
+    elements : ndarray of uint8, shape (C,)
+        Bit g is set where the word that element g leads to belongs to the set.
+    stabilisers : ndarray of uint8, shape (C,)
+
+    Returns
+    -------
+    ndarray of uint8, shape (C,)
+        Bit n is set where the n-th word does.
+    """
+    places = np.zeros_like(elements)
+    for n in ELEMENTS:
+        counts = np.uint8(n) < SIZES[stabilisers]
+        places |= ((elements >> ELEMENT_OF[stabilisers, n] & 1) & counts) << np.uint8(n)
+    return places
+
+
+def all_images(codes: Integers, p: int) -> Integers:
+    """Return the images of packed words of order p <= 20 under the eight elements, as least rotations.
+
+    Parameters
+    ----------
+    codes : ndarray of int64, shape (C,)
+        Least rotations.
+    p : int
+
+    Returns
+    -------
+    ndarray of int64, shape (8, C)
+    """
+    return np.stack([codes, *(least_rotations(image, p) for image in packed_images(codes, p)[1:])])
+
+
+def joined_words(codes: Integers, stabilisers: NDArray[np.uint8], p: int) -> list[str]:
+    """Return for each class all its words, p symbols each, as one text.
+
+    Parameters
+    ----------
+    codes : ndarray of int64, shape (C,)
+        The packed least words, of order p <= 20.
+    stabilisers : ndarray of uint8, shape (C,)
+    p : int
+    """
+    found = np.empty(len(codes), dtype=object)
+    for start in range(0, len(codes), _BATCH):
+        batch = slice(start, start + _BATCH)
+        images, masks = all_images(codes[batch], p), stabilisers[batch]
+        for size in set(SIZES[masks].tolist()):
+            here = np.flatnonzero(SIZES[masks] == size)
+            words = images[ELEMENT_OF[masks[here], :size], here[:, None]]
+            symbols = unpack(words.ravel(), p) + np.uint8(ord("0"))
+            text, width = symbols.tobytes().decode("ascii"), size * p
+            found[start + here] = [text[at : at + width] for at in range(0, len(text), width)]
+    return found.tolist()
+
+
+def joined_members(word: str) -> str:
+    """Return all words of the class of a least word of any order, one behind the other."""
+    return "".join(members(word))
+
+
+def packed_members(
+    codes: Integers, p: int, masks: Masks, stabilisers: NDArray[np.uint8]
+) -> Iterator[Integers]:
+    """Yield chosen words of classes as packed words, class by class in the order of their places.
+
+    Parameters
+    ----------
+    codes : ndarray of int64, shape (C,)
+        The packed least words, of order p <= 20.
+    p : int
+    masks : ndarray of uint8, shape (C,)
+        Bit n is set where the n-th word of the class is chosen.
+    stabilisers : ndarray of uint8, shape (C,)
+
+    Yields
+    ------
+    ndarray of int64
+        The words of some thousand classes.
+    """
+    for start in range(0, len(codes), _BATCH):
+        batch = slice(start, start + _BATCH)
+        images = all_images(codes[batch], p)
+        chosen = (masks[batch, None] >> np.arange(len(ELEMENTS), dtype=np.uint8) & 1).astype(np.bool_)
+        rows, places = np.nonzero(chosen)
+        yield images[ELEMENT_OF[stabilisers[batch][rows], places], rows]
+
+
+def stabilisers_of(codes: Integers, p: int) -> NDArray[np.uint8]:
+    """Return the stabilisers of packed words of order p <= 20, which are least rotations."""
+    found = np.zeros(len(codes), dtype=np.uint8)
+    for start in range(0, len(codes), _BATCH):
+        batch = slice(start, start + _BATCH)
+        for g, image in enumerate(all_images(codes[batch], p)):
+            found[batch] |= (image == codes[batch]).astype(np.uint8) << np.uint8(g)
+    return found

@@ -1,0 +1,152 @@
+"""Births and deaths against new decisions: what a class is on either side of each, and which bounce does it.
+
+That a class changes inside its bracket is decided again, at both ends, as in `orbitdb.orbits.brackets`. The
+bounce that is said to come through a joint must do so there, at the speed that is stored.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
+
+from orbitdb.billiard.bounces import slack_errors
+from orbitdb.billiard.legs import Chain, derivatives, direction_limits
+from orbitdb.billiard.stadium import MAX_A, MIN_A
+from orbitdb.orbits.batches import JOINTS, Batch
+from orbitdb.orbits.bounds import direction_errors, pressed_directions
+from orbitdb.orbits.brackets import Signs, statuses
+from orbitdb.orbits.continuation import motion, slacks_and_slopes
+from orbitdb.orbits.newton import newton
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.schema import BORN, DIED
+from orbitdb.store.file.tables import change, cycle
+from orbitdb.store.reading.blocks import blocks, by_period, ids_in, sampled
+from orbitdb.store.reading.soundness import sound_words
+from orbitdb.symbols.words import MAX_KEYED, from_strings
+from orbitdb.verification.blocks import ClassBlock, is_chosen
+from orbitdb.verification.check import Check, Step, judged
+
+Floats = NDArray[np.float64]
+Marks = NDArray[np.bool_]
+Places = NDArray[np.intp]
+
+_CLOSE = 1e-6
+"""Relative, of slopes: no proof rests on them, and they are computed without bounds."""
+
+
+def change_blocks(
+    connection: sa.Connection,
+    path: Path,
+    selections: Sequence[Selection],
+    sample: int | None,
+    rng: np.random.Generator,
+) -> Iterator["ChangeBlock"]:
+    """Yield blocks of the classes with births of the chosen periods, or of so many drawn at random."""
+    born = by_period(connection, ids_in(connection, change.c.cycle))
+    chosen = [those for p, those in born.items() if 2 <= p <= MAX_KEYED and is_chosen(p, selections)]
+    drawn = sampled(np.concatenate([np.zeros(0, np.int64), *chosen]), sample, rng)
+    for p, block, before in blocks(by_period(connection, drawn)):
+        yield ChangeBlock(path, p, block, before, len(drawn))
+
+
+@dataclass(frozen=True, eq=False)
+class ChangeBlock(ClassBlock):
+    """Classes of which the births and deaths are to be decided again."""
+
+    def checked(self, connection: sa.Connection) -> Step:
+        """Return what is found in the rows that a connection reads."""
+        first, last = int(self.ids[0]), int(self.ids[-1])
+        query = sa.select(change, cycle.c.word).join_from(change, cycle)
+        here = change.c.cycle.between(first, last)
+        rows = connection.execute(query.where(here).order_by(change.c.cycle, change.c.number)).all()
+        wanted = set(self.ids.tolist())
+        check = check_changes([row for row in rows if row.cycle in wanted], self.p)
+        return Step(f"births, p = {self.p}", self.done, self.total, (check,))
+
+
+def check_changes(rows: Sequence[Any], p: int) -> Check:
+    """Check births and deaths of classes of one period, rows of ``change`` with their ``word``."""
+    words = sorted({row.word for row in rows})
+    sound = [words[i] for i in sound_words(words, p)]
+    place = {word: i for i, word in enumerate(sound)}
+    known = [row for row in rows if row.word in place and _is_sound(row)]
+    wrong = {id(row) for row in rows} - {id(row) for row in known}
+    if known:
+        batch = Batch([from_strings(sound)])
+        word = np.array([place[row.word] for row in known])
+        failed = _wrong_sides(batch, word, known) | _wrong_bounces(batch, word, known)
+        wrong |= {id(known[i]) for i in np.flatnonzero(failed)}
+    labels = [f"{row.word} at a = {row.a:g}" for row in rows]
+    return judged("changes", labels, [id(row) in wrong for row in rows])
+
+
+def _is_sound(row: Any) -> bool:
+    """Tell whether a row could be a change: one at a = 0 has neither error nor bounce, any other has both."""
+    path = (row.bounce, row.joint, row.slope)
+    if row.a == 0:
+        return (row.error, row.kind, row.number, *path) == (0, BORN, 1, None, None, None)
+    inside = row.a - row.error >= MIN_A and row.error > 0 and row.a + row.error <= MAX_A
+    return inside and row.kind in (BORN, DIED) and row.joint in JOINTS and None not in path
+
+
+def _wrong_sides(batch: Batch, word: Places, rows: Sequence[Any]) -> Marks:
+    """Tell which changes are none: what a class is just below and above, and at the least a before all."""
+    a, error = (np.array([getattr(row, name) for row in rows]) for name in ("a", "error"))
+    born = np.array([1 if row.kind == BORN else -1 for row in rows])
+    low, high = np.where(a == 0, MIN_A, a - error), np.where(a == 0, MIN_A, a + error)
+    wrong: Marks = _signs(batch, word, high) != born
+    moving = np.flatnonzero(a > 0)
+    wrong[moving] |= _signs(batch, word[moving], low[moving]) != -born[moving]
+    return wrong
+
+
+def _signs(batch: Batch, word: Places, a: Floats) -> Signs:
+    """Tell which words are orbits, each at its own a: 1, -1, or 0 where balls do not decide it either."""
+    sign = np.zeros(len(word), np.int8)
+    for here, legs in _chains(batch, word):
+        sign[here] = statuses(legs, a[here], newton(legs, a[here]).alpha)
+    unknown = np.flatnonzero(sign == 0)
+    if len(unknown):
+        sign[unknown] = batch.signs_at(word[unknown], a[unknown])
+    return sign
+
+
+def _chains(batch: Batch, word: Places) -> Iterator[tuple[Places, Chain]]:
+    """Yield groups of equally many legs, of words that may repeat: which of them, and their chains."""
+    for known, legs in batch.groups(np.unique(word)):
+        here = np.flatnonzero(np.isin(word, known))
+        yield here, legs.chain(np.searchsorted(known, word[here]))
+
+
+def _wrong_bounces(batch: Batch, word: Places, rows: Sequence[Any]) -> Marks:
+    """Tell which changes are not those of the bounce, the joint and the slope that are stored."""
+    wrong = np.array([row.a > 0 for row in rows])
+    moving, later = np.flatnonzero(wrong), [row for row in rows if row.a > 0]
+    a, error, slope, bounce = (
+        np.array([getattr(row, name) for row in later]) for name in ("a", "error", "slope", "bounce")
+    )
+    joint = np.array([JOINTS.index(row.joint) for row in later], dtype=np.int64)
+    for here, legs in _chains(batch, word[moving]):
+        slack, slopes, off = _slacks(legs, a[here])
+        at_joint = np.abs(slack) <= 2 * np.abs(slopes) * (error / a)[here] + off
+        like = np.abs(slopes - slope[here]) <= _CLOSE * np.abs(slope[here])
+        which, row = np.nonzero(at_joint & like)
+        mine = here[row]
+        found = batch.places(word[moving][mine], which)
+        same = (found[0] == bounce[mine]) & (found[1] == joint[mine])
+        wrong[moving[mine[same]]] = False
+    return wrong
+
+
+def _slacks(legs: Chain, a: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return the smooth slacks at the maxima, their slopes in ln a, and a bound on the slacks' errors."""
+    limits = direction_limits(legs, a)
+    alpha = newton(legs, a).alpha
+    moved = motion(legs, a, alpha, limits)
+    slopes = derivatives(legs, a, alpha)
+    errors = direction_errors(legs, a, alpha, slopes, pressed_directions(legs, a, alpha, slopes))
+    return *slacks_and_slopes(legs, alpha, moved.drift), 2 * slack_errors(legs, errors).max(axis=(0, 1))

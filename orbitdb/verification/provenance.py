@@ -1,0 +1,123 @@
+"""Who wrote a row, and how: runs, methods and certificates say of one another what they must."""
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
+
+import sqlalchemy as sa
+
+from orbitdb.arithmetic import arithmetic
+from orbitdb.orbits.enclosure import PRECISION
+from orbitdb.store.file.schema import SCHEMA_VERSION
+from orbitdb.store.file.tables import (
+    certificate,
+    change,
+    cycle,
+    entropy_bound,
+    level_fill,
+    orbit,
+    run,
+    stadium,
+    sweep,
+)
+from orbitdb.verification.blocks import Part
+from orbitdb.verification.check import Check, Step, shown
+from orbitdb.version import __version__
+
+_COMMANDS = {
+    "orbit": (orbit, ("fill",)),
+    "change": (change, ("births",)),
+    "certificate": (certificate, ("verify --rigorous",)),
+    "entropy_bound": (entropy_bound, ("bounds",)),
+    "level_fill": (level_fill, ("levels",)),
+    "sweep": (sweep, ("sweep",)),
+}
+"""By table, the commands whose runs may have written its rows."""
+
+
+def parameters_of(connection: sa.Connection) -> dict[int, dict[str, Any]]:
+    """Return what each run was asked for; runs of which nothing can be read are left out."""
+    found = {}
+    for number, text in connection.execute(sa.select(run.c.id, run.c.parameters)):
+        try:
+            asked = json.loads(text)
+        except ValueError:
+            continue
+        if isinstance(asked, dict):
+            found[number] = asked
+    return found
+
+
+def runs_of_here(connection: sa.Connection) -> set[int]:
+    """Return the runs of this version with this machine's arithmetic, whose bits come again."""
+    same = set(connection.scalars(sa.select(run.c.id).where(run.c.version == __version__)))
+    asked, here = parameters_of(connection), arithmetic()
+    return {number for number in same if asked.get(number, {}).get("arithmetic") == here}
+
+
+@dataclass(frozen=True, eq=False)
+class ProvenancePart(Part):
+    """All runs, and the columns of other tables that name or repeat them."""
+
+    def checked(self, connection: sa.Connection) -> Step:
+        """Return what is found in what a connection reads."""
+        asked = parameters_of(connection)
+        checks = (_revision(connection), *_runs(connection, asked), *_certificates(connection))
+        return Step("provenance", 0, 1, checks)
+
+
+def _revision(connection: sa.Connection) -> Check:
+    """Check what the file says of its schema to Alembic."""
+    found = connection.exec_driver_sql("SELECT version_num FROM alembic_version").scalars().all()
+    wrong = found != [f"{SCHEMA_VERSION:04}"]
+    return Check("schema", 1, int(wrong), first="alembic_version" if wrong else None)
+
+
+def _runs(connection: sa.Connection, asked: Mapping[int, Mapping[str, Any]]) -> Iterator[Check]:
+    """Check runs, and that each has written what its command writes, orbits with its method and at its a."""
+    rows = connection.execute(sa.select(run.c.id, run.c.started, run.c.version)).all()
+    wrong = [f"run {row.id}" for row in rows if row.id not in asked or not _is_told(row.started, row.version)]
+    yield Check("provenance", len(rows), len(wrong), first=wrong[0] if wrong else None)
+    for name, (table, commands) in _COMMANDS.items():
+        groups = connection.execute(sa.select(table.c.run, sa.func.count()).group_by(table.c.run)).all()
+        strange = [
+            f"{name} of run {number}"
+            for number, _ in groups
+            if number is not None and asked.get(number, {}).get("command") not in commands
+        ]
+        yield Check("provenance", 0, len(strange), first=strange[0] if strange else None)
+    columns = orbit.c.run, orbit.c.solver, stadium.c.a
+    query = sa.select(*columns, sa.func.min(orbit.c.cycle), sa.func.count()).join_from(orbit, stadium)
+    for number, solver, a, first, count in connection.execute(query.group_by(*columns)):
+        by = asked.get(number, {})
+        fits = (by.get("method"), by.get("a")) == (solver, a)
+        named = None if fits else f"{_word(connection, first)} at a = {a:g}, solver {solver!r}"
+        yield Check("provenance", count, 0 if fits else count, first=named)
+
+
+def _is_told(started: str, version: str) -> bool:
+    """Tell whether a run says when it began and which version it was."""
+    try:
+        datetime.fromisoformat(started)
+    except ValueError:
+        return False
+    return bool(version)
+
+
+def _certificates(connection: sa.Connection) -> Iterator[Check]:
+    """Check that certificates name a precision that proofs have, a radius, and the version of their run."""
+    own = certificate.c
+    columns = own.bits, own.version, run.c.version
+    query = sa.select(*columns, sa.func.min(own.radius), sa.func.min(own.cycle), sa.func.count())
+    for bits, version, by, radius, first, count in connection.execute(query.join(run).group_by(*columns)):
+        steps, rest = divmod(bits, PRECISION)
+        fits = rest == 0 and steps.bit_count() == 1 and version == by and radius >= 0
+        named = None if fits else f"certificate of {_word(connection, first)}"
+        yield Check("provenance", count, 0 if fits else count, first=named)
+
+
+def _word(connection: sa.Connection, number: int) -> str:
+    """Return the least word of a class, as the label of a row."""
+    return shown(connection.scalar(sa.select(cycle.c.word).where(cycle.c.id == number)) or "?")

@@ -1,0 +1,113 @@
+"""``orbitdb levels`` and ``orbitdb spectrum`` as users meet them."""
+
+import json
+import sqlite3
+
+import pytest
+
+
+def test_levels_are_kept_and_the_missing_ones_are_added(cli, tmp_path):
+    path = str(tmp_path / "levels.db")
+    first = json.loads(cli("levels", "--k", "2:4", "--json", "--db", path).out)
+    assert list(first[0]) == ["k", "error", "parity"]
+    assert [row["k"] for row in first] == sorted(row["k"] for row in first)
+    again = json.loads(cli("levels", "--k", "0:5", "--json", "--db", path).out)
+    assert [row for row in again if 2 <= row["k"] < 4] == first
+    with sqlite3.connect(path) as plain:
+        windows = plain.execute(
+            "SELECT low, high FROM level_fill WHERE parity = 'oo' ORDER BY low"
+        ).fetchall()
+        count = plain.execute("SELECT count(*) FROM level").fetchone()[0]
+    assert windows == [(0, 2), (2, 4), (4, 5)]
+    assert count == len(again)
+    fresh = json.loads(cli("levels", "--k", "0:5", "--json", "--no-store", "--db", path).out)
+    for one, other in zip(fresh, again, strict=True):
+        assert one["k"] == pytest.approx(other["k"], abs=1e-9)
+
+
+def test_levels_altered_by_hand_are_refused(cli, tmp_path):
+    path = str(tmp_path / "levels.db")
+    cli("levels", "--k", "0:4", "--parity", "ee", "--db", path)
+    with sqlite3.connect(path) as plain:
+        plain.execute("DELETE FROM level WHERE number = 2")
+    found = cli("levels", "--k", "0:4", "--parity", "ee", "--db", path)
+    assert found.code == 3
+    assert "altered" in found.err
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--k", "5"), "0:30"),
+        (("--k", "5:1"), "0:30"),
+        (("--k", "0:5", "--parity", "xx"), "ee, eo, oe, oo"),
+        (("--k", "0:5", "--a", "50"), "0.05 to 20"),
+        (("--k", "0:5000"), "too many"),
+    ],
+)
+def test_bad_ranges_get_one_line(cli, tmp_path, options, told):
+    found = cli("levels", *options, "--db", str(tmp_path / "none.db"))
+    assert found.code == 2
+    assert told in found.err
+    assert found.err.count("\n") == 1
+    assert not (tmp_path / "none.db").exists()
+
+
+@pytest.fixture(scope="module")
+def levels_file(tmp_path_factory):
+    from orbitdb.quantum.levels import levels
+
+    k = sorted(level for each in levels(1.6, 12.0) for level in each.k.tolist())
+    path = tmp_path_factory.mktemp("levels") / "k.txt"
+    path.write_text("".join(f"{level!r}\n" for level in k))
+    return path
+
+
+def test_spectrum_reads_levels_and_says_what_is_complete(cli, filled, levels_file):
+    asked = ("--range", "3:5", "--points", "9", "--json", "--db", str(filled))
+    found = cli("spectrum", "--levels", str(levels_file), *asked)
+    rows = json.loads(found.out)
+    assert list(rows[0]) == ["length", "quantum_re", "quantum_im", "orbits_re", "orbits_im"]
+    assert len(rows) == 9
+    assert "complete" in found.err
+    k = [float(each) for each in levels_file.read_text().split()]
+    energies = levels_file.with_name("energies.csv")
+    energies.write_text("energy,width\n" + "".join(f"{each**2!r},1\n" for each in k))
+    other = cli("spectrum", "--levels", str(energies), "--energies", *asked)
+    for one, two in zip(rows, json.loads(other.out), strict=True):
+        assert one["quantum_re"] == pytest.approx(two["quantum_re"], abs=1e-6)
+    partial = cli("spectrum", "--levels", str(levels_file), "--range", "9:16", "--db", str(filled))
+    assert "partial" in partial.err
+    peaks = cli("spectrum", "--levels", str(levels_file), "--peaks", *asked[:2], *asked[4:])
+    assert json.loads(peaks.out)[0]["code"] == "02"
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda k: [*k[5:], *k[:5]], "sort"),
+        (lambda k: ["-1", *k], "above 0"),
+        (lambda k: [str(float(each) ** 2) for each in k], "--energies"),
+        (lambda k: ["level", *k], "heading"),
+        (lambda k: [*k[:9], "six", *k[9:]], "six"),
+        (lambda k: k[:4], "too few"),
+        (lambda k: [], "too few"),
+    ],
+)
+def test_files_that_hold_no_levels_get_one_line(cli, filled, levels_file, tmp_path, change, told):
+    path = tmp_path / "changed.txt"
+    path.write_text("\n".join(change(levels_file.read_text().split())))
+    found = cli("spectrum", "--levels", str(path), "--db", str(filled))
+    assert found.code == 2
+    assert told in found.err
+    assert found.err.count("\n") == 1
+
+
+def test_figures_of_levels_are_drawn(cli, filled, tmp_path):
+    assert cli("levels", "--k", "0:6", "--db", str(filled)).code == 0
+    for kind in ("spectrum", "staircase"):
+        target = tmp_path / f"{kind}.png"
+        found = cli("plot", kind, "-o", str(target), "--db", str(filled))
+        assert found.code == 0
+        assert target.stat().st_size > 10_000
+        assert "partial" in found.err

@@ -1,0 +1,145 @@
+"""Keys faster than the screen, failures and signals, in a real terminal: it lives, or ends in order."""
+
+import os
+import random
+import shutil
+import signal
+import sys
+from contextlib import suppress
+
+import pexpect
+import pytest
+from terminal import ended, spawn
+
+DIALOGS = ["s", "a", "F", "e", "/", "c", "C", "O", "f", "?", "S", "d", "ds", "\r", "\x10"]
+"""Keys that open a dialog or a screen; the last is ctrl+p."""
+
+KEYS = [
+    *"sSaFe/cCOf?dvmMrRoTXYjkhlgGJKxwtn <>[]*'0123451",
+    *("\r", "\r", "\r", "\x1b", "\x1b", "\t", "\x7f", "\x1b[A", "\x1b[B", "\x1b[6~", "\x10", "\x12"),
+]
+
+
+def quiet(child, patience=0.3):
+    """Read what is drawn until nothing comes for a while, or the end."""
+    drawn = ""
+    while child.expect([".+", pexpect.TIMEOUT, pexpect.EOF], timeout=patience) == 0:
+        drawn += child.after
+    return drawn
+
+
+@pytest.fixture
+def browse(filled_once, tmp_path, monkeypatch):
+    """Return a session on a copy of a catalogue, in a folder of its own, that has drawn its first rows."""
+    monkeypatch.chdir(tmp_path)
+    path = shutil.copy(filled_once, tmp_path / "orbits.db")
+    sessions = []
+
+    def begin(*arguments, **variables):
+        child = spawn("browse", "--db", path, *arguments, columns=120, rows=40, **variables)
+        sessions.append(child)
+        child.expect("1 of [0-9,]+")
+        quiet(child)
+        return child
+
+    yield begin
+    for child in sessions:
+        with suppress(OSError):  # it may be closed
+            child.close(force=True)
+
+
+def lives(child):
+    """Tell whether a session is there to be ended, and ends in order."""
+    child.kill(signal.SIGTERM)
+    child.expect(pexpect.EOF)
+    session = ended(child, (child.before, 120))
+    assert (session.code, "Traceback" in session.text) == (143, False), session.text
+
+
+@pytest.mark.parametrize("keys", ["\r\r", "\r\x1b"], ids=["enter enter", "enter escape"])
+@pytest.mark.parametrize(
+    "dialogs", [DIALOGS[:1], pytest.param(DIALOGS[1:], marks=pytest.mark.slow)], ids=["sort", "others"]
+)
+def test_no_dialog_minds_two_keys_at_once(browse, dialogs, keys):
+    child = browse()
+    for dialog in dialogs:
+        for pause in (0.0, 0.2):  # before it is there, and when it is
+            child.send(dialog + ("" if pause else keys))
+            quiet(child, 0.15)
+            if pause:
+                child.send(keys)
+                quiet(child, 0.15)
+            for _ in range(3):
+                child.send("\x1b")
+                quiet(child, 0.15)
+            assert child.isalive(), (dialog, keys)
+    lives(child)
+
+
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 9))])
+def test_forty_keys_at_once_do_no_harm(browse, seed):
+    child = browse()
+    chosen = random.Random(seed).choices(KEYS, k=40)
+    child.send("".join(chosen[:20]))
+    quiet(child, 0.15)
+    for key in chosen[20:]:
+        child.send(key)
+    quiet(child)
+    assert child.isalive(), chosen
+    lives(child)
+
+
+_FAILING = """
+import sys
+from orbitdb.cli.tui.main_screen import MainScreen
+MainScreen.action_reverse_order = lambda self: 1 / 0
+from orbitdb.cli.main import run
+run()
+"""
+
+
+def test_a_failure_is_one_line_with_its_traceback_in_a_file(filled_once, tmp_path):
+    state = tmp_path / "state"
+    command = [sys.executable, "-P", "-c", _FAILING]
+    child = spawn("browse", "--db", filled_once, command=command, columns=200, XDG_STATE_HOME=str(state))
+    child.expect("1 of [0-9,]+")
+    shown = child.before
+    child.send("R")
+    child.expect(pexpect.EOF)
+    session = ended(child, (shown + child.before, 200))
+    path = state / "orbitdb" / "browse-traceback.txt"
+    assert session.code == 1
+    assert session.restored
+    line = "".join(session.lines)
+    assert line.startswith("orbitdb: ")
+    assert "ZeroDivisionError: division by zero" in line
+    assert str(path) in line
+    assert "Traceback" not in session.text
+    assert "in <lambda>" in path.read_text()
+
+
+@pytest.mark.parametrize(
+    ("how", "code"),
+    [
+        (signal.SIGTERM, 143),
+        ("closed", 129),
+        pytest.param(signal.SIGHUP, 129, marks=pytest.mark.slow),
+        pytest.param("stopped", 143, marks=pytest.mark.slow),
+    ],
+)
+def test_it_ends_at_once_whatever_it_is_at(browse, how, code):
+    """Also where the terminal is gone, or takes nothing more of what is written."""
+    child = browse("--code", "0102020203")
+    child.send(">>>jjj>j>")
+    if how == "closed":
+        os.close(child.child_fd)
+    elif how == "stopped":
+        child.send("j>" * 200)  # nobody reads what they draw
+        child.kill(signal.SIGTERM)
+    else:
+        child.kill(how)
+        child.expect(pexpect.EOF, timeout=10)
+    process = child.ptyproc
+    if process.exitstatus is None:
+        process.wait()
+    assert (process.exitstatus, process.signalstatus) == (code, None)

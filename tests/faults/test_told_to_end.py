@@ -1,0 +1,128 @@
+"""SIGTERM and SIGHUP at any moment: one line or none, and no process, no file and no noise left behind."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from processes import COMMAND, alive, kill_group, nobody_left, run, seeded, workers_of
+from quick import fuzz_but
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+
+AT_WORK = "at work"
+COMMANDS = {
+    "verify": ("verify", "--jobs", "2", "--restarts", "500", "--db", AT_WORK),
+    "verify-births": ("verify", "--births", "--restarts", "500", "--jobs", "2", "--db", AT_WORK),
+    "verify-restarts": ("verify", "--restarts", "500", "--db", AT_WORK),
+    "export": ("export", "rows.parquet", "--coordinates", "--status", "all", "--db", AT_WORK),
+    "fill": ("fill", "--p", "15", "--jobs", "2", "--db", "new.db"),
+    "sweep": ("sweep", "--p", "17", "--jobs", "2", "--db", "new.db"),
+    "births": ("births", "--p", "13", "--jobs", "2", "--db", "new.db"),
+    "bounds": ("bounds", "--a", "0.5", "--window", "30", "--db", "new.db"),
+    "bounds-over-a": ("bounds", "--a", "0.3:3:200", "--window", "14", "--jobs", "2", "--db", "new.db"),
+    "simulate": ("simulate", "--bounces", "1000000000", "--no-store"),
+    "bench": ("bench", "--p", "12"),
+    "plot": ("plot", "births", "-o", "picture.pdf", "--db", AT_WORK),
+}
+
+
+class Started:
+    """A command in a folder of its own, with a folder of its own for temporary files."""
+
+    def __init__(self, folder: Path, arguments: tuple[str, ...], catalogue: Path) -> None:
+        self.folder, self.temporary = folder / "here", folder / "temporary"
+        self.folder.mkdir()
+        self.temporary.mkdir()
+        self.process = subprocess.Popen(
+            [*COMMAND, *(str(catalogue) if each == AT_WORK else each for each in arguments)],
+            cwd=self.folder,
+            env={**os.environ, "TMPDIR": str(self.temporary)},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+
+    def told(self, name: str, group: bool = False) -> list[str]:
+        """Tell it to end, alone or as a terminal that is closed does; return what it said of that.
+
+        When it has ended, nothing may be there any more.
+        """
+        assert self.process.poll() is None
+        (os.killpg if group else os.kill)(self.process.pid, signal.Signals[name])
+        self.process.wait(60)
+        left = alive(self.process.pid)
+        _, err = self.process.communicate(timeout=60)
+        assert nobody_left(self.process)
+        assert not [pid for pid in left if pid in alive(self.process.pid)]
+        assert list(self.temporary.iterdir()) == []
+        assert [each.name for each in self.folder.iterdir() if not each.name.startswith("new.db")] == []
+        return [line for line in err.splitlines() if "to come" not in line and "times in seconds" not in line]
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    path = tmp_path_factory.mktemp("told") / "orbits.db"
+    for arguments in (("fill", "--p", "9", "--geometric"), ("births", "--p", "9")):
+        assert run(*arguments, "--db", path).returncode == 0
+    return path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("turn", fuzz_but(range(3), range(8)))
+@pytest.mark.parametrize("name", COMMANDS)
+def test_told_to_end_at_any_moment(stored, tmp_path, name, turn):
+    signalled, group = ("SIGTERM", "SIGHUP")[turn % 2], turn % 4 > 1
+    started = Started(tmp_path, COMMANDS[name], stored)
+    try:
+        time.sleep(seeded(turn).uniform(0.0, 2.5))
+        said = started.told(signalled, group)
+    finally:
+        if started.process.poll() is None:
+            kill_group(started.process)
+    number = signal.Signals[signalled]
+    if started.process.returncode == -number:  # before it held anything
+        assert said == []
+        return
+    assert started.process.returncode == 128 + number
+    assert [line.partition(";")[0] for line in said] == ["orbitdb: terminated"]
+
+
+def test_no_half_of_a_file_stays(stored, tmp_path):
+    started = Started(tmp_path, COMMANDS["export"], stored)
+    while not list(started.folder.glob(".*.part")):
+        assert started.process.poll() is None
+    assert started.told("SIGTERM") == ["orbitdb: terminated"]
+    assert started.process.returncode == 143
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_a_verification_ends_with_its_workers_and_their_folder(stored, tmp_path, name):
+    started = Started(tmp_path, COMMANDS["verify"], stored)
+    while len(workers_of(started.process)) < 2:
+        assert started.process.poll() is None
+    assert started.told(name, group=True) == ["orbitdb: terminated"]
+    assert started.process.returncode == 128 + signal.Signals[name]
+
+
+def test_a_hangup_that_is_to_be_ignored_is(tmp_path):
+    """As by nohup."""
+    started = subprocess.Popen(
+        ["sh", "-c", 'trap "" HUP; exec "$@"', "sh", *COMMAND, "bench", "--p", "9"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert started.stderr.readline()  # what it is going to do
+    started.send_signal(signal.SIGHUP)
+    with pytest.raises(subprocess.TimeoutExpired):
+        started.wait(0.5)
+    started.send_signal(signal.SIGTERM)
+    assert started.wait(60) == 143
+    started.communicate()

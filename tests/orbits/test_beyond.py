@@ -1,0 +1,64 @@
+"""Bounds on what orbits of many bounces have at least, against orbits: all of some periods, and long ones."""
+
+import numpy as np
+import pytest
+from quick import slow_but
+
+from orbitdb import Stadium, solve_word
+from orbitdb.averages.by_period import lyapunov_by_stability
+from orbitdb.averages.fixed_points import ClassRows
+from orbitdb.orbits.beyond import least_exponent, least_length
+from orbitdb.orbits.newton import solve
+from orbitdb.symbols.enumeration import admissible_words
+
+
+@pytest.mark.parametrize("a", slow_but([0.05, 1.6], [1e-3, 0.05, 0.3, 1.0, 1.6, 3.0, 12.0, 1e4]))
+def test_no_orbit_of_more_bounces_is_below(a):
+    least = []
+    for p in range(3, 9):
+        orbits = solve(np.concatenate(list(admissible_words(p))), Stadium(a))
+        real = orbits.status == "orbit"
+        least.append((orbits.lyapunov[real].min(), orbits.length[real].min()))
+    for p, (exponent, length) in enumerate(np.minimum.accumulate(least[::-1])[::-1], 2):
+        assert 0 < least_exponent(p, a) < exponent
+        assert 0 < least_length(p, a) < length
+
+
+@pytest.mark.parametrize(
+    "word", ["1^7 3", "1^9 5^9", "1^40 5^40", "1 (02)^9 3 (20)^9", "1 0 (20)^9 3 0 (20)^9"]
+)
+def test_neither_is_a_long_one_along_the_walls(word):
+    """Runs along a semicircle grow in lambda as 2 ln k, and hardly in length; as does what hugs the 02."""
+    for a in (1.6, 4.0):
+        orbit = solve_word(word, a)
+        assert least_exponent(orbit.p - 1, a) < orbit.lyapunov
+        assert least_length(orbit.p - 1, a) < orbit.length
+
+
+@pytest.mark.parametrize("a", [0.3, 1.6, 10.0])
+def test_both_rise_with_the_bounces(a):
+    for bound in (least_exponent, least_length):
+        values = [bound(p, a) for p in range(2, 21)]
+        assert values == sorted(values)
+
+
+def test_they_are_of_use():
+    """Within a twelfth of what there is at a = 1.6: 6.075 at p = 12, and 12.35 at p = 9."""
+    assert least_exponent(11, 1.6) > 5.57
+    assert least_length(8, 1.6) > 11.25
+
+
+def test_a_cut_below_the_bound_depends_on_no_further_period():
+    """Neither orbits nor products of shorter ones are left out by the highest period."""
+    parts = []
+    for p in range(2, 9):
+        orbits = solve(np.concatenate(list(admissible_words(p))), Stadium(1.6))
+        real = orbits.status == "orbit"
+        ones = np.ones(real.sum(), int)
+        inverse = np.zeros(real.sum(), bool)
+        parts.append(ClassRows(p * ones, ones, orbits.length[real], orbits.lyapunov[real], inverse))
+    rows = ClassRows(*(np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])))
+    cut = least_exponent(6, 1.6)
+    shorter = rows.rows(rows.period <= 6)
+    assert lyapunov_by_stability(shorter, cut, 6) == lyapunov_by_stability(rows, cut, 8)
+    assert lyapunov_by_stability(shorter, 7.0, 6) != lyapunov_by_stability(rows, 7.0, 8)

@@ -1,0 +1,69 @@
+"""One orbit as a library gives it: its matrix, its images, its name and its equality."""
+
+import numpy as np
+import pytest
+
+from orbitdb import solve_word
+from orbitdb.symbols.words import least_rotation
+
+WORDS = ("13", "0123", "1133", "1232131", "01020202023", "031", "11113")
+
+
+@pytest.mark.parametrize("word", WORDS)
+@pytest.mark.parametrize("a", [0.7, 1.6, 4.0])
+def test_the_monodromy_matrix_keeps_areas_and_has_the_trace_of_lambda(word, a):
+    orbit = solve_word(word, a)
+    if orbit.coordinates is None:
+        assert orbit.monodromy is None
+        assert orbit.trace is None
+        return
+    rounding = 1e-14 * (orbit.monodromy**2).sum()  # of products of large entries
+    assert abs(np.linalg.det(orbit.monodromy) - 1) < rounding + 1e-12
+    assert np.trace(orbit.monodromy) == pytest.approx(orbit.trace, rel=1e-9)
+
+
+def test_13_has_the_trace_of_the_closed_form():
+    assert solve_word("13", 1.6).trace == pytest.approx(4 * (1 + 2 * 1.6) ** 2 - 2, rel=1e-12)
+
+
+@pytest.mark.parametrize("word", WORDS)
+def test_images_are_the_orbits_of_the_class(word):
+    orbit = solve_word(word, 1.6)
+    images = orbit.images()
+    assert images[0] == orbit
+    assert len({least_rotation(each.code) for each in images}) == len(images) == orbit.class_size
+    for each in images:
+        solved = solve_word(each.code, 1.6)
+        assert (solved.representative, solved.status) == (each.representative, each.status)
+        if orbit.coordinates is not None:
+            np.testing.assert_allclose(each.coordinates, solved.coordinates, atol=1e-12)
+
+
+def test_the_reverse_runs_through_the_same_points_backwards():
+    orbit = solve_word("1232131", 1.6)
+    back = orbit.reverse()
+    np.testing.assert_allclose(back.points, orbit.points[::-1], atol=1e-12)
+    assert back != orbit
+    assert back.reverse() == orbit
+    assert solve_word("0103", 1.6).reverse() == solve_word("0103", 1.6)  # it retraces its path
+
+
+def test_phase_space_of_a_reverse_is_upside_down():
+    orbit = solve_word("1232131", 1.6)
+    np.testing.assert_allclose(orbit.reverse().arclength, orbit.arclength[::-1], atol=1e-12)
+    np.testing.assert_allclose(orbit.reverse().sine, -orbit.sine[::-1], atol=1e-12)
+
+
+def test_equal_is_one_cyclic_word_at_one_a():
+    orbit = solve_word("1232131", 1.6)
+    assert orbit == solve_word("2321311", 1.6)
+    assert len({orbit, solve_word("2321311", 1.6)}) == 1
+    assert orbit != solve_word("1232131", 1.5)
+    assert orbit != "1232131"
+
+
+def test_an_orbit_is_named_in_one_line():
+    assert repr(solve_word("1232131", 1.6)).startswith("<Orbit 1232131 at a = 1.6: length 22.454")
+    assert "pruned" in repr(solve_word("1001", 1.6))
+    assert len(repr(solve_word("(0102)^50 3 1", 1.6))) < 120
+    assert solve_word("1001", 1.6).images() == (solve_word("1001", 1.6),)

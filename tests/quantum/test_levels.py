@@ -1,0 +1,95 @@
+"""The levels of the stadium: against shapes whose levels are known, finer grids, and a second method."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import qr, svd
+from scipy.optimize import minimize_scalar
+from scipy.special import jn_zeros, jv
+
+from orbitdb import InputError, Stadium
+from orbitdb.quantum.eigenvalues import eigenvalues
+from orbitdb.quantum.elements import gradient
+from orbitdb.quantum.levels import LevelTask, levels, windows
+from orbitdb.quantum.mesh import quarter_disc, quarter_stadium, rectangle
+from orbitdb.quantum.weyl import Parity, Weyl
+
+
+def test_quarter_disc_has_the_zeros_of_bessel_functions():
+    matrix = gradient(
+        quarter_disc(0.0, 0.3), 18, lambda at: (at.min(axis=1) < 1e-9) | (np.hypot(*at.T) > 1 - 1e-9)
+    )
+    below, values = eigenvalues(matrix, 0.0, 25.0**2)
+    zeros = np.sort(np.concatenate([jn_zeros(order, 10) for order in range(2, 40, 2)]))
+    assert below == 0
+    np.testing.assert_allclose(np.sqrt(values), zeros[zeros < 25], rtol=0, atol=1e-11)
+
+
+def test_rectangle_has_its_levels_in_a_window_with_those_below_counted():
+    width = 1.3
+    matrix = gradient(
+        rectangle(width, 0.4, 0.4), 16, lambda at: (at[:, 0] > width - 1e-9) | (at[:, 1] > 1 - 1e-9)
+    )
+    below, values = eigenvalues(matrix, 200.0, 400.0)
+    m, n = np.meshgrid(np.arange(20) + 0.5, np.arange(20) + 0.5)
+    known = np.sort(((m * math.pi / width) ** 2 + (n * math.pi) ** 2).ravel())
+    assert below == (known < 200).sum()
+    np.testing.assert_allclose(values, known[(known >= 200) & (known < 400)], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("a", "parity"), [(1.6, "oo"), (1.6, "ee"), (0.05, "eo"), (4.0, "oe")])
+def test_levels_lie_within_their_errors_of_a_finer_grid(a, parity):
+    task = LevelTask(a, Parity(parity), 0.0, 9.0)
+    found = task.solved()
+    cells = quarter_stadium(a, 0.25, 4)
+    _, finer = eigenvalues(gradient(cells, 18, task._fixed), 0.0, 81.0)
+    assert len(finer) == len(found.k)
+    assert (np.abs(found.k - np.sqrt(finer)) <= found.error).all()
+    assert found.error.max() < 1e-9
+
+
+def test_windows_meet_without_a_gap_and_follow_weyls_law():
+    found = levels(1.6, 23.0, parities=("oo",))
+    assert len(found) > 1
+    assert [each.low for each in found[1:]] == [each.high for each in found[:-1]]
+    assert [each.below for each in found] == [sum(len(one.k) for one in found[:n]) for n in range(len(found))]
+    k, places = np.concatenate([each.k for each in found]), np.linspace(0, 23, 2000)
+    off = np.searchsorted(k, places) - Weyl.of(Stadium(1.6), Parity.OO).number(places)
+    assert abs(off.mean()) < 0.05
+    assert np.abs(off).max() < 2.7
+
+
+def test_parities_add_up_to_weyls_law_of_the_whole():
+    stadium, k = Stadium(0.7), np.array([3.0, 40.0])
+    parts = sum(Weyl.of(stadium, parity).number(k) for parity in Parity)
+    np.testing.assert_allclose(parts, Weyl.of(stadium, None).number(k))
+
+
+def _smallest(k: float, a: float) -> float:
+    """Return the smallest singular value of the method of particular solutions, odd in x and y."""
+    s = np.linspace(0.01, 0.99, 60)
+    edge = np.concatenate([a * s + 1j, a + np.exp(0.5j * math.pi * s)])
+    inside = 0.9 * edge * np.linspace(0.2, 0.9, 120)
+    order = np.arange(2, 50, 2)
+
+    def values(at):
+        return jv(order, k * np.abs(at)[:, None]) * np.sin(order * np.angle(at)[:, None])
+
+    orthogonal, _ = qr(np.concatenate([values(edge), values(inside)]), mode="economic")
+    return float(svd(orthogonal[: len(edge)], compute_uv=False)[-1])
+
+
+def test_particular_solutions_find_the_same_levels():
+    """Source: T. Betcke and L. N. Trefethen, SIAM Review 47 (2005) 469."""
+    (found,) = levels(0.3, 9.0, parities=("oo",))
+    for k in found.k:
+        best = minimize_scalar(_smallest, bounds=(k - 0.02, k + 0.02), args=(0.3,), method="bounded",
+                               options={"xatol": 1e-9})  # fmt: skip
+        assert abs(best.x - k) < 1e-4
+
+
+@pytest.mark.parametrize(("a", "low", "high"), [(0.01, 0, 5), (30, 0, 5), (1, 5, 5), (1, -1, 5), (1, 0, 1e4)])
+def test_what_was_not_tried_is_refused(a, low, high):
+    with pytest.raises(InputError, match="give"):
+        list(windows(Stadium(a), Parity.EE, low, high))

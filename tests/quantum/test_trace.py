@@ -1,0 +1,92 @@
+"""The trace formula: parities add up to the whole, and the length spectrum of levels shows the orbits."""
+
+import math
+
+import numpy as np
+import pytest
+
+from orbitdb import Catalogue, Stadium
+from orbitdb.quantum.amplitudes import orbit_terms
+from orbitdb.quantum.lengths import EDGE, family_density, of_family, of_levels, of_terms
+from orbitdb.quantum.levels import levels
+from orbitdb.quantum.spectrum import spectrum
+from orbitdb.quantum.weyl import Parity
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.spectrum import read_classes
+
+X = np.linspace(9.5, 11.7, 60)
+
+
+@pytest.fixture
+def orbits(filled):
+    return read_classes(Catalogue(filled), Selection(1.6))
+
+
+def test_orbits_by_parity_add_up_to_all(orbits):
+    classes, _, _ = orbits
+    longest = 24.0
+    assert len(set(classes.symmetry)) > 5
+    x = np.linspace(9.5, 20.0, 80)
+    whole = of_terms(orbit_terms(classes, longest), x, 25.0)
+    parts = sum(of_terms(orbit_terms(classes, longest, parity), x, 25.0) for parity in Parity)
+    np.testing.assert_allclose(parts, whole, atol=1e-10 * np.abs(whole).max())
+
+
+def test_bouncing_balls_by_parity_add_up_to_all():
+    stadium, k = Stadium(0.7), np.linspace(2, 9, 50)
+    parts = sum(family_density(stadium, k, 20.0, parity) for parity in Parity)
+    np.testing.assert_allclose(parts, family_density(stadium, k, 20.0), atol=1e-12)
+
+
+def test_a_peak_is_the_transform_of_its_cosine(orbits):
+    classes, _, _ = orbits
+    terms = orbit_terms(classes, 14.0)
+    some = terms.rows(np.arange(3))
+    k, weights = np.polynomial.legendre.leggauss(800)
+    k, weights = (k + 1) * 10, weights * 10
+    density = (some.amplitude * np.exp(1j * k[:, None] * some.length)).real.sum(axis=1)
+    window = weights * np.sin(math.pi * k / 20) ** 4
+    known = np.exp(1j * X[:, None] * k) @ (window * density)
+    np.testing.assert_allclose(of_terms(some, X, 20.0), known, atol=1e-9)
+
+
+@pytest.mark.parametrize("times", [1, 2, 3])
+def test_edges_are_traces_of_a_map_with_half_a_parabola(times):
+    """By matrices on a grid that ends softly; the softness is taken to 0."""
+
+    def trace(soft):
+        reach = math.sqrt(18 / soft)
+        step = 0.9 * math.pi / reach
+        s = step * (np.arange(-round(reach / step), round(reach / step)) + 0.5)
+        drift = np.exp(0.25j * (s[:, None] - s) ** 2 - soft * s**2) * step / np.sqrt(4j * math.pi)
+        kicked = drift * np.exp(-1j * s**2 * (s > 0))
+        return sum(
+            sign * np.trace(np.linalg.matrix_power(each, times))
+            for sign, each in ((1, kicked), (-0.5, drift))
+        )
+
+    rough, fine = trace(0.08), trace(0.04)
+    assert abs(2 * fine - rough - EDGE[times - 1]) < 3e-3
+
+
+def test_levels_show_the_orbits_and_the_bouncing_balls(orbits):
+    windows = {parity: levels(1.6, 16.0, parities=(parity,)) for parity in Parity}
+    found = {parity: np.concatenate([each.k for each in parts]) for parity, parts in windows.items()}
+    k, stadium = np.sort(np.concatenate(list(found.values()))), Stadium(1.6)
+    shown = spectrum(stadium, *orbits, np.linspace(9.5, 11.2, 60), 16.0, k)
+    assert shown.misfit < 0.2
+    for parity, part in found.items():
+        assert spectrum(stadium, *orbits, np.linspace(3.4, 5.0, 40), 16.0, part, parity).misfit < 0.04
+    at = np.array([4.0])
+    balls = of_family(stadium, at, 16.0)
+    assert abs(of_levels(k, at, 16.0, stadium) - balls)[0] < 0.02 * abs(balls[0])
+    peaks = list(shown.peaks(2))
+    assert peaks
+    assert all(peak.code for peak in peaks)
+
+
+@pytest.mark.slow
+def test_levels_to_k_30_show_the_orbits(orbits):
+    k = np.sort(np.concatenate([each.k for each in levels(1.6, 31.5)]))
+    assert len(k) == 722
+    assert spectrum(Stadium(1.6), *orbits, X, 31.5, k).misfit < 0.07

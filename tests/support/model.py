@@ -1,0 +1,150 @@
+"""A catalogue as plain Python: a list of dicts, made of its tables by hand, to compare every answer with."""
+
+import re
+import sqlite3
+from collections import defaultdict
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from orbitdb.symbols.symmetry import image_coordinates, members
+
+Row = dict[str, Any]
+
+
+class Rows(list[Row]):
+    """Rows that are not written out where a test fails."""
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} rows>"
+
+
+OF_ORBIT = ("status", "length", "lyapunov", "margin", "residual", "error", "length_error", "lyapunov_error",
+            "iterations", "solver")  # fmt: skip
+
+
+TEXTS = ("code", "word", "representative", "status", "time_reversal", "symmetry", "solver")
+INTEGERS = ("p", "element", "class_size", "walls", "maslov", "cycle", "iterations")
+
+
+def rows_of(path: Path) -> Rows:
+    """Return what is known of every word at every a in the natural order, and of pruned words at each."""
+    with closing(sqlite3.connect(path)) as plain:
+        plain.row_factory = sqlite3.Row
+        changes = defaultdict(list)
+        for each in plain.execute("SELECT cycle, a, error, kind FROM change ORDER BY cycle, number"):
+            changes[each["cycle"]].append(each)
+        values = [a for (a,) in plain.execute("SELECT a FROM stadium")]
+        stored = plain.execute(
+            "SELECT * FROM orbit JOIN cycle ON cycle.id = orbit.cycle"
+            " JOIN stadium ON stadium.id = orbit.stadium"
+        ).fetchall()
+        pruned = plain.execute("SELECT * FROM pruned").fetchall()
+    found = [row for each in stored for row in _class(each, changes[each["cycle"]])]
+    found += [_pruned(each, a) for each in pruned for a in values]
+    return Rows(sorted(found, key=natural))
+
+
+def natural(row: Row) -> tuple[Any, ...]:
+    """Return what rows are sorted by in the end."""
+    none = row["representative"] is None
+    return row["a"], row["p"], none, row["representative"] or row["code"], row["element"] or 0
+
+
+def _class(stored: sqlite3.Row, changes: list[sqlite3.Row]) -> list[Row]:
+    p, least, blob = stored["p"], stored["word"], stored["coordinates"]
+    shared = {name: stored[name] for name in ("a", "p", "class_size", "walls", "time_reversal", "symmetry")}
+    shared |= {name: stored[name] for name in OF_ORBIT}
+    length, lyapunov = stored["length"], stored["lyapunov"]
+    shared |= {
+        "representative": least,
+        "cycle": stored["cycle"],
+        "maslov": 3 * p - stored["walls"],
+        "lambda_d": None if lyapunov is None else lyapunov / p,
+        "lambda_c": None if lyapunov is None else lyapunov / length,
+        "born": changes[0]["a"] or None if changes else None,
+        "dies": changes[1]["a"] if len(changes) > 1 else None,
+        "rules": [],
+        "changes": [(each["a"], 1 if each["kind"] == "born" else -1) for each in changes],
+    }
+    found, elements = [], members(least)
+    for start in range(0, len(stored["words"]), p):
+        word = stored["words"][start : start + p]
+        element = elements[word]
+        own: list[float] | None = None
+        if blob is not None:
+            places = np.frombuffer(blob, "<f8")[None, :]
+            own = image_coordinates([word], [least], element, places)[0].tolist()
+        found.append({**shared, "code": word, "word": word, "element": element, "coordinates": own})
+    return found
+
+
+def _pruned(stored: sqlite3.Row, a: float) -> Row:
+    names = ("representative", "cycle", "element", "class_size", "walls", "maslov", "time_reversal",
+             "symmetry", "lambda_d", "lambda_c", "born", "dies", "coordinates", *OF_ORBIT)  # fmt: skip
+    known = {"a": a, "p": stored["p"], "code": stored["word"], "word": stored["word"], "changes": []}
+    rules = [int(rule) for rule in stored["rules"].split(",")]
+    return {**dict.fromkeys(names), **known, "status": "geometric", "rules": rules}
+
+
+def chosen(rows: list[Row], criteria: dict[str, Any], conditions: dict[str, Any]) -> list[Row]:
+    """Return the rows that criteria choose, an expression by its own test."""
+    return [row for row in rows if _fits(row, criteria, conditions)]
+
+
+def _fits(row: Row, criteria: dict[str, Any], conditions: dict[str, Any]) -> bool:
+    statuses = (criteria.get("status") or "").split(",")
+    periods = re.findall(r"(\d+)(?:-(\d+))?", criteria.get("p", "2-99"))
+    where = conditions.get(criteria.get("where"))
+    tests = [
+        row["a"] == criteria.get("a", 1.6),
+        statuses == ["all"]
+        or row["status"] in statuses
+        or (statuses == [""] and row["status"] != "geometric"),
+        any(int(low) <= row["p"] <= int(high or low) for low, high in periods),
+        *(criteria.get(name, row[name]) == row[name] for name in ("time_reversal", "symmetry")),
+        criteria.get("contains", "") in row["code"] * 2,
+        all(_lives(row, a) > 0 for a in criteria.get("exists", ())),
+        all(row["changes"] and _lives(row, a) <= 0 for a in criteria.get("not_at", ())),
+        *(_within(row[name], *criteria[name]) for name in RANGES if name in criteria),
+        where is None or bool(where(row)),
+    ]
+    return all(tests)
+
+
+RANGES = ("length", "lambda_c", "margin", "born")
+
+
+def _lives(row: Row, a: float) -> int:
+    return sum(step for at, step in row["changes"] if at < a)
+
+
+def _within(value: float | None, low: float | None, high: float | None) -> bool:
+    return value is not None and (low is None or value >= low) and (high is None or value <= high)
+
+
+def in_order(rows: list[Row], order: str) -> list[Row]:
+    """Return rows by columns, the last one first, as each sort keeps the order of equal rows; none last."""
+    for part in reversed(order.split(",")):
+        name, _, direction = part.strip().lstrip("-").partition(" ")
+        falling = part.strip().startswith("-") != (direction == "desc")
+        known = [row for row in rows if row[name] is not None]
+        known.sort(key=lambda row: _comparable(row[name]), reverse=falling)
+        rows = known + [row for row in rows if row[name] is None]
+    return rows
+
+
+def _comparable(value: Any) -> Any:
+    return ",".join(map(str, value)) if isinstance(value, list) else value
+
+
+def cut(rows: list[Row], limit: int | None, offset: int) -> list[Row]:
+    """Return so many rows behind the first ones."""
+    return rows[offset:] if limit is None else rows[offset : offset + limit]
+
+
+def columns_of(rows: list[Row], names: tuple[str, ...]) -> list[tuple[Any, ...]]:
+    """Return some columns, row by row."""
+    return [tuple(row[name] for name in names) for row in rows]

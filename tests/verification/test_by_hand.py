@@ -1,0 +1,181 @@
+"""Values that somebody alters in a sound file, of every table that a command shows: `verify` finds each."""
+
+import shutil
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from processes import run_several
+from verified import checks
+
+BORN_LATE = "(SELECT cycle FROM change WHERE a > 0 ORDER BY cycle LIMIT 1)"
+ONLY_BORN = "(SELECT max(id) FROM cycle WHERE p = 7)"
+
+LONG = "(SELECT max(id) FROM cycle)"
+EIGHT = "(SELECT max(id) FROM cycle WHERE p = 7 AND class_size = 8)"
+
+
+def renumbered(old: str, new: str) -> str:
+    """Return what gives a class another id, wherever it is named."""
+    tables = ("orbit", "change", "certificate")
+    others = "".join(f"; UPDATE {name} SET cycle = {new} WHERE cycle = {old}" for name in tables)
+    return f"UPDATE cycle SET id = {new} WHERE id = {old}{others}"
+
+
+ALTERATIONS = {
+    "change.a": (f"UPDATE change SET a = a * 1.001 WHERE cycle = {BORN_LATE}", "changes"),
+    "change.a always": ("UPDATE change SET a = 0.3, error = 1e-15, bounce = 1, joint = 'top left', slope = 1"
+                        " WHERE a = 0 AND cycle = (SELECT max(cycle) FROM change WHERE a = 0)", "changes"),
+    "change.error": (f"UPDATE change SET error = 1e-30 WHERE cycle = {BORN_LATE}", "changes"),
+    "change.kind": (f"UPDATE change SET kind = 'died' WHERE cycle = {BORN_LATE}", "births"),
+    "change.bounce": (f"UPDATE change SET bounce = bounce + 1 WHERE cycle = {BORN_LATE}", "changes"),
+    "change.joint": (
+        "UPDATE change SET joint = CASE joint WHEN 'top left' THEN 'bottom right' ELSE 'top left' END"
+        f" WHERE cycle = {BORN_LATE}", "changes"),
+    "change.slope": (f"UPDATE change SET slope = slope * 1.001 WHERE cycle = {BORN_LATE}", "changes"),
+    "change.event": (f"UPDATE change SET event = event + 1 WHERE cycle = {BORN_LATE}", "births"),
+    "birth_fill deleted": ("DELETE FROM birth_fill WHERE p = 7", "births"),
+    "birth_fill.largest": ("UPDATE birth_fill SET largest = largest + 1 WHERE p = 7", "births"),
+    "cycle.symmetry": (f"UPDATE cycle SET symmetry = 'x,T,xT' WHERE id = {ONLY_BORN}", "classes"),
+    "cycle.time_reversal": (
+        "UPDATE cycle SET time_reversal = CASE time_reversal WHEN 'self' THEN 'pair' ELSE 'self' END"
+        f" WHERE id = {ONLY_BORN}", "classes"),
+    "cycle.walls": (f"UPDATE cycle SET walls = walls + 1 WHERE id = {ONLY_BORN}", "classes"),
+    "cycle.class_size": (f"UPDATE cycle SET class_size = 4 WHERE id = {EIGHT}", "classes"),
+    "cycle.words, one less": (
+        f"UPDATE cycle SET words = substr(words, 1, 7 * p) WHERE id = {EIGHT}", "classes"),
+    "cycle.words, one more": (f"UPDATE cycle SET words = words || word WHERE id = {EIGHT}", "classes"),
+    "cycle.words, in another order": (
+        "UPDATE cycle SET words = word || substr(words, 1 + 2 * p, p) || substr(words, 1 + p, p)"
+        f" || substr(words, 1 + 3 * p) WHERE id = {EIGHT}", "classes"),
+    "cycle.words, one turned": (
+        "UPDATE cycle SET words = word || substr(words, 2 + p, p - 1) || substr(words, 1 + p, 1)"
+        f" || substr(words, 1 + 2 * p) WHERE id = {EIGHT}", "classes"),
+    "cycle.words, those of another": (
+        f"UPDATE cycle SET words = (SELECT words FROM cycle WHERE id < {EIGHT} AND class_size = 8 AND p = 7)"
+        f" WHERE id = {EIGHT}", "classes"),
+    "cycle.words, no digits": (
+        f"UPDATE cycle SET words = replace(words, '1', 'x') WHERE id = {EIGHT}", "classes"),
+    "cycle.words, long": (f"UPDATE cycle SET words = word || word WHERE id = {LONG}", "classes"),
+    "cycle.word turned": (
+        "UPDATE cycle SET word = substr(word, 2) || substr(word, 1, 1),"
+        f" words = substr(word, 2) || substr(word, 1, 1) || substr(words, 1 + p)"
+        f" WHERE id = {EIGHT}", "classes"),
+    "cycle.word, another of the class": (
+        f"UPDATE cycle SET word = substr(words, 1 + p, p) WHERE id = {EIGHT}", "classes"),
+    "cycle.word, long": (f"UPDATE cycle SET word = substr(words, 1 + p, p) WHERE id = {LONG}", "classes"),
+    "cycle.p": (f"UPDATE cycle SET p = 6 WHERE id = {EIGHT}", "classes"),
+    "cycle.p, long": (f"UPDATE cycle SET p = 60 WHERE id = {LONG}", "classes"),
+    "cycle.id": (f"UPDATE cycle SET id = id + 1 WHERE id = {EIGHT}", "foreign keys"),
+    "cycle.id of an orbit": (renumbered(str(0o101023), str(0o101024)), "classes"),
+    "cycle.id of another period": (renumbered(str(0o101023), str(0o1777777777)), "classes"),
+    "cycle.id below 0": (renumbered(str(0o101023), str(-0o101023)), "classes"),
+    "cycle.id without a period": (renumbered(str(0o101023), "5"), "classes"),
+    "cycle.id beyond all": (renumbered(str(0o101023), str(2**63 - 1)), "classes"),
+    "cycle.id, short among long": (renumbered(str(0o101023), str((7 << 58) + 9)), "classes"),
+    "cycle.id, long among short": (renumbered(str(7 << 58), str(0o101024)), "classes"),
+    "cycle twice": (
+        "INSERT INTO cycle SELECT id + 1, p, substr(words, 1 + p, p), class_size, walls, time_reversal,"
+        f" symmetry, words FROM cycle WHERE id = {EIGHT}", "classes"),
+    "cycle deleted": (
+        f"DELETE FROM orbit WHERE cycle = {0o101023}; DELETE FROM certificate WHERE cycle > {0o101023};"
+        f"DELETE FROM cycle WHERE id = {0o101023}", "counts"),
+    "element.element": (
+        "UPDATE element SET element = 7 - element WHERE symmetry = '1' AND n = 5", "elements"),
+    "element.n": ("UPDATE element SET n = 5 WHERE symmetry = 'x' AND n = 3", "elements"),
+    "element deleted": ("DELETE FROM element WHERE symmetry = 'T' AND n = 0", "elements"),
+    "element inserted": ("INSERT INTO element VALUES ('z', 0, 0)", "elements"),
+    "pruned.rules": ("UPDATE pruned SET rules = '2' WHERE word = '001'", "rules"),
+    "pruned.rules, long": ("UPDATE pruned SET rules = rules || ',6' WHERE p > 20", "rules"),
+    "pruned.word": ("UPDATE pruned SET word = '010' WHERE word = '001'", "rules"),
+    "pruned.word, no word": ("UPDATE pruned SET word = '0 1' WHERE word = '001'", "rules"),
+    "pruned.p": ("UPDATE pruned SET p = 4 WHERE word = '001'", "rules"),
+    "pruned.id": ("UPDATE pruned SET id = id - 1 WHERE word = '455'", "rules"),
+    "pruned.id above 0": ("UPDATE pruned SET id = -id WHERE word = '001'", "rules"),
+    "pruned.id, long": ("UPDATE pruned SET id = -7 WHERE p > 20", "rules"),
+    "pruned, an admissible word": (f"INSERT INTO pruned VALUES ({-0o10013}, 4, '0013', '')", "rules"),
+    "pruned, the family": (f"INSERT INTO pruned VALUES ({-0o102}, 2, '02', '3')", "rules"),
+    "pruned, a repetition": (f"INSERT INTO pruned VALUES ({-0o1000000}, 6, '000000', '1,3')", "rules"),
+    "trajectory.lambda_d": ("UPDATE trajectory SET lambda_d = 0.5", "trajectories"),
+    "trajectory, both lambdas": (
+        "UPDATE trajectory SET lambda_c = lambda_c * 0.5 / lambda_d, lambda_d = 0.5", "trajectories"),
+    "trajectory, both errors": (
+        "UPDATE trajectory SET lambda_d_error = lambda_d_error / 1e6, lambda_c_error = lambda_c_error / 1e6",
+        "trajectories"),
+    "trajectory.mean_free_path": ("UPDATE trajectory SET mean_free_path = 3", "trajectories"),
+    "trajectory.seed": ("UPDATE trajectory SET seed = '7'", "trajectories"),
+    "trajectory.stadium": (
+        "UPDATE trajectory SET stadium = (SELECT id FROM stadium WHERE a = 0.5)", "trajectories"),
+    "entropy_bound.a": ("UPDATE entropy_bound SET a = 1.0 WHERE proof = 'balls'", "entropy"),
+    "entropy_bound.windows": ("UPDATE entropy_bound SET windows = windows + 1 WHERE edges = 6", "entropy"),
+    "entropy_bound.undecided": ("UPDATE entropy_bound SET undecided = 0 WHERE edges = 6", "entropy"),
+    "entropy_bound.lower": ("UPDATE entropy_bound SET lower = lower + 1e-4 WHERE edges = 6", "entropy"),
+    "orbit.solver": ("UPDATE orbit SET solver = 'relaxation'", "provenance"),
+    "orbit.iterations": ("UPDATE orbit SET iterations = iterations + 1 WHERE status = 'orbit'", "bits"),
+    "orbit.length": ("UPDATE orbit SET length = length * (1 + 1e-12) WHERE status = 'orbit'", "bounds"),
+    "certificate.bits": ("UPDATE certificate SET bits = 100", "provenance"),
+    "certificate.version": ("UPDATE certificate SET version = '9.9'", "provenance"),
+    "certificate.radius": ("UPDATE certificate SET radius = -radius", "provenance"),
+    "run.parameters": ("UPDATE run SET parameters = '{}'", "provenance"),
+    "sweep.n_c": ("UPDATE sweep SET n_c = n_c - 1 WHERE p = 7", "sweeps"),
+    "fill.n_c": ("UPDATE fill SET n_c = n_c - 1 WHERE p = 5", "fills"),
+    "fill.words": ("UPDATE fill SET state = 'filling', words = words - 1 WHERE p = 5", "fills"),
+    "fill.cursor": ("UPDATE fill SET state = 'filling', cursor = '0x' WHERE p = 5", "fills"),
+    "fill.cursor, too far": (
+        f"UPDATE fill SET state = 'filling' WHERE p = 5;"
+        f"DELETE FROM orbit WHERE cycle = {0o101023}", "fills"),
+    "birth_fill.words": ("UPDATE birth_fill SET state = 'filling', words = words + 1 WHERE p = 7", "births"),
+    "birth_fill.cursor": (
+        f"UPDATE birth_fill SET state = 'filling' WHERE p = 7;"
+        f"DELETE FROM change WHERE cycle = {EIGHT}", "births"),
+    "alembic_version deleted": ("DELETE FROM alembic_version", "schema"),
+    "alembic_version changed": ("UPDATE alembic_version SET version_num = '0001'", "schema"),
+}  # fmt: skip
+"""By name, what is done to the file, and the check that must fail."""
+
+COMMANDS = [
+    ["fill", "--p", "5"],
+    ["fill", "--p", "4", "--a", "0.5"],
+    ["fill", "--p", "2-3", "--geometric"],
+    ["fill", "--code", "1^30 5^29"],
+    ["fill", "--code", "0^30 1"],
+    ["births", "--p", "7"],
+    ["sweep", "--p", "7"],
+    ["simulate", "--bounces", "100000"],
+    ["bounds", "--a", "1.6", "--window", "6", "--store"],
+    ["bounds", "--a", "1.6", "--window", "5", "--store", "--prove"],
+    ["verify", "--rigorous", "--p", "2-4", "--a", "1.6"],
+]
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("sound") / "orbits.db"
+    for command, code, err in run_several(COMMANDS, path):
+        assert code == 0, (command, err)
+    return path
+
+
+def found_wrong(path: Path) -> dict[str, str | None]:
+    """Return the checks that fail, and what they name."""
+    return {name: check.first for name, check in checks(path).items() if check.failures}
+
+
+def test_a_file_of_everything_is_sound(sound):
+    assert found_wrong(sound) == {}
+
+
+@pytest.mark.parametrize("name", ALTERATIONS)
+def test_what_is_altered_by_hand_is_found(sound, tmp_path, name):
+    statement, check = ALTERATIONS[name]
+    path = Path(shutil.copy(sound, tmp_path / "altered.db"))
+    with closing(sqlite3.connect(path)) as plain, plain:
+        plain.execute("PRAGMA foreign_keys = OFF")
+        first, *others = statement.split(";")
+        assert plain.execute(first).rowcount > 0
+        for each in others:
+            plain.execute(each)
+    wrong = found_wrong(path)
+    assert check in wrong
+    assert wrong[check]
