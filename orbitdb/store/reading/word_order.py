@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from orbitdb.store.reading.chosen import COUNTS, Chosen, orders_of
 from orbitdb.store.reading.fitting import long_words, stabilisers_of_classes
 from orbitdb.symbols.members import ELEMENT_OF, packed_members
+from orbitdb.symbols.symmetry import ELEMENTS
 from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
 
 _TEXTS = ("code", "word")
@@ -44,11 +45,9 @@ def in_order_of_words(
             arrays += [-part for part in parts] if falls else parts
             break  # no two words are the same
         if name == "element":
-            found = _elements(connection, chosen).astype(np.int64)
+            arrays.append(_elements(connection, chosen, falls))
         else:
-            found = np.repeat(_ranks(chosen.values[name], falls), counts)
-            falls = False
-        arrays.append(-found if falls else found)
+            arrays.append(np.repeat(_ranks(chosen.values[name], falls), counts))
     return np.lexsort(arrays[::-1]).astype(np.uint32)
 
 
@@ -123,8 +122,9 @@ def stabilisers_of_chosen(
     return stabilisers_of_classes(connection, chosen.ids[rows], sizes)
 
 
-def _elements(connection: sa.Connection, chosen: Chosen) -> NDArray[np.uint8]:
-    """Return the elements that lead to the words; of pruned words 0."""
+def _elements(connection: sa.Connection, chosen: Chosen, falling: bool) -> NDArray[np.int64]:
+    """Return what sorts words by the elements that lead to them; pruned words, of none, come last."""
     stabilisers = stabilisers_of_chosen(connection, chosen, np.arange(len(chosen.ids)))
     words = chosen.words()
-    return ELEMENT_OF[np.repeat(stabilisers, COUNTS[chosen.masks]), words.places]
+    elements = ELEMENT_OF[np.repeat(stabilisers, COUNTS[chosen.masks]), words.places].astype(np.int64)
+    return np.where(words.ids < 0, len(ELEMENTS), -elements if falling else elements)
