@@ -19,12 +19,16 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.file.schema import BALLS, DOUBLES
 from orbitdb.store.reading.counted import Counted
-from orbitdb.store.reading.enclosures import Enclosure
 from orbitdb.store.reading.fills import describe_partial, written_periods
-from orbitdb.store.reading.leg_terms import sum_rules_of, why_no_sum_rules_of
-from orbitdb.store.reading.references import best_reference
+from orbitdb.store.reading.records import Enclosure, best_reference
 from orbitdb.store.reading.results import AVERAGES, PROVED, SUM_RULES, TABLE, TRAJECTORIES, UP_TO_CUT, Result
-from orbitdb.store.reading.whole_periods import WholePeriods, read_whole, why_missing
+from orbitdb.store.reading.whole_periods import (
+    WholePeriods,
+    read_whole,
+    sum_rules_of,
+    why_missing,
+    why_no_sum_rules_of,
+)
 from orbitdb.symbols.enumeration import MAX_PERIOD
 
 if TYPE_CHECKING:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 import sqlalchemy as sa
@@ -15,9 +16,11 @@ from orbitdb.store.file.schema import BORN
 from orbitdb.store.file.tables import change
 from orbitdb.store.reading.chosen import Chosen
 from orbitdb.store.reading.finding import periods_of
-from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import is_written, unsound
 from orbitdb.symbols.words import from_strings, word_of
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
 
 
 class Standing(IntEnum):
@@ -120,11 +123,11 @@ def sums(standing: NDArray[np.uint8], counts: NDArray[np.uint8]) -> list[int]:
     return np.bincount(standing, counts, len(Standing)).astype(np.int64).tolist()
 
 
-def load_standings(reader: Reader, chosen: Chosen) -> Standings:
+def load_standings(catalogue: "Catalogue", chosen: Chosen) -> Standings:
     """Read the births and deaths of the classes of a subset."""
     columns = (change.c.cycle, change.c.a, change.c.error, change.c.kind == BORN)
     query = sa.select(*columns).order_by(change.c.cycle, change.c.number)
-    with reader.reading() as connection:
+    with catalogue.reading() as connection:
         rows = connection.execute(query).cursor
         found = np.fromiter(iter(rows.fetchone, None), _ROW)  # all tuples at once take four times the room
     found = found[np.isin(found["cycle"], chosen.ids)]
@@ -138,7 +141,7 @@ def load_standings(reader: Reader, chosen: Chosen) -> Standings:
     )
 
 
-def periods_without(reader: Reader, chosen: Chosen, standings: Standings) -> list[int]:
+def periods_without(catalogue: "Catalogue", chosen: Chosen, standings: Standings) -> list[int]:
     """Return the periods of the rows of which no births are stored."""
     lacking = chosen.ids[standings.places == len(standings.cycles)]
-    return np.unique(periods_of(reader, lacking)).tolist()
+    return np.unique(periods_of(catalogue, lacking)).tolist()
