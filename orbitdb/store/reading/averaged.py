@@ -115,7 +115,7 @@ def table(catalogue: "Catalogue", chosen: Selection) -> Result:
             notes.append(f"p = {p}: N needs p = {', '.join(map(str, missing))}: not filled")
         points = None if missing else sum(d * counted.known[d].n_c for d in divisors(p) if d > 1)
         entropy = math.log(points) / p if points else None
-        rows.append((p, here.n_t, here.n_c, points, entropy, here.classes, here.boundary, here.unresolved))
+        rows.append((p, here.words, here.n_c, points, entropy, here.classes, here.boundary, here.unresolved))
     if not rows and not notes:
         notes = [f"no {chosen.describe()}"]
     known = stored_enclosure(catalogue, chosen.a) if rows else None

@@ -11,6 +11,7 @@ from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tables import cycle, pruned
 from orbitdb.store.reading.chosen import Chosen, Integers, orders_of
 from orbitdb.store.reading.fitting import fitting
+from orbitdb.store.reading.lives import Standings
 from orbitdb.store.reading.word_order import stabilisers_of_chosen
 from orbitdb.symbols.members import places_of_elements
 from orbitdb.symbols.patterns import Like
@@ -50,25 +51,31 @@ def _position_of_long(catalogue: "Catalogue", chosen: Chosen, word: str) -> int 
     return None
 
 
-def periods_of(catalogue: "Catalogue", ids: Integers) -> Integers:
+def periods_of(connection: sa.Connection, ids: Integers) -> Integers:
     """Return the periods of classes and pruned words, shape (C,)."""
     found = orders_of(ids)
     if (found > MAX_KEYED).any():
-        with catalogue.reading() as connection:
-            rows = connection.execute(
-                sa.select(cycle.c.id, cycle.c.p)
-                .where(cycle.c.id >= LONG)
-                .union_all(sa.select(pruned.c.id, pruned.c.p).where(pruned.c.id <= -LONG))
-            )
-            known = {row.id: row.p for row in rows}
+        rows = connection.execute(
+            sa.select(cycle.c.id, cycle.c.p)
+            .where(cycle.c.id >= LONG)
+            .union_all(sa.select(pruned.c.id, pruned.c.p).where(pruned.c.id <= -LONG))
+        )
+        known = {row.id: row.p for row in rows}
         for place in np.flatnonzero(found > MAX_KEYED).tolist():
             found[place] = known[int(ids[place])]
     return found
 
 
+def periods_without(connection: sa.Connection, ids: Integers, standings: Standings) -> list[int]:
+    """Return the periods of classes of which no births are stored."""
+    return np.unique(periods_of(connection, ids[standings.places == len(standings.cycles)])).tolist()
+
+
 def first_of_period(catalogue: "Catalogue", chosen: Chosen, p: int) -> int | None:
     """Return the first row of a period; None if there is none."""
-    return chosen.first(np.where(periods_of(catalogue, chosen.ids) == p, 0xFF, 0).astype(np.uint8))
+    with catalogue.reading() as connection:
+        here = periods_of(connection, chosen.ids) == p
+    return chosen.first(np.where(here, 0xFF, 0).astype(np.uint8))
 
 
 def first_beginning(
