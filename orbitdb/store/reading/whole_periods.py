@@ -154,18 +154,18 @@ def why_missing(
     return "; ".join(f"{', '.join(map(str, orders))} ({reason})" for reason, orders in reasons.items())
 
 
-def why_no_further_sum_rules(subset: WholePeriods) -> str:
-    """Tell why some swept periods have no sum rules; empty if all have."""
-    last = EXACT + len(subset.moments)
-    if not subset.swept or subset.highest <= last:
-        return ""
-    return f"sum rules end at p = {last}: {last + 1} was swept before all lower periods were"
+def all_orbits(chosen: Selection) -> bool:
+    """Tell whether nothing but periods is chosen of the orbits."""
+    alone = replace(chosen, statuses=()) if chosen.statuses == (Status.ORBIT,) else chosen
+    return alone == Selection(chosen.a, chosen.periods)
 
 
 def why_no_sum_rules_of(subset: WholePeriods) -> str:
     """Tell why some of the periods of a subset have no sum rules; empty if all have."""
-    whole = why_no_sum_rules(subset.selection, subset.missing, subset.part)
-    return whole or why_no_further_sum_rules(subset)
+    none, last = why_no_sum_rules(subset.selection, subset.missing, subset.part), EXACT + len(subset.moments)
+    if none or not subset.swept or subset.highest <= last:
+        return none
+    return f"sum rules end at p = {last}: {last + 1} was swept before all lower periods were"
 
 
 def why_no_sum_rules(chosen: Selection, missing: Sequence[int], part: bool = False) -> str:
@@ -179,7 +179,7 @@ def why_no_sum_rules(chosen: Selection, missing: Sequence[int], part: bool = Fal
     part : bool, optional
         Whether only some of what was chosen is there.
     """
-    if part or replace(chosen, periods=()) != Selection(a=chosen.a, statuses=(Status.ORBIT,)):
+    if part or not all_orbits(chosen):
         return "sum rules are for all orbits up to a period, not for a part of them"
     if missing:
         are = "is" if len(missing) == 1 else "are"
