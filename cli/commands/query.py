@@ -222,7 +222,7 @@ def _keys(
     text: str | None, otherwise: tuple[str, ...], codes: list[str], a: list[str] | None
 ) -> tuple[str, ...]:
     """Read the names of what is known of a word, stored or not."""
-    from orbitdb.store.asking.names import parse_names
+    from orbitdb.store.asking.parsing import parse_names
 
     if text is not None and codes:
         _refuse_of_rows([name.strip() for name in text.split(",")], codes[0], a)

@@ -16,7 +16,7 @@ from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.conditions import COLUMNS, asks_of_lives
 from orbitdb.store.asking.confinement import CancelledError, never
 from orbitdb.store.asking.criteria import Criteria, choose, with_criteria
-from orbitdb.store.asking.names import unknown
+from orbitdb.store.asking.parsing import unknown_column
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file import tables
@@ -220,7 +220,7 @@ class Catalogue:
         """Yield rows of a chosen subset by columns, some at a time, as `rows` does one by one."""
         for name in columns:
             if name not in row_blocks.COLUMNS:
-                raise unknown(name, COLUMNS)
+                raise unknown_column(name, COLUMNS)
         most = None if limit is None else min(limit + offset, _ALL)
         with self.at_one_moment() as still:
             chosen = still.choose(selection, order, most=most, cancelled=cancelled)

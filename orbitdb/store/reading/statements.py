@@ -2,7 +2,8 @@
 
 import sqlite3
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
@@ -90,16 +91,8 @@ def _check(statement: str, parameters: free.Parameters) -> None:
         raise free.refusal(statement, message, "sql")
 
 
-@contextmanager
-def _answering(connection: sa.Connection, statement: str, patience: Patience) -> Iterator[None]:
-    try:
-        with confined(connection, patience, _authorize):
-            yield
-    except (sa.exc.DBAPIError, sqlite3.Error, sqlite3.Warning) as error:
-        message = str(getattr(error, "orig", error))
-        if "interrupted" in message and not patience.ended:
-            raise KeyboardInterrupt from error
-        raise _refusal(statement, message) from error
+def _answering(connection: sa.Connection, statement: str, patience: Patience) -> AbstractContextManager[None]:
+    return confined(connection, patience, partial(_refusal, statement), _authorize)
 
 
 def _refusal(statement: str, message: str) -> SelectionError:
