@@ -170,7 +170,7 @@ class WholeOrbitScreen(OwnScreen[None]):
 
     @work(thread=True)
     def _complete(self) -> None:
-        from orbitdb.store.reading.one_word import born_with, with_existence
+        from orbitdb.store.reading.lookup import born_with, with_existence
 
         browser = cast(Browser, self.app)
         try:

@@ -23,9 +23,8 @@ from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.finding import periods_of
-from orbitdb.store.reading.lives import counts_at
-from orbitdb.store.reading.standings import Standing, Standings, load_standings, periods_without
+from orbitdb.store.reading.finding import periods_of, periods_without
+from orbitdb.store.reading.lives import Standing, Standings, counts_at, load_standings
 from orbitdb.symbols.words import least_rotation
 
 LIVES = [(0.386252501738, 0.473270308236), (0.605684335145, None)]
@@ -105,10 +104,13 @@ def test_words_stand_at_any_a_as_counts_from_births_have_them(born):
     catalogue = Catalogue(born)
     for selection, without in ((Selection(), [2, 3, 4]), (Selection(periods=((5, 5),)), [])):
         chosen = catalogue.choose(selection)
-        assert periods_without(catalogue, chosen, load_standings(catalogue, chosen)) == without
+        with catalogue.reading() as connection:
+            standings = load_standings(connection, chosen.ids)
+            assert periods_without(connection, chosen.ids, standings) == without
     chosen = catalogue.choose(Selection(statuses=tuple(Status)))
-    standings = load_standings(catalogue, chosen)
-    periods, pruned = periods_of(catalogue, chosen.ids), chosen.ids < 0
+    with catalogue.reading() as connection:
+        standings = load_standings(connection, chosen.ids)
+        periods, pruned = periods_of(connection, chosen.ids), chosen.ids < 0
     at_a_birth = catalogue.birth_fills()[0].least
     for a in (0.2, at_a_birth, 1.0, 1.2345, 1.6, 2.0):
         found = standings.at(a)
