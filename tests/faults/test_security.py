@@ -19,7 +19,7 @@ from quick import slow_but
 from screens import drive, press, settle, shown, table_of, until
 
 from orbitdb.cli.tui.export import export as export_shown
-from orbitdb.cli.tui.source import Ordering
+from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.errors import StoreError
 from orbitdb.plaintext import cell, printable
 from orbitdb.store.asking import confinement

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from screens import LARGE, drive, press, screen_lines, settle, shown, table_of, until
 
-from orbitdb.cli.tui import statistics
 from orbitdb.cli.tui.app import BrowseApp
-from orbitdb.cli.tui.counts_screen import CountsScreen
-from orbitdb.cli.tui.dialogs import KeysDialog
-from orbitdb.cli.tui.drawing import OrbitDrawing, View
-from orbitdb.cli.tui.facts import FactsPanel
-from orbitdb.cli.tui.following import bar, next_a, told
+from orbitdb.cli.tui.dialogs.basic import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.source import Followed, Ordering, Pages
-from orbitdb.cli.tui.whole_orbit import WholeOrbitScreen
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
+from orbitdb.cli.tui.orbit.facts import FactsPanel
+from orbitdb.cli.tui.orbit.lives import bar, next_a, told
+from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
+from orbitdb.cli.tui.statistics import averages_screen as statistics
+from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
+from orbitdb.cli.tui.table.source import Followed, Ordering, Pages
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.orbits.orbit import Status

@@ -6,8 +6,8 @@ import sqlite3
 import pytest
 import sqlalchemy as sa
 
-from orbitdb.cli.tui.jumping import place_of
-from orbitdb.cli.tui.source import Ordering, Pages, head_of
+from orbitdb.cli.tui.table.jumping import place_of
+from orbitdb.cli.tui.table.source import Ordering, Pages, head_of
 from orbitdb.errors import StoreError
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.filling.single_word import fill_word
