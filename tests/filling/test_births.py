@@ -148,23 +148,6 @@ def test_the_first_block_is_soon_stored():
 
 
 @pytest.mark.slow
-def test_births_that_were_stopped_go_on(born, tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "BLOCK", 150)
-    path = tmp_path / "stopped.db"
-    Catalogue.create(path)
-    going = fill_births(path, range(2, 8))
-    steps = [next(going) for _ in range(8)]
-    going.close()
-    assert 0 < steps[-1].words < steps[-1].total
-    half = Catalogue(path).birth_fills()[-1]
-    assert (half.whole, half.words, half.classes) == (False, steps[-1].words, None)
-    fill(path)
-    assert stored(path) == stored(born)
-    fill(path)
-    assert stored(path) == stored(born)
-
-
-@pytest.mark.slow
 def test_processes_find_the_same(born, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "BLOCK", 150)
     path = tmp_path / "processes.db"
