@@ -9,6 +9,8 @@ Orbits
     in a a word is an orbit; `Orbit`, `Orbits` and `Status` are what they give; `Stadium`: the billiard.
 Trajectories
     `simulate`: averages over random trajectories, as a `Reference`.
+Quantum levels
+    `levels`: all of a stadium in a range of k, each window of a parity as `Levels`.
 Errors
     `InputError`, `StoreError`, `WorkError`: each says in one line what is wrong and what to do.
 
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
     from orbitdb.orbits.lives import existence, solve_word
     from orbitdb.orbits.newton import solve
     from orbitdb.orbits.orbit import Orbit, Orbits, Status
+    from orbitdb.quantum.levels import Levels, levels
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.identification import Candidate, Followed, Trajectory
@@ -44,6 +47,7 @@ __all__ = [
     "Catalogue",
     "Followed",
     "InputError",
+    "Levels",
     "Orbit",
     "Orbits",
     "Reference",
@@ -56,6 +60,7 @@ __all__ = [
     "WorkError",
     "__version__",
     "existence",
+    "levels",
     "simulate",
     "solve",
     "solve_word",
@@ -67,6 +72,7 @@ _HOMES = {
     "orbits.lives": ("existence", "solve_word"),
     "orbits.newton": ("solve",),
     "orbits.orbit": ("Orbit", "Orbits", "Status"),
+    "quantum.levels": ("Levels", "levels"),
     "store.asking.selection": ("Selection",),
     "store.reading.catalogue": ("Catalogue",),
     "store.reading.identification": ("Candidate", "Followed", "Trajectory"),

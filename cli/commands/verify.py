@@ -157,13 +157,13 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, form:
         for name in broken:
             note(f"{name}: not every row keeps that {PROMISES[name]}")
         raise typer.Exit(1)
-    changes, proved = rows.get("births", 0), rows.get("entropy", 0)
+    changes, proved, levels = (rows.get(name, 0) for name in ("births", "entropy", "levels"))
     if lives := rows.get("lives", 0) + rows.get("undecided", 0):
         note(
             f"no birth or death of {rows.get('lives', 0)} of {lives} classes is missing from a = 0.02 to 1000"
         )
     swept = rows.get("sweeps", 0)
-    if not any((classes, changes, swept, proved)):
+    if not any((classes, changes, swept, proved, levels)):
         note(f"nothing to look at in {path}: the file is sound, but no class is stored that was asked for")
         raise typer.Exit(1)
     if anew := swept - rows.get("sums", 0):
@@ -172,7 +172,8 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, form:
         note(f"{foreign} rows are of another method, version or machine: their last bits were not compared")
     seen = {("class", "classes"): classes, ("birth or death", "births and deaths"): changes,
             ("swept period", "swept periods"): swept,
-            ("bound on the entropy", "bounds on the entropy"): proved}  # fmt: skip
+            ("bound on the entropy", "bounds on the entropy"): proved,
+            ("quantum level", "quantum levels"): levels}  # fmt: skip
     told = ", ".join(several(count, *what) for what, count in seen.items() if count)
     note(f"{path}: all is well with {told}, {time.monotonic() - start:.1f} s")
 

@@ -99,20 +99,28 @@ class LevelTask:
             If the grids do not agree in the number of levels.
         """
         began = time.process_time()
-        (below, k), (fewer, coarse) = self._on_grid(*_FINE), self._on_grid(*_COARSE)
+        (below, k), (fewer, coarse) = self.on_grid(*_FINE), self.on_grid(*_COARSE)
         if (below, len(k)) != (fewer, len(coarse)):
             raise WorkError(
                 f"grids differ in the number of levels {self.parity} with k from {self.low:g} to "
                 f"{self.high:g}: move the ends of the range a little"
             )
-        error = _SAFETY * np.abs(k - coarse) + _ROUNDING * np.maximum(k, 1.0)
+        error = _SAFETY * np.abs(k - coarse) + rounding(k)
         seconds = time.process_time() - began
         return Levels(
             self.a, self.parity, self.low, self.high, below, k, error, seconds, arithmetic=arithmetic()
         )
 
-    def _on_grid(self, order: int, layers: int) -> tuple[int, Floats]:
-        """Return how many levels lie below the window, and those in it."""
+    def on_grid(self, order: int, layers: int) -> tuple[int, Floats]:
+        """Return how many levels lie below the window, and those in it.
+
+        Parameters
+        ----------
+        order : int
+            Degree of the polynomials.
+        layers : int
+            Divisions of the cells at the joint.
+        """
         cells = quarter_stadium(self.a, _PHASE / self.high, layers)
         below, values = eigenvalues(gradient(cells, order, self._fixed), self.low**2, self.high**2)
         return below, np.sqrt(values)
@@ -124,6 +132,11 @@ class LevelTask:
         odd_x, odd_y = (sign < 0 for sign in self.parity.signs)
         edge = beyond**2 + y**2 > 1 - 1e-8
         return edge | (odd_x & (x < 1e-8)) | (odd_y & (y < 1e-8))
+
+
+def rounding(k: Floats) -> Floats:
+    """Return what rounding may add to the errors of levels."""
+    return _ROUNDING * np.maximum(k, 1.0)
 
 
 def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterator[LevelTask]:

@@ -30,6 +30,7 @@ from orbitdb.verification.classes import class_blocks
 from orbitdb.verification.completeness import OF_FILE, CountsPart, FilePart
 from orbitdb.verification.enclosures import enclosure_parts
 from orbitdb.verification.invariants import check_consistency, with_bounds
+from orbitdb.verification.levels import level_parts
 from orbitdb.verification.lives import prove_lives
 from orbitdb.verification.provenance import ProvenancePart, runs_of_here
 from orbitdb.verification.recomputation import check_against, check_bits, restart
@@ -55,6 +56,7 @@ PROMISES = {
     "sweeps": "swept counts are those of the transfer matrix, of fills, of births, and of new solutions",
     "sums": "swept sums are those of new solutions",
     "entropy": "proved bounds on the entropy agree with new ones, and their windows are counted again",
+    "levels": "quantum levels are those of a finer grid, within their errors, and none is missing",
     "trajectories": "averages over trajectories agree with exact means and with a new run",
     "provenance": "runs, methods and certificates say of one another what they must",
     "values": "every row has what its status demands",
@@ -135,6 +137,7 @@ def verify(
             change_blocks(connection, still.path, selections, sample, rng),
             trajectory_parts(connection, still.path),
             enclosure_parts(connection, still.path),
+            level_parts(connection, still.path),
         )
         yield from steps_of(parts, connection, workers)
         born = whole_births(connection, selections)
