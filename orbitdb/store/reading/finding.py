@@ -9,10 +9,9 @@ import sqlalchemy as sa
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tables import cycle, pruned
-from orbitdb.store.reading.chosen import Chosen, Integers, orders_of
-from orbitdb.store.reading.fitting import fitting
+from orbitdb.store.reading.chosen import ALL, Chosen, Integers, orders_of
+from orbitdb.store.reading.fitting import fitting, stabilisers_of_classes
 from orbitdb.store.reading.lives import Standings
-from orbitdb.store.reading.word_order import stabilisers_of_chosen
 from orbitdb.symbols.members import places_of_elements
 from orbitdb.symbols.patterns import Like
 from orbitdb.symbols.pruning import rules_of
@@ -21,9 +20,6 @@ from orbitdb.symbols.words import MAX_KEYED, key
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
-
-_CLASSES = 1 << 14
-"""Classes that are looked at at a time."""
 
 
 def position_of(catalogue: "Catalogue", chosen: Chosen, word: str) -> int | None:
@@ -88,12 +84,7 @@ def first_beginning(
     CancelledError
         If nobody waits any more.
     """
-    masks = np.zeros_like(chosen.masks)
     with catalogue.reading() as connection:
-        for start in range(0, len(masks), _CLASSES):
-            here = np.arange(start, min(start + _CLASSES, len(masks)))
-            elements = fitting(connection, chosen.ids[here], (Like(f"{code}%", True),), cancelled)
-            masks[here] = places_of_elements(elements, stabilisers_of_chosen(connection, chosen, here))
-            if chosen.rows is None and (masks[here] & chosen.masks[here]).any():
-                break
-    return chosen.first(masks)
+        elements = fitting(connection, chosen.ids, (Like(f"{code}%", True),), cancelled)
+        stabilisers = stabilisers_of_classes(connection, chosen.ids, chosen.masks == ALL)
+    return chosen.first(places_of_elements(elements, stabilisers))

@@ -14,9 +14,10 @@ from orbitdb.store.asking.conditions import rules_of
 from orbitdb.store.file.schema import OF_WORD, SHARED
 from orbitdb.store.file.tables import classes
 from orbitdb.store.reading.chosen import Chosen, Words, orders_of
+from orbitdb.store.reading.fitting import stabiliser_of
 from orbitdb.store.reading.question import as_array, pruned_rows
 from orbitdb.store.reading.soundness import coordinates_of, need_words, unsound
-from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF
+from orbitdb.symbols.members import ELEMENT_OF
 from orbitdb.symbols.symmetry import image_coordinates
 from orbitdb.symbols.words import MAX_KEYED
 
@@ -136,7 +137,7 @@ class _Block:
 
     def _elements(self) -> list[int | None]:
         known = [
-            None if label is None else ELEMENT_OF[_stabiliser(label)].tolist()
+            None if label is None else ELEMENT_OF[stabiliser_of(label)].tolist()
             for label in self.shared["symmetry"]
         ]
         pairs = zip(self.rows, self.places, strict=True)
@@ -165,9 +166,3 @@ class _Block:
         present = np.array([each is not None for each in found], np.bool_)
         values = np.concatenate([np.zeros(0), *(each for each in found if each is not None)])
         return Lists(values, lengths, present)
-
-
-def _stabiliser(label: str) -> int:
-    if label not in STABILISER_OF:
-        raise unsound("a symmetry that is none:", label)
-    return STABILISER_OF[label]

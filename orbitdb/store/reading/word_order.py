@@ -6,14 +6,14 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.store.reading.chosen import COUNTS, Chosen, orders_of
+from orbitdb.store.reading.chosen import ALL, COUNTS, Chosen, orders_of
 from orbitdb.store.reading.fitting import long_words, stabilisers_of_classes
 from orbitdb.symbols.members import ELEMENT_OF, packed_members
 from orbitdb.symbols.symmetry import ELEMENTS
 from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
 
 _TEXTS = ("code", "word")
-_HEAD = 2
+_HEAD = 3
 """First symbols of words that are sorted together, so that the order of all is never there at once."""
 
 Texts = NDArray[np.int64]
@@ -36,7 +36,7 @@ def in_order_of_words(
     first, falling = next(iter(keys.items()))
     texts, later = _texts(connection, chosen)
     if first in _TEXTS and not len(later):
-        return _by_text(np.negative(texts, out=texts) if falling else texts)
+        return _by_text(texts)[:: -1 if falling else 1]
     arrays: list[NDArray[np.int64]] = []
     counts = chosen.counts
     for name, falls in keys.items():
@@ -62,7 +62,8 @@ def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
 
 def _by_text(texts: Texts) -> NDArray[np.uint32]:
     """Return the order of words by their texts, a piece at a time."""
-    heads = (texts >> BITS * (MAX_KEYED - _HEAD)).astype(np.int16)
+    heads = np.empty(len(texts), dtype=np.int16)
+    np.right_shift(texts, BITS * (MAX_KEYED - _HEAD), out=heads, casting="unsafe")
     order = np.empty(len(texts), dtype=np.uint32)
     done = 0
     for head in np.unique(heads).tolist():
@@ -91,7 +92,7 @@ def _texts(connection: sa.Connection, chosen: Chosen) -> tuple[Texts, NDArray[np
             texts[done:] = [_text(word) for word in words]
             later[done:] = [ranks[word] for word in words]
             continue
-        stabilisers = stabilisers_of_chosen(connection, chosen, of_order)
+        stabilisers = stabilisers_of_classes(connection, ids, masks == ALL)
         for codes in packed_members(packed(np.abs(ids), p), p, masks, stabilisers):
             texts[done : done + len(codes)] = _raised(codes, p)
             done += len(codes)
@@ -114,17 +115,9 @@ def _long_words(connection: sa.Connection, ids: NDArray[np.int64], masks: NDArra
     return found
 
 
-def stabilisers_of_chosen(
-    connection: sa.Connection, chosen: Chosen, rows: NDArray[np.intp]
-) -> NDArray[np.uint8]:
-    """Return the stabilisers of some classes; of a class of which all eight words are chosen it is plain."""
-    sizes = np.where(chosen.masks[rows] == 0xFF, 8, 1)
-    return stabilisers_of_classes(connection, chosen.ids[rows], sizes)
-
-
 def _elements(connection: sa.Connection, chosen: Chosen, falling: bool) -> NDArray[np.int64]:
     """Return what sorts words by the elements that lead to them; pruned words, of none, come last."""
-    stabilisers = stabilisers_of_chosen(connection, chosen, np.arange(len(chosen.ids)))
+    stabilisers = stabilisers_of_classes(connection, chosen.ids, chosen.masks == ALL)
     words = chosen.words()
     elements = ELEMENT_OF[np.repeat(stabilisers, COUNTS[chosen.masks]), words.places].astype(np.int64)
     return np.where(words.ids < 0, len(ELEMENTS), -elements if falling else elements)
