@@ -26,7 +26,7 @@ from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tables import catalogue, classes, cycle, pruned
 from orbitdb.store.reading.chosen import Chosen, Masks
 from orbitdb.store.reading.fitting import fitting, stabilisers_of_classes
-from orbitdb.store.reading.word_order import in_order_of_words
+from orbitdb.store.reading.order import in_order_of_words
 from orbitdb.symbols.members import places_of_elements
 from orbitdb.symbols.symmetry import ELEMENTS
 

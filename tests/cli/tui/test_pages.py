@@ -17,8 +17,8 @@ from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.engines import driver
 from orbitdb.store.file.tables import certificate, cycle
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.finding import periods_of
 from orbitdb.store.reading.lookup import certificate_of
+from orbitdb.store.reading.order import periods_of
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.symmetry import members
 
