@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.executors import Solvers
-from orbitdb.cli.grid import lengths
+from orbitdb.cli.arguments import lengths
 from orbitdb.cli.options import Format
-from orbitdb.cli.progress import progress
+from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import note, write
-from orbitdb.cli.storing import bring
+from orbitdb.cli.storing import Solvers, bring
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.executors import WORTH_PROCESSES, Jobs, Solvers
 from orbitdb.cli.options import Format
-from orbitdb.cli.progress import progress
+from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import note, write
-from orbitdb.cli.storing import bring
+from orbitdb.cli.storing import WORTH_PROCESSES, Jobs, Solvers, bring
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
 from orbitdb.plaintext import several

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.codes import given_codes, primitive
-from orbitdb.cli.half_lengths import several, with_a
+from orbitdb.cli.arguments import given_codes, primitive, several
+from orbitdb.cli.choice import Choice, with_choice
 from orbitdb.cli.options import Format
 from orbitdb.cli.reading import all_meant, note_gaps, note_nothing, reading_all
 from orbitdb.cli.render import code_text, note, write, write_facts
-from orbitdb.cli.rows import KEYS, Row, in_order, with_marks
+from orbitdb.cli.rows import KEYS, Row, in_order, with_a, with_marks
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
 
@@ -68,14 +68,14 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=EXAMPLES)(query)
 
 
-@options.with_choice
+@with_choice
 def query(
     *,
     context: typer.Context,
     words: options.Words = None,
     code: options.Codes = None,
     a: options.StoredHalfLengths = None,
-    choice: options.Choice,
+    choice: Choice,
     order: Annotated[
         str, options.column_option("--order", help="Columns to sort by; a falling one ends in desc.")
     ] = "p",
@@ -152,7 +152,7 @@ def _columns(text: str | None, form: Format, many: bool) -> tuple[str, ...]:
 def _show_words(
     codes: list[str], a: list[str] | None, db: Path | None, columns: str | None, form: Format, mark: bool
 ) -> None:
-    from orbitdb.cli.word import facts, write_bounces
+    from orbitdb.cli.orbit_facts import facts, write_bounces
     from orbitdb.store.reading.lookup import born_with
 
     in_rows = form in (Format.MARKDOWN, Format.LATEX) or (form is Format.TABLE and several(a))
@@ -280,7 +280,7 @@ def _in_a_cell(orbit: "Orbit", key: str) -> Any:
 
 def _told(orbit: "Orbit", key: str) -> Any:
     """Return a value for people, who are told in words where an orbit exists."""
-    from orbitdb.cli.word import lives_text
+    from orbitdb.cli.orbit_facts import lives_text
 
     if key == "exists" and orbit.exists is not None:
         return lives_text(orbit.exists) or "for no a"

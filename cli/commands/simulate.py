@@ -9,7 +9,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
-from orbitdb.cli.progress import progress
+from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import note, write, write_facts
 from orbitdb.cli.storing import bring
 from orbitdb.errors import InputError

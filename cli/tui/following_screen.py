@@ -8,10 +8,10 @@ from textual import work
 from textual.message import Message
 from textual.widgets import Static
 
-from orbitdb.cli.tui.following import told
+from orbitdb.cli.tui.orbit.lives import told
 from orbitdb.cli.tui.orbit_screen import OrbitScreen
-from orbitdb.cli.tui.source import Followed, Pages
-from orbitdb.cli.tui.table import PagedTable
+from orbitdb.cli.tui.table.paged_table import PagedTable
+from orbitdb.cli.tui.table.source import Followed, Pages
 from orbitdb.cli.tui.word_screen import WordScreen
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit

@@ -16,6 +16,9 @@ from orbitdb.store.asking.selection import Selection
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
 
+_FINEST = 1e-12
+"""Least width of a bin, of the value: edges that are nearer are written alike."""
+
 _DECADES = 1000.0
 """Bins are even in the logarithm where the greatest value is so many times the least."""
 
@@ -122,7 +125,8 @@ def _even_edges(low: float, high: float, bins: int) -> NDArray[np.float64]:
 
 def _round_edges(low: float, high: float, bins: int) -> NDArray[np.float64]:
     """Return multiples of a round number, such as 0.2 or 2.5, around two values, at most some bins apart."""
-    decade = 10.0 ** math.floor(math.log10((high - low) / bins)) if low < high else 1.0
+    width = max((high - low) / bins, _FINEST * abs(high))
+    decade = 10.0 ** math.floor(math.log10(width)) if low < high else 1.0
     steps = (decade * factor for factor in (1.0, 2.0, 2.5, 5.0, 10.0, 20.0))
     return next(edges for edges in (_multiples(low, high, step) for step in steps) if len(edges) <= bins + 1)
 
