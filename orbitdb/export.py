@@ -218,10 +218,19 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
 
 def write_parquet(file: IO[bytes], columns: Sequence[str], rows: Iterable[Any], metadata: Metadata) -> None:
     """Write typed columns, with each part of the metadata as JSON in the schema's metadata."""
-    import pyarrow as pa
     from pyarrow import parquet
 
     from orbitdb.column_blocks import in_columns
+
+    schema = arrow_schema(columns, metadata)
+    with parquet.ParquetWriter(file, schema) as writer:
+        for block in in_columns(rows):
+            writer.write_batch(arrow_batch(block, schema))
+
+
+def arrow_schema(columns: Sequence[str], metadata: Metadata) -> "pa.Schema":
+    """Return the schema of some columns, with each part of the metadata as JSON."""
+    import pyarrow as pa
 
     types = {
         "number": pa.float64(),
@@ -231,11 +240,15 @@ def write_parquet(file: IO[bytes], columns: Sequence[str], rows: Iterable[Any], 
         "integers": pa.list_(pa.int64()),
     }
     notes = {name: json.dumps(value) for name, value in metadata.items()}
-    schema = pa.schema([(name, types[kind_of(name)]) for name in columns], metadata=notes)
-    with parquet.ParquetWriter(file, schema) as writer:
-        for block in in_columns(rows):
-            arrays = [_arrow(values, field.type) for values, field in zip(block, schema, strict=True)]
-            writer.write_batch(pa.record_batch(arrays, schema=schema))
+    return pa.schema([(name, types[kind_of(name)]) for name in columns], metadata=notes)
+
+
+def arrow_batch(block: "Sequence[Column]", schema: "pa.Schema") -> "pa.RecordBatch":
+    """Return columns of rows as a batch of Arrow."""
+    import pyarrow as pa
+
+    arrays = [_arrow(values, field.type) for values, field in zip(block, schema, strict=True)]
+    return pa.record_batch(arrays, schema=schema)
 
 
 def _arrow(values: "Column", kind: "pa.DataType") -> "pa.Array":

@@ -133,8 +133,8 @@ class FollowingScreen(WordScreen):
         self, orbit: Orbit, steps: Sequence[bool], pages: Pages | None, standings: "Standings | None"
     ) -> None:
         """Follow an orbit some steps, and find what the rows are there; the first time read their births."""
-        from orbitdb.store.reading.finding import periods_without
         from orbitdb.store.reading.lives import load_standings
+        from orbitdb.store.reading.order import periods_without
 
         rows, without = None, self._without
         try:

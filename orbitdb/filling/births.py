@@ -35,14 +35,7 @@ def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> 
     Yields
     ------
     Progress
-        Behind every block that is safely stored.
-
-    Raises
-    ------
-    StoreError
-        If the database cannot be written.
-    WorkError
-        If the workers fail, or the changes of a word make no sense.
+        As `orbitdb.filling.resuming.resume` does, which says what it raises.
     """
     periods = sorted(set(periods))
     with closing(Writer(path, {"command": "births", "periods": periods}, references=False)) as writer:

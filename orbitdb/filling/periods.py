@@ -49,14 +49,7 @@ def fill_periods(
     Yields
     ------
     Progress
-        Behind every block that is safely stored.
-
-    Raises
-    ------
-    StoreError
-        If the database cannot be written.
-    WorkError
-        If the workers fail.
+        As `orbitdb.filling.resuming.resume` does, which says what it raises.
     """
     stadium, periods = Stadium(a), list(periods)
     parameters = {"command": "fill", "a": a, "periods": periods, "method": method}

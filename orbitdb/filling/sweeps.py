@@ -55,16 +55,12 @@ def sweep_periods(
     Yields
     ------
     Progress
-        Behind every block that is safely stored.
+        As `orbitdb.filling.resuming.resume` does, which says what it raises.
 
     Raises
     ------
     SelectionError
         If the subset cannot be swept (`orbitdb.store.asking.sweepable.why_not_swept`).
-    StoreError
-        If the database cannot be written.
-    WorkError
-        If the workers fail.
     """
     stadium, periods = Stadium(a), list(periods)
     chosen = "" if selection is None else swept_text(selection)

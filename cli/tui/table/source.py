@@ -76,7 +76,7 @@ class Pages:
 
     def position(self, word: str) -> int | None:
         """Return where a word, as a least rotation, stands."""
-        from orbitdb.store.reading.finding import position_of
+        from orbitdb.store.reading.order import position_of
 
         return position_of(self.catalogue, self.chosen, word)
 

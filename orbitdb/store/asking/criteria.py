@@ -71,23 +71,7 @@ def choose(
     not_at: float | Iterable[float] = (),
     **ranges: Bounds | None,
 ) -> Selection:
-    """Return a selection from plain values.
-
-    Parameters
-    ----------
-    a : float, optional
-        The stadium, by default 1.6.
-    p : int, (int, int), str or iterable of int, optional
-        A period, the first and the last of a range (a tuple), text such as ``2,3,5-7``, or all periods
-        one by one (a list, a range, an array).
-    status : Status, str or iterable of them, optional
-        One, or some, also in a text with commas, such as ``orbit,boundary``.
-    time_reversal, symmetry, contains, where, parameters : optional
-        As in `Selection`.
-    exists, not_at : float or iterable of float, optional
-        Where the words are orbits, and where they are none, whatever a is.
-    **ranges : (float or None, float or None)
-        Least and greatest value of one of `MEASURES`, such as ``length=(3, None)``.
+    """Return a selection from plain values, which are those of `Catalogue.select`; a is 1.6 by default.
 
     Raises
     ------

@@ -76,11 +76,11 @@ def check(where: str, parameters: Parameters) -> None:
         With the reason, in one line.
     """
     try:
-        _check_size(where, parameters)
+        check_size(where, parameters)
         plain = spelled_out(where, parameters)
-        _check_size(plain, parameters)
+        check_size(plain, parameters)
         _check_shape(meaningful(plain))
-        _check_names(meaningful(where), parameters)
+        check_names(meaningful(where), parameters)
         _compile(plain, parameters, authorize)
         _compile(f"(\n{plain}\n)", parameters, authorize)
     except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
@@ -119,14 +119,14 @@ def unfinished(where: str, reason: str) -> bool:
     return last.kind == "word" and blamed and any(n.startswith(begun) and n != begun for n in _WORDS)
 
 
-def _check_size(where: str, parameters: Parameters) -> None:
+def check_size(where: str, parameters: Parameters) -> None:
     """Refuse what is too long: the work of `instr` and the like grows with the square of it."""
     size = len(where) + sum(len(str(value)) for value in parameters.values())
     if size > LONGEST:
         raise ValueError(f"it has {size} characters with its values; {LONGEST} are allowed")
 
 
-def _check_names(found: list[Token], parameters: Parameters) -> None:
+def check_names(found: list[Token], parameters: Parameters) -> None:
     """Refuse values that no name stands for; those that lack one SQLite names."""
     used = {token.text[1:] for token in found if token.kind == "value"}
     if idle := [name for name in parameters if name not in used]:

@@ -6,7 +6,6 @@ as text, which runs none of it: the catalogue's own names must be what `orbitdb.
 whatever else there is must be plain. It takes about 0.3 ms.
 """
 
-import re
 import sqlite3
 from itertools import pairwise
 
@@ -15,9 +14,6 @@ from orbitdb.store.file.schema import TABLES, VIEWS
 from orbitdb.store.file.tokens import Token, meaningful
 
 _ACTIVE = {"CHECK", "GENERATED", "AS", "VIRTUAL", "WHERE"}
-_BARE = re.compile(r"[\w\s,()]*", re.ASCII)
-_WORD = re.compile(r"[A-Z]+")
-
 
 _OURS = {("table", name): text.split() for name, text in TABLES.items()}
 _OURS |= {("view", name): text.split() for name, text in VIEWS.items()}
@@ -78,8 +74,6 @@ def _acts(kind: str, text: str) -> bool:
     """Tell whether a part of a schema would run something of its own, though nobody asks it."""
     if kind not in ("table", "index"):
         return kind != "view"
-    if _BARE.fullmatch(text) and not (_ACTIVE | {"DEFAULT"}).intersection(_WORD.findall(text.upper())):
-        return kind == "index" and text.count("(") > 1
     found = meaningful(text)
     if any(token.keyword in _ACTIVE for token in found) or _computes(found):
         return True

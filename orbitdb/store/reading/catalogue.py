@@ -409,7 +409,8 @@ class Catalogue:
         """
         from orbitdb.store.reading import identification
 
-        identification.check_one(start, points, length)
+        if sum(each is not None for each in (start, points, length)) != 1:
+            raise InputError("identify takes exactly one of start, points and length")
         at = Stadium(self.a if a is None else a)
         if length is None:
             return identification.identify_trajectory(
@@ -629,8 +630,15 @@ class Catalogue:
             One, or some, also in a text with commas, such as ``orbit,boundary``.
         time_reversal, symmetry, contains, where, parameters : optional
             As in `Selection`.
-        length, lyapunov, lambda_d, lambda_c, margin : (float or None, float or None), optional
+        exists, not_at : float or iterable of float, optional
+            Where the words are orbits, and where they are none, whatever a is.
+        length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float or None, float or None), optional
             Least and greatest value, such as ``length=(3, None)``.
+
+        Raises
+        ------
+        SelectionError
+            If one of them cannot be used.
 
         Examples
         --------

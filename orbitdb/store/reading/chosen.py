@@ -4,7 +4,7 @@ Its size is a sum over bits, a page of it a slice of their cumulative count; ave
 its bits, and files are written class by class. Only an order of single words needs a third array.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -28,6 +28,8 @@ COUNTS = _BITS_OF.sum(axis=1, dtype=np.uint8)
 _NTH = np.argsort(1 - _BITS_OF, axis=1, kind="stable").astype(np.uint8)
 """Which bit of each byte is its first one that is set, its second one, and so on."""
 
+ALL = 0xFF
+"""The mask of a class of eight words that are all chosen."""
 
 _LEAST = 1 << 2 * BITS
 """The key of 00: no word has fewer symbols."""
@@ -97,11 +99,6 @@ class Chosen(ByValue):
         if self.rows is None:
             return np.arange(first, max(first, last))
         return self.rows[first:last].astype(np.int64)
-
-    def blocks(self, size: int) -> Iterator[Words]:
-        """Yield all words in their order, some at a time."""
-        for first in range(0, len(self), size):
-            yield self.words(first, first + size)
 
     def position(self, number: int, place: int) -> int | None:
         """Return in which row a word stands, by the id of its class and its place there; None if in none."""

@@ -13,7 +13,7 @@ from orbitdb.store.reading.chosen import Integers, Masks, orders_of
 from orbitdb.store.reading.soundness import need_words, unsound
 from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF, all_images, stabilisers_of
 from orbitdb.symbols.patterns import Pattern
-from orbitdb.symbols.symmetry import ELEMENTS, packed_images
+from orbitdb.symbols.symmetry import packed_images
 from orbitdb.symbols.words import MAX_KEYED, packed
 
 _BATCH = 1 << 14
@@ -85,15 +85,13 @@ def long_words(connection: sa.Connection, number: int) -> tuple[list[str], int]:
     p, text, symmetry = connection.execute(query).one()
     words = [text[start : start + p] for start in range(0, len(text), p)]
     need_words(words, [p] * len(words))
-    return words, _stabiliser(symmetry)
+    return words, stabiliser_of(symmetry)
 
 
-def stabilisers_of_classes(
-    connection: sa.Connection, ids: Integers, sizes: NDArray[np.int64]
-) -> NDArray[np.uint8]:
-    """Return the stabilisers of classes of some sizes; a full class has that of the identity alone."""
+def stabilisers_of_classes(connection: sa.Connection, ids: Integers, full: NDArray[np.bool_]) -> Masks:
+    """Return the stabilisers of classes; one that is known to have eight words has that of the identity."""
     found = np.ones(len(ids), dtype=np.uint8)
-    small = np.flatnonzero((sizes < len(ELEMENTS)) & (ids > 0))
+    small = np.flatnonzero(~full & (ids > 0))
     orders = orders_of(ids[small])
     for p in np.unique(orders).tolist():
         here = small[orders == p]
@@ -104,12 +102,13 @@ def stabilisers_of_classes(
         rows = connection.execute(
             sa.select(cycle.c.id, cycle.c.symmetry).where(cycle.c.id.in_(sa.select(listed)))
         )
-        known = {number: _stabiliser(symmetry) for number, symmetry in rows}
+        known = {number: stabiliser_of(symmetry) for number, symmetry in rows}
         found[here] = [known[number] for number in ids[here].tolist()]
     return found
 
 
-def _stabiliser(symmetry: str) -> int:
+def stabiliser_of(symmetry: str) -> int:
+    """Return the stabiliser that a symmetry label names."""
     if symmetry not in STABILISER_OF:
         raise unsound("a symmetry that is none:", symmetry)
     return STABILISER_OF[symmetry]

@@ -17,7 +17,7 @@ from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.orbits.shadowing import Shadow, shadows
 from orbitdb.store.file.tables import classes
 from orbitdb.symbols.words import to_strings
-from orbitdb.trajectories.traces import Trace, trace_points, trace_start
+from orbitdb.trajectories.traces import trace_points, trace_start
 
 Floats = NDArray[np.float64]
 
@@ -129,29 +129,6 @@ class Candidate:
         return self.repetitions * self.length
 
 
-def check_one(start: object, points: object, length: object) -> None:
-    """Refuse a question that does not have exactly one of the three.
-
-    Raises
-    ------
-    InputError
-        If it does not.
-    """
-    if sum(each is not None for each in (start, points, length)) != 1:
-        raise InputError("identify takes exactly one of start, points and length")
-
-
-def trace(
-    stadium: Stadium, start: Sequence[float] | None, points: Any, tolerance: float, bounces: int | None
-) -> Trace:
-    """Return the bounces of a trajectory that is given by a start or, if there is none, by points."""
-    if start is not None:
-        return trace_start(stadium, start, tolerance, bounces)
-    if bounces is not None:
-        raise InputError("a number of bounces goes with a start: points are as many as they are")
-    return trace_points(stadium, points, tolerance)
-
-
 def identify_trajectory(
     stadium: Stadium,
     find: Callable[[str], Orbit],
@@ -174,7 +151,12 @@ def identify_trajectory(
     """
     near = _measure("tolerance", NEAR if tolerance is None else tolerance, _MOST_TOLERANCE)
     most = _count(SHOWN if limit is None else limit)
-    path = trace(stadium, start, points, near, bounces)
+    if start is not None:
+        path = trace_start(stadium, start, near, bounces)
+    elif bounces is not None:
+        raise InputError("a number of bounces goes with a start: points are as many as they are")
+    else:
+        path = trace_points(stadium, points, near)
     found = shadows(stadium, path.symbols, path.points, near, whole=start is None)
     shadowed = tuple(_followed(each, path.first, find) for each in found[:most])
     sequence = to_strings(path.symbols[None])[0] if len(path) else ""

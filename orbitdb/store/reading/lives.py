@@ -245,10 +245,11 @@ def counts_at(connection: sa.Connection, a: float, p: int) -> "Tally":
     from orbitdb.orbits.tally import Tally
 
     here = change.c.cycle.between(*keys_of_period(p))
-    query = (
-        sa.select(cycle.c.id, cycle.c.class_size).join_from(change, cycle).where(here, change.c.number == 1)
-    )
-    ids, sizes = np.array(connection.execute(query).cursor.fetchall(), np.int64).reshape(-1, 2).T
+    query = sa.select(cycle.c.id, cycle.c.class_size, cycle.c.word).join_from(change, cycle)
+    rows = connection.execute(query.where(here, change.c.number == 1)).cursor.fetchall()
+    if not all(is_written(word, p) for _, _, word in rows):
+        raise unsound("a class of period", p)
+    ids, sizes = np.array([row[:2] for row in rows], np.int64).reshape(-1, 2).T
     standing = load_standings(connection, ids, here).at(a)
     classes, words = int((standing == Standing.ORBIT).sum()), sums(standing, sizes)
     orbits, boundary, unresolved = (words[each] for each in _SOLVED.values())

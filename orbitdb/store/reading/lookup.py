@@ -24,10 +24,10 @@ Lives = tuple[tuple[float, float | None], ...]
 
 _KNOWN = ("time_reversal", "symmetry", "class_size", "status", "coordinates", "solver", *NUMBERS)
 
-_FIND = f"""\
-SELECT {", ".join(_KNOWN)} FROM cycle
-JOIN orbit ON orbit.cycle = cycle.id
-JOIN stadium ON stadium.id = orbit.stadium
+_FIND = """\
+SELECT {columns} FROM cycle
+JOIN {table} AS found ON found.cycle = cycle.id
+JOIN stadium ON stadium.id = found.stadium
 WHERE cycle.p = ? AND cycle.word = ? AND stadium.a = ?"""
 
 _PARTNERS = """\
@@ -37,19 +37,14 @@ JOIN cycle ON cycle.id = other.cycle
 WHERE own.cycle = ? AND own.kind = 'born' AND other.cycle BETWEEN ? AND ?
 ORDER BY own.a, cycle.word"""
 
-_CERTIFICATE = """\
-SELECT certificate.radius, certificate.bits FROM certificate
-JOIN cycle ON cycle.id = certificate.cycle
-JOIN stadium ON stadium.id = certificate.stadium
-WHERE cycle.p = ? AND cycle.word = ? AND stadium.a = ?"""
-
 
 def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | None:
     """Return what is stored of a primitive word at one a, in the rotation asked for (`Catalogue.find`)."""
     if (pruned := pruned_word(word, a)) is not None:
         return _find_pruned(connection, pruned)
     family = symmetry.class_of(word)
-    found = connection.execute(_FIND, (len(word), family.representative, a)).fetchone()
+    query = _FIND.format(columns=", ".join(_KNOWN), table="orbit")
+    found = connection.execute(query, (len(word), family.representative, a)).fetchone()
     if found is None:
         return None
     row = dict(zip(_KNOWN, found, strict=True))
@@ -92,8 +87,10 @@ def lives_of(connection: sqlite3.Connection, representative: str) -> Lives | Non
 
 def certificate_of(connection: sqlite3.Connection, representative: str, a: float) -> tuple[float, int] | None:
     """Return the radius and the bits of the proof of a class's orbit, or None if there is none."""
-    values = (len(representative), representative, a)
-    found: tuple[float, int] | None = connection.execute(_CERTIFICATE, values).fetchone()
+    query = _FIND.format(columns="found.radius, found.bits", table="certificate")
+    found: tuple[float, int] | None = connection.execute(
+        query, (len(representative), representative, a)
+    ).fetchone()
     return found
 
 

@@ -26,8 +26,9 @@ from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tables import catalogue, classes, cycle, pruned
 from orbitdb.store.reading.chosen import Chosen, Masks
 from orbitdb.store.reading.fitting import fitting, stabilisers_of_classes
-from orbitdb.store.reading.word_order import in_order_of_words
+from orbitdb.store.reading.order import in_order_of_words
 from orbitdb.symbols.members import places_of_elements
+from orbitdb.symbols.symmetry import ELEMENTS
 
 _OF_WORDS = ("code", "word", "element")
 """Columns in which words of a class differ."""
@@ -103,7 +104,7 @@ def _places(
     connection: sa.Connection, ids: NDArray[np.int64], sizes: NDArray[np.int64], elements: Masks
 ) -> Masks:
     """Return words that are told by the elements that lead to them by their places in their classes."""
-    return places_of_elements(elements, stabilisers_of_classes(connection, ids, sizes))
+    return places_of_elements(elements, stabilisers_of_classes(connection, ids, sizes == len(ELEMENTS)))
 
 
 def _query(

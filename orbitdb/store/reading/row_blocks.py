@@ -13,10 +13,11 @@ from orbitdb.columns import kind_of
 from orbitdb.store.asking.conditions import rules_of
 from orbitdb.store.file.schema import OF_WORD, SHARED
 from orbitdb.store.file.tables import classes
-from orbitdb.store.reading.chosen import Chosen, Words, orders_of
+from orbitdb.store.reading.chosen import Chosen, orders_of
+from orbitdb.store.reading.fitting import stabiliser_of
 from orbitdb.store.reading.question import as_array, pruned_rows
 from orbitdb.store.reading.soundness import coordinates_of, need_words, unsound
-from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF
+from orbitdb.symbols.members import ELEMENT_OF
 from orbitdb.symbols.symmetry import image_coordinates
 from orbitdb.symbols.words import MAX_KEYED
 
@@ -51,25 +52,16 @@ def blocks_of(
         words = chosen.words(start, min(start + _ROWS, last))
         step = _ROWS if orders_of(words.ids).max(initial=0) <= MAX_KEYED else _LONG_ROWS
         for begin in range(0, len(words.ids), step):
-            part = Words._make(column[begin : begin + step] for column in words)
-            yield read_words(connection, chosen.selection.a, part, names)
+            here = slice(begin, begin + step)
+            ids, inverse = np.unique(words.ids[here], return_inverse=True)
+            shared = _classes(connection, chosen.selection.a, ids, names)
+            yield ColumnBlock(_Block(shared, inverse, words.places[here]).columns(names))
 
 
-def read_words(connection: sa.Connection, a: float, words: Words, names: Sequence[str]) -> ColumnBlock:
-    """Return what is known of some words at one a, by columns, as `blocks_of` does."""
-    ids, inverse = np.unique(words.ids, return_inverse=True)
-    wanted = dict.fromkeys(["p", "representative", "words", "symmetry"])
-    wanted |= dict.fromkeys(name for name in names if name in SHARED or name == COORDINATES)
-    if any(name in OF_WORD for name in names) and (ids < 0).any():
-        wanted |= {"rules": None}
-    shared = _classes(connection, a, ids, tuple(wanted))
-    return ColumnBlock(_Block(shared, inverse, words.places).columns(names))
-
-
-def _classes(
-    connection: sa.Connection, a: float, ids: NDArray[np.int64], names: tuple[str, ...]
-) -> list[Any]:
-    """Return columns of classes, or of pruned words, in the order of their ids."""
+def _classes(connection: sa.Connection, a: float, ids: NDArray[np.int64], wanted: Sequence[str]) -> list[Any]:
+    """Return columns of classes, or of pruned words, in the order of their ids: what some columns need."""
+    shared = [name for name in wanted if name in SHARED or name in (COORDINATES, "rules")]
+    names = tuple(dict.fromkeys(["p", "representative", "words", "symmetry", *shared]))
     listed = sa.func.json_each(sa.bindparam("ids")).table_valued("value").c.value
     rows: list[tuple[Any, ...]] = []
     pruned = ids[ids < 0]
@@ -131,12 +123,12 @@ class _Block:
             raise unsound("a value of a class in the column", name) from error
 
     def _rules(self) -> list[list[int]]:
-        known = [rules_of(text) for text in self.shared.get("rules", ())]
-        return [known[row] for row in self.rows] if known else [[]] * len(self.rows)
+        known = [rules_of(text) for text in self.shared["rules"]]
+        return [known[row] for row in self.rows]
 
     def _elements(self) -> list[int | None]:
         known = [
-            None if label is None else ELEMENT_OF[_stabiliser(label)].tolist()
+            None if label is None else ELEMENT_OF[stabiliser_of(label)].tolist()
             for label in self.shared["symmetry"]
         ]
         pairs = zip(self.rows, self.places, strict=True)
@@ -165,9 +157,3 @@ class _Block:
         present = np.array([each is not None for each in found], np.bool_)
         values = np.concatenate([np.zeros(0), *(each for each in found if each is not None)])
         return Lists(values, lengths, present)
-
-
-def _stabiliser(label: str) -> int:
-    if label not in STABILISER_OF:
-        raise unsound("a symmetry that is none:", label)
-    return STABILISER_OF[label]

@@ -22,6 +22,7 @@ _SOLVERS = {"newton", "relaxation"}
 _WORD = re.compile("[0-5]+")
 _SHOWN = 40
 _FAR = 1e7
+"""Above all coordinates in any stadium."""
 
 
 def unsound(what: str, value: object) -> StoreError:
@@ -121,11 +122,6 @@ def coordinates_of(blobs: Sequence[bytes], p: int) -> NDArray[np.float64]:
         if len(blob) != 8 * p:
             raise unsound(f"coordinates of {p} bounces in bytes:", len(blob))
     places = np.frombuffer(b"".join(blobs), dtype="<f8").reshape(-1, p)
-    if not are_places(places):
+    if not (np.abs(places) < _FAR).all():
         raise unsound("coordinates that no stadium has, of orbits of period", p)
     return places
-
-
-def are_places(coordinates: NDArray[np.float64]) -> bool:
-    """Tell whether coordinates could be in some stadium of `orbitdb.billiard.stadium`."""
-    return bool((np.abs(coordinates) < _FAR).all())

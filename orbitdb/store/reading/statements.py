@@ -44,8 +44,8 @@ def run_statement(
     SelectionError
         If it is not one SELECT, reads something else, names two columns alike, or takes too long.
     """
-    _check(statement, parameters)
     try:
+        _check(statement, parameters)
         plain = spelled_out(statement, parameters)
     except ValueError as error:
         raise free.refusal(statement, str(error), "sql") from error
@@ -77,18 +77,12 @@ def _legible(value: Any) -> Any:
 def _check(statement: str, parameters: free.Parameters) -> None:
     """Refuse what could grow without end before SQLite runs any of it, and values that have no name."""
     found = meaningful(statement)
-    size = len(statement) + sum(len(str(value)) for value in parameters.values())
-    message = ""
     if not found or found[0].keyword != "SELECT":
-        message = "write one SELECT"
-    elif size > free.LONGEST:
-        message = f"it has {size} characters with its values; {free.LONGEST} are allowed"
-    elif any(token.keyword == "WITH" for token in found):
-        message = "WITH may not be used"
-    elif idle := [name for name in parameters if name not in free.names_in(statement)]:
-        message = f"it has no :{', :'.join(idle)}: leave out what is given for it"
-    if message:
-        raise free.refusal(statement, message, "sql")
+        raise ValueError("write one SELECT")
+    free.check_size(statement, parameters)
+    if any(token.keyword == "WITH" for token in found):
+        raise ValueError("WITH may not be used")
+    free.check_names(found, parameters)
 
 
 def _answering(connection: sa.Connection, statement: str, patience: Patience) -> AbstractContextManager[None]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_blocks import Lists
+from orbitdb.column_blocks import Column, Lists
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
@@ -237,7 +237,7 @@ class Subset(ByValue):
         ModuleNotFoundError
             If pandas is not installed (extra ``pandas``).
         """
-        frame = subset_tables.to_pandas(self._columns(), self._lists(), self.representative == "")
+        frame = subset_tables.to_pandas(self._columns())
         frame.attrs |= {"selection": self.selection.describe()}
         return frame
 
@@ -250,7 +250,7 @@ class Subset(ByValue):
             If pyarrow is not installed (extra ``parquet``).
         """
         notes = {"selection": self.selection.describe(), "a": self.selection.a}
-        return subset_tables.to_arrow(self._columns(), self._lists(), self.representative == "", notes)
+        return subset_tables.to_arrow(self._columns(), notes)
 
     def entropy(self) -> "Result":
         """Return the topological entropy of the orbits among these, by period (`Catalogue.entropy`)."""
@@ -344,13 +344,22 @@ class Subset(ByValue):
                 shown[place] = replace(orbit, coordinates=solved.coordinates)
         return subset_tables.to_html(repr(self).strip("<>"), shown, len(self))
 
-    def _columns(self) -> dict[str, NDArray[Any]]:
-        """Return the columns of one entry a row by their names in the catalogue."""
-        texts = {"code": self.words, "a": np.full(len(self), self.selection.a)}
-        return texts | {name: getattr(self, name) for name in _TOLD}
-
-    def _lists(self) -> subset_tables.Lists:
-        return None if self.coordinates is None else (self.coordinates, self.start)
+    def _columns(self) -> dict[str, Column]:
+        """Return the columns by their names in the catalogue, None where the class of a row is not known."""
+        missing = (self.representative == "").tolist()
+        columns: dict[str, Column] = {"code": self.words.tolist(), "a": np.full(len(self), self.selection.a)}
+        for name in _TOLD:
+            values, kind = getattr(self, name), kind_of(name)
+            if kind == "text":
+                columns[name] = [text or None for text in values.tolist()]
+            elif kind == "integer" and name != "p":
+                columns[name] = [None if no else n for n, no in zip(values.tolist(), missing, strict=True)]
+            else:
+                columns[name] = values
+        if self.coordinates is not None:
+            first = self.coordinates[self.start[:-1]]
+            columns[COORDINATES] = Lists(self.coordinates, self.p, ~np.isnan(first))
+        return columns
 
 
 _TOLD = ("representative", "p", "status", "length", "lyapunov", "lambda_d", "lambda_c", "time_reversal",

@@ -1,15 +1,15 @@
 """A subset as a table: a data frame of pandas, a table of Arrow, HTML with pictures for notebooks."""
 
-import json
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.column_blocks import Column, Lists
 from orbitdb.columns import kind_of
+from orbitdb.export import arrow_batch, arrow_schema
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.svg import small_svg
@@ -27,71 +27,34 @@ _NUMBERS = {"p", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class"}
 _SIDES = ["right" if heading in _NUMBERS else "left" for heading in _HEADINGS]
 """Said cell by cell, for notebooks would align all to the right."""
 
-Columns = Mapping[str, NDArray[Any]]
-"""Arrays of one entry a row, by the names of the columns."""
-
-Lists = tuple[NDArray[np.float64], NDArray[np.int64]] | None
-"""The coordinates of all rows one behind the other, and where each begins and the last one ends."""
+Columns = Mapping[str, Column]
+"""Columns of rows by their names; None, or NaN, where a row has no value."""
 
 
-def to_pandas(columns: Columns, coordinates: Lists, missing: NDArray[np.bool_]) -> "pandas.DataFrame":
+def to_pandas(columns: Columns) -> "pandas.DataFrame":
     """Return a data frame; texts and integers that a row does not have are missing, numbers NaN.
 
-    Parameters
-    ----------
-    columns : mapping of str to ndarray, shape (N,)
-    coordinates : pair of ndarray, or None
-        In the frame an array a row; None where a row has none.
-    missing : ndarray of bool, shape (N,)
-        Where the class of a row, and with it all that belongs to the class, is not known.
+    Coordinates are an array a row, None where a row has none.
     """
     pandas = load("pandas", "to_pandas()", "pandas")
     table: dict[str, Any] = {}
     for name, values in columns.items():
-        kind = kind_of(name)
-        if kind == "text":
-            table[name] = pandas.array([text or None for text in values.tolist()], dtype="string")
-        elif kind == "integer" and name != "p":
-            table[name] = pandas.arrays.IntegerArray(values.astype(np.int64), missing.copy())
-        else:
+        if isinstance(values, Lists):
+            parts = np.split(values.values, np.cumsum(values.lengths)[:-1]) if len(values) else []
+            known = [part if whole else None for part, whole in zip(parts, values.present, strict=True)]
+            table[name] = pandas.Series(known, dtype=object)
+        elif isinstance(values, np.ndarray):
             table[name] = values
-    if coordinates is not None:
-        table["coordinates"] = pandas.Series(_parts(*coordinates), dtype=object)
+        else:
+            table[name] = pandas.array(values, "string" if kind_of(name) == "text" else "Int64")
     return pandas.DataFrame(table)
 
 
-def to_arrow(
-    columns: Columns, coordinates: Lists, missing: NDArray[np.bool_], notes: Mapping[str, Any]
-) -> "pyarrow.Table":
-    """Return an Arrow table with the types that an exported parquet file has; what is missing is null.
-
-    Parameters
-    ----------
-    columns, coordinates, missing
-        As in `to_pandas`.
-    notes : mapping
-        What the schema's metadata say, each as JSON.
-    """
+def to_arrow(columns: Columns, notes: Mapping[str, Any]) -> "pyarrow.Table":
+    """Return an Arrow table as an exported parquet file has it; what is missing is null."""
     pa = load("pyarrow", "to_arrow()", "parquet")
-    arrays: dict[str, Any] = {}
-    for name, values in columns.items():
-        kind = kind_of(name)
-        if kind == "text":
-            arrays[name] = pa.array([text or None for text in values.tolist()], pa.string())
-        elif kind == "integer":
-            arrays[name] = pa.array(values, pa.int64(), mask=None if name == "p" else missing)
-        else:
-            arrays[name] = pa.array(values, pa.float64(), from_pandas=True)
-    if coordinates is not None:
-        arrays["coordinates"] = pa.array(_parts(*coordinates), pa.list_(pa.float64()))
-    table = pa.table(arrays)
-    return table.replace_schema_metadata({name: json.dumps(value) for name, value in notes.items()})
-
-
-def _parts(flat: NDArray[np.float64], start: NDArray[np.int64]) -> list[NDArray[np.float64] | None]:
-    """Return the coordinates row by row, None where there are none."""
-    parts = np.split(flat, start[1:-1]) if len(start) > 1 else []
-    return [None if np.isnan(part[0]) else part for part in parts]
+    schema = arrow_schema(tuple(columns), notes)
+    return pa.Table.from_batches([arrow_batch(list(columns.values()), schema)])
 
 
 def to_html(title: str, orbits: Sequence[Orbit], total: int) -> str:

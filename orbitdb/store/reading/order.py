@@ -1,19 +1,29 @@
-"""Orders of single words: by their text, or by the element that leads to them."""
+"""Orders of single words, by their text or by the element that leads to them, and where words stand."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.store.reading.chosen import COUNTS, Chosen, orders_of
-from orbitdb.store.reading.fitting import long_words, stabilisers_of_classes
-from orbitdb.symbols.members import ELEMENT_OF, packed_members
-from orbitdb.symbols.symmetry import ELEMENTS
-from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
+from orbitdb.store.asking.confinement import never
+from orbitdb.store.file.schema import LONG
+from orbitdb.store.file.tables import cycle, pruned
+from orbitdb.store.reading.chosen import ALL, COUNTS, Chosen, Integers, orders_of
+from orbitdb.store.reading.fitting import fitting, long_words, stabilisers_of_classes
+from orbitdb.symbols.members import ELEMENT_OF, packed_members, places_of_elements
+from orbitdb.symbols.patterns import Like
+from orbitdb.symbols.pruning import rules_of
+from orbitdb.symbols.symmetry import ELEMENTS, class_of, members
+from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, key, pack, packed
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.lives import Standings
 
 _TEXTS = ("code", "word")
-_HEAD = 2
+_HEAD = 3
 """First symbols of words that are sorted together, so that the order of all is never there at once."""
 
 Texts = NDArray[np.int64]
@@ -36,7 +46,7 @@ def in_order_of_words(
     first, falling = next(iter(keys.items()))
     texts, later = _texts(connection, chosen)
     if first in _TEXTS and not len(later):
-        return _by_text(np.negative(texts, out=texts) if falling else texts)
+        return _by_text(texts)[:: -1 if falling else 1]
     arrays: list[NDArray[np.int64]] = []
     counts = chosen.counts
     for name, falls in keys.items():
@@ -62,7 +72,8 @@ def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
 
 def _by_text(texts: Texts) -> NDArray[np.uint32]:
     """Return the order of words by their texts, a piece at a time."""
-    heads = (texts >> BITS * (MAX_KEYED - _HEAD)).astype(np.int16)
+    heads = np.empty(len(texts), dtype=np.int16)
+    np.right_shift(texts, BITS * (MAX_KEYED - _HEAD), out=heads, casting="unsafe")
     order = np.empty(len(texts), dtype=np.uint32)
     done = 0
     for head in np.unique(heads).tolist():
@@ -91,7 +102,7 @@ def _texts(connection: sa.Connection, chosen: Chosen) -> tuple[Texts, NDArray[np
             texts[done:] = [_text(word) for word in words]
             later[done:] = [ranks[word] for word in words]
             continue
-        stabilisers = stabilisers_of_chosen(connection, chosen, of_order)
+        stabilisers = stabilisers_of_classes(connection, ids, masks == ALL)
         for codes in packed_members(packed(np.abs(ids), p), p, masks, stabilisers):
             texts[done : done + len(codes)] = _raised(codes, p)
             done += len(codes)
@@ -114,17 +125,77 @@ def _long_words(connection: sa.Connection, ids: NDArray[np.int64], masks: NDArra
     return found
 
 
-def stabilisers_of_chosen(
-    connection: sa.Connection, chosen: Chosen, rows: NDArray[np.intp]
-) -> NDArray[np.uint8]:
-    """Return the stabilisers of some classes; of a class of which all eight words are chosen it is plain."""
-    sizes = np.where(chosen.masks[rows] == 0xFF, 8, 1)
-    return stabilisers_of_classes(connection, chosen.ids[rows], sizes)
-
-
 def _elements(connection: sa.Connection, chosen: Chosen, falling: bool) -> NDArray[np.int64]:
     """Return what sorts words by the elements that lead to them; pruned words, of none, come last."""
-    stabilisers = stabilisers_of_chosen(connection, chosen, np.arange(len(chosen.ids)))
+    stabilisers = stabilisers_of_classes(connection, chosen.ids, chosen.masks == ALL)
     words = chosen.words()
     elements = ELEMENT_OF[np.repeat(stabilisers, COUNTS[chosen.masks]), words.places].astype(np.int64)
     return np.where(words.ids < 0, len(ELEMENTS), -elements if falling else elements)
+
+
+def position_of(catalogue: "Catalogue", chosen: Chosen, word: str) -> int | None:
+    """Return in which row a word, a least rotation, stands; None if in none."""
+    if len(word) > MAX_KEYED:
+        return _position_of_long(catalogue, chosen, word) if (np.abs(chosen.ids) >= LONG).any() else None
+    if rules_of(word):
+        return chosen.position(-key(word), 0)
+    least = class_of(word).representative
+    return chosen.position(key(least), list(members(least)).index(word))
+
+
+def _position_of_long(catalogue: "Catalogue", chosen: Chosen, word: str) -> int | None:
+    p = len(word)
+    known = sa.select(cycle.c.id, cycle.c.words).where(cycle.c.id >= LONG, cycle.c.p == p)
+    queries = (
+        known.where(sa.func.instr(cycle.c.words, word) > 0),
+        sa.select(pruned.c.id, pruned.c.word).where(pruned.c.p == p, pruned.c.word == word),
+    )
+    with catalogue.reading() as connection:
+        for number, words in (row for query in queries for row in connection.execute(query)):
+            for place in range(len(words) // p):
+                if words.startswith(word, place * p):
+                    return chosen.position(number, place)
+    return None
+
+
+def periods_of(connection: sa.Connection, ids: Integers) -> Integers:
+    """Return the periods of classes and pruned words, shape (C,)."""
+    found = orders_of(ids)
+    if (found > MAX_KEYED).any():
+        rows = connection.execute(
+            sa.select(cycle.c.id, cycle.c.p)
+            .where(cycle.c.id >= LONG)
+            .union_all(sa.select(pruned.c.id, pruned.c.p).where(pruned.c.id <= -LONG))
+        )
+        known = {row.id: row.p for row in rows}
+        for place in np.flatnonzero(found > MAX_KEYED).tolist():
+            found[place] = known[int(ids[place])]
+    return found
+
+
+def periods_without(connection: sa.Connection, ids: Integers, standings: "Standings") -> list[int]:
+    """Return the periods of classes of which no births are stored."""
+    return np.unique(periods_of(connection, ids[standings.places == len(standings.cycles)])).tolist()
+
+
+def first_of_period(catalogue: "Catalogue", chosen: Chosen, p: int) -> int | None:
+    """Return the first row of a period; None if there is none."""
+    with catalogue.reading() as connection:
+        here = periods_of(connection, chosen.ids) == p
+    return chosen.first(np.where(here, 0xFF, 0).astype(np.uint8))
+
+
+def first_beginning(
+    catalogue: "Catalogue", chosen: Chosen, code: str, cancelled: Callable[[], bool] = never
+) -> int | None:
+    """Return the first row whose code begins with some symbols; None if there is none.
+
+    Raises
+    ------
+    CancelledError
+        If nobody waits any more.
+    """
+    with catalogue.reading() as connection:
+        elements = fitting(connection, chosen.ids, (Like(f"{code}%", True),), cancelled)
+        stabilisers = stabilisers_of_classes(connection, chosen.ids, chosen.masks == ALL)
+    return chosen.first(places_of_elements(elements, stabilisers))
