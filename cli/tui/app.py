@@ -246,7 +246,7 @@ class BrowseApp(App[None]):
         if self.leaving:
             return
         self._main.follow_fill(state)
-        rest = max(_SECONDS_BETWEEN_LOOKS, _RESTS * self._main.seconds_of_reading)
+        rest = max(_SECONDS_BETWEEN_LOOKS, _RESTS * self._main.rows.seconds_of_reading)
         if not state.runs or now - self._shown_at > rest:
             self._shown_at = now
             self._main.refresh_catalogue()

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from textual import work
+from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import Static
 
@@ -16,10 +17,12 @@ from orbitdb.cli.tui.dialogs.filling import FillState
 from orbitdb.cli.tui.dialogs.filter import FilterDialog
 from orbitdb.cli.tui.dialogs.half_length import HalfLengthDialog
 from orbitdb.cli.tui.dialogs.status import StatusDialog, Statuses
-from orbitdb.cli.tui.keeping_screen import KeepingScreen
+from orbitdb.cli.tui.keeping import Keeping
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.orbit.facts import FactsPanel
-from orbitdb.cli.tui.table.columns import EVERY
+from orbitdb.cli.tui.panels import Panels
+from orbitdb.cli.tui.screens import Failed
+from orbitdb.cli.tui.table.columns import EVERY, chosen
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.errors import InputError, StoreError
@@ -39,7 +42,7 @@ _ELEMENTS = {REVERSE: "time reverse", MIRROR_X: "mirror image left to right",
              MIRROR_Y: "mirror image upside down"}  # fmt: skip
 
 
-class MainScreen(KeepingScreen):
+class MainScreen(Panels):
     """Look at orbits and choose them."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -74,6 +77,12 @@ class MainScreen(KeepingScreen):
         Binding("m", "compare", "compare in phase space, or not", show=False),
         Binding("M", "compare_none", "compare none", show=False),
         Binding("escape", "back", "back to the row", show=False),
+        Binding("C", "columns", "columns", show=False),
+        Binding("asterisk", "mark", "mark the orbit, or unmark it", show=False, key_display="*"),
+        Binding("apostrophe", "marked", "marked orbits only", show=False, key_display="'"),
+        Binding("F", "filters", "filters kept by name", show=False),
+        *(Binding(digit, f"jump('{digit}')", show=False) for digit in "0123456789"),
+        Binding("backspace", "jump_back", show=False),
     ]
 
     def __init__(self, selection: Selection, code: str | None = None) -> None:
@@ -81,8 +90,30 @@ class MainScreen(KeepingScreen):
         self._history: list[str] = [selection.where] if selection.where else []
         self._codes: list[str] = []
         self._values = dict(selection.parameters)
+        self.keeping = Keeping(self)
 
-    # moving in the class
+    def compose(self) -> ComposeResult:
+        """Lay out the panels, with the columns and marks that were kept."""
+        state = self.keeping.load()
+        self.set_reactive(Panels.columns, chosen(state.columns))
+        self.set_reactive(Panels.marked, frozenset(state.marked))
+        yield from super().compose()
+
+    # moving
+
+    def action_jump(self, digit: str) -> None:
+        """Go to a period, or to a code, by digits that are typed one after the other."""
+        self.rows.jumping.type(digit)
+
+    def action_jump_back(self) -> None:
+        """Take the last digit back."""
+        self.rows.jumping.take_back()
+
+    def action_follow(self, up: bool) -> None:
+        """Follow the orbit to a greater or smaller a, past its births and deaths."""
+        self.catch_up()
+        if self.orbit is not None:
+            self.following.step(up)
 
     def action_move_in_class(self, element: int) -> None:
         """Show the image of the orbit under a mirror or time reversal."""
@@ -93,7 +124,7 @@ class MainScreen(KeepingScreen):
         same = least_rotation(word) == least_rotation(self.orbit.code)
         name = _ELEMENTS[element]
         told = f"its own {name}" if same else f"{name} of {self.orbit.code[:20]}"
-        self.go_to(self.browser.find_at(word, self.orbit.a, self.orbit.exists))
+        self.search.go_to(self.browser.find_at(word, self.orbit.a, self.orbit.exists))
         self.query_one(FactsPanel).border_title = told
 
     def action_code(self) -> None:
@@ -102,7 +133,7 @@ class MainScreen(KeepingScreen):
         def take(code: str | None) -> None:
             if code:
                 self._codes.append(code)
-                self.ask_for(code)
+                self.search.ask_for(code)
 
         self.app.push_screen(
             LineDialog("code, in any rotation", "", "1232131 or 1^20(02)^5 3", _check_code, self._codes), take
@@ -112,15 +143,15 @@ class MainScreen(KeepingScreen):
 
     def action_filter(self) -> None:
         """Edit the filter; the rows follow as it is typed, and come back if it is left."""
-        row, before = self.query_one(PagedTable).row, self.selection.where
-        word = row[0] if row and self.query_one(PagedTable).cursor else None
+        row, before = self.rows.table.row, self.selection.where
+        word = row[0] if row and self.rows.table.cursor else None
 
         def attempt(where: str | None) -> None:
             if (where or None) != self.selection.where:
-                self._wanted = word
+                self.wanted = word
                 self.selection = self._filtered(where or None)
-            else:
-                self.go_on_reading()
+            elif self.rows.stopped:  # read it after all
+                self.read()
 
         def take(where: str | None) -> None:
             attempt(before if where is None else where)
@@ -128,7 +159,7 @@ class MainScreen(KeepingScreen):
                 self._history.append(where)
 
         dialog = FilterDialog(
-            before or "", self._check_filter, self.stop_reading, attempt, self, self._history
+            before or "", self._check_filter, self.rows.stop_reading, attempt, self.rows, self._history
         )
         self.app.push_screen(dialog, take)
 
@@ -194,6 +225,26 @@ class MainScreen(KeepingScreen):
         """Sort by the column; again, the other way round."""
         self._sort_by(message.column)
 
+    # keeping
+
+    def action_columns(self) -> None:
+        """Choose the columns of the table."""
+        self.keeping.ask_for_columns()
+
+    def action_mark(self) -> None:
+        """Mark the orbit, or unmark it."""
+        self.catch_up()
+        if self.orbit is not None:
+            self.keeping.mark(self.orbit)
+
+    def action_marked(self) -> None:
+        """Show the marked orbits only, or what was shown before."""
+        self.keeping.show_marked()
+
+    def action_filters(self) -> None:
+        """Take a filter that was kept, or keep the present one."""
+        self.keeping.ask_for_filter()
+
     # looking
 
     def action_view(self) -> None:
@@ -256,7 +307,7 @@ class MainScreen(KeepingScreen):
 
     def go_along(self, a: float) -> None:
         """Look at the stadium that is being filled, if there is nothing at the one that is shown."""
-        if not self.periods and not len(self.query_one(PagedTable).source):
+        if not self.periods and not len(self.rows.table.source):
             self.selection = replace(self.selection, a=a)
 
     def follow_fill(self, state: FillState) -> None:
@@ -314,7 +365,7 @@ class MainScreen(KeepingScreen):
         except CancelledError:
             return
         except (InputError, StoreError, OSError) as error:
-            self.post_message(self.Failed(str(error)))
+            self.post_message(Failed(str(error)))
             return
         self.browser.tell(told)
 

@@ -8,16 +8,16 @@ from screens import drive, press, screen_lines, settle, shown, table_of
 from textual import events
 from textual.widgets import Input
 
-from orbitdb.cli.tui import choices, jumping_screen, keys
+from orbitdb.cli.tui import choices, keys
 from orbitdb.cli.tui.dialogs.basic import LineDialog, QuestionDialog
 from orbitdb.cli.tui.dialogs.filling import FillState, Wish, cost_of, work
-from orbitdb.cli.tui.following_screen import _lacking
 from orbitdb.cli.tui.keys import columns_for, groups_for
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, folded, lines_of
-from orbitdb.cli.tui.table import source
+from orbitdb.cli.tui.table import jumping, source
 from orbitdb.cli.tui.table.columns import USUAL, Column
+from orbitdb.cli.tui.table.following import _lacking
 from orbitdb.cli.tui.table.paged_table import PagedTable, _fitting
 from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.columns import IN_CATALOGUE
@@ -178,7 +178,7 @@ def test_keys_of_the_main_screen(varied, tmp_path, monkeypatch):
         main.selection = Selection()
         await settle(pilot)
         assert main.sub_title == Selection().describe()
-        assert main.report == f"{len(table.source):,} of {app.catalogue.count(Selection()):,} sequences"
+        assert main.rows.report == f"{len(table.source):,} of {app.catalogue.count(Selection()):,} sequences"
 
     async def sorting(app, pilot):
         main, table = app.screen, table_of(app)
@@ -204,9 +204,9 @@ def test_keys_of_the_main_screen(varied, tmp_path, monkeypatch):
         assert table.cursor == table.size.height - 2
         assert main.orbit.code == words[table.cursor]
         await hurry(pilot, "G", "k", "pageup", "0", "1", "3", "2")  # 0132, in any rotation
-        assert (table.row[0], main.position_note) == ("0132", "code 0132")
+        assert (table.row[0], main.rows.jumping.note) == ("0132", "code 0132")
         await hurry(pilot, "backspace")
-        assert (table.row[0], main.position_note) == ("013", "code 013")
+        assert (table.row[0], main.rows.jumping.note) == ("013", "code 013")
         await hurry(pilot, "2")
         seen = [main.orbit.code]
         for key, element in (("T", REVERSE), ("X", MIRROR_X), ("Y", MIRROR_Y)):
@@ -304,7 +304,7 @@ def test_keys_of_the_main_screen(varied, tmp_path, monkeypatch):
         assert seen == [(text, len(text)) for text in lines]
         await press(pilot, "escape")
 
-    monkeypatch.setattr(jumping_screen, "PAUSE", float("inf"))
+    monkeypatch.setattr(jumping, "PAUSE", float("inf"))
     path = tmp_path / "orbits.db"
     path.write_bytes(varied.read_bytes())
 
