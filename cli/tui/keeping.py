@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from orbitdb.cli.render import code_text
 from orbitdb.cli.tui.dialogs.basic import LineDialog
-from orbitdb.cli.tui.dialogs.columns import ColumnDialog, Names
 from orbitdb.cli.tui.dialogs.filters import KEEP, FiltersDialog
+from orbitdb.cli.tui.dialogs.marks import ColumnDialog, Names
 from orbitdb.cli.tui.kept import State, among_marked, criteria_of, selection_of, toggled
 from orbitdb.cli.tui.table.columns import chosen
 from orbitdb.errors import InputError
@@ -65,6 +65,7 @@ class Keeping:
 
         def take(names: Names | None) -> None:
             if names is not None:
+                names = ("code", *names)
                 self._change(partial(replace, columns=names))
                 self._screen.rows.table.first_column = 1
                 self._screen.columns = chosen(names)

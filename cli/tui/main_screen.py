@@ -16,7 +16,7 @@ from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.filling import FillState
 from orbitdb.cli.tui.dialogs.filter import FilterDialog
 from orbitdb.cli.tui.dialogs.half_length import HalfLengthDialog
-from orbitdb.cli.tui.dialogs.status import StatusDialog, Statuses
+from orbitdb.cli.tui.dialogs.marks import MarksDialog, Names
 from orbitdb.cli.tui.keeping import Keeping
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.orbit.facts import FactsPanel
@@ -26,7 +26,7 @@ from orbitdb.cli.tui.table.columns import EVERY, chosen
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.errors import InputError, StoreError
-from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.codes import hint
 from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.expressions import names_in
@@ -181,11 +181,13 @@ class MainScreen(Panels):
     def action_statuses(self) -> None:
         """Pick statuses from a list."""
 
-        def take(statuses: Statuses | None) -> None:
+        def take(statuses: Names | None) -> None:
             if statuses is not None:
-                self.selection = replace(self.selection, statuses=statuses)
+                self.selection = replace(self.selection, statuses=tuple(map(Status, statuses)))
 
-        self.app.push_screen(StatusDialog(self.selection.statuses), take)
+        hint = "space marks, enter takes; none marked: every status"
+        texts = {status.value: status.sentence for status in choices.SHOWN}
+        self.app.push_screen(MarksDialog("statuses", hint, texts, self.selection.statuses), take)
 
     def action_reversal(self) -> None:
         """Choose self-retracing orbits, the others, or all."""

@@ -1,6 +1,6 @@
 """The panels of the main screen: the chosen subset as a table, and the orbit under the cursor."""
 
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
@@ -8,7 +8,6 @@ from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
 
 from orbitdb.cli.tui import choices
-from orbitdb.cli.tui.browser import Browser
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.orbit.facts import Certificate, FactsPanel
 from orbitdb.cli.tui.screens import Failed, OwnScreen
@@ -23,6 +22,9 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.soundness import need_words
 from orbitdb.symbols.words import least_rotation
+
+if TYPE_CHECKING:
+    from orbitdb.cli.tui.app import BrowseApp
 
 GREETING = """\
 [b]Nothing is stored here yet.[/b]
@@ -75,9 +77,9 @@ class Panels(OwnScreen[None]):
         self.search = WordSearch(self)
 
     @property
-    def browser(self) -> Browser:
+    def browser(self) -> "BrowseApp":
         """The application, which holds the catalogue."""
-        return cast(Browser, self.app)
+        return cast("BrowseApp", self.app)
 
     @property
     def rows(self) -> RowsPanel:

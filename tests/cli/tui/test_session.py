@@ -121,7 +121,9 @@ def test_what_keys_do_stands_behind_their_names():
 
 
 def test_columns_are_shown_up_to_the_first_that_has_no_room():
-    wide, wider, narrow = (Column(name, name, width) for name, width in (("a", 5), ("b", 20), ("c", 2)))
+    wide, wider, narrow = (
+        Column(name, name, width, False, "") for name, width in (("a", 5), ("b", 20), ("c", 2))
+    )
     assert _fitting([wide, narrow], 9) == [wide, narrow]
     assert _fitting([wide, narrow], 8) == [wide]
     assert _fitting([wide, wider, narrow], 10) == [wide]
