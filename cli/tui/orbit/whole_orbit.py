@@ -59,7 +59,7 @@ def whole_lines(orbit: Orbit, certificate: Certificate, partners: Partners, widt
 
 def _life(orbit: Orbit, partners: Partners, width: int) -> list[Line]:
     """Return a bar over ln a, and the births and deaths with what is known of them."""
-    from orbitdb.orbits.closed_forms import closed_form
+    from orbitdb.orbits.births.closed_forms import closed_form
 
     if not orbit.exists:
         return []

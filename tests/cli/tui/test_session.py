@@ -22,7 +22,7 @@ from orbitdb.cli.tui.table.paged_table import PagedTable, _fitting
 from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.filling.single_word import fill_word
-from orbitdb.orbits.lives import solve_word
+from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
