@@ -93,7 +93,7 @@ def meant(path: Path, a: float | None) -> float:
     """Return the a that is meant where a single word is asked for, in a catalogue or without one."""
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.file.database import check_file
-    from orbitdb.store.reading.one_word import a_meant
+    from orbitdb.store.reading.lookup import a_meant
 
     if a is not None:
         return Stadium(a).a

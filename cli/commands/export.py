@@ -112,7 +112,7 @@ def export(
     with reading_all(db, a, choice) as (catalogue, stadiums):
         for chosen in stadiums:
             note_gaps(catalogue, chosen, names=names, order=order)
-        by_columns = kind not in files.TEXT_WRITERS and not (bounces or mark_words or len(stadiums) > 1)
+        by_columns = kind != "jsonl" and not (bounces or mark_words or len(stadiums) > 1)
         read = _reading(catalogue, order, by_columns)
         shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
         rows: Iterator[Any] = in_order(read, stadiums, (*names, *shown_last), order, limit)

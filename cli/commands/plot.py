@@ -189,7 +189,7 @@ def _followed(code: str) -> "Orbit":
     """
     from orbitdb.cli.arguments import primitive
     from orbitdb.orbits.newton import solve_word
-    from orbitdb.store.reading.one_word import with_existence
+    from orbitdb.store.reading.lookup import with_existence
 
     found = with_existence(solve_word(primitive(code), USUAL_A))
     if found.exists is None:
@@ -209,7 +209,7 @@ def _orbit(code: str, a: float | None, db: Path | None) -> "Orbit":
     """
     from orbitdb.cli.arguments import primitive
     from orbitdb.store.file.database import check_file, default_path
-    from orbitdb.store.reading.one_word import find_or_solve
+    from orbitdb.store.reading.lookup import find_or_solve
     from orbitdb.symbols.words import parse, primitive_root
 
     path = db or default_path()

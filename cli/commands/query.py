@@ -153,7 +153,7 @@ def _show_words(
     codes: list[str], a: list[str] | None, db: Path | None, columns: str | None, form: Format, mark: bool
 ) -> None:
     from orbitdb.cli.orbit_facts import facts, write_bounces
-    from orbitdb.store.reading.one_word import born_with
+    from orbitdb.store.reading.lookup import born_with
 
     in_rows = form in (Format.MARKDOWN, Format.LATEX) or (form is Format.TABLE and several(a))
     keys = _keys(columns, TABLE_COLUMNS if in_rows else WORD_KEYS, codes, a)
@@ -201,7 +201,7 @@ def _show_bounces(
 def _find(codes: list[str], a: list[str] | None, db: Path | None) -> tuple[list["Orbit"], Path | None]:
     """Return what becomes of words at every a, and the catalogue that was asked, if there is one."""
     from orbitdb.store.file.database import check_file, default_path
-    from orbitdb.store.reading.one_word import find_or_solve
+    from orbitdb.store.reading.lookup import find_or_solve
     from orbitdb.symbols.words import parse
 
     path = db or default_path()
@@ -222,7 +222,7 @@ def _keys(
     text: str | None, otherwise: tuple[str, ...], codes: list[str], a: list[str] | None
 ) -> tuple[str, ...]:
     """Read the names of what is known of a word, stored or not."""
-    from orbitdb.store.asking.names import parse_names
+    from orbitdb.store.asking.parsing import parse_names
 
     if text is not None and codes:
         _refuse_of_rows([name.strip() for name in text.split(",")], codes[0], a)
@@ -246,7 +246,7 @@ def _refuse_of_rows(names: Sequence[str], code: str, a: list[str] | None) -> Non
 
 def _with_lives(found: list["Orbit"]) -> list["Orbit"]:
     """Return words with from where to where in a they are orbits, each followed once at most."""
-    from orbitdb.store.reading.one_word import with_existence
+    from orbitdb.store.reading.lookup import with_existence
 
     known: dict[str, Any] = {}
     for place, orbit in enumerate(found):

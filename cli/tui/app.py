@@ -155,7 +155,7 @@ class BrowseApp(App[None]):
     def follow(self, orbit: Orbit, steps: Sequence[bool], home: float) -> Orbit:
         """Return what becomes of an orbit some steps up or down in a, with its lives; ``home`` is a stop."""
         from orbitdb.cli.tui.orbit.lives import next_a
-        from orbitdb.store.reading.one_word import with_existence
+        from orbitdb.store.reading.lookup import with_existence
 
         if not steps:
             return orbit

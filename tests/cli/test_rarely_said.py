@@ -20,7 +20,7 @@ from orbitdb.filling.births import fill_births
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.writing.enclosures import keep_bounds
+from orbitdb.store.writing.records import keep_bounds
 from orbitdb.store.writing.writer import Writer
 from orbitdb.verification import recomputation
 

@@ -115,53 +115,12 @@ def test_words_are_chosen_by_their_lives(born):
     assert catalogue.select(p=8).unfilled is None
 
 
-def test_births_and_deaths_of_classes_are_those_of_their_rows(born):
-    """Orders and counts take them from the classes; deaths, which short words have not, by hand."""
-    with closing(sqlite3.connect(born)) as plain, plain:
-        plain.execute(
-            "INSERT INTO change SELECT cycle, 2, 2 * a, error, 'died', bounce, joint, NULL, -slope, run"
-            " FROM change WHERE a > 0 AND cycle % 3 = 0"
-        )
-    for _ in fill_periods(born, 3.0, [5, 6]):
-        pass
-    catalogue, everything = Catalogue(born), choose(a=3.0)
-    with closing(sqlite3.connect(born)) as plain:
-        of_words = {row[0]: row[1:] for row in plain.execute("SELECT code, born, dies FROM catalogue")}
-    for place, column in enumerate(("born", "dies")):
-        for order in ("asc", "desc"):
-            rows = list(catalogue.rows(everything, ("code", column), f"{column} {order}"))
-            assert dict(rows) == {code: of_words[code][place] for code in of_words}
-            values = [value for _, value in rows if value is not None]
-            assert values == sorted(values, reverse=order == "desc")
-            assert len(set(values)) > 5
-    for where in ("dies > 1", "born < 0.5", "dies is null and born > 0.3"):
-        chosen = choose(a=3.0, where=where)
-        assert catalogue.count(chosen) == len(list(catalogue.rows(chosen, ("code",)))) > 0
-
-
 def test_the_first_block_is_soon_stored():
     """All small periods in it would take seconds, and be lost where they are stopped."""
     blocks = list(birth_blocks([(p, -1) for p in range(2, 12)], BLOCK, 1))
     words = [sum(count_admissible(span.p) for span in block.spans) for block in blocks[:2]]
     assert [span.p for block in blocks[:2] for span in block.spans] == list(range(2, 12))
     assert BLOCK / 16 < words[0] < BLOCK / 8 < words[1] < BLOCK
-
-
-@pytest.mark.slow
-def test_births_that_were_stopped_go_on(born, tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "BLOCK", 150)
-    path = tmp_path / "stopped.db"
-    Catalogue.create(path)
-    going = fill_births(path, range(2, 8))
-    steps = [next(going) for _ in range(8)]
-    going.close()
-    assert 0 < steps[-1].words < steps[-1].total
-    half = Catalogue(path).birth_fills()[-1]
-    assert (half.whole, half.words, half.classes) == (False, steps[-1].words, None)
-    fill(path)
-    assert stored(path) == stored(born)
-    fill(path)
-    assert stored(path) == stored(born)
 
 
 @pytest.mark.slow

@@ -117,21 +117,6 @@ def test_geometric_words_may_come_before_the_others(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
-def test_stopped_between_blocks_and_resumed(filled, tmp_path):
-    path = tmp_path / "stopped.db"
-    migrate(path)
-    for steps in (1, 3, 7):
-        going = fill_periods(path, 1.6, range(2, 9))
-        for _ in range(steps):
-            next(going)
-        going.close()
-    assert [fill.state for fill in Catalogue(path).fills(1.6)].count("filling") == 1
-    fill(path)
-    assert content(path) == content(filled)
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("small_blocks")
 def test_two_fills_of_the_same_periods_take_turns(filled, tmp_path):
     path = tmp_path / "shared.db"
     migrate(path)

@@ -24,11 +24,9 @@ from orbitdb.orbits.beyond import least_length
 from orbitdb.orbits.orbit import Status
 from orbitdb.plots.paths import draw_orbit
 from orbitdb.plots.style import BLUE, ORANGE, figure
-from orbitdb.store.reading.leg_terms import sum_rules_of
-from orbitdb.store.reading.one_word import with_existence
-from orbitdb.store.reading.whole_periods import read_whole
-from orbitdb.store.writing.enclosures import keep_bounds
-from orbitdb.store.writing.references import add_reference
+from orbitdb.store.reading.lookup import with_existence
+from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
+from orbitdb.store.writing.records import add_reference, keep_bounds
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.words import from_strings
 from orbitdb.trajectories.ensemble import Reference

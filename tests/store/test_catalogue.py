@@ -170,67 +170,6 @@ def test_every_image_of_a_stored_orbit_is_found_in_every_rotation(filled, word):
                 assert stored.lyapunov == pytest.approx(solved.lyapunov, rel=1e-13)
 
 
-@pytest.mark.slow
-def test_coordinates_are_stored_bit_by_bit(filled):
-    from orbitdb.orbits.newton import solve
-    from orbitdb.symbols.words import from_strings
-
-    words = [
-        row[0]
-        for row in Catalogue(filled).rows(
-            Selection(periods=((8, 8),), statuses=(Status.ORBIT,), where="word = representative"), ["word"]
-        )
-    ]
-    batch = solve(from_strings(words), Stadium(1.6))
-    for word, row in list(zip(words, batch.coordinates, strict=True))[:50]:
-        stored = Catalogue(filled).find(word, 1.6)
-        np.testing.assert_allclose(stored.coordinates, row, rtol=0, atol=2e-15)
-
-
-def test_rows_are_chosen_ordered_and_paged(filled):
-    catalogue = Catalogue(filled)
-    chosen = Selection(
-        periods=((5, 6),), statuses=(Status.ORBIT,), where="lambda_c < :cut", parameters={"cut": 0.6}
-    )
-    rows = list(catalogue.rows(chosen, ["word", "lambda_c", "p"], order="lambda_c desc"))
-    assert len(rows) == catalogue.count(chosen) > 50
-    values = [row[1] for row in rows]
-    assert values == sorted(values, reverse=True)
-    assert max(values) < 0.6
-    assert {row[2] for row in rows} == {5, 6}
-    pages = [
-        list(catalogue.rows(chosen, ["word", "lambda_c", "p"], "lambda_c desc", 20, at))
-        for at in range(0, len(rows), 20)
-    ]
-    assert [row for page in pages for row in page] == rows
-
-
-def test_every_part_of_a_selection_selects(filled):
-    catalogue = Catalogue(filled)
-    everything = [dict(zip(COLUMNS, row, strict=True)) for row in catalogue.rows(Selection())]
-
-    def expect(selection: Selection, wanted) -> None:
-        found = {row[0] for row in catalogue.rows(selection, ["word"])}
-        assert found == {row["word"] for row in everything if wanted(row)}
-        assert 0 < len(found) < len(everything)
-
-    expect(Selection(time_reversal="self"), lambda row: row["time_reversal"] == "self")
-    expect(Selection(symmetry="1"), lambda row: row["symmetry"] == "1")
-    expect(Selection(contains="0202"), lambda row: "0202" in row["word"] * 2)
-    expect(Selection(contains="31"), lambda row: "31" in row["word"] * 2)
-    expect(
-        Selection(ranges={"length": (10.0, 20.0)}), lambda row: row["length"] and 10 <= row["length"] <= 20
-    )
-    expect(Selection(ranges={"margin": (None, 0.0)}), lambda row: row["margin"] <= 0)
-    expect(Selection(periods=((3, 4), (7, 7))), lambda row: row["p"] in (3, 4, 7))
-    average = "length < (SELECT avg(length) FROM catalogue)"
-    mean = sum(row["length"] or 0 for row in everything) / sum(
-        row["length"] is not None for row in everything
-    )
-    expect(Selection(where=average), lambda row: row["length"] and row["length"] < mean)
-    expect(Selection(where="word = '13' OR p = 3"), lambda row: row["word"] == "13" or row["p"] == 3)
-
-
 @pytest.mark.parametrize(
     ("where", "message"),
     [

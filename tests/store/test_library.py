@@ -9,7 +9,6 @@ import shutil
 import sqlite3
 import subprocess
 import sys
-from collections import Counter
 from contextlib import closing
 from dataclasses import replace
 from xml.etree import ElementTree
@@ -31,22 +30,6 @@ from orbitdb.symbols.words import from_strings, least_rotation
 @pytest.fixture
 def catalogue(varied):
     return Catalogue(varied)
-
-
-SUBSETS = [
-    {},
-    {"p": (2, 4)},
-    {"p": 4, "time_reversal": "self"},
-    {"p": "2,4-6", "length": (None, 14.0)},
-    {"symmetry": "1", "lambda_c": (0.38, 0.45)},
-    {"contains": "31"},
-    {"contains": "0202"},
-    {"where": "lambda_d < 1.2 and p > 3"},
-    {"where": "code like '01%'"},
-    {"where": "\"word\" < '1'"},
-    {"where": "walls >= :n", "parameters": {"n": 2}, "contains": "3"},
-    {"where": "element = 0 or p = 4"},
-]
 
 
 def test_the_package_is_light_until_a_name_is_used():
@@ -72,30 +55,6 @@ def test_no_public_name_is_that_of_a_module():
     assert all(getattr(orbitdb, name) for name in orbitdb.__all__)
 
 
-def test_counts_of_a_subset_are_those_of_table_1(catalogue):
-    subset = catalogue.select(p=(2, 6), status="orbit")
-    assert Counter(subset.p.tolist()) == {2: 1, 3: 8, 4: 32, 5: 80, 6: 188}
-    assert len(set(subset.words.tolist())) == len(subset)
-    assert repr(subset) == "<309 orbits of period 2 to 6 at a = 1.6>"
-
-
-@pytest.mark.parametrize("criteria", slow_but(SUBSETS[::2], SUBSETS), ids=str)
-def test_classes_are_the_subset_counted_by_class(catalogue, criteria):
-    subset = catalogue.select(status="orbit", **criteria)
-    classes = catalogue.classes(status="orbit", **criteria)
-    expected = {}
-    for row in range(len(subset)):
-        numbers = (int(subset.p[row]), int(subset.class_size[row]), int(subset.walls[row]))
-        key = (*numbers, subset.length[row], subset.lyapunov[row], str(subset.representative[row]))
-        expected[key] = expected.get(key, 0) + 1
-    found = Counter(zip(*(getattr(classes, name).tolist() for name in FIELDS), strict=True))
-    assert found == Counter((*key[:5], count) for key, count in expected.items())
-    assert len(subset) > 0
-
-
-FIELDS = ("p", "class_size", "walls", "length", "lyapunov", "chosen")
-
-
 def test_classes_are_orbits_unless_another_status_is_named(varied):
     catalogue = Catalogue(varied, a=1.0)
     orbits, boundary = catalogue.classes(p=6), catalogue.classes(p=6, status="boundary")
@@ -103,13 +62,6 @@ def test_classes_are_orbits_unless_another_status_is_named(varied):
     assert boundary.chosen.sum() == catalogue.count(choose(1.0, p=6, status="boundary")) > 0
     with pytest.raises(SelectionError, match="status dynamical has none"):
         catalogue.classes(status="dynamical")
-
-
-def test_class_rows_tell_negative_eigenvalues_by_the_straight_bounces(catalogue):
-    classes = catalogue.classes(p=(2, 6))
-    rows = classes.rows()
-    np.testing.assert_array_equal(rows.size, classes.class_size)
-    np.testing.assert_array_equal(rows.inverse, classes.walls % 2 == 1)
 
 
 @pytest.mark.parametrize("p", slow_but([2, 3, 12], [2, 3, 5, 6, 12]))
@@ -136,14 +88,6 @@ def test_numbers_of_a_subset_are_those_of_single_words(catalogue):
         for name in ("length", "lyapunov", "margin", "lambda_d", "lambda_c", "error"):
             value = getattr(one, name)
             np.testing.assert_equal(getattr(subset, name)[row], np.nan if value is None else value)
-
-
-def test_geometrically_pruned_words_have_no_numbers(catalogue):
-    subset = catalogue.select(p=3, status="geometric", coordinates=True)
-    assert len(subset) == 62  # of the 70 primitive cyclic words, 8 are admissible
-    assert np.isnan(subset.length).all()
-    assert np.isnan(subset.coordinates).all()
-    assert set(subset.representative.tolist()) == {""}
 
 
 def test_coordinates_that_were_not_read_are_not_made_up(catalogue):
@@ -491,13 +435,6 @@ def test_what_is_no_code_in_a_filter_is_refused(catalogue, where, said):
 )
 def test_a_comparison_with_a_rotation_that_names_no_row_is_told(where, told):
     assert hint(where) == told
-
-
-@pytest.mark.parametrize("where", ["1 = 1", "p > 2", "lambda_c < 9", "code <> ''", "time_reversal = 'self'"])
-def test_a_free_expression_may_use_any_columns(catalogue, where):
-    assert sum(1 for _ in catalogue.rows(choose(where=where), ("code",))) == catalogue.count(
-        choose(where=where)
-    )
 
 
 @pytest.mark.parametrize("table", ["orbit", "cycle", "sequence", "run", "sqlite_master"])

@@ -13,98 +13,21 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
+from questions import CRITERIA, EDGES, LIMITS, NAMES, OFFSETS, ORDERS, catalogue_to_ask, expected
 
 from orbitdb.cli.main import _run
-from orbitdb.filling.births import fill_births
-from orbitdb.filling.periods import fill_geometric, fill_periods
-from orbitdb.filling.single_word import fill_word
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.criteria import choose
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.tallies import histogram, marginal, tally
 
-LONG = ("1" * 20 + "3", "31" * 11 + "30", "13" * 11 + "10", "11" + "02" * 11, "0" * 25 + "1")
-"""Words that have no key: three of one period in the wrong order, a small class, one that is pruned."""
-
-
-def both(test, *names):
-    """Return a test of some columns that no row without them passes, as in SQL."""
-    return lambda row: None not in [row[name] for name in names] and test(row)
-
-
-WHERE = {
-    # of classes
-    "lambda_c < 0.5": both(lambda row: row["lambda_c"] < 0.5, "lambda_c"),
-    "length is null": lambda row: row["length"] is None,
-    "p % 2 and walls < 3": both(lambda row: row["p"] % 2 and row["walls"] < 3, "walls"),
-    "symmetry = 'T' or maslov > 12": lambda row: row["symmetry"] == "T" or (row["maslov"] or 0) > 12,
-    "born > 0.5": both(lambda row: row["born"] > 0.5, "born"),
-    "status = 'geometric' or rules is not null": lambda row: bool(row["rules"]),
-    # patterns
-    "code like '%31%'": lambda row: "31" in row["code"],
-    "word not glob '*31*' AND length > 9": both(
-        lambda row: "31" not in row["code"] and row["length"] > 9, "length"
-    ),
-    "code like '1_3%'": lambda row: row["code"][0] == "1" and row["code"][2:3] == "3",
-    # of single words
-    "element = 3": lambda row: row["element"] == 3,
-    "element & 1 and length > 9": both(lambda row: row["element"] & 1 and row["length"] > 9, "length"),
-    "code > '02' and p in (4, 6)": lambda row: row["code"] > "02" and row["p"] in (4, 6),
-    "representative = word": lambda row: row["representative"] == row["word"],
-    "code('31', '2312') or code like '0%2'": lambda row: (
-        row["code"] in ("13", "1223") or (row["code"][0] == "0" and row["code"][-1] == "2")
-    ),
-}  # fmt: skip
-KEYS = st.sampled_from([name for name in COLUMNS if name not in ("a", "cycle", "solver")])
-ORDERS = (
-    st.just("p")
-    | st.lists(
-        st.tuples(st.sampled_from(["-", ""]), KEYS).map("".join), min_size=1, max_size=3, unique=True
-    ).map(",".join)
-    | st.sampled_from(["code", "-code", "element,-length", "status,code desc", "p,-element"])
-)
-CRITERIA = st.fixed_dictionaries(
-    {},
-    optional={
-        "a": st.sampled_from([1.6, 1.0]),
-        "p": st.sampled_from(["2", "3", "3-5", "5,12", "6", "2-30", "22-99"]),
-        "status": st.sampled_from(["orbit", "orbit,dynamical", "geometric", "orbit,geometric", "all"]),
-        "time_reversal": st.sampled_from(["self", "pair"]),
-        "symmetry": st.sampled_from(["1", "T", "x,T,xT"]),
-        "contains": st.sampled_from(["13", "44", "131013", "31202131", "3131313131313131"]),
-        "exists": st.sampled_from([(0.8,), (0.3, 2.0)]),
-        "not_at": st.just((0.2,)),
-        "length": st.sampled_from([(11.0, None), (None, 14.0), (11.0, 14.0)]),
-        "born": st.just((0.1, 1.0)),
-        "where": st.sampled_from(sorted(WHERE)),
-    },
-)
 LISTS = ("rules", "coordinates")
-LIMITS = st.none() | st.integers(0, 40)
-OFFSETS = st.just(0) | st.integers(0, 60) | st.just(5000)
-NAMES = st.lists(st.sampled_from([*COLUMNS, "coordinates"]), min_size=1, max_size=6, unique=True).map(tuple)
 
 
 @pytest.fixture(scope="module")
 def asked(tmp_path_factory):
-    """Two a, births to p = 4, a part of a period, pruned words and long ones; and all of it as a list."""
+    """A catalogue, and all of it as a list."""
     path = tmp_path_factory.mktemp("asked") / "orbits.db"
-    catalogue = Catalogue.create(path)
-    for a, last in ((1.6, 5), (1.0, 3)):
-        for _ in fill_periods(path, a, range(2, last + 1)):
-            pass
-    for _ in fill_births(path, range(2, 5)):
-        pass
-    for _ in fill_geometric(path, [3, 4]):
-        pass
-    for word in ("013023", "131013", *LONG):
-        fill_word(path, word, 1.6)
-    return catalogue, model.rows_of(path)
-
-
-def expected(rows, criteria, order="p", limit=None, offset=0):
-    found = model.in_order(model.chosen(rows, criteria, WHERE), order)
-    return model.cut(found, limit, offset)
+    return catalogue_to_ask(path), model.rows_of(path)
 
 
 @given(criteria=CRITERIA, order=ORDERS, limit=LIMITS, offset=OFFSETS, names=NAMES)
@@ -122,11 +45,19 @@ def test_rows_and_their_number_are_those_of_a_list(asked, criteria, order, limit
     assert catalogue.count(choose(**criteria)) == len(expected(rows, criteria))
 
 
+@pytest.mark.parametrize("kind", ["exists", "not_at"])
+def test_at_a_birth_or_a_death_and_on_either_side(asked, kind):
+    catalogue, rows = asked
+    found = [catalogue.count(choose(**{kind: at})) for at in EDGES]
+    assert found == [len(expected(rows, {kind: (at,)})) for at in EDGES]
+    assert len(set(found)) > 2
+
+
 @given(criteria=CRITERIA, order=ORDERS)
 @example({"p": "2-30", "status": "orbit,geometric"}, "code")
 def test_arrays_are_those_of_a_list(asked, criteria, order):
     catalogue, rows = asked
-    subset, wanted = catalogue.select(choose(**criteria), order=order, coordinates=True), []
+    subset = catalogue.select(choose(**criteria), order=order, coordinates=True)
     wanted = expected(rows, criteria, order)
     assert subset.words.tolist() == [row["code"] for row in wanted]
     for name in ("length", "margin", "lambda_c", "born"):
@@ -139,16 +70,19 @@ def test_arrays_are_those_of_a_list(asked, criteria, order):
         np.testing.assert_array_equal(subset.coordinates_of(n), places)
 
 
+OF_CLASSES = ("p", "class_size", "walls", "length", "lyapunov")
+
+
 @given(criteria=CRITERIA.filter(lambda each: each.get("status") in (None, "orbit")))
 def test_classes_are_those_of_the_words_of_a_list(asked, criteria):
     catalogue, rows = asked
     wanted = expected(rows, criteria | {"status": "orbit"})
-    counts = Counter((row["p"], row["representative"], row["length"]) for row in wanted)
+    counts = Counter((row["representative"], *(row[name] for name in OF_CLASSES)) for row in wanted)
     found = catalogue.classes(choose(**criteria))
-    assert found.p.tolist() == [p for p, *_ in counts]
-    assert found.length.tolist() == [length for *_, length in counts]
+    for place, name in enumerate(OF_CLASSES, 1):
+        assert getattr(found, name).tolist() == [known[place] for known in counts], name
     assert found.chosen.tolist() == list(counts.values())
-    assert (found.chosen <= found.class_size).all()
+    assert (found.rows().inverse == found.walls % 2).all()
 
 
 @given(criteria=CRITERIA, names=st.sampled_from([("status", "p"), ("symmetry", "walls"), ("p",)]))
@@ -160,7 +94,8 @@ def test_tallies_are_those_of_a_list(asked, criteria, names):
     assert marginal(found, 0) == Counter(first for first, *_ in wanted)
 
 
-@given(criteria=CRITERIA, column=st.sampled_from(["length", "lambda_c", "born"]), bins=st.integers(1, 40))
+@given(criteria=CRITERIA, column=st.sampled_from(["length", "lambda_c", "born"]), bins=st.integers(2, 40))
+@example({"a": 1.6, "margin": (None, 0.0)}, "born", 2)
 def test_bins_hold_the_rows_of_a_list(asked, criteria, column, bins):
     catalogue, rows = asked
     values = [row[column] for row in expected(rows, criteria)]
@@ -171,6 +106,12 @@ def test_bins_hold_the_rows_of_a_list(asked, criteria, column, bins):
         return
     assert found.counts.tolist() == np.histogram(known, found.edges)[0].tolist()
     assert (found.counts.sum(), found.without) == (len(known), len(values) - len(known))
+    widths = [factor * 10.0**power for power in range(-9, 6) for factor in (1.0, 2.0, 2.5, 5.0)]
+    spans = [(math.floor(min(known) / width), math.floor(max(known) / width) + 1) for width in widths]
+    finest = next(n for n, (low, high) in enumerate(spans) if high - low <= bins)
+    low, high = spans[finest]
+    if min(known) < max(known):
+        assert found.edges == pytest.approx(widths[finest] * np.arange(low, high + 1))
 
 
 def options(criteria):
@@ -235,3 +176,26 @@ def test_files_hold_the_rows_of_a_list(asked, tmp_path, form, criteria, order, l
     if wanted:
         told = [tuple(as_written(row[name], name, form) for name in names) for row in wanted]
         assert repr(read_back(target, form, names)) == repr(told)
+
+
+FORMS = st.sampled_from(["json", "jsonl", "csv", "tsv"])
+
+
+@given(criteria=CRITERIA, order=ORDERS, limit=LIMITS, offset=OFFSETS, names=NAMES, form=FORMS)
+@example({"status": "all", "p": "2-30"}, "p", None, 0, COLUMNS, "tsv")
+def test_a_query_shows_the_rows_of_a_list(asked, criteria, order, limit, offset, names, form):
+    catalogue, rows = asked
+    wanted = expected(rows, criteria, order, limit, offset)
+    names = tuple(name for name in names if name != "coordinates") or ("code",)
+    arguments = ["query", "--db", str(catalogue.path), *options(criteria), "--order", order]
+    arguments += ["-c", ",".join(names), "--offset", str(offset), "--format", form]
+    arguments += [] if limit is None else ["--limit", str(limit)]
+    cells = [[str(as_written(row[name], name, "csv")) for name in names] for row in wanted]
+    with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()) as out:
+        assert _run(arguments) == (0 if wanted else 1)
+    lines = out.getvalue().splitlines()
+    if form in ("csv", "tsv"):
+        assert list(csv.reader(lines, delimiter="\t" if form == "tsv" else ",")) == [list(names), *cells]
+    else:
+        found = [json.loads(line) for line in lines] if form == "jsonl" else json.loads(out.getvalue())
+        assert found == [{name: row[name] for name in names} for row in wanted]

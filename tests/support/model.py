@@ -67,7 +67,7 @@ def _class(stored: sqlite3.Row, changes: list[sqlite3.Row]) -> list[Row]:
         "born": changes[0]["a"] or None if changes else None,
         "dies": changes[1]["a"] if len(changes) > 1 else None,
         "rules": [],
-        "changes": [(each["a"], 1 if each["kind"] == "born" else -1) for each in changes],
+        "changes": [(each["a"], each["error"], each["kind"] == "born") for each in changes],
     }
     found, elements = [], members(least)
     for start in range(0, len(stored["words"]), p):
@@ -106,8 +106,8 @@ def _fits(row: Row, criteria: dict[str, Any], conditions: dict[str, Any]) -> boo
         any(int(low) <= row["p"] <= int(high or low) for low, high in periods),
         *(criteria.get(name, row[name]) == row[name] for name in ("time_reversal", "symmetry")),
         criteria.get("contains", "") in row["code"] * 2,
-        all(_lives(row, a) > 0 for a in criteria.get("exists", ())),
-        all(row["changes"] and _lives(row, a) <= 0 for a in criteria.get("not_at", ())),
+        all(lives(row, a) for a in criteria.get("exists", ())),
+        all(row["changes"] and not lives(row, a) for a in criteria.get("not_at", ())),
         *(_within(row[name], *criteria[name]) for name in RANGES if name in criteria),
         where is None or bool(where(row)),
     ]
@@ -117,8 +117,15 @@ def _fits(row: Row, criteria: dict[str, Any], conditions: dict[str, Any]) -> boo
 RANGES = ("length", "lambda_c", "margin", "born")
 
 
-def _lives(row: Row, a: float) -> int:
-    return sum(step for at, step in row["changes"] if at < a)
+def lives(row: Row, at: float) -> bool:
+    """Tell whether a word is an orbit at some a, beyond twice the errors of its changes."""
+    known = [(a + 2 * error < at) if born else -(a - 2 * error <= at) for a, error, born in row["changes"]]
+    return sum(known) > 0
+
+
+def left_open(row: Row, at: float) -> bool:
+    """Tell whether some a is a change of a word, within twice its error."""
+    return any(abs(a - at) <= 2 * error for a, error, _ in row["changes"])
 
 
 def _within(value: float | None, low: float | None, high: float | None) -> bool:

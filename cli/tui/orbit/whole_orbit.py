@@ -157,7 +157,7 @@ class WholeOrbitScreen(OwnScreen[None]):
 
     @work(thread=True)
     def _complete(self) -> None:
-        from orbitdb.store.reading.one_word import born_with, with_existence
+        from orbitdb.store.reading.lookup import born_with, with_existence
 
         browser = cast("BrowseApp", self.app)
         try:

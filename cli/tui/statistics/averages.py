@@ -17,13 +17,12 @@ from orbitdb.cli.tui.orbit.pictures import Curve
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.averaged import enclosure, outside
-from orbitdb.store.reading.leg_terms import read_leg_sums, why_no_sum_rules
-from orbitdb.store.reading.whole_periods import why_missing
+from orbitdb.store.reading.whole_periods import read_leg_sums, why_missing, why_no_sum_rules
 from orbitdb.trajectories.ensemble import Reference
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.enclosures import Enclosure
+    from orbitdb.store.reading.records import Enclosure
 
 
 @dataclass(frozen=True)

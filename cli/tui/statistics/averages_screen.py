@@ -92,7 +92,7 @@ class StatisticsScreen(OwnScreen[None]):
     @work(thread=True, exclusive=True, group="trajectories")
     def _refer(self, bounces: int, anew: bool = False) -> None:
         """Take the stored reference if there is one; else, or to have another, follow trajectories."""
-        from orbitdb.store.reading.references import best_reference
+        from orbitdb.store.reading.records import best_reference
 
         worker = get_current_worker()
         try:

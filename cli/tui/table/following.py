@@ -12,7 +12,7 @@ from orbitdb.orbits.orbit import Orbit
 
 if TYPE_CHECKING:
     from orbitdb.cli.tui.panels import Panels
-    from orbitdb.store.reading.standings import Standings
+    from orbitdb.store.reading.lives import Standings
 
 _ORBIT = "orbit"
 _SECONDS_UNTOLD = 0.08
@@ -95,14 +95,16 @@ class Following:
         self, orbit: Orbit, steps: Sequence[bool], pages: Pages | None, standings: "Standings | None"
     ) -> None:
         """Follow an orbit some steps, and find what the rows are there; the first time read their births."""
-        from orbitdb.store.reading.standings import load_standings, periods_without
+        from orbitdb.store.reading.finding import periods_without
+        from orbitdb.store.reading.lives import load_standings
 
         rows, without, screen = None, self._without, self._screen
         try:
             followed = screen.browser.follow(orbit, steps, screen.selection.a)
             if pages is not None and standings is None:
-                standings = load_standings(pages.catalogue, pages.chosen)
-                without = periods_without(pages.catalogue, pages.chosen, standings)
+                with pages.catalogue.reading() as connection:
+                    standings = load_standings(connection, pages.chosen.ids)
+                    without = periods_without(connection, pages.chosen.ids, standings)
             if pages is not None and standings is not None:
                 rows = Followed(pages, followed.a, standings.at(followed.a))
         except (InputError, StoreError) as error:

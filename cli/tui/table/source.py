@@ -132,7 +132,7 @@ class Followed:
         return self._rows[place]
 
     def _row(self, place: int) -> Row:
-        from orbitdb.store.reading.standings import Standing
+        from orbitdb.store.reading.lives import Standing
 
         standing = Standing(self.standing[self.pages.chosen.classes(place, place + 1)[0]])
         now = dict.fromkeys(_OF_ONE_A) | {"status": standing.words}
@@ -141,7 +141,7 @@ class Followed:
 
     def counts(self) -> dict[str, int]:
         """Return how many rows there are of each standing that occurs."""
-        from orbitdb.store.reading.standings import Standing, sums
+        from orbitdb.store.reading.lives import Standing, sums
 
         found = sums(self.standing, self.pages.chosen.counts)
         return {each.words: count for each, count in zip(Standing, found, strict=True) if count}

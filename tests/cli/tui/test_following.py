@@ -23,9 +23,8 @@ from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.finding import periods_of
-from orbitdb.store.reading.lives import counts_at
-from orbitdb.store.reading.standings import Standing, Standings, load_standings, periods_without
+from orbitdb.store.reading.finding import periods_without
+from orbitdb.store.reading.lives import counts_at, load_standings
 from orbitdb.symbols.words import least_rotation
 
 LIVES = [(0.386252501738, 0.473270308236), (0.605684335145, None)]
@@ -101,32 +100,13 @@ def test_the_orbit_is_followed_until_it_dies(filled):
     drive(filled, steps, (160, 48))
 
 
-def test_words_stand_at_any_a_as_counts_from_births_have_them(born):
+def test_periods_of_which_no_births_are_stored_are_named(born):
     catalogue = Catalogue(born)
     for selection, without in ((Selection(), [2, 3, 4]), (Selection(periods=((5, 5),)), [])):
         chosen = catalogue.choose(selection)
-        assert periods_without(catalogue, chosen, load_standings(catalogue, chosen)) == without
-    chosen = catalogue.choose(Selection(statuses=tuple(Status)))
-    standings = load_standings(catalogue, chosen)
-    periods, pruned = periods_of(catalogue, chosen.ids), chosen.ids < 0
-    at_a_birth = catalogue.birth_fills()[0].least
-    for a in (0.2, at_a_birth, 1.0, 1.2345, 1.6, 2.0):
-        found = standings.at(a)
-        assert set(found[(periods < 5) & ~pruned]) == {Standing.UNKNOWN}
         with catalogue.reading() as connection:
-            counted = counts_at(connection, a, 5)
-        here = [chosen.counts[(periods == 5) & (found == each)].sum() for each in Standing]
-        assert (here[Standing.ORBIT], here[Standing.BOUNDARY]) == (counted.n_c, counted.boundary)
-    assert chosen.counts[pruned].sum() == catalogue.count(p=3, status="geometric")
-    assert set(found[pruned]) == {Standing.GEOMETRIC}
-
-
-def test_a_word_that_died_may_be_born_again():
-    a = np.array([end for life in LIVES for end in life if end])
-    cycles, starts = np.array([int("1010203113", 8)]), np.zeros(1, int)
-    word = Standings(cycles, starts, a, np.full(3, 1e-15), np.array([True, False, True]), np.zeros(1, int))
-    found = [Standing(word.at(here)[0]) for here in (0.3, 0.4, 0.5, 0.61)]
-    assert found == [Standing.NOT_YET, Standing.ORBIT, Standing.NO_LONGER, Standing.ORBIT]
+            standings = load_standings(connection, chosen.ids)
+            assert periods_without(connection, chosen.ids, standings) == without
 
 
 @pytest.mark.slow

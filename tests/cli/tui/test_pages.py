@@ -1,90 +1,112 @@
-"""Pages of a chosen subset, and where words stand in it: as the catalogue gives its rows."""
+"""Pages of a chosen subset, and where words stand in it: as a list in plain Python has them."""
 
 import contextlib
 import sqlite3
+from collections import Counter
 
+import model
 import pytest
 import sqlalchemy as sa
+from hypothesis import example, given
+from hypothesis import strategies as st
+from questions import CRITERIA, EDGES, KEYS, NAMES, catalogue_to_ask, expected
 
 from orbitdb.cli.tui.table.jumping import place_of
-from orbitdb.cli.tui.table.source import Ordering, Pages, head_of
+from orbitdb.cli.tui.table.source import Followed, Ordering, Pages, head_of
 from orbitdb.errors import StoreError
-from orbitdb.filling.periods import fill_geometric, fill_periods
-from orbitdb.filling.single_word import fill_word
+from orbitdb.orbits.newton import solve_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.confinement import CancelledError
+from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.engines import driver
 from orbitdb.store.file.tables import certificate, cycle
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.finding import periods_of
+from orbitdb.store.reading.lives import load_standings
 from orbitdb.store.reading.lookup import certificate_of
 from orbitdb.store.writing.writer import Writer
-from orbitdb.symbols.symmetry import members
 
-LONG, PRUNED = "1" * 25 + "3", "00" + "1" * 23
-EVERYTHING = Selection(statuses=tuple(Status))
-CHOSEN = (
-    (EVERYTHING, Ordering()),
-    (EVERYTHING, Ordering("code", True)),
-    (Selection(), Ordering("element")),
-    (Selection(), Ordering("length", True)),
-    (Selection(contains="321"), Ordering("lambda_c")),
-    (Selection(where="code like '%1_' or p = 3"), Ordering("code")),
-    (Selection(periods=((3, 3), (6, 6)), time_reversal="self"), Ordering("margin", True)),
-    (Selection(statuses=(Status.GEOMETRIC,)), Ordering("code")),
-)
+NATURAL = Ordering()
 COLUMNS = ("code", "p", "length", "status", "symmetry", "representative", "element", "maslov")
+ORDERINGS = st.builds(Ordering, KEYS, st.booleans())
+PLACES = st.lists(st.floats(0, 1, exclude_max=True), max_size=6)
+TYPED = st.text("012345", min_size=1, max_size=6) | st.sampled_from(
+    ["22", "26", "4", "99", "1" * 20, "0" * 25]
+)
 
 
 @pytest.fixture(scope="module")
-def catalogue(tmp_path_factory):
-    """Return one with pruned words and two long words, one of them pruned."""
+def asked(tmp_path_factory):
+    """A catalogue, and all of it as a list."""
     path = tmp_path_factory.mktemp("pages") / "orbits.db"
-    Catalogue.create(path)
-    for _ in (*fill_periods(path, 1.6, range(2, 7)), *fill_geometric(path, range(2, 5))):
-        pass
-    for word in (LONG, PRUNED):
-        fill_word(path, word, 1.6)
-    return Catalogue(path)
+    return catalogue_to_ask(path), model.rows_of(path)
 
 
-def pages_of(catalogue, selection, ordering, columns=COLUMNS):
+@pytest.fixture
+def catalogue(asked):
+    return asked[0]
+
+
+def pages_of(catalogue, selection, ordering=NATURAL, columns=COLUMNS):
     return Pages(catalogue, catalogue.choose(selection, str(ordering)), columns)
 
 
-@pytest.mark.parametrize(("selection", "ordering"), CHOSEN, ids=str)
-def test_rows_stand_where_the_catalogue_has_them(catalogue, selection, ordering):
-    rows = list(catalogue.rows(selection, COLUMNS, str(ordering)))
-    pages = pages_of(catalogue, selection, ordering)
-    assert len(pages) == len(rows) > 0
-    for place in {*range(0, len(rows), 41), len(rows) - 1}:
-        assert pages.row(place) == rows[place]
-        assert pages.position(rows[place][0]) == place
-    words = {row[0] for row in rows}
-    everything = [code for (code,) in catalogue.rows(EVERYTHING, ("code",))]
-    others = [word for word in (*everything[::29], LONG, PRUNED, "1" * 30 + "3") if word not in words]
-    assert [pages.position(word) for word in others] == [None] * len(others)
+@given(criteria=CRITERIA, ordering=ORDERINGS, names=NAMES, places=PLACES)
+def test_pages_have_the_rows_of_a_list_and_find_their_words(asked, criteria, ordering, names, places):
+    catalogue, rows = asked
+    columns = tuple(dict.fromkeys(("code", *(name for name in names if name != "coordinates"))))
+    wanted = expected(rows, criteria, str(ordering))
+    pages = pages_of(catalogue, choose(**criteria), ordering, columns)
+    assert len(pages) == len(wanted)
+    ends = {0, 63, 64, len(wanted) - 1} & set(range(len(wanted)))
+    for place in {*ends, *(int(part * len(wanted)) for part in places if wanted)}:
+        assert [pages.row(place)] == model.columns_of([wanted[place]], columns)
+        assert pages.position(wanted[place]["code"]) == place
+    others = {row["code"] for row in rows} - {row["code"] for row in wanted} | {"1" * 30 + "3"}
+    assert {pages.position(word) for word in sorted(others)[::17]} == {None}
 
 
-@pytest.mark.parametrize(("selection", "ordering"), CHOSEN, ids=str)
-def test_digits_lead_to_what_is_first(catalogue, selection, ordering):
-    pages = pages_of(catalogue, selection, ordering)
-    words = [code for (code,) in catalogue.rows(selection, ("code",), str(ordering))]
-    for typed in ("5", "12", "01", "13", "0133", "26", "25", "99", "000", "1111", "1" * 24, "4"):
-        period = len(typed) <= 2 and typed[0] != "0" and [w for w in words if len(w) == int(typed)]
-        fits = period or [w for w in words if w == typed] or [w for w in words if w.startswith(typed)]
-        place, _ = place_of(pages, typed)
-        assert (None if place is None else words[place]) == (fits[0] if fits else None), typed
+@given(criteria=CRITERIA, ordering=ORDERINGS, typed=TYPED)
+@example({"status": "all"}, Ordering("code", True), "22")
+@example({"status": "all"}, NATURAL, "02")
+@example({}, Ordering("length"), "31")
+def test_digits_lead_to_what_is_first(asked, criteria, ordering, typed):
+    catalogue, rows = asked
+    words = [row["code"] for row in expected(rows, criteria, str(ordering))]
+    period = len(typed) <= 2 and typed[0] != "0" and [word for word in words if len(word) == int(typed)]
+    turned = [word for word in words if len(word) == len(typed) and typed in 2 * word]
+    fits = period or turned or [word for word in words if word.startswith(typed)]
+    place, _ = place_of(pages_of(catalogue, choose(**criteria), ordering), typed)
+    assert (None if place is None else words[place]) == (fits[0] if fits else None)
 
 
-def test_long_words_have_their_own_period(catalogue):
-    chosen = catalogue.choose(EVERYTHING)
-    rows = catalogue.rows(EVERYTHING, ("p",))
-    assert [p for (p,) in rows] == periods_of(catalogue, chosen.ids).repeat(chosen.counts).tolist()
-    for word in members(LONG):
-        place = pages_of(catalogue, Selection(), Ordering("code")).position(word)
-        assert next(catalogue.rows(Selection(), ("code",), "code", 1, place)) == (word,)
+@given(criteria=CRITERIA, at=st.sampled_from(EDGES) | st.floats(0.05, 3))
+@example({"status": "all"}, EDGES[3])
+@example({"status": "all"}, EDGES[0])
+def test_rows_stand_at_another_a_as_their_births_have_it(asked, criteria, at):
+    catalogue, rows = asked
+    wanted, pages = expected(rows, criteria), pages_of(catalogue, choose(**criteria))
+    with catalogue.reading() as connection:
+        there = Followed(pages, at, load_standings(connection, pages.chosen.ids).at(at))
+    stands = [standing_of(row, at) for row in wanted]
+    assert there.counts() == Counter(stands)
+    for place in range(0, len(wanted), 7):
+        now = dict(zip(COLUMNS, there.row(place), strict=True))
+        kept = {name: wanted[place][name] for name in COLUMNS}
+        assert now == kept | {"status": stands[place], "length": None}
+
+
+def standing_of(row, at):
+    """Return what a word is at some a, as a table says it."""
+    if row["cycle"] is None:
+        return "geometric"
+    if not row["changes"]:
+        return "unknown"
+    gone = "no longer" if any(born and a < at for a, _, born in row["changes"]) else "not yet"
+    if model.left_open(row, at):
+        status = solve_word(row["representative"], at).status
+        return gone if status == Status.DYNAMICAL else status.value
+    return "orbit" if model.lives(row, at) else gone
 
 
 def test_the_first_rows_are_those_of_all(catalogue):

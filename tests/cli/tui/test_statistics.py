@@ -5,7 +5,7 @@ from screens import drive, press, screen_lines, shown
 
 from orbitdb.cli.tui.statistics import averages_screen as statistics
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.writing.references import add_reference
+from orbitdb.store.writing.records import add_reference
 from orbitdb.store.writing.writer import Writer
 from orbitdb.trajectories.ensemble import Reference
 

@@ -377,8 +377,7 @@ def test_statistics_of_chosen_words_count_those_words_alone(filled):
 
 def test_statistics_of_all_orbits_have_sum_rules_with_a_band(filled):
     from orbitdb.cli.tui.statistics.averages import COLUMNS, curves_of, statistics, table_of
-    from orbitdb.store.reading.leg_terms import sum_rules_of
-    from orbitdb.store.reading.whole_periods import read_whole
+    from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
 
     catalogue = Catalogue(filled)
     *_, found = statistics(catalogue, Selection())

@@ -1,7 +1,8 @@
-"""Proved bounds on the topological entropy, as they are stored for each a."""
+"""What is stored beside orbits: bounds on the entropy, and references from trajectories; the room of it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import groupby
+from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
@@ -9,8 +10,12 @@ from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.errors import InputError
 from orbitdb.numerals import between
 from orbitdb.store.file.schema import BALLS, DOUBLES
-from orbitdb.store.file.tables import entropy_bound
+from orbitdb.store.file.tables import cycle, entropy_bound, orbit, stadium, trajectory
 from orbitdb.store.reading.soundness import unsound
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.trajectories.ensemble import Reference
 
 _HIGHEST = 1.22
 """Above the geometric rules' entropy, 1.218756: no window proves so much."""
@@ -61,7 +66,9 @@ class Enclosure:
         return f"windows of {self.window} edges {how}"
 
 
-def rows(connection: sa.Connection, proof: str | None = None, a: float | None = None) -> list[Enclosure]:
+def bounds_stored(
+    connection: sa.Connection, proof: str | None = None, a: float | None = None
+) -> list[Enclosure]:
     """Return all stored bounds, or those of one kind or at one a, as they are, by a and length of windows."""
     table = entropy_bound.c
     names = (table.a, table.lower, table.upper, table.edges, table.windows, table.undecided, table.proof)
@@ -85,7 +92,7 @@ def closest(connection: sa.Connection, proof: str | None = None, a: float | None
     """
     if proof not in (None, DOUBLES, BALLS):
         raise InputError(f"proof {proof!r}: use {DOUBLES} or {BALLS}")
-    found = rows(connection, proof, a)
+    found = bounds_stored(connection, proof, a)
     for each in found:
         if not is_sound(each):
             raise unsound("a bound on the entropy at a =", each.a)
@@ -102,3 +109,62 @@ def is_sound(found: Enclosure) -> bool:
         and 0 <= found.undecided <= found.windows
         and found.proof in (DOUBLES, BALLS)
     )
+
+
+def best_reference(catalogue: "Catalogue", a: float) -> "Reference | None":
+    """Return the reference with the smallest error that is stored for one a, if there is one."""
+    from orbitdb.trajectories.ensemble import Reference
+
+    names = [field.name for field in fields(Reference)]
+    query = (
+        sa.select(*(trajectory.c[name] for name in names))
+        .join(stadium)
+        .where(stadium.c.a == a)
+        .order_by(trajectory.c.lambda_d_error)
+        .limit(1)
+    )
+    with catalogue.reading() as connection:
+        row = connection.execute(query).mappings().first()
+    if row is None:
+        return None
+    if not row["seed"].isdecimal():
+        raise unsound("a seed that is none:", row["seed"])
+    return Reference(**{**row, "seed": int(row["seed"])})
+
+
+@dataclass(frozen=True)
+class Room:
+    """The room that the rows of a catalogue take, indexes and free places among them.
+
+    Attributes
+    ----------
+    classes, orbits : int
+        Rows: symmetry classes with their words, and what became of each at one a.
+    per_class, per_orbit : float or None
+        Bytes a row; None where there are no rows, or SQLite was built without its `dbstat`.
+    """
+
+    classes: int
+    orbits: int
+    per_class: float | None
+    per_orbit: float | None
+
+
+def room(catalogue: "Catalogue") -> Room:
+    """Measure the room that classes and orbits take."""
+    counts = [sa.select(sa.func.count()).select_from(table).scalar_subquery() for table in (cycle, orbit)]
+    with catalogue.reading() as connection:
+        classes, orbits = connection.execute(sa.select(*counts)).one()
+        pages = _bytes_of_tables(connection)
+    per_class = pages["cycle"] / classes if pages and classes else None
+    per_orbit = pages["orbit"] / orbits if pages and orbits else None
+    return Room(classes, orbits, per_class, per_orbit)
+
+
+def _bytes_of_tables(connection: sa.Connection) -> dict[str, int]:
+    """Return the sizes of tables and indexes; nothing if SQLite cannot tell."""
+    try:
+        rows = connection.exec_driver_sql("SELECT name, pgsize FROM dbstat WHERE aggregate = TRUE").all()
+    except sa.exc.OperationalError:
+        return {}
+    return {str(row.name): int(row.pgsize) for row in rows}

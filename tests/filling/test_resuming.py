@@ -1,0 +1,161 @@
+"""A fill, a sweep or births that end anywhere, by Ctrl-C or a kill, and go on: as in one go."""
+
+import shutil
+import sqlite3
+from collections.abc import Callable, Iterator
+from contextlib import closing, suppress
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sqlalchemy as sa
+from contents import is_sound, rows
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from orbitdb.filling import births, blocks, sweeps, swept_blocks
+from orbitdb.filling.periods import fill_geometric, fill_periods
+from orbitdb.filling.resuming import Progress
+from orbitdb.orbits.newton import solve_for_orbits
+from orbitdb.store.asking.criteria import choose
+from orbitdb.store.file.migrate import migrate
+
+Work = Callable[[Path], Iterator[Progress]]
+WORKS: dict[str, Work] = {
+    "fill": lambda path: fill_periods(path, 1.6, range(5, 8)),
+    "fill at another a": lambda path: fill_periods(path, 1.0, [7]),
+    "fill of pruned words": lambda path: fill_geometric(path, [3, 4]),
+    "births": lambda path: births.fill_births(path, [2, 3, 4, 6]),
+    "sweep": lambda path: sweeps.sweep_periods(path, 1.6, [6, 7]),
+    "sweep of some": lambda path: sweeps.sweep_periods(
+        path, 1.6, [7], selection=choose(time_reversal="pair", length=(None, 25))
+    ),
+}
+
+
+class Stored(dict[str, list[tuple[Any, ...]]]):
+    """The rows of each table, which are not written out where a test fails."""
+
+    def __repr__(self) -> str:
+        return f"<{ {table: len(found) for table, found in self.items()} }>"
+
+
+ENDS = ("", "-wal")
+"""What a kill leaves of a file: it, and the journal of what is not in it yet."""
+
+
+class Killed(BaseException):
+    """What ends a process; nothing in the program catches it."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def many_blocks() -> Iterator[None]:
+    """Cut small periods into many blocks."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(blocks.METHODS, "newton", blocks.Method(solve_for_orbits, 8))
+        patch.setattr(births, "BLOCK", 64)
+        patch.setattr(swept_blocks, "_LEAST", 8)
+        yield
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("resumed")
+
+
+@pytest.fixture(scope="module")
+def empty(folder: Path) -> Path:
+    migrate(folder / "empty.db")
+    return folder / "empty.db"
+
+
+@pytest.fixture(scope="module")
+def in_one_go(folder: Path, empty: Path) -> dict[str, Stored]:
+    """What every work stores that nobody stops, and what all of them store in one file."""
+    known = {}
+    everything = Path(shutil.copy(empty, folder / "everything.db"))
+    for name, work in WORKS.items():
+        path = Path(shutil.copy(empty, folder / "whole.db"))
+        assert len(list(work(path))) > 1
+        known[name] = stored(path)
+        list(work(everything))
+    return known | {"everything": stored(everything)}
+
+
+def stored(path: Path) -> Stored:
+    """Every row but times and provenance."""
+    with closing(sqlite3.connect(path)) as plain:
+        more = {
+            "change": "cycle, number, a, error, kind, bounce, joint, event, slope",
+            "birth_fill": "p, state, cursor, words, classes, births, deaths, always, least, largest",
+            # not its blocks: where it only was not closed, an empty one is added
+            "sweep": "stadium, p, selection, state, cursor, words, n_c, classes, boundary, sums, moments",
+            "sweep_block": "*",
+        }
+        found = {
+            table: plain.execute(f"SELECT {names} FROM {table}").fetchall() for table, names in more.items()
+        }
+    return Stored(rows(path) | found)
+
+
+def same(one: Stored, other: Stored) -> None:
+    for table in other:
+        assert one[table] == other[table], table
+
+
+def cut(path: Path, work: Work, way: str, moment: int) -> None:
+    """End a work between blocks, or at a statement by an exception or as a kill leaves the file."""
+    if way == "closed":
+        going = work(path)
+        list(islice(going, moment // 8))
+        going.close()
+        return
+    copy, told = path.with_name("killed.db"), iter(range(moment))
+
+    def count(*_: object) -> None:
+        if next(told, None) is None:
+            if way == "killed":
+                for end in ENDS:
+                    shutil.copy(f"{path}{end}", f"{copy}{end}")
+            raise Killed
+
+    sa.event.listen(sa.Engine, "before_cursor_execute", count)
+    try:
+        with suppress(Killed):
+            list(work(path))
+    finally:
+        sa.event.remove(sa.Engine, "before_cursor_execute", count)
+    for end in ENDS if copy.exists() else ():
+        shutil.move(f"{copy}{end}", f"{path}{end}")
+
+
+WAYS = st.sampled_from(["closed", "raised", "killed"])
+
+
+@pytest.mark.parametrize("name", WORKS)
+@given(cuts=st.lists(st.tuples(WAYS, st.integers(0, 100)), min_size=1, max_size=4))
+@settings(max_examples=6)
+def test_what_is_cut_at_any_moment_goes_on(empty, in_one_go, name, cuts):
+    path = Path(shutil.copy(empty, empty.with_name("cut.db")))
+    for way, moment in cuts:
+        cut(path, WORKS[name], way, moment)
+        assert is_sound(path)
+    list(WORKS[name](path))
+    same(stored(path), in_one_go[name])
+
+
+@pytest.mark.slow
+@given(order=st.permutations(sorted(WORKS)), moments=st.lists(st.integers(0, 80), min_size=6), way=WAYS)
+@settings(max_examples=4)
+def test_works_that_take_turns_in_one_file_store_what_they_store_alone(empty, in_one_go, order, moments, way):
+    path = Path(shutil.copy(empty, empty.with_name("turns.db")))
+    for name, moment in zip(order, moments, strict=False):
+        cut(path, WORKS[name], way, moment)
+    for work in WORKS.values():
+        list(work(path))
+    mine, whole = stored(path), in_one_go["everything"]
+    for table in whole:  # where a stadium has a number, it may be another one
+        assert len(mine[table]) == len(whole[table]), table
+    for table in ("cycle", "pruned", "change", "birth_fill"):
+        assert sorted(mine[table], key=repr) == sorted(whole[table], key=repr), table

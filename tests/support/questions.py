@@ -1,0 +1,118 @@
+"""Questions to ask of a catalogue, as Hypothesis draws them; what they choose stands in `model`."""
+
+import sqlite3
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import model
+from hypothesis import strategies as st
+
+from orbitdb.filling.births import fill_births
+from orbitdb.filling.periods import fill_geometric, fill_periods
+from orbitdb.filling.single_word import fill_word
+from orbitdb.store.asking.conditions import COLUMNS
+from orbitdb.store.reading.catalogue import Catalogue
+
+DIED, REBORN, ERROR = 0.75, 1.25, 2.0**-30
+"""Where, by hand, every third class that is stored with its births dies and is born again, and the error."""
+
+EDGES = [at + times * ERROR for at in (DIED, REBORN) for times in (-3, -2, -1, 0, 1, 2, 3)]
+"""At a death and at a birth, and on either side; two errors away they are told."""
+LONG = ("1" * 20 + "3", "31" * 11 + "30", "13" * 11 + "10", "11" + "02" * 11, "0" * 25 + "1")
+"""Words that have no key: three of one period in the wrong order, a small class, one that is pruned."""
+
+
+def both(test: Callable[[model.Row], Any], *names: str) -> Callable[[model.Row], Any]:
+    """Return a test of some columns that no row without them passes, as in SQL."""
+    return lambda row: None not in [row[name] for name in names] and test(row)
+
+
+WHERE: dict[str, Callable[[model.Row], Any]] = {
+    # of classes
+    "lambda_c < 0.5": both(lambda row: row["lambda_c"] < 0.5, "lambda_c"),
+    "length is null": lambda row: row["length"] is None,
+    "p % 2 and walls < 3": both(lambda row: row["p"] % 2 and row["walls"] < 3, "walls"),
+    "symmetry = 'T' or maslov > 12": lambda row: row["symmetry"] == "T" or (row["maslov"] or 0) > 12,
+    "born > 0.5": both(lambda row: row["born"] > 0.5, "born"),
+    "dies < 1 or born is null": lambda row: row["born"] is None or (row["dies"] or 9) < 1,
+    "status = 'geometric' or rules is not null": lambda row: bool(row["rules"]),
+    # patterns
+    "code like '%31%'": lambda row: "31" in row["code"],
+    "word not glob '*31*' AND length > 9": both(
+        lambda row: "31" not in row["code"] and row["length"] > 9, "length"
+    ),
+    "code like '1_3%'": lambda row: row["code"][0] == "1" and row["code"][2:3] == "3",
+    # of single words
+    "element = 3": lambda row: row["element"] == 3,
+    "element & 1 and length > 9": both(lambda row: row["element"] & 1 and row["length"] > 9, "length"),
+    "code > '02' and p in (4, 6)": lambda row: row["code"] > "02" and row["p"] in (4, 6),
+    "representative = word": lambda row: row["representative"] == row["word"],
+    "code('31', '2312') or code like '0%2'": lambda row: (
+        row["code"] in ("13", "1223") or (row["code"][0] == "0" and row["code"][-1] == "2")
+    ),
+}  # fmt: skip
+KEYS = st.sampled_from([name for name in COLUMNS if name not in ("a", "cycle", "solver")])
+ORDERS = (
+    st.just("p")
+    | st.lists(
+        st.tuples(st.sampled_from(["-", ""]), KEYS).map("".join), min_size=1, max_size=3, unique=True
+    ).map(",".join)
+    | st.sampled_from(["code", "-code", "element,-length", "status,code desc", "p,-element"])
+)
+CRITERIA = st.fixed_dictionaries(
+    {},
+    optional={
+        "a": st.sampled_from([1.6, 1.0]),
+        "p": st.sampled_from(["2", "3", "3-5", "5,12", "6", "2-30", "22-99"]),
+        "status": st.sampled_from(["orbit", "orbit,dynamical", "geometric", "orbit,geometric", "all"]),
+        "time_reversal": st.sampled_from(["self", "pair"]),
+        "symmetry": st.sampled_from(["1", "T", "x,T,xT"]),
+        "contains": st.sampled_from(["13", "44", "131013", "31202131", "3131313131313131"]),
+        "exists": st.sampled_from([(0.8,), (0.3, 2.0)]),
+        "not_at": st.just((0.2,)),
+        "length": st.sampled_from([(11.0, None), (None, 14.0), (11.0, 14.0), (99.0, None)]),
+        "margin": st.sampled_from([(None, 0.0), (0.05, 0.3)]),
+        "lambda_c": st.just((0.38, 0.45)),
+        "born": st.sampled_from([(0.1, 1.0), (None, 0.5)]),
+        "where": st.sampled_from(sorted(WHERE)),
+    },
+)
+LIMITS = st.none() | st.integers(0, 40)
+OFFSETS = st.just(0) | st.integers(0, 60) | st.just(5000)
+NAMES = st.lists(st.sampled_from([*COLUMNS, "coordinates"]), min_size=1, max_size=6, unique=True).map(tuple)
+
+
+def catalogue_to_ask(path: Path) -> Catalogue:
+    """Fill two a, births with deaths to p = 5, a part of a period, pruned words and long ones."""
+    catalogue = Catalogue.create(path)
+    for a, last in ((1.6, 5), (1.0, 3)):
+        for _ in fill_periods(path, a, range(2, last + 1)):
+            pass
+    for _ in fill_births(path, range(2, 6)):
+        pass
+    with closing(sqlite3.connect(path)) as plain, plain:
+        for number, a, kind in ((2, DIED, "died"), (3, REBORN, "born")):
+            plain.execute(
+                "INSERT INTO change SELECT cycle, ?, ?, ?, ?, 1, 'top left', NULL, 1.0, run FROM change"
+                " WHERE number = 1 AND a < ? AND cycle % 3 = 0",
+                (number, a, ERROR, kind, DIED),
+            )
+    for _ in fill_geometric(path, [3, 4]):
+        pass
+    for word in ("013023", "131013", *LONG):
+        fill_word(path, word, 1.6)
+    return catalogue
+
+
+def expected(
+    rows: list[model.Row],
+    criteria: dict[str, Any],
+    order: str = "p",
+    limit: int | None = None,
+    offset: int = 0,
+) -> list[model.Row]:
+    """Return the rows that a question has for an answer."""
+    found = model.in_order(model.chosen(rows, criteria, WHERE), order)
+    return model.cut(found, limit, offset)
