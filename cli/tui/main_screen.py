@@ -109,22 +109,28 @@ class MainScreen(Panels):
         """Take the last digit back."""
         self.rows.jumping.take_back()
 
+    def _shown(self) -> Orbit | None:
+        """Return the orbit on show, or say that there is none."""
+        self.catch_up()
+        if self.orbit is None:
+            self.notify("no orbit is shown: c asks for one by its code", timeout=2)
+        return self.orbit
+
     def action_follow(self, up: bool) -> None:
         """Follow the orbit to a greater or smaller a, past its births and deaths."""
-        self.catch_up()
-        if self.orbit is not None:
+        if self._shown() is not None:
             self.following.step(up)
 
     def action_move_in_class(self, element: int) -> None:
         """Show the image of the orbit under a mirror or time reversal."""
-        self.catch_up()
-        if self.orbit is None:
+        orbit = self._shown()
+        if orbit is None:
             return
-        word = images_of(self.orbit.code)[element]
-        same = least_rotation(word) == least_rotation(self.orbit.code)
+        word = images_of(orbit.code)[element]
+        same = least_rotation(word) == least_rotation(orbit.code)
         name = _ELEMENTS[element]
-        told = f"its own {name}" if same else f"{name} of {self.orbit.code[:20]}"
-        self.search.go_to(self.browser.find_at(word, self.orbit.a, self.orbit.exists))
+        told = f"its own {name}" if same else f"{name} of {orbit.code[:20]}"
+        self.search.go_to(self.browser.find_at(word, orbit.a, orbit.exists))
         self.query_one(FactsPanel).border_title = told
 
     def action_code(self) -> None:
@@ -235,9 +241,8 @@ class MainScreen(Panels):
 
     def action_mark(self) -> None:
         """Mark the orbit, or unmark it."""
-        self.catch_up()
-        if self.orbit is not None:
-            self.keeping.mark(self.orbit)
+        if (orbit := self._shown()) is not None:
+            self.keeping.mark(orbit)
 
     def action_marked(self) -> None:
         """Show the marked orbits only, or what was shown before."""
@@ -252,6 +257,8 @@ class MainScreen(Panels):
     def action_view(self) -> None:
         """Change between the stadium and phase space."""
         self.view = View.STADIUM if self.view is View.PHASE else View.PHASE
+        if self.has_class("-empty"):  # the greeting is in its place
+            self._shown()
 
     def action_particle(self) -> None:
         """Send a particle along the orbit, or stop it."""
@@ -260,20 +267,22 @@ class MainScreen(Panels):
 
     def action_whole(self) -> None:
         """Open all that is known of the orbit."""
-        self.catch_up()
-        if self.orbit is not None:
+        if (orbit := self._shown()) is not None:
             from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
 
-            self.app.push_screen(WholeOrbitScreen(self.orbit))
+            self.app.push_screen(WholeOrbitScreen(orbit))
 
     def action_compare(self) -> None:
         """Compare the orbit in phase space, or no longer."""
-        self.catch_up()
-        if self.orbit is None or self.orbit.coordinates is None:
+        orbit = self._shown()
+        if orbit is None:
             return
-        others = tuple(orbit for orbit in self.compared if orbit.code != self.orbit.code)
+        if orbit.coordinates is None:
+            self.notify("it has no bounces to compare: only orbits do", timeout=2)
+            return
+        others = tuple(other for other in self.compared if other.code != orbit.code)
         if len(others) == len(self.compared):
-            others = (*others, self.orbit)[-_MOST_COMPARED + 1 :]
+            others = (*others, orbit)[-_MOST_COMPARED + 1 :]
         self.compared = others
         self.notify(f"{len(others)} to compare; v shows phase space", timeout=2)
 
@@ -283,10 +292,9 @@ class MainScreen(Panels):
 
     def action_copy(self) -> None:
         """Copy the word."""
-        self.catch_up()
-        if self.orbit is not None:
-            self.app.copy_to_clipboard(self.orbit.code)
-            self.notify(f"copied {self.orbit.code}", timeout=2)
+        if (orbit := self._shown()) is not None:
+            self.app.copy_to_clipboard(orbit.code)
+            self.notify(f"copied {orbit.code}", timeout=2)
 
     # computing and taking away
 
