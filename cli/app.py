@@ -17,10 +17,13 @@ ParsingError = typer.TyperException
 _ROOMS = (
     "fill", "sweep", "births", "query", "identify", "browse", "table", "entropy", "lyapunov", "bounds",
     "simulate", "levels", "spectrum", "plot", "export", "sql", "columns", "verify", "bench", "info",
+    "migrate",
 )  # fmt: skip
-"""The modules of `orbitdb.cli.commands`."""
+"""The modules of `orbitdb.cli.commands`, each with the command of its name and `EXAMPLES` of it."""
 
-_ROOM_OF = {room: room for room in _ROOMS} | {"tui": "browse", "migrate": "info"}
+_OTHER_NAMES = {"browse": ("tui",)}
+
+_ROOM_OF = {name: room for room in _ROOMS for name in (room, *_OTHER_NAMES.get(room, ()))}
 """By command."""
 
 
@@ -147,7 +150,9 @@ def program(rooms: Sequence[str] = _ROOMS) -> typer.Typer:
     )
     app.callback()(_options)
     for room in rooms:
-        import_module(f"orbitdb.cli.commands.{room}").register(app)
+        module = import_module(f"orbitdb.cli.commands.{room}")
+        for name in (room, *_OTHER_NAMES.get(room, ())):
+            app.command(name, hidden=name != room, epilog=module.EXAMPLES)(getattr(module, room))
     for command in app.registered_commands:
         command.cls = Command
     return app

@@ -32,7 +32,7 @@ from orbitdb.version import __version__
 if TYPE_CHECKING:
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.errors import InputError, StoreError, WorkError
-    from orbitdb.orbits.lives import existence, solve_word
+    from orbitdb.orbits.births.lives import existence, solve_word
     from orbitdb.orbits.newton import solve
     from orbitdb.orbits.orbit import Orbit, Orbits, Status
     from orbitdb.quantum.levels import Levels, levels
@@ -69,7 +69,7 @@ __all__ = [
 _HOMES = {
     "billiard.stadium": ("Stadium",),
     "errors": ("InputError", "StoreError", "WorkError"),
-    "orbits.lives": ("existence", "solve_word"),
+    "orbits.births.lives": ("existence", "solve_word"),
     "orbits.newton": ("solve",),
     "orbits.orbit": ("Orbit", "Orbits", "Status"),
     "quantum.levels": ("Levels", "levels"),

@@ -44,11 +44,6 @@ class Kind(StrEnum):
     STATUSES = "statuses"
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(bench)
-
-
 def bench(
     context: typer.Context,
     kind: Annotated[

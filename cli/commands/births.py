@@ -35,11 +35,6 @@ _WEIGHT = 10
 """How much longer the births of a word take than its orbit at one a, for what pays in processes."""
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(births)
-
-
 def births(
     context: typer.Context,
     p: Annotated[int | None, count_option("--p", help="The highest period to find births of.")] = None,

@@ -44,11 +44,6 @@ _WORK = 200_000
 _WHY = "the time, the length of windows or the memory was not enough"
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(bounds)
-
-
 def bounds(
     *,
     context: typer.Context,

@@ -28,12 +28,6 @@ Examples:
 _PORT = 8000
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command and its other name."""
-    app.command(epilog=EXAMPLES)(browse)
-    app.command("tui", hidden=True, epilog=EXAMPLES)(browse)
-
-
 @with_choice
 def browse(
     *,

@@ -5,8 +5,6 @@ import sys
 from collections.abc import Sequence
 from textwrap import wrap
 
-import typer
-
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
 from orbitdb.cli.render import write
@@ -23,11 +21,6 @@ Examples:
 KEYS = ("column", "of", "type", "unit", "bound", "empty", "means")
 _LEAST_WIDTH = 24
 _GAP = "  "
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(columns)
 
 
 def columns(format_: options.OutputFormat = Format.TABLE, json: options.Json = False) -> None:

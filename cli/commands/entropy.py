@@ -1,7 +1,5 @@
 """``orbitdb entropy``: the topological entropy over a chosen subset of orbits."""
 
-import typer
-
 from orbitdb.cli import options
 from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice, with_choice
@@ -19,11 +17,6 @@ Examples:
 
   orbitdb entropy --a all --format csv
 """
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(entropy)
 
 
 @with_choice

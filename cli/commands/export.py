@@ -44,11 +44,6 @@ BOUNCE_COLUMNS = tuple(each.name for each in OF_BOUNCES)
 COORDINATES = "coordinates"
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(export)
-
-
 @with_choice
 def export(
     *,

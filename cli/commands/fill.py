@@ -41,11 +41,6 @@ Examples:
 """
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(fill)
-
-
 def fill(
     context: typer.Context,
     p: Annotated[

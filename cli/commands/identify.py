@@ -48,11 +48,6 @@ LENGTH_KEYS = (*LENGTH_COLUMNS, "length_error", "a")
 _ON_SCREEN = 40
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(identify)
-
-
 def identify(
     context: typer.Context,
     start: Annotated[

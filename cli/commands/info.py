@@ -1,13 +1,10 @@
-"""``orbitdb info`` and ``orbitdb migrate``: where and what the database is."""
+"""``orbitdb info``: where and what the database is."""
 
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
-from orbitdb.cli.render import note, write, write_facts
-from orbitdb.cli.storing import bring
+from orbitdb.cli.render import write, write_facts
 from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
@@ -15,17 +12,12 @@ if TYPE_CHECKING:
     from orbitdb.store.reading.records import Enclosure
     from orbitdb.store.reading.sweeps import Sweep
 
-INFO_EXAMPLES = """
+EXAMPLES = """
 Examples:
 
   orbitdb info
 
   orbitdb info --json
-"""
-MIGRATE_EXAMPLES = """
-Example:
-
-  orbitdb migrate --db old.db
 """
 COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
            "seconds", "enumerating", "solving", "storing")  # fmt: skip
@@ -33,12 +25,6 @@ _SHOWN = len(COLUMNS) - 3
 """Columns for people, that 80 characters hold: those of processors come in the other formats."""
 _FEW = 4
 """Values of a of which the entropy is told one by one."""
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands."""
-    app.command(epilog=INFO_EXAMPLES)(info)
-    app.command(epilog=MIGRATE_EXAMPLES)(migrate)
 
 
 def info(
@@ -155,18 +141,3 @@ def _windows(found: "Enclosure") -> str:
     from orbitdb.store.file.schema import BALLS
 
     return f"{found.window} edges" + (", balls" if found.proof == BALLS else "")
-
-
-def migrate(db: options.Database = None) -> None:
-    """Bring a catalogue to the newest schema, or make an empty one.
-
-    An older catalogue is copied first; the copy is named.
-    """
-    from orbitdb.store.file.database import default_path
-
-    path = db or default_path()
-    before, after, _ = bring(path)
-    if before == after:
-        note(f"{path}: schema {after}, the newest; nothing to do")
-    elif not before:
-        note(f"{path}: made, schema {after}")

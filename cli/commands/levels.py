@@ -33,11 +33,6 @@ _WORTH = 200
 """Levels from which on further processes pay."""
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(levels)
-
-
 def levels(
     *,
     k: Annotated[str, typer.Option("--k", metavar="FROM:TO", help="The range of wavenumbers, in 1/radius.")],

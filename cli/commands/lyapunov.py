@@ -29,11 +29,6 @@ Examples:
 """
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(lyapunov)
-
-
 @with_choice
 def lyapunov(
     *,

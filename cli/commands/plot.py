@@ -66,11 +66,6 @@ _OF_CLASSES = (Kind.ENTROPY, Kind.LYAPUNOV, Kind.LENGTHS)
 """Figures of averages, and of the lengths that they are made of."""
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(plot)
-
-
 @with_choice
 def plot(
     *,

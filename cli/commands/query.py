@@ -63,11 +63,6 @@ TABLE_COLUMNS = (
 _ON_SCREEN = 40
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(query)
-
-
 @with_choice
 def query(
     *,

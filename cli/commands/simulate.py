@@ -36,11 +36,6 @@ _MOST = 10**12
 _NEAR = 0.05
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(simulate)
-
-
 def simulate(
     a: options.HalfLength = 1.6,
     bounces: Annotated[

@@ -28,11 +28,6 @@ Examples:
 PEAKS = ("length", "height", "code", "repetitions", "total", "strength")
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(spectrum)
-
-
 def spectrum(
     *,
     context: typer.Context,

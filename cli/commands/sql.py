@@ -18,11 +18,6 @@ Examples:
 """
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(sql)
-
-
 def sql(
     statement: Annotated[str, typer.Argument(metavar="SELECT", help="One SELECT, in quotes.")],
     parameters: options.Parameters = None,

@@ -45,11 +45,6 @@ Examples:
 COLUMNS = ("p", "N_t", "N_c", "classes", "boundary", "unresolved", "seconds", "processor_seconds")
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(sweep)
-
-
 @with_choice
 def sweep(
     *,

@@ -1,7 +1,5 @@
 """``orbitdb table``: the paper's Table 1."""
 
-import typer
-
 from orbitdb.cli import options
 from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
@@ -18,11 +16,6 @@ Examples:
 
   orbitdb table --a all --p 11
 """
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(table)
 
 
 def table(

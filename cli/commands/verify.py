@@ -39,11 +39,6 @@ _WORK = 8
 COLUMNS = ("check", "rows", "failures", "worst", "share", "first")
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(epilog=EXAMPLES)(verify)
-
-
 @with_choice
 def verify(
     *,

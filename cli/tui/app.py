@@ -15,7 +15,6 @@ from rich.console import RenderableType
 from textual import work
 from textual.app import App, SystemCommand
 from textual.binding import Binding, BindingType
-from textual.message import Message
 from textual.notifications import SeverityLevel
 from textual.reactive import reactive
 from textual.screen import Screen
@@ -74,20 +73,6 @@ class BrowseApp(App[None]):
     ]
 
     fill_state: reactive[FillState | None] = reactive(None, repaint=False)
-
-    class Told(Message):
-        """A worker has something to say."""
-
-        def __init__(self, text: str) -> None:
-            super().__init__()
-            self.text = text
-
-    class Filled(Message):
-        """A batch has been stored, or a fill has come to its end."""
-
-        def __init__(self, state: FillState) -> None:
-            super().__init__()
-            self.state = state
 
     def __init__(
         self, path: Path, selection: Selection, code: str | None = None, state: Path | None = None
@@ -216,8 +201,6 @@ class BrowseApp(App[None]):
 
     @work(thread=True, group="fill")
     def _fill(self, wish: Wish) -> None:
-        from dataclasses import replace
-
         worker = get_current_worker()
         self.take_in_hand()
         state = FillState(wish)
@@ -226,17 +209,16 @@ class BrowseApp(App[None]):
             for state in steps:
                 if worker.is_cancelled:
                     break
-                self.post_message(self.Filled(state))
+                self.call_later(self._take_step, state)
             steps.close()
         except (InputError, StoreError) as error:
-            self.post_message(self.Filled(replace(state, state="failed", message=str(error))))
+            self.call_later(self._take_step, replace(state, state="failed", message=str(error)))
             return
         end = "stopped" if worker.is_cancelled else "done"
-        self.post_message(self.Filled(replace(state, state=end)))
+        self.call_later(self._take_step, replace(state, state=end))
 
-    def on_browse_app_filled(self, message: Filled) -> None:
+    def _take_step(self, state: FillState) -> None:
         """Show what has been stored, not more often than can be read."""
-        state = message.state
         now = time.monotonic()
         if self.catalogue is None:
             self.catalogue = _opened(self.path)
@@ -246,7 +228,7 @@ class BrowseApp(App[None]):
         if self.leaving:
             return
         self._main.follow_fill(state)
-        rest = max(_SECONDS_BETWEEN_LOOKS, _RESTS * self._main.seconds_of_reading)
+        rest = max(_SECONDS_BETWEEN_LOOKS, _RESTS * self._main.rows.seconds_of_reading)
         if not state.runs or now - self._shown_at > rest:
             self._shown_at = now
             self._main.refresh_catalogue()
@@ -259,8 +241,6 @@ class BrowseApp(App[None]):
     def action_stop_fill(self) -> None:
         """Stop the fill behind the batch at work."""
         if self.fill_state is not None and self.fill_state.runs:
-            from dataclasses import replace
-
             self.fill_state = replace(self.fill_state, state="stopping")
             self.workers.cancel_group(self, "fill")
 
@@ -296,11 +276,7 @@ class BrowseApp(App[None]):
 
     def tell(self, text: str) -> None:
         """Say something, from any thread."""
-        self.post_message(self.Told(text))
-
-    def on_browse_app_told(self, message: Told) -> None:
-        """Say it."""
-        self.notify(message.text)
+        self.call_later(self.notify, text)
 
     def action_keys(self) -> None:
         """Show the keys that matter here."""

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from textual import work
+from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import Static
 
@@ -15,15 +16,17 @@ from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.filling import FillState
 from orbitdb.cli.tui.dialogs.filter import FilterDialog
 from orbitdb.cli.tui.dialogs.half_length import HalfLengthDialog
-from orbitdb.cli.tui.dialogs.status import StatusDialog, Statuses
-from orbitdb.cli.tui.keeping_screen import KeepingScreen
+from orbitdb.cli.tui.dialogs.marks import MarksDialog, Names
+from orbitdb.cli.tui.keeping import Keeping
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.orbit.facts import FactsPanel
-from orbitdb.cli.tui.table.columns import EVERY
+from orbitdb.cli.tui.panels import Panels
+from orbitdb.cli.tui.screens import Failed
+from orbitdb.cli.tui.table.columns import EVERY, chosen
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.errors import InputError, StoreError
-from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.codes import hint
 from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.expressions import names_in
@@ -39,7 +42,7 @@ _ELEMENTS = {REVERSE: "time reverse", MIRROR_X: "mirror image left to right",
              MIRROR_Y: "mirror image upside down"}  # fmt: skip
 
 
-class MainScreen(KeepingScreen):
+class MainScreen(Panels):
     """Look at orbits and choose them."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -74,6 +77,12 @@ class MainScreen(KeepingScreen):
         Binding("m", "compare", "compare in phase space, or not", show=False),
         Binding("M", "compare_none", "compare none", show=False),
         Binding("escape", "back", "back to the row", show=False),
+        Binding("C", "columns", "columns", show=False),
+        Binding("asterisk", "mark", "mark the orbit, or unmark it", show=False, key_display="*"),
+        Binding("apostrophe", "marked", "marked orbits only", show=False, key_display="'"),
+        Binding("F", "filters", "filters kept by name", show=False),
+        *(Binding(digit, f"jump('{digit}')", show=False) for digit in "0123456789"),
+        Binding("backspace", "jump_back", show=False),
     ]
 
     def __init__(self, selection: Selection, code: str | None = None) -> None:
@@ -81,19 +90,47 @@ class MainScreen(KeepingScreen):
         self._history: list[str] = [selection.where] if selection.where else []
         self._codes: list[str] = []
         self._values = dict(selection.parameters)
+        self.keeping = Keeping(self)
 
-    # moving in the class
+    def compose(self) -> ComposeResult:
+        """Lay out the panels, with the columns and marks that were kept."""
+        state = self.keeping.load()
+        self.set_reactive(Panels.columns, chosen(state.columns))
+        self.set_reactive(Panels.marked, frozenset(state.marked))
+        yield from super().compose()
+
+    # moving
+
+    def action_jump(self, digit: str) -> None:
+        """Go to a period, or to a code, by digits that are typed one after the other."""
+        self.rows.jumping.type(digit)
+
+    def action_jump_back(self) -> None:
+        """Take the last digit back."""
+        self.rows.jumping.take_back()
+
+    def _shown(self) -> Orbit | None:
+        """Return the orbit on show, or say that there is none."""
+        self.catch_up()
+        if self.orbit is None:
+            self.notify("no orbit is shown: c asks for one by its code", timeout=2)
+        return self.orbit
+
+    def action_follow(self, up: bool) -> None:
+        """Follow the orbit to a greater or smaller a, past its births and deaths."""
+        if self._shown() is not None:
+            self.following.step(up)
 
     def action_move_in_class(self, element: int) -> None:
         """Show the image of the orbit under a mirror or time reversal."""
-        self.catch_up()
-        if self.orbit is None:
+        orbit = self._shown()
+        if orbit is None:
             return
-        word = images_of(self.orbit.code)[element]
-        same = least_rotation(word) == least_rotation(self.orbit.code)
+        word = images_of(orbit.code)[element]
+        same = least_rotation(word) == least_rotation(orbit.code)
         name = _ELEMENTS[element]
-        told = f"its own {name}" if same else f"{name} of {self.orbit.code[:20]}"
-        self.go_to(self.browser.find_at(word, self.orbit.a, self.orbit.exists))
+        told = f"its own {name}" if same else f"{name} of {orbit.code[:20]}"
+        self.search.go_to(self.browser.find_at(word, orbit.a, orbit.exists))
         self.query_one(FactsPanel).border_title = told
 
     def action_code(self) -> None:
@@ -102,7 +139,7 @@ class MainScreen(KeepingScreen):
         def take(code: str | None) -> None:
             if code:
                 self._codes.append(code)
-                self.ask_for(code)
+                self.search.ask_for(code)
 
         self.app.push_screen(
             LineDialog("code, in any rotation", "", "1232131 or 1^20(02)^5 3", _check_code, self._codes), take
@@ -112,15 +149,15 @@ class MainScreen(KeepingScreen):
 
     def action_filter(self) -> None:
         """Edit the filter; the rows follow as it is typed, and come back if it is left."""
-        row, before = self.query_one(PagedTable).row, self.selection.where
-        word = row[0] if row and self.query_one(PagedTable).cursor else None
+        row, before = self.rows.table.row, self.selection.where
+        word = row[0] if row and self.rows.table.cursor else None
 
         def attempt(where: str | None) -> None:
             if (where or None) != self.selection.where:
-                self._wanted = word
+                self.wanted = word
                 self.selection = self._filtered(where or None)
-            else:
-                self.go_on_reading()
+            elif self.rows.stopped:  # read it after all
+                self.read()
 
         def take(where: str | None) -> None:
             attempt(before if where is None else where)
@@ -128,7 +165,7 @@ class MainScreen(KeepingScreen):
                 self._history.append(where)
 
         dialog = FilterDialog(
-            before or "", self._check_filter, self.stop_reading, attempt, self, self._history
+            before or "", self._check_filter, self.rows.stop_reading, attempt, self.rows, self._history
         )
         self.app.push_screen(dialog, take)
 
@@ -150,11 +187,13 @@ class MainScreen(KeepingScreen):
     def action_statuses(self) -> None:
         """Pick statuses from a list."""
 
-        def take(statuses: Statuses | None) -> None:
+        def take(statuses: Names | None) -> None:
             if statuses is not None:
-                self.selection = replace(self.selection, statuses=statuses)
+                self.selection = replace(self.selection, statuses=tuple(map(Status, statuses)))
 
-        self.app.push_screen(StatusDialog(self.selection.statuses), take)
+        hint = "space marks, enter takes; none marked: every status"
+        texts = {status.value: status.sentence for status in choices.SHOWN}
+        self.app.push_screen(MarksDialog("statuses", hint, texts, self.selection.statuses), take)
 
     def action_reversal(self) -> None:
         """Choose self-retracing orbits, the others, or all."""
@@ -194,11 +233,32 @@ class MainScreen(KeepingScreen):
         """Sort by the column; again, the other way round."""
         self._sort_by(message.column)
 
+    # keeping
+
+    def action_columns(self) -> None:
+        """Choose the columns of the table."""
+        self.keeping.ask_for_columns()
+
+    def action_mark(self) -> None:
+        """Mark the orbit, or unmark it."""
+        if (orbit := self._shown()) is not None:
+            self.keeping.mark(orbit)
+
+    def action_marked(self) -> None:
+        """Show the marked orbits only, or what was shown before."""
+        self.keeping.show_marked()
+
+    def action_filters(self) -> None:
+        """Take a filter that was kept, or keep the present one."""
+        self.keeping.ask_for_filter()
+
     # looking
 
     def action_view(self) -> None:
         """Change between the stadium and phase space."""
         self.view = View.STADIUM if self.view is View.PHASE else View.PHASE
+        if self.has_class("-empty"):  # the greeting is in its place
+            self._shown()
 
     def action_particle(self) -> None:
         """Send a particle along the orbit, or stop it."""
@@ -207,20 +267,22 @@ class MainScreen(KeepingScreen):
 
     def action_whole(self) -> None:
         """Open all that is known of the orbit."""
-        self.catch_up()
-        if self.orbit is not None:
+        if (orbit := self._shown()) is not None:
             from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
 
-            self.app.push_screen(WholeOrbitScreen(self.orbit))
+            self.app.push_screen(WholeOrbitScreen(orbit))
 
     def action_compare(self) -> None:
         """Compare the orbit in phase space, or no longer."""
-        self.catch_up()
-        if self.orbit is None or self.orbit.coordinates is None:
+        orbit = self._shown()
+        if orbit is None:
             return
-        others = tuple(orbit for orbit in self.compared if orbit.code != self.orbit.code)
+        if orbit.coordinates is None:
+            self.notify("it has no bounces to compare: only orbits do", timeout=2)
+            return
+        others = tuple(other for other in self.compared if other.code != orbit.code)
         if len(others) == len(self.compared):
-            others = (*others, self.orbit)[-_MOST_COMPARED + 1 :]
+            others = (*others, orbit)[-_MOST_COMPARED + 1 :]
         self.compared = others
         self.notify(f"{len(others)} to compare; v shows phase space", timeout=2)
 
@@ -230,10 +292,9 @@ class MainScreen(KeepingScreen):
 
     def action_copy(self) -> None:
         """Copy the word."""
-        self.catch_up()
-        if self.orbit is not None:
-            self.app.copy_to_clipboard(self.orbit.code)
-            self.notify(f"copied {self.orbit.code}", timeout=2)
+        if (orbit := self._shown()) is not None:
+            self.app.copy_to_clipboard(orbit.code)
+            self.notify(f"copied {orbit.code}", timeout=2)
 
     # computing and taking away
 
@@ -256,7 +317,7 @@ class MainScreen(KeepingScreen):
 
     def go_along(self, a: float) -> None:
         """Look at the stadium that is being filled, if there is nothing at the one that is shown."""
-        if not self.periods and not len(self.query_one(PagedTable).source):
+        if not self.periods and not len(self.rows.table.source):
             self.selection = replace(self.selection, a=a)
 
     def follow_fill(self, state: FillState) -> None:
@@ -314,7 +375,7 @@ class MainScreen(KeepingScreen):
         except CancelledError:
             return
         except (InputError, StoreError, OSError) as error:
-            self.post_message(self.Failed(str(error)))
+            self.post_message(Failed(str(error)))
             return
         self.browser.tell(told)
 

@@ -19,7 +19,7 @@ from orbitdb.averages.sum_rules import SumRules, averages_by_period, tilts_by_pe
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltedSums, TiltMoments
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.exponents import Exponents, exponents
+from orbitdb.orbits.sums import Exponents, exponents
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import least_words
 from orbitdb.symbols.symmetry import SIZES

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.bounds import assess
 from orbitdb.orbits.newton import certificates, newton
 from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.orbits.status import assess
 from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.symmetry import classify
 from orbitdb.symbols.words import pack

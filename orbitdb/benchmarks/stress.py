@@ -85,7 +85,7 @@ def judge(case: str, asked: str, words: Words, stadium: Stadium) -> Outcome:
 
 def compare(case: str, asked: str, orbits: Orbits, stadium: Stadium, seconds: float) -> Outcome:
     """Compare solved orbits with their enclosures."""
-    from orbitdb.orbits.enclosure import true_errors
+    from orbitdb.orbits.balls.enclosure import true_errors
 
     truth = certificates(orbits.words, stadium, BITS)
     status = np.array([each.status.value for each in truth])

@@ -21,7 +21,7 @@ from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.relaxation import relax, starting_points
 
 if TYPE_CHECKING:
-    from orbitdb.orbits.enclosure import Enclosure
+    from orbitdb.orbits.balls.enclosure import Enclosure
 
 Floats = NDArray[np.float64]
 Words = NDArray[np.uint8]
@@ -204,7 +204,7 @@ def _row(
     method: str, setting: float, cases: Sample, orbits: Orbits, seconds: float, shared: bool = False
 ) -> WorkPrecision:
     """Judge the orbits of a method by the truth."""
-    from orbitdb.orbits.enclosure import true_errors
+    from orbitdb.orbits.balls.enclosure import true_errors
 
     status = np.array([each.status.value for each in cases.truth])
     kept = np.flatnonzero((status == Status.ORBIT) & np.isfinite(orbits.coordinates).all(axis=1))

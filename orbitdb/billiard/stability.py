@@ -18,8 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arithmetic import ABOVE
-from orbitdb.billiard.legs import Chain, Derivatives, add_up, following, preceding
+from orbitdb.billiard.legs import Derivatives, following, preceding
 from orbitdb.billiard.stadium import ANTICLOCKWISE, STRAIGHT, Stadium
 from orbitdb.equality import ByValue
 
@@ -65,34 +64,6 @@ def exponent(slopes: Derivatives) -> Floats:
         doublings > 0, np.log(excess) + doublings * np.log(2.0), 2 * np.arcsinh(np.sqrt(excess) / 2)
     )
     return exponents
-
-
-def exponent_error(
-    legs: Chain, slopes: Derivatives, alpha_error: Floats, value: Floats | None = None
-) -> Floats:
-    """Bound the error of `exponent`, given those of the directions, shape (m, N), and its value, if known.
-
-    tr M - 2 is a sum of products that hold every drift and kick at most once. So its logarithm is off by
-    at most the sum of what theirs are off by, r, and lambda by r tanh of half the larger of the two
-    lambdas. With D'' = -D a drift changes by at most a share q = |D'| e / D + e^2 / 2, with
-    sin(h +- e) >= sin(h) - e a kick by at most q = e / sin(h), and a logarithm by q / (1 - q); infinite
-    where q >= 1. Rounding takes 6 eps a run and leg, and lambda itself 3 eps.
-    """
-    epsilon = float(np.finfo(float).eps)
-    drift = (np.abs(slopes.lean) / slopes.beyond + alpha_error / 2) * alpha_error
-    bend = alpha_error + preceding(alpha_error) + 4 * np.pi * epsilon
-    kick = bend / (4 * legs.k**2 * slopes.stiffness)
-    relative = add_up(_of_logarithm(drift) + _of_logarithm(kick)) + 12 * len(legs.k) * epsilon
-    value = exponent(slopes) if value is None else value
-    bound: Floats = relative * np.tanh((value + relative) / 2) + 3 * epsilon * value
-    return ABOVE * bound
-
-
-def _of_logarithm(share: Floats) -> Floats:
-    """Return by how much the logarithm of a number can change that changes by a share of itself."""
-    room = 1 - share
-    found: Floats = np.where(room > 0, share / np.maximum(room, 1e-17), np.inf)
-    return found
 
 
 def bounce_matrices(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> Floats:

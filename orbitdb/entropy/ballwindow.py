@@ -1,7 +1,7 @@
 """One window in ball arithmetic: what its letters and a alone prove of its marked junction.
 
 The window is cut into runs and legs, its ends are pushed, and the clamped problem is written here a second
-time, as `orbitdb.orbits.ballpath` does it for whole orbits; nothing of `orbitdb.entropy.windows` or
+time, as `orbitdb.orbits.balls.path` does it for whole orbits; nothing of `orbitdb.entropy.windows` or
 `orbitdb.entropy.clamped` enters. What is given outside, pi/2 and arctan(max(q - 1.0625, 0) / (a + 1)), are
 balls.
 
@@ -164,7 +164,7 @@ class BallWindow:
         """Return balls that hold the clamped directions, or None where the bound's conditions fail.
 
         They start inside the box, or at its limit itself, as a ball. The bound is max |g| / F with
-        F = D / 2, as in `orbitdb.orbits.bounds`.
+        F = D / 2, as in `orbitdb.orbits.error_bounds`.
         """
         if len(start) != len(self.legs):
             return None

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.equality import ByValue
-from orbitdb.orbits.births import Changes, find_changes_together
+from orbitdb.orbits.births.changes import Changes, find_changes_together
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import all_least_words, class_spans, least_words

@@ -15,7 +15,7 @@ from orbitdb.averages.swept_sum_rules import tilted_orbits
 from orbitdb.averages.tilt_moments import TiltMoments
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.exponents import Exponents, exponents
+from orbitdb.orbits.sums import Exponents, exponents
 from orbitdb.orbits.tally import Tally
 from orbitdb.store.asking.choosing import chosen_words, within_ranges
 from orbitdb.store.asking.selection import Selection

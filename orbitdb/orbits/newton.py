@@ -26,15 +26,15 @@ from orbitdb.billiard.legs import (
 )
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.bounds import assess, assess_orbits
 from orbitdb.orbits.orbit import NUMBERS, Orbit, Orbits, Status, finite
 from orbitdb.orbits.pruned import pruned_word
+from orbitdb.orbits.status import assess, assess_orbits
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.pruning import need_admissible
 from orbitdb.symbols.words import from_strings, parse_primitive
 
 if TYPE_CHECKING:
-    from orbitdb.orbits.enclosure import Enclosure
+    from orbitdb.orbits.balls.enclosure import Enclosure
 
 Floats = NDArray[np.float64]
 
@@ -112,7 +112,7 @@ def solve_for_orbits(words: NDArray[np.uint8], stadium: Stadium) -> Orbits:
 def _left_to_balls(orbits: Orbits, stadium: Stadium) -> Orbits:
     """Decide what doubles have left unresolved by ball arithmetic, in place."""
     for row in np.flatnonzero(orbits.status == Status.UNRESOLVED):
-        from orbitdb.orbits.enclosure import as_orbits, enclose  # 30 ms to load, and seldom needed
+        from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to load, and seldom needed
 
         word = orbits.words[row]
         orbits.place(np.array([row]), as_orbits(word, stadium, enclose(word, stadium)))
@@ -120,7 +120,7 @@ def _left_to_balls(orbits: Orbits, stadium: Stadium) -> Orbits:
 
 
 def solve_word(word: str, stadium: Stadium | float) -> Orbit:
-    """Find what becomes of one word, as `orbitdb.orbits.lives.solve_word` does, its lives apart."""
+    """Find what becomes of one word, as `orbitdb.orbits.births.lives.solve_word` does, its lives apart."""
     word, stadium = parse_primitive(word), as_stadium(stadium)
     if (pruned := pruned_word(word, stadium.a)) is not None:
         return pruned
@@ -162,7 +162,7 @@ def certificates(
     words : ndarray of uint8, shape (N, p)
     stadium : Stadium
     precision : int, optional
-        Bits to begin with; `orbitdb.orbits.enclosure.PRECISION` by default.
+        Bits to begin with; `orbitdb.orbits.balls.enclosure.PRECISION` by default.
 
     Returns
     -------
@@ -170,7 +170,7 @@ def certificates(
         In the order of the words. Newton's method in doubles says where to look; the proof does not
         rest on it.
     """
-    from orbitdb.orbits.enclosure import PRECISION, enclose_all
+    from orbitdb.orbits.balls.enclosure import PRECISION, enclose_all
 
     found: dict[int, Enclosure] = {}
     for rows, legs in cut(words):

@@ -6,7 +6,7 @@ from dataclasses import astuple, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.orbits.exponents import Exponents
+from orbitdb.orbits.sums import Exponents
 
 
 @dataclass(frozen=True)

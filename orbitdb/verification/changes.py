@@ -1,7 +1,8 @@
 """Births and deaths against new decisions: what a class is on either side of each, and which bounce does it.
 
-That a class changes inside its bracket is decided again, at both ends, as in `orbitdb.orbits.brackets`. The
-bounce that is said to come through a joint must do so there, at the speed that is stored.
+That a class changes inside its bracket is decided again, at both ends, as in
+`orbitdb.orbits.births.brackets`. The bounce that is said to come through a joint must do so there, at
+the speed that is stored.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,10 +17,10 @@ from numpy.typing import NDArray
 from orbitdb.billiard.bounces import slack_errors
 from orbitdb.billiard.legs import Chain, derivatives, direction_limits
 from orbitdb.billiard.stadium import MAX_A, MIN_A
-from orbitdb.orbits.batches import JOINTS, Batch
-from orbitdb.orbits.bounds import direction_errors, pressed_directions
-from orbitdb.orbits.brackets import Signs, statuses
-from orbitdb.orbits.continuation import motion, slacks_and_slopes
+from orbitdb.orbits.births.batches import JOINTS, Batch
+from orbitdb.orbits.births.brackets import Signs, statuses
+from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
+from orbitdb.orbits.error_bounds import direction_errors, pressed_directions
 from orbitdb.orbits.newton import newton
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import BORN, DIED

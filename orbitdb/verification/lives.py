@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from orbitdb.orbits.completeness import KnownChange, Verdict, prove_all
+from orbitdb.orbits.births.completeness import KnownChange, Verdict, prove_all
 from orbitdb.store.file.schema import BORN
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.lives import BirthFill

@@ -9,7 +9,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from orbitdb.arithmetic import arithmetic
-from orbitdb.orbits.enclosure import PRECISION
+from orbitdb.orbits.balls.enclosure import PRECISION
 from orbitdb.store.file.schema import SCHEMA_VERSION
 from orbitdb.store.file.tables import (
     certificate,

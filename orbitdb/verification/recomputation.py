@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.bounds import direction_errors, pressed_directions
+from orbitdb.orbits.error_bounds import direction_errors, pressed_directions
 from orbitdb.orbits.newton import certificates, newton
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.check import Check, judged, measured, shares
 
 if TYPE_CHECKING:
-    from orbitdb.orbits.enclosure import Enclosure
+    from orbitdb.orbits.balls.enclosure import Enclosure
 
 Floats = NDArray[np.float64]
 Marks = NDArray[np.bool_]
@@ -157,7 +157,7 @@ def _distances(stored: Orbits, row: int, ball: "Enclosure", stadium: Stadium) ->
 
     The number of a wrong status is infinite.
     """
-    from orbitdb.orbits.enclosure import distance
+    from orbitdb.orbits.balls.enclosure import distance
 
     if ball.status.value != stored.status[row] or ball.status is Status.UNRESOLVED:
         return 0.0, np.inf, 1.0

@@ -8,7 +8,7 @@ from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.swept_sum_rules import beginning, next_tilts, sum_rules_beyond, tilted_orbits
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.exponents import exponents
+from orbitdb.orbits.sums import exponents
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import least_words
 from orbitdb.symbols.symmetry import SIZES

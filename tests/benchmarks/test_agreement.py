@@ -9,7 +9,7 @@ import pytest
 from orbitdb.benchmarks.agreement import agreement, compare
 from orbitdb.benchmarks.representatives import representatives
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.enclosure import true_errors
+from orbitdb.orbits.balls.enclosure import true_errors
 from orbitdb.orbits.newton import certificates, solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import EPSILON, STEP, relax, slowest_rates

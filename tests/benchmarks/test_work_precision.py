@@ -16,7 +16,7 @@ from orbitdb.benchmarks.work_precision import (
     work_precision,
 )
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.enclosure import true_errors
+from orbitdb.orbits.balls.enclosure import true_errors
 from orbitdb.orbits.newton import certificates, solve, solve_in_doubles
 from orbitdb.orbits.orbit import Status
 from orbitdb.symbols.counting import count_admissible

@@ -11,16 +11,9 @@ from quick import slow_but
 from solutions import real, representatives
 
 from orbitdb.billiard.legs import Derivatives, cut, derivatives, direction_limits
-from orbitdb.billiard.stability import (
-    Links,
-    bounce_matrices,
-    couplings_of,
-    exponent,
-    exponent_error,
-    forces,
-    hessian,
-)
+from orbitdb.billiard.stability import Links, bounce_matrices, couplings_of, exponent, forces, hessian
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
+from orbitdb.orbits.error_bounds import lambda_error
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.words import from_strings, to_strings
@@ -159,7 +152,7 @@ def test_the_bound_of_lambda_holds_for_errors_of_any_size(a):
                     step = sign * size / (1 + np.abs(slopes.lean) / slopes.beyond)
                     moved = np.clip(alpha + step * np.sign(slopes.lean), *direction_limits(legs, a))
                     apart = np.abs(exponent(derivatives(legs, a, moved)) - exponent(slopes))
-                    bound = exponent_error(legs, slopes, np.abs(moved - alpha) * (1 + 1e-9) + 1e-15)
+                    bound = lambda_error(legs, slopes, np.abs(moved - alpha) * (1 + 1e-9) + 1e-15)
                     assert (apart <= bound).all()
                     finite += np.isfinite(bound).sum()
     assert finite > 500

@@ -14,9 +14,9 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
-from orbitdb.orbits.exponents import exponents
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.sums import exponents
 from orbitdb.store.asking.choosing import within_ranges
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection

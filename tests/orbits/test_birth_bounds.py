@@ -7,8 +7,9 @@ import pytest
 from quick import slow_but
 from solutions import representatives
 
-from orbitdb.orbits import births, brackets
-from orbitdb.orbits.births import find_changes
+from orbitdb.orbits.births import brackets
+from orbitdb.orbits.births import changes as births
+from orbitdb.orbits.births.changes import find_changes
 
 
 @pytest.mark.parametrize("shift", slow_but([5e-12], [5e-12, -3e-12]))

@@ -13,11 +13,11 @@ from orbitdb.billiard.bounces import slack_changes, slacks, smooth_slacks
 from orbitdb.billiard.legs import cut, direction_limits
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, WorkError
-from orbitdb.orbits import births
-from orbitdb.orbits.batches import JOINTS
-from orbitdb.orbits.births import events, find_changes
-from orbitdb.orbits.continuation import Station, follow, motion
-from orbitdb.orbits.crossings import _judge, _zero_step, candidates, refine
+from orbitdb.orbits.births import changes as births
+from orbitdb.orbits.births.batches import JOINTS
+from orbitdb.orbits.births.changes import events, find_changes
+from orbitdb.orbits.births.continuation import Station, follow, motion
+from orbitdb.orbits.births.crossings import _judge, _zero_step, candidates, refine
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.symbols.symmetry import images_of
 from orbitdb.symbols.words import from_strings, to_strings

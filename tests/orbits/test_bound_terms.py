@@ -18,9 +18,9 @@ from solutions import random_word
 
 from orbitdb.billiard import bounces, legs, stability
 from orbitdb.billiard.legs import Legs, add_up, cut, derivatives, direction_limits, gradient_rounding
-from orbitdb.orbits import bounds
-from orbitdb.orbits.ballpath import BallPath, Balls
-from orbitdb.orbits.enclosure import distance
+from orbitdb.orbits import error_bounds as bounds
+from orbitdb.orbits.balls.enclosure import distance
+from orbitdb.orbits.balls.path import BallPath, Balls
 from orbitdb.orbits.newton import newton
 from orbitdb.symbols.words import from_strings, parse
 
@@ -102,9 +102,9 @@ def bounds_of(word: str, a: float, alpha: Floats, moved: Floats | None = None) -
         "gradient": gradient_rounding(own, a, alpha)[:, 0],
         "direction": direction[:, 0],
         "slack": slack[:, :, 0],
-        "place": bounds._coordinate_error(own, a, alpha, direction, slack),
-        "length": bounds._length_error(own, a, alpha, slopes, direction),
-        "lambda": stability.exponent_error(own, slopes, direction),
+        "place": bounds.coordinate_error(own, a, alpha, direction, slack),
+        "length": bounds.length_error(own, a, alpha, slopes, direction),
+        "lambda": bounds.lambda_error(own, slopes, direction),
     }
 
 

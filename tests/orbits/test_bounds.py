@@ -10,10 +10,10 @@ from solutions import random_word, real, representatives, solved
 
 from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.bounds import assess
-from orbitdb.orbits.enclosure import Enclosure, enclose
+from orbitdb.orbits.balls.enclosure import Enclosure, enclose
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.orbits.status import assess
 from orbitdb.symbols.words import from_strings, parse, to_strings
 
 VALUES = [0.5, 1.6, 5.0]

@@ -8,13 +8,13 @@ from solutions import representatives
 
 from orbitdb.billiard.bounces import slack_changes, smooth_slacks
 from orbitdb.billiard.legs import cut
-from orbitdb.orbits import cells
-from orbitdb.orbits.births import find_changes
-from orbitdb.orbits.cells import Cells, Kind, judge
-from orbitdb.orbits.completeness import Verdict, prove_all, walk
+from orbitdb.orbits.births import cells
+from orbitdb.orbits.births.cells import Cells, Kind, judge
+from orbitdb.orbits.births.changes import find_changes
+from orbitdb.orbits.births.completeness import Verdict, prove_all, walk
+from orbitdb.orbits.births.reaches import reach_of
+from orbitdb.orbits.births.stretches import stretches
 from orbitdb.orbits.newton import solve
-from orbitdb.orbits.reaches import reach_of
-from orbitdb.orbits.stretches import stretches
 from orbitdb.symbols.words import from_strings
 
 DYING = "010203113"

@@ -11,10 +11,10 @@ from solutions import representatives
 from orbitdb.billiard.legs import cut, direction_limits
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits import enclosure
-from orbitdb.orbits.ballpath import BallPath
-from orbitdb.orbits.enclosure import as_orbits, distance, enclose
-from orbitdb.orbits.joints import joins
+from orbitdb.orbits.balls import enclosure
+from orbitdb.orbits.balls.enclosure import as_orbits, distance, enclose
+from orbitdb.orbits.balls.joints import joins
+from orbitdb.orbits.balls.path import BallPath
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.symbols.enumeration import admissible_words

@@ -8,11 +8,11 @@ from solutions import representatives
 
 from orbitdb.billiard.legs import cut, derivatives, direction_limits
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits import exponents as module
-from orbitdb.orbits.bounds import surely_outside
-from orbitdb.orbits.exponents import exponents
+from orbitdb.orbits import sums as module
 from orbitdb.orbits.newton import newton_step, solve
 from orbitdb.orbits.packed_chains import cut_packed
+from orbitdb.orbits.status import surely_outside
+from orbitdb.orbits.sums import exponents
 from orbitdb.symbols.words import pack
 
 A = [1.0, 1.6, pytest.param(0.05, marks=pytest.mark.slow), pytest.param(20.0, marks=pytest.mark.slow)]

@@ -13,7 +13,7 @@ from solutions import random_word, real, representatives, solved, words_of
 from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits, length
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
-from orbitdb.orbits.bounds import direction_errors, pressed_directions
+from orbitdb.orbits.error_bounds import direction_errors, pressed_directions
 from orbitdb.orbits.newton import MAX_STEPS, _uphill, newton, solve, solve_for_orbits
 from orbitdb.orbits.orbit import NUMBERS, Status
 from orbitdb.symbols.pruning import rules_broken, rules_of

@@ -9,7 +9,7 @@ import pytest
 
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
-from orbitdb.orbits.births import events
+from orbitdb.orbits.births.changes import events
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.words import keys_of_period

@@ -16,17 +16,22 @@ from orbitdb.errors import InputError, StoreError
 Group = tuple[str, Sequence[tuple[str, str]]]
 """A heading, and what stands below it: names and what they mean."""
 
-_ESCAPE = Binding("escape", "dismiss(None)", "Close", show=False)
+ESCAPE = Binding("escape", "dismiss(None)", "Close", show=False)
+
+
+class NameList(OptionList):
+    """A list in which one moves as in the table."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("j", "cursor_down", show=False),
+        Binding("k", "cursor_up", show=False),
+    ]
 
 
 class ChoiceDialog(Dialog[str | None]):
     """Choose one of some names."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        _ESCAPE,
-        Binding("j", "cursor('down')", show=False),
-        Binding("k", "cursor('up')", show=False),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = [ESCAPE]
 
     def __init__(self, title: str, choices: Sequence[tuple[str, str]], current: str) -> None:
         super().__init__()
@@ -36,17 +41,13 @@ class ChoiceDialog(Dialog[str | None]):
         """Show the choices."""
         with Vertical(classes="dialog small") as box:
             box.border_title = self._title
-            yield OptionList(*(Option(text, id=name) for name, text in self._choices))
+            yield NameList(*(Option(text, id=name) for name, text in self._choices))
 
     def on_mount(self) -> None:
         """Begin at what holds now."""
         names = [name for name, _ in self._choices]
         options = self.query_one(OptionList)
         options.highlighted = names.index(self._current) if self._current in names else 0
-
-    def action_cursor(self, direction: str) -> None:
-        """Move as in the table."""
-        getattr(self.query_one(OptionList), f"action_cursor_{direction}")()
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         """Take the choice."""
@@ -57,7 +58,7 @@ class LineDialog(Dialog[str | None]):
     """Ask for a line, check it as it is typed, keep what was typed before at hand."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        _ESCAPE,
+        ESCAPE,
         Binding("up", "older(1)", show=False),
         Binding("down", "older(-1)", show=False),
     ]
@@ -123,7 +124,7 @@ class LineDialog(Dialog[str | None]):
 class KeysDialog(Dialog[None]):
     """The keys that matter, and below them what the columns are."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [_ESCAPE, Binding("question_mark,q", "dismiss(None)", show=False)]
+    BINDINGS: ClassVar[list[BindingType]] = [ESCAPE, Binding("question_mark,q", "dismiss(None)", show=False)]
 
     def __init__(self, groups: Sequence[Group], below: Group | None = None) -> None:
         super().__init__()

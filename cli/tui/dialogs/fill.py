@@ -1,6 +1,6 @@
 """The dialog that asks what to fill, says what that is going to take, and shows how far it is."""
 
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
@@ -47,15 +47,6 @@ class FillDialog(Dialog[None]):
         def __init__(self, wish: Wish) -> None:
             super().__init__()
             self.wish = wish
-
-    @dataclass
-    class Weighed(Message):
-        """A worker knows what a wish is going to take, or why there is no room for it."""
-
-        wish: Wish
-        cost: Cost | None
-        refusal: str
-        begin: bool
 
     def __init__(self, path: Path, a: str, periods: str, state: FillState | None) -> None:
         super().__init__()
@@ -133,20 +124,16 @@ class FillDialog(Dialog[None]):
     def _weigh(self, wish: Wish, begin: bool) -> None:
         worker = get_current_worker()
         try:
-            message = self.Weighed(wish, cost_of(self._path, wish), "", begin)
+            take = partial(self._take_cost, wish, cost_of(self._path, wish), begin)
         except (InputError, StoreError) as error:
-            message = self.Weighed(wish, None, str(error), begin)
+            take = partial(self._say, str(error), wrong=True)
         if not worker.is_cancelled:
-            self.post_message(message)
+            self.call_later(take)
 
-    def on_fill_dialog_weighed(self, message: Weighed) -> None:
+    def _take_cost(self, wish: Wish, cost: Cost, begin: bool) -> None:
         """Say what the wish takes; begin, or ask first where that is much."""
-        cost, wish = message.cost, message.wish
-        if cost is None:
-            self._say(message.refusal, wrong=True)
-            return
         self._say(cost.sentence)
-        if not message.begin or cost.nothing or self._runs:
+        if not begin or cost.nothing or self._runs:
             return
         if not cost.large:
             self.post_message(self.Begun(wish))

@@ -25,7 +25,7 @@ class FilterDialog(LineDialog):
         Reads no further for the filter before, at every key.
     attempt : callable
         Shows the rows of a filter; it is never given one that is refused.
-    screen : DOMNode
+    panel : DOMNode
         Its reactive ``report`` says how many rows are shown, or what went wrong with them.
     history : sequence of str
         What was typed before.
@@ -37,12 +37,12 @@ class FilterDialog(LineDialog):
         check: Callable[[str], str],
         stop: Callable[[], None],
         attempt: Callable[[str], None],
-        screen: DOMNode,
+        panel: DOMNode,
         history: Sequence[str],
     ) -> None:
         placeholder = "lambda_c < 0.5 and time_reversal = 'self'"
         super().__init__("filter, as in --where", where, placeholder, check, history)
-        self._stop, self._attempt, self._rows = stop, attempt, screen
+        self._stop, self._attempt, self._rows = stop, attempt, panel
         self._tried = where.strip()
         self._report = self._note = ""
         self._timer: Timer | None = None

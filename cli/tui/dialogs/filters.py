@@ -10,6 +10,7 @@ from textual.containers import Vertical
 from textual.widgets import Label, OptionList
 from textual.widgets.option_list import Option
 
+from orbitdb.cli.tui.dialogs.basic import ESCAPE, NameList
 from orbitdb.cli.tui.screens import Dialog
 from orbitdb.plaintext import printable
 
@@ -31,9 +32,7 @@ class FiltersDialog(Dialog[str | None]):
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss(None)", "Close", show=False),
-        Binding("j", "cursor('down')", show=False),
-        Binding("k", "cursor('up')", show=False),
+        ESCAPE,
         Binding("x,delete", "forget", show=False),
     ]
 
@@ -46,7 +45,7 @@ class FiltersDialog(Dialog[str | None]):
         with Vertical(classes="dialog bottom") as box:
             box.border_title = "filters"
             box.border_subtitle = "enter takes it, x forgets it"
-            yield OptionList(
+            yield NameList(
                 Option("keep the present one …"),
                 *(Option(Text(printable(name))) for name in self._filters),
             )
@@ -60,10 +59,6 @@ class FiltersDialog(Dialog[str | None]):
     def on_mount(self) -> None:
         """Begin at the first filter, if there is one."""
         self.query_one(OptionList).highlighted = min(len(self._filters), 1)
-
-    def action_cursor(self, direction: str) -> None:
-        """Move as in the table."""
-        getattr(self.query_one(OptionList), f"action_cursor_{direction}")()
 
     def on_option_list_option_highlighted(self) -> None:
         """Say what it chooses."""

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from textual import events
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.widgets import Input, Label, OptionList
+from textual.widgets import Input, Label
 from textual.widgets.option_list import Option
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.tui.dialogs.basic import ChoiceDialog
+from orbitdb.cli.tui.dialogs.basic import ChoiceDialog, NameList
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
 
@@ -34,7 +34,7 @@ class HalfLengthDialog(ChoiceDialog):
         """Show the values, a line for any other, and what to do there."""
         with Vertical(classes="dialog small") as box:
             box.border_title = self._title
-            yield OptionList(*(Option(text, id=name) for name, text in self._choices))
+            yield NameList(*(Option(text, id=name) for name, text in self._choices))
             yield Input(placeholder="or type any other", select_on_focus=False)
             yield Label("", classes="complaint -note", markup=False)
 

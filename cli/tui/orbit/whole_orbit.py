@@ -1,27 +1,27 @@
 """The whole of an orbit on a screen of its own: facts, life, symmetry class, and every bounce."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar, cast
+from typing import TYPE_CHECKING, ClassVar, cast
 
 from textual import work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
-from textual.message import Message
 from textual.widgets import Footer, Header
 
 from orbitdb.cli.render import code_text, number
-from orbitdb.cli.tui.browser import Browser
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.orbit.facts import Certificate, FactsPanel, Line, facts_of, folded
 from orbitdb.cli.tui.orbit.lives import bar
-from orbitdb.cli.tui.screens import OwnScreen
+from orbitdb.cli.tui.screens import Failed, OwnScreen
 from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.symbols.symmetry import ELEMENTS, MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
+
+if TYPE_CHECKING:
+    from orbitdb.cli.tui.app import BrowseApp
 
 _NAMES = {MIRROR_X: "mirrored left-right", MIRROR_Y: "mirrored up-down", REVERSE: "reversed in time"}
 _WIDEST_BAR = 60
@@ -59,7 +59,7 @@ def whole_lines(orbit: Orbit, certificate: Certificate, partners: Partners, widt
 
 def _life(orbit: Orbit, partners: Partners, width: int) -> list[Line]:
     """Return a bar over ln a, and the births and deaths with what is known of them."""
-    from orbitdb.orbits.closed_forms import closed_form
+    from orbitdb.orbits.births.closed_forms import closed_form
 
     if not orbit.exists:
         return []
@@ -129,19 +129,6 @@ class WholeOrbitScreen(OwnScreen[None]):
         Binding("G,end", "scroll('end')", "To the end", show=False),
     ]
 
-    @dataclass
-    class Completed(Message):
-        """A worker has found what took a while: lives, and who is born with it."""
-
-        orbit: Orbit
-        partners: Partners
-
-    @dataclass
-    class Failed(Message):
-        """A worker could not."""
-
-        reason: str
-
     def __init__(self, orbit: Orbit) -> None:
         super().__init__()
         self._orbit = orbit
@@ -163,7 +150,7 @@ class WholeOrbitScreen(OwnScreen[None]):
         self._complete()
 
     def _show(self, orbit: Orbit, partners: Partners) -> None:
-        certificate = cast(Browser, self.app).certificate(orbit)
+        certificate = cast("BrowseApp", self.app).certificate(orbit)
         panel = self.query_one(FactsPanel)
         panel.border_title = "the whole orbit"
         panel.show_lines(partial(whole_lines, orbit, certificate, partners))
@@ -172,22 +159,14 @@ class WholeOrbitScreen(OwnScreen[None]):
     def _complete(self) -> None:
         from orbitdb.store.reading.lookup import born_with, with_existence
 
-        browser = cast(Browser, self.app)
+        browser = cast("BrowseApp", self.app)
         try:
             orbit = with_existence(self._orbit)
             partners = born_with(browser.path if browser.catalogue is not None else None, orbit)
         except StoreError as error:
-            self.post_message(self.Failed(str(error)))
+            self.post_message(Failed(str(error)))
             return
-        self.post_message(self.Completed(orbit, partners))
-
-    def on_whole_orbit_screen_completed(self, message: Completed) -> None:
-        """Show all."""
-        self._show(message.orbit, message.partners)
-
-    def on_whole_orbit_screen_failed(self, message: Failed) -> None:
-        """Say what went wrong."""
-        self.notify(message.reason, severity="error")
+        self.call_later(self._show, orbit, partners)
 
     def action_view(self) -> None:
         """Change between the stadium and phase space."""

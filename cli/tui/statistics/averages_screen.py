@@ -1,6 +1,5 @@
 """The statistics screen: Table 1, entropies and Lyapunov averages of the chosen subset."""
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from rich.table import Table
@@ -8,7 +7,6 @@ from textual import work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, ScrollableContainer
-from textual.message import Message
 from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
 from textual.worker import get_current_worker
@@ -16,7 +14,7 @@ from textual.worker import get_current_worker
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.orbit.drawing import Plot
-from orbitdb.cli.tui.screens import OwnScreen
+from orbitdb.cli.tui.screens import Failed, OwnScreen
 from orbitdb.cli.tui.statistics.averages import COLUMNS, Statistics, curves_of, notes_of, statistics, table_of
 from orbitdb.errors import InputError, StoreError
 from orbitdb.numerals import with_error
@@ -48,29 +46,6 @@ class StatisticsScreen(OwnScreen[None]):
     found: reactive[Statistics | None] = reactive(None, always_update=True, repaint=False)
     reference: reactive[Reference | None] = reactive(None, repaint=False)
     weight: reactive[Weight] = reactive(Weight.EXPONENTIAL, repaint=False)
-
-    @dataclass
-    class Computed(Message):
-        """A worker has come one period further."""
-
-        found: Statistics
-
-    @dataclass
-    class Simulated(Message):
-        """A worker has found the stored reference, or has followed more trajectories.
-
-        `done` is the share that has been followed, 1 for what is whole.
-        """
-
-        reference: Reference
-        done: float
-        stored: bool
-
-    @dataclass
-    class Failed(Message):
-        """A worker could not do what it should."""
-
-        reason: str
 
     def __init__(self, catalogue: "Catalogue", selection: Selection) -> None:
         super().__init__()
@@ -106,13 +81,13 @@ class StatisticsScreen(OwnScreen[None]):
             for found in statistics(self._catalogue, self._selection, weight, lambda: worker.is_cancelled):
                 if worker.is_cancelled:
                     return
-                self.post_message(self.Computed(found))
+                self.call_later(self._take, found)
             if found is None and not worker.is_cancelled:
                 unfilled = self._catalogue.unfilled(self._selection)
                 unfilled = unfilled or self._catalogue.lacking_births(self._selection)
-                self.post_message(self.Failed(unfilled or "no orbit of a whole period is chosen"))
+                self.post_message(Failed(unfilled or "no orbit of a whole period is chosen"))
         except (InputError, StoreError, ValueError) as error:
-            self.post_message(self.Failed(str(error)))
+            self.post_message(Failed(str(error)))
 
     @work(thread=True, exclusive=True, group="trajectories")
     def _refer(self, bounces: int, anew: bool = False) -> None:
@@ -123,39 +98,46 @@ class StatisticsScreen(OwnScreen[None]):
         try:
             stored = None if anew else best_reference(self._catalogue, self._selection.a)
         except StoreError as error:
-            self.post_message(self.Failed(str(error)))
+            self.post_message(Failed(str(error)))
             return
         if stored is not None:
-            self.post_message(self.Simulated(stored, 1.0, stored=True))
+            self.call_later(self.take_reference, stored, 1.0, stored=True)
             return
         seed = bounces // _BOUNCES  # others each time
         for done, reference in references(Stadium(self._selection.a), bounces, seed):
             if worker.is_cancelled:
                 return
-            self.post_message(self.Simulated(reference, done, stored=False))
+            self.call_later(self.take_reference, reference, done, stored=False)
 
-    def on_statistics_screen_computed(self, message: Computed) -> None:
-        """Show what is known so far."""
-        self.found = message.found
+    def _take(self, found: Statistics) -> None:
+        self.found = found
 
-    def on_statistics_screen_simulated(self, message: Simulated) -> None:
-        """Show the better value; until one is whole, the one so far."""
-        new, old = message.reference, self.reference
-        source = "stored" if message.stored else f"{new.bounces:.2g} bounces followed here"
+    def take_reference(self, new: Reference, done: float, stored: bool) -> None:
+        """Show the better value; until one is whole, the one so far.
+
+        Parameters
+        ----------
+        new : Reference
+        done : float
+            The share of its trajectories that has been followed, 1 for what is whole.
+        stored : bool
+            Whether the catalogue holds it.
+        """
+        old = self.reference
+        source = "stored" if stored else f"{new.bounces:.2g} bounces followed here"
         value = _described(new)
-        if message.done < 1 and self._kept:
-            self._followed = f"following more: {message.done:.0%}"
+        if done < 1 and self._kept:
+            self._followed = f"following more: {done:.0%}"
         elif self._kept and old is not None and old.lambda_d_error <= new.lambda_d_error:
             self._followed = f"{source}, not as good: {value}"
         else:
-            self._kept, self._followed = (source, "") if message.done >= 1 else ("", f"{message.done:.0%}")
+            self._kept, self._followed = (source, "") if done >= 1 else ("", f"{done:.0%}")
             self.reference = new
         self._show()
 
-    def on_statistics_screen_failed(self, message: Failed) -> None:
-        """Say what went wrong."""
+    def on_failed(self, message: Failed) -> None:
+        """Say what went wrong where the numbers would be, too."""
         self.query_one("#numbers", Static).update(message.reason)
-        self.notify(message.reason, severity="error")
 
     def watch_found(self) -> None:
         """Show the numbers."""

@@ -1,7 +1,6 @@
 """Counts of the chosen subset: by status, period and symmetry, and how the values of any column spread."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from rich.text import Text
@@ -9,13 +8,12 @@ from textual import work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
-from textual.message import Message
 from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
 from textual.worker import get_current_worker
 
 from orbitdb.cli.tui.dialogs.basic import ChoiceDialog
-from orbitdb.cli.tui.screens import OwnScreen
+from orbitdb.cli.tui.screens import Failed, OwnScreen
 from orbitdb.cli.tui.statistics.bars import (
     DRAWN,
     Counts,
@@ -60,28 +58,6 @@ class CountsScreen(OwnScreen[None]):
     ]
 
     column: reactive[str] = reactive("length", init=False, repaint=False)
-
-    @dataclass
-    class Counted(Message):
-        """A worker has counted the rows by some columns."""
-
-        counts: Sequence[tuple[str, Counts, int]]
-        partial: str
-
-    @dataclass
-    class Spread(Message):
-        """A worker has counted the values of a column."""
-
-        column: str
-        counts: Counts
-        without: int
-        note: str
-
-    @dataclass
-    class Failed(Message):
-        """A worker could not."""
-
-        reason: str
 
     def __init__(self, catalogue: "Catalogue", selection: Selection, column: str) -> None:
         super().__init__()
@@ -142,7 +118,7 @@ class CountsScreen(OwnScreen[None]):
         by = [(name, marginal(found, place)) for place, name in enumerate(_BY)]
         counts = [(name, counts_by(name, each), each.get(None, 0)) for name, each in by]
         if not worker.is_cancelled:
-            self.post_message(self.Counted(counts, partial))
+            self.call_later(self._take_counts, counts, partial)
 
     @work(thread=True, exclusive=True, group="values")
     def _count_values(self, column: str, bins: int) -> None:
@@ -159,7 +135,7 @@ class CountsScreen(OwnScreen[None]):
             self._fail(str(error))
             return
         if not worker.is_cancelled:
-            self.post_message(self.Spread(column, counts, without, note))
+            self.call_later(self._take_values, column, counts, without, note)
 
     def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[Counts, int, str]:
         from orbitdb.store.reading.tallies import histogram, marginal, tally
@@ -174,25 +150,20 @@ class CountsScreen(OwnScreen[None]):
 
     def _fail(self, reason: str) -> None:
         if not get_current_worker().is_cancelled:
-            self.post_message(self.Failed(reason))
+            self.post_message(Failed(reason))
 
-    def on_counts_screen_counted(self, message: Counted) -> None:
+    def _take_counts(self, counts: Sequence[tuple[str, Counts, int]], partial: str) -> None:
         """Show the counts."""
-        self._counts = message.counts
-        partial = f"p = {message.partial}: in part" if message.partial else ""
-        self.query_one("#tallies").border_subtitle = partial
+        self._counts = counts
+        self.query_one("#tallies").border_subtitle = f"p = {partial}: in part" if partial else ""
         self._show()
 
-    def on_counts_screen_spread(self, message: Spread) -> None:
+    def _take_values(self, column: str, counts: Counts, without: int, note: str) -> None:
         """Show the histogram, unless another column is wanted by now."""
-        if message.column == self.column:
-            self._spread = message.counts, message.without
-            self.query_one("#histogram").border_subtitle = message.note
+        if column == self.column:
+            self._spread = counts, without
+            self.query_one("#histogram").border_subtitle = note
             self._show()
-
-    def on_counts_screen_failed(self, message: Failed) -> None:
-        """Say what went wrong."""
-        self.notify(message.reason, severity="error")
 
     def _show(self) -> None:
         """Write all that is known, to the widths that there are."""

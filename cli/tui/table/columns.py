@@ -3,53 +3,61 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from orbitdb.columns import IN_CATALOGUE
+
 
 @dataclass(frozen=True)
 class Column:
-    """A column: its name in the catalogue, its heading, its least width, and whether it is text."""
+    """A column: its name in the catalogue, its heading, its least width, whether it is text, its meaning."""
 
     name: str
     heading: str
     width: int
-    text: bool = False
+    text: bool
+    brief: str
 
 
-COLUMNS = (
-    Column("code", "code", 8, text=True),
-    Column("p", "p", 3),
-    Column("length", "length", 11),
-    Column("status", "status", 9, text=True),
-    Column("lambda_d", "λ_d", 9),
-    Column("lambda_c", "λ_c", 9),
-    Column("lyapunov", "lyapunov", 11),
-    Column("time_reversal", "reversal", 8, text=True),
-    Column("symmetry", "symmetry", 9, text=True),
-    Column("class_size", "class", 5),
-    Column("margin", "margin", 9),
-    Column("error", "error", 8),
-)
-"""What the table shows where nothing else was chosen."""
+USUAL = (
+    "code", "p", "length", "status", "lambda_d", "lambda_c", "lyapunov", "time_reversal", "symmetry",
+    "class_size", "margin", "error",
+)  # fmt: skip
+"""The names of what the table shows where nothing else was chosen."""
 
 _MORE = (
-    Column("born", "born", 11),
-    Column("dies", "dies", 11),
-    Column("walls", "walls", 5),
-    Column("maslov", "maslov", 6),
-    Column("length_error", "length ±", 8),
-    Column("lyapunov_error", "lyapunov ±", 10),
-    Column("residual", "residual", 8),
-    Column("iterations", "steps", 5),
-    Column("solver", "solver", 10, text=True),
-    Column("representative", "least of class", 14, text=True),
-    Column("rules", "rules", 7, text=True),
-    Column("cycle", "cycle", 12),
-    Column("element", "element", 7),
-)
-EVERY = {column.name: column for column in (*COLUMNS, *_MORE)}
-"""All that there are, by their names: those of the view ``catalogue``."""
+    "born", "dies", "walls", "maslov", "length_error", "lyapunov_error", "residual", "iterations", "solver",
+    "representative", "rules", "cycle", "element",
+)  # fmt: skip
+"""What comes next in lists; a column that is in neither comes last."""
 
-USUAL = tuple(column.name for column in COLUMNS)
-"""The names of `COLUMNS`."""
+_LEFT_OUT = ("word", "a")
+"""The first is the same as the code, the other the same in all rows."""
+
+_HEADINGS = {
+    "lambda_d": "λ_d", "lambda_c": "λ_c", "time_reversal": "reversal", "class_size": "class",
+    "length_error": "length ±", "lyapunov_error": "lyapunov ±", "iterations": "steps",
+    "representative": "least of class",
+}  # fmt: skip
+_WIDTHS = {
+    "code": 8, "p": 3, "length": 11, "status": 9, "lambda_d": 9, "lambda_c": 9, "lyapunov": 11, "symmetry": 9,
+    "margin": 9, "error": 8, "born": 11, "dies": 11, "residual": 8, "solver": 10, "rules": 7, "cycle": 12,
+}  # fmt: skip
+"""Of values that are wider than their headings."""
+
+
+def _every() -> dict[str, Column]:
+    known = {each.name: each for each in IN_CATALOGUE if each.name not in _LEFT_OUT}
+    found = {}
+    for name in dict.fromkeys((*USUAL, *_MORE, *known)):
+        heading, text = _HEADINGS.get(name, name), known[name].kind not in ("number", "integer")
+        found[name] = Column(name, heading, _WIDTHS.get(name, len(heading)), text, known[name].brief)
+    return found
+
+
+EVERY = _every()
+"""All columns of the view ``catalogue`` that can be shown, by their names."""
+
+COLUMNS = tuple(EVERY[name] for name in USUAL)
+"""What the table shows where nothing else was chosen."""
 
 _NEEDED = ("code", "status")
 """What every row brings along: the word that it is of, and whether it is an orbit."""

@@ -1,10 +1,23 @@
-"""Jumping by typing: where the first row is of a period, or of a code that begins so."""
+"""Jumping by typing: digits lead to the first row of a period, or to a code that begins so."""
 
+import time
 from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
 
-from orbitdb.cli.tui.table.source import Pages
-from orbitdb.store.asking.confinement import never
+from textual.worker import get_current_worker
+
+from orbitdb.cli.tui.screens import Failed
+from orbitdb.cli.tui.table.source import Followed, Pages
+from orbitdb.errors import StoreError
+from orbitdb.store.asking.confinement import CancelledError, never
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
+
+if TYPE_CHECKING:
+    from orbitdb.cli.tui.table.panel import RowsPanel
+
+PAUSE = 2.0
+"""Seconds behind which a digit begins anew."""
 
 Found = tuple[int | None, str]
 """The number of a row, or None, and what is in it."""
@@ -49,3 +62,94 @@ def _place_of_word(pages: Pages, code: str) -> int | None:
         return pages.position(least_rotation(parse_primitive(code)))
     except WordError:
         return None
+
+
+class Jumping:
+    """The digits that have been typed one after the other, and the row that they lead to.
+
+    Parameters
+    ----------
+    panel : RowsPanel
+    """
+
+    def __init__(self, panel: "RowsPanel") -> None:
+        self._panel = panel
+        self._typed = self._led_to = ""
+        self._typed_at = 0.0
+        self._waits = False
+        self._begun_at: int | None = None
+        self._landed: int | None = None
+
+    @property
+    def under_way(self) -> bool:
+        """Whether the cursor is where digits have led to."""
+        return bool(self._typed) and self._landed == self._panel.table.cursor
+
+    @property
+    def note(self) -> str:
+        """Where the digits have led to, until the cursor moves on."""
+        return self._led_to if self.under_way else ""
+
+    def type(self, digit: str) -> None:
+        """Go to the first row of a period, or whose code begins with what was typed."""
+        now = time.monotonic()
+        if not self.under_way or now - self._typed_at > PAUSE:
+            self._typed, self._begun_at = "", self._panel.table.cursor
+        self._typed_at = now
+        self._jump(self._typed + digit)
+
+    def take_back(self) -> None:
+        """Take the last digit back."""
+        if self.under_way:
+            self._jump(self._typed[:-1])
+
+    def give_up(self) -> None:
+        """Go back to where the digits began."""
+        self._jump("")
+
+    def go_on(self) -> None:
+        """Go where digits lead that came before the rows."""
+        if self._waits and self.under_way:
+            self._jump(self._typed)
+
+    def _jump(self, typed: str) -> None:
+        table = self._panel.table
+        pages = table.source.pages if isinstance(table.source, Followed) else table.source
+        self._typed, self._landed = typed, table.cursor
+        self._waits = bool(typed)
+        if not typed:
+            self._land(self._begun_at, "")
+            return
+        self._led_to = f"{typed} …"
+        self._panel.say_position()
+        if isinstance(pages, Pages) and pages.whole:  # else the other rows are still being read
+            seek = partial(self._seek, pages, typed)
+            self._panel.run_worker(seek, group="jump", description="jump", exclusive=True, thread=True)
+
+    def _seek(self, pages: Pages, typed: str) -> None:
+        """Seek what was typed, unless another key comes."""
+        worker = get_current_worker()
+        try:
+            place, told = place_of(pages, typed, lambda: worker.is_cancelled)
+        except CancelledError:
+            return
+        except StoreError as error:
+            self._panel.post_message(Failed(str(error)))
+            return
+        if not worker.is_cancelled:
+            self._panel.call_later(self._arrive, pages, typed, place, told)
+
+    def _arrive(self, pages: Pages, typed: str, place: int | None, told: str) -> None:
+        """Go there, unless the cursor has moved on, or there are other rows."""
+        source = self._panel.table.source
+        here = source.pages if isinstance(source, Followed) else source
+        if pages is here and typed == self._typed and self._waits and self.under_way:
+            self._waits = False
+            self._land(place, told)
+
+    def _land(self, place: int | None, told: str) -> None:
+        table = self._panel.table
+        self._led_to = told
+        self._landed = table.cursor if place is None else place
+        table.cursor = self._landed
+        self._panel.say_position()

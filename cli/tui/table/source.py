@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from orbitdb.columns import OF_ORBITS
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
@@ -18,10 +19,7 @@ Row = tuple[Any, ...]
 
 _BLOCK = 64
 _KEPT = 32
-_OF_ONE_A = (
-    "length", "lambda_d", "lambda_c", "lyapunov", "margin", "error", "length_error", "lyapunov_error",
-    "residual", "iterations", "solver",
-)  # fmt: skip
+_OF_ONE_A = tuple(column.name for column in OF_ORBITS if column.name not in ("a", "status"))
 
 
 @dataclass(frozen=True)

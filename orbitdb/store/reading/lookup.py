@@ -144,11 +144,11 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
 def with_existence(orbit: Orbit) -> Orbit:
     """Return a word with from where to where in a it is an orbit, found on the spot if need be.
 
-    It stays unknown for words that are too long (`orbitdb.orbits.lives.LONGEST`).
+    It stays unknown for words that are too long (`orbitdb.orbits.births.lives.LONGEST`).
     """
     if orbit.exists is not None:
         return orbit
-    from orbitdb.orbits.lives import LONGEST, existence
+    from orbitdb.orbits.births.lives import LONGEST, existence
 
     return orbit if orbit.p > LONGEST else replace(orbit, exists=tuple(existence(orbit.code)))
 

@@ -5,9 +5,9 @@ import json
 import pytest
 from screens import ask, drive, press, screen_lines, shown, table_of
 
-from orbitdb.cli.tui import jumping_screen
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.kept import Kept, State, among_marked, criteria_of, selection_of, toggled
+from orbitdb.cli.tui.table import jumping
 from orbitdb.cli.tui.table.columns import COLUMNS, EVERY, USUAL
 from orbitdb.cli.tui.table.paged_table import _fitting
 from orbitdb.cli.tui.table.source import Ordering
@@ -62,7 +62,7 @@ def test_columns_that_fit_are_the_first_ones():
 
 @pytest.mark.slow
 def test_digits_lead_to_a_period_or_a_code(filled_once, monkeypatch):
-    monkeypatch.setattr(jumping_screen, "PAUSE", float("inf"))
+    monkeypatch.setattr(jumping, "PAUSE", float("inf"))
 
     async def steps(app, pilot):
         def row():

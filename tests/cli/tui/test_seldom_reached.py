@@ -6,14 +6,14 @@ import pytest
 from screens import ask, drive, press, settle, shown, table_of
 from textual.widgets import OptionList
 
-from orbitdb.cli.tui import jumping_screen
 from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.pictures import phase_points
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
+from orbitdb.cli.tui.table import jumping
 from orbitdb.cli.tui.table.jumping import place_of
 from orbitdb.cli.tui.table.source import Pages, head_of
-from orbitdb.orbits.lives import solve_word
+from orbitdb.orbits.births.lives import solve_word
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
 
@@ -30,7 +30,7 @@ def test_a_word_without_an_orbit_has_no_bounces_to_draw():
 
 @pytest.mark.slow
 def test_ways_that_are_seldom_taken(filled, monkeypatch):
-    monkeypatch.setattr(jumping_screen, "PAUSE", float("inf"))
+    monkeypatch.setattr(jumping, "PAUSE", float("inf"))
 
     async def steps(app, pilot):
         main, table = app.screen, table_of(app)
@@ -48,16 +48,16 @@ def test_ways_that_are_seldom_taken(filled, monkeypatch):
         pages = table.source
         table.show(head_of(app.catalogue, Selection(), pages.columns, 20), 0)
         main.action_jump("8")
-        assert (table.cursor, main.position_note) == (0, "8 …")
+        assert (table.cursor, main.rows.jumping.note) == (0, "8 …")
         main.show_rows(pages, 0)
         await settle(pilot)
-        assert (len(table.row[0]), main.position_note) == (8, "period 8")
+        assert (len(table.row[0]), main.rows.jumping.note) == (8, "period 8")
         # but not who has moved on meanwhile
         table.show(head_of(app.catalogue, Selection(), pages.columns, 20), 0)
         main.action_jump("8")
         await press(pilot, "j")
         main.show_rows(pages, table.cursor)
-        assert (table.cursor, main.position_note) == (1, "")
+        assert (table.cursor, main.rows.jumping.note) == (1, "")
         # the frame around the rows is none of them
         row, ordering = table.cursor, main.ordering
         around = table.outer_size

@@ -8,21 +8,21 @@ from screens import drive, press, screen_lines, settle, shown, table_of
 from textual import events
 from textual.widgets import Input
 
-from orbitdb.cli.tui import choices, jumping_screen, keys
+from orbitdb.cli.tui import choices, keys
 from orbitdb.cli.tui.dialogs.basic import LineDialog, QuestionDialog
 from orbitdb.cli.tui.dialogs.filling import FillState, Wish, cost_of, work
-from orbitdb.cli.tui.following_screen import _lacking
 from orbitdb.cli.tui.keys import columns_for, groups_for
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, folded, lines_of
-from orbitdb.cli.tui.table import source
+from orbitdb.cli.tui.table import jumping, source
 from orbitdb.cli.tui.table.columns import USUAL, Column
+from orbitdb.cli.tui.table.following import _lacking
 from orbitdb.cli.tui.table.paged_table import PagedTable, _fitting
 from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.filling.single_word import fill_word
-from orbitdb.orbits.lives import solve_word
+from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
@@ -121,7 +121,9 @@ def test_what_keys_do_stands_behind_their_names():
 
 
 def test_columns_are_shown_up_to_the_first_that_has_no_room():
-    wide, wider, narrow = (Column(name, name, width) for name, width in (("a", 5), ("b", 20), ("c", 2)))
+    wide, wider, narrow = (
+        Column(name, name, width, False, "") for name, width in (("a", 5), ("b", 20), ("c", 2))
+    )
     assert _fitting([wide, narrow], 9) == [wide, narrow]
     assert _fitting([wide, narrow], 8) == [wide]
     assert _fitting([wide, wider, narrow], 10) == [wide]
@@ -177,7 +179,7 @@ def test_keys_of_the_main_screen(varied, tmp_path, monkeypatch):
         main.selection = Selection()
         await settle(pilot)
         assert main.sub_title == Selection().describe()
-        assert main.report == f"{len(table.source):,} of {app.catalogue.count(Selection()):,} sequences"
+        assert main.rows.report == f"{len(table.source):,} of {app.catalogue.count(Selection()):,} sequences"
 
     async def sorting(app, pilot):
         main, table = app.screen, table_of(app)
@@ -203,9 +205,9 @@ def test_keys_of_the_main_screen(varied, tmp_path, monkeypatch):
         assert table.cursor == table.size.height - 2
         assert main.orbit.code == words[table.cursor]
         await hurry(pilot, "G", "k", "pageup", "0", "1", "3", "2")  # 0132, in any rotation
-        assert (table.row[0], main.position_note) == ("0132", "code 0132")
+        assert (table.row[0], main.rows.jumping.note) == ("0132", "code 0132")
         await hurry(pilot, "backspace")
-        assert (table.row[0], main.position_note) == ("013", "code 013")
+        assert (table.row[0], main.rows.jumping.note) == ("013", "code 013")
         await hurry(pilot, "2")
         seen = [main.orbit.code]
         for key, element in (("T", REVERSE), ("X", MIRROR_X), ("Y", MIRROR_Y)):
@@ -303,7 +305,7 @@ def test_keys_of_the_main_screen(varied, tmp_path, monkeypatch):
         assert seen == [(text, len(text)) for text in lines]
         await press(pilot, "escape")
 
-    monkeypatch.setattr(jumping_screen, "PAUSE", float("inf"))
+    monkeypatch.setattr(jumping, "PAUSE", float("inf"))
     path = tmp_path / "orbits.db"
     path.write_bytes(varied.read_bytes())
 

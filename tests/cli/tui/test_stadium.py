@@ -7,7 +7,6 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.half_length import HalfLengthDialog
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
-from orbitdb.cli.tui.word_screen import WordScreen
 from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.newton import solve_word
 from orbitdb.store.asking.selection import Selection
@@ -79,7 +78,7 @@ def test_another_stadium_takes_everything_with_it(varied):
         await press(pilot, "a", "k", "enter")
         assert stadiums_of(app) == {1.0}
         assert app.screen.compared == ()
-        app.screen.post_message(WordScreen.OrbitFound(solve_word("1232131", Stadium(1.6))))  # too late
+        app.screen.search.take(solve_word("1232131", Stadium(1.6)))  # too late
         await settle(pilot)
         assert stadiums_of(app) == {1.0}
 

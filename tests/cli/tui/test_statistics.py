@@ -4,7 +4,6 @@ import pytest
 from screens import drive, press, screen_lines, shown
 
 from orbitdb.cli.tui.statistics import averages_screen as statistics
-from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.writing.records import add_reference
 from orbitdb.store.writing.writer import Writer
@@ -26,7 +25,7 @@ def test_more_trajectories_replace_a_value_only_if_they_are_better(filled, monke
         await press(pilot, "S")
         assert app.screen.reference == kept
         assert f"trajectories: {statistics._described(kept)}; stored" in shown(app)
-        app.screen.post_message(StatisticsScreen.Simulated(kept, 0.25, stored=False))
+        app.screen.take_reference(kept, 0.25, stored=False)
         await pilot.pause()
         assert "following more: 25%" in shown(app)
         await press(pilot, "t")

@@ -1,8 +1,8 @@
 """Births and deaths: the values of a at which words begin and cease to be orbits.
 
 What is proved, and what is not. That a word changes inside its bracket, and what it is at both of the
-bracket's ends, is proved (`orbitdb.orbits.brackets`). So is what it is at the lowest and the highest a of
-the grid and at the smallest a there is; between all these the changes of a word follow one another as
+bracket's ends, is proved (`orbitdb.orbits.births.brackets`). So is what it is at the lowest and the highest a
+of the grid and at the smallest a there is; between all these the changes of a word follow one another as
 births and deaths do, or it is searched again on finer grids. That there is no further pair of changes
 between two points of the grid, none below the smallest a, and none above the highest is numerical.
 """
@@ -17,10 +17,10 @@ from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.equality import ByValue
 from orbitdb.errors import WorkError
-from orbitdb.orbits.batches import Batch
-from orbitdb.orbits.brackets import Signs, bracket, statuses
-from orbitdb.orbits.continuation import follow
-from orbitdb.orbits.crossings import candidates, refine
+from orbitdb.orbits.births.batches import Batch
+from orbitdb.orbits.births.brackets import Signs, bracket, statuses
+from orbitdb.orbits.births.continuation import follow
+from orbitdb.orbits.births.crossings import candidates, refine
 from orbitdb.orbits.newton import newton
 from orbitdb.symbols.words import to_strings
 
@@ -59,7 +59,7 @@ class Changes(ByValue):
         The bounce of the word, counted from 1, that comes through a joint; where several do at once,
         one of them.
     joint : ndarray of int, shape (K,)
-        The joint, as a place in `orbitdb.orbits.batches.JOINTS`.
+        The joint, as a place in `orbitdb.orbits.births.batches.JOINTS`.
     slope : ndarray, shape (K,)
         How fast that bounce leaves the joint: d slack / d ln a (radians).
     """

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 from flint import arb, ctx, fmpq, fmpq_poly, fmpz_mat
 
-from orbitdb.orbits.ballpath import BallPath, Condition
+from orbitdb.orbits.balls.path import BallPath, Condition
 
 _DEGREES = (1, 2, 3, 4, 6, 8)
 _SPARE = 24

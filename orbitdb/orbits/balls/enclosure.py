@@ -1,12 +1,12 @@
 """Ball arithmetic: orbits enclosed with proof, for what doubles cannot decide.
 
-That an orbit exists inside the enclosure and nowhere else follows from the bound of `orbitdb.orbits.bounds`,
-evaluated on balls: L is strictly concave between the direction limits, and
+That an orbit exists inside the enclosure and nowhere else follows from the bound of
+`orbitdb.orbits.error_bounds`, evaluated on balls: L is strictly concave between the direction limits, and
 sum of D_i delta_i^2 <= 4 sum of g_i^2 / D_i holds for its maximum.
 
 An orbit may come as near to a joint as e^(-lambda / 2), where it shadows one that meets it. The
 precision goes on until a slack that balls do not tell from zero is smaller than the square of that;
-then `orbitdb.orbits.joints` may prove it to be zero. What neither shows stays unresolved.
+then `orbitdb.orbits.balls.joints` may prove it to be zero. What neither shows stays unresolved.
 """
 
 import math
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from orbitdb.billiard.legs import Legs, centre_directions, cut, direction_limits
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.ballpath import BallPath, Balls, Condition
+from orbitdb.orbits.balls.path import BallPath, Balls, Condition
 from orbitdb.orbits.orbit import Orbits, Status
 
 PRECISION, MAX_PRECISION = 128, 16384
@@ -141,7 +141,7 @@ def _status(path: BallPath, conditions: list[Condition], slack: Balls) -> Status
         return Status.ORBIT
     close = arb(2) ** -_CLOSE * (-path.exponent()).exp()
     if all(abs(x) < close for _, x in touching):
-        from orbitdb.orbits.joints import joins
+        from orbitdb.orbits.balls.joints import joins
 
         if joins(path, touching):
             return Status.BOUNDARY

@@ -2,9 +2,9 @@
 
 Around the middle of a cell, a solution in doubles, the maximum of the length moves by what the first and
 the second derivative of its directions in x allow. Both solve a system with the matrix A = -H, whose
-solutions are bounded by the worst of the curvatures in the cell (`orbitdb.orbits.reaches`). So it is told
-of a whole cell, and not of points in it, that a word is an orbit all over it, or none, or that the slacks
-that could be zero in it all rise, so that it can be born there once and cannot die, or that all fall.
+solutions are bounded by the worst of the curvatures in the cell (`orbitdb.orbits.births.reaches`). So it is
+told of a whole cell, and not of points in it, that a word is an orbit all over it, or none, or that the
+slacks that could be zero in it all rise, so that it can be born there once and cannot die, or that all fall.
 
 What rounding does to sums and products is far below the 1e-10 and the parts in 1e9 that bounds are widened
 by. What it does to solutions is not: they are put into their equations, and what is left over counts.
@@ -27,10 +27,10 @@ from orbitdb.billiard.legs import (
     turns,
 )
 from orbitdb.equality import ByValue
-from orbitdb.orbits.bounds import direction_errors
-from orbitdb.orbits.continuation import motion
+from orbitdb.orbits.births.continuation import motion
+from orbitdb.orbits.births.reaches import ROUNDING, WIDER, displaced, firmness, forcing, reach_of
+from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import minus_hessian, newton, solve_cyclic
-from orbitdb.orbits.reaches import ROUNDING, WIDER, displaced, firmness, forcing, reach_of
 
 Floats = NDArray[np.float64]
 

@@ -1,8 +1,8 @@
 """Proof that no birth or death of a word is missing between two values of a.
 
-It is a second way, which shares with `orbitdb.orbits.births` only the equations: it looks for no zeros, but
-cuts ln a into cells in which a word can be born at most once, or die at most once, or neither
-(`orbitdb.orbits.cells`), and counts.
+It is a second way, which shares with `orbitdb.orbits.births.changes` only the equations: it looks for no
+zeros, but cuts ln a into cells in which a word can be born at most once, or die at most once, or neither
+(`orbitdb.orbits.births.cells`), and counts.
 """
 
 from collections.abc import Sequence
@@ -11,11 +11,11 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.orbits.batches import Batch
-from orbitdb.orbits.brackets import statuses
-from orbitdb.orbits.cells import Kind
+from orbitdb.orbits.births.batches import Batch
+from orbitdb.orbits.births.brackets import statuses
+from orbitdb.orbits.births.cells import Kind
+from orbitdb.orbits.births.stretches import stretches
 from orbitdb.orbits.newton import newton
-from orbitdb.orbits.stretches import stretches
 
 LOW, HIGH = 0.02, 1000.0
 """Between these it is tried: some slacks go like a^5 as a goes to 0, and there no cell is small enough."""

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Chain, Legs, cut
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.brackets import PROVED_SIGNS, Signs
+from orbitdb.orbits.births.brackets import PROVED_SIGNS, Signs
 from orbitdb.orbits.newton import newton
 
 Floats = NDArray[np.float64]
@@ -58,7 +58,7 @@ class Batch:
 
         1 for an orbit, -1 for none, 0 for one exactly through a joint, or undecided.
         """
-        from orbitdb.orbits.enclosure import enclose_all  # 30 ms to load, and seldom needed
+        from orbitdb.orbits.balls.enclosure import enclose_all  # 30 ms to load, and seldom needed
 
         signs = np.zeros(len(rows), np.int8)
         for here, words in self.of_order(rows):
@@ -77,7 +77,7 @@ class Batch:
         Parameters
         ----------
         rows, slack : ndarray of int, shape (K,)
-            Words, and which of their slacks, as rows of `orbitdb.orbits.continuation.Station.slack`.
+            Words, and which of their slacks, as rows of `orbitdb.orbits.births.continuation.Station.slack`.
         """
         bounce, joint = np.zeros(len(rows), np.int64), np.zeros(len(rows), np.int64)
         for here, words in self.of_order(rows):

@@ -1,6 +1,6 @@
 """Proof that a word begins or ceases to be an orbit inside a narrow bracket of a.
 
-At a (1 - delta) and a (1 + delta) the word's maximum is bounded as in `orbitdb.orbits.bounds`: on one
+At a (1 - delta) and a (1 + delta) the word's maximum is bounded as in `orbitdb.orbits.error_bounds`: on one
 side every slack is above its error and no direction at a limit, so that the word is an orbit there; on
 the other some slack is below minus its error, so that it is none. Slacks being continuous in a, the
 change lies between, whatever found it. Where rounding hides the sides the bracket is made wider, and
@@ -17,10 +17,11 @@ from orbitdb.arithmetic import check_functions
 from orbitdb.billiard.bounces import slack_errors, slacks
 from orbitdb.billiard.legs import Chain, derivatives, direction_limits
 from orbitdb.equality import ByValue
-from orbitdb.orbits.bounds import between_limits, direction_errors, pressed_directions
-from orbitdb.orbits.continuation import motion, slacks_and_slopes
-from orbitdb.orbits.crossings import Zeros
+from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
+from orbitdb.orbits.births.crossings import Zeros
+from orbitdb.orbits.error_bounds import direction_errors, pressed_directions
 from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import between_limits
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.intp]

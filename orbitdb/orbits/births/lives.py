@@ -5,7 +5,7 @@ from dataclasses import replace
 from orbitdb.billiard.stadium import MIN_A, Stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits import newton
-from orbitdb.orbits.births import Life, find_changes
+from orbitdb.orbits.births.changes import Life, find_changes
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.pruned import pruned_word
 from orbitdb.symbols.symmetry import class_of

@@ -5,7 +5,7 @@ solver's own system. That a word is an orbit is the same as that six *smooth sla
 are positive: those of `orbitdb.billiard.bounces.slacks` without absolute values. They are linear in
 alpha and free of a, so that their slopes in x are the same map applied to d alpha/dx.
 
-Everything here is numerical; what follows from it is proved in `orbitdb.orbits.brackets`.
+Everything here is numerical; what follows from it is proved in `orbitdb.orbits.births.brackets`.
 """
 
 from collections.abc import Iterator

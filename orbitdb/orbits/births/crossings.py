@@ -3,7 +3,7 @@
 Between two stations every slack is taken for the cubic that has its values and slopes there. Where that
 cubic does not tell clearly how often it crosses zero the cell is halved. Zeros are then found by
 Newton's method in the directions and x at once, kept in their cell. This is numerical: what it finds is
-proved in `orbitdb.orbits.brackets`; that nothing is missed rests on the grid.
+proved in `orbitdb.orbits.births.brackets`; that nothing is missed rests on the grid.
 """
 
 from collections.abc import Iterable, Iterator
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.equality import ByValue
-from orbitdb.orbits.continuation import Station, between, motion, slacks_and_slopes
+from orbitdb.orbits.births.continuation import Station, between, motion, slacks_and_slopes
 from orbitdb.orbits.newton import newton
 
 Floats = NDArray[np.float64]
@@ -74,7 +74,7 @@ def candidates(legs: Chain, stations: Iterable[Station]) -> Zeros:
     legs : Chain
         N words of m legs.
     stations : iterable of Station
-        The words on their way, as of `orbitdb.orbits.continuation.follow`.
+        The words on their way, as of `orbitdb.orbits.births.continuation.follow`.
 
     Returns
     -------

@@ -16,16 +16,11 @@ from orbitdb.billiard.legs import Chain, Derivatives, centre_directions, derivat
 from orbitdb.billiard.stability import exponent
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.bounds import (
-    between_limits,
-    direction_errors,
-    pressed_directions,
-    status_of,
-    surely_outside,
-)
+from orbitdb.orbits.error_bounds import direction_errors, pressed_directions
 from orbitdb.orbits.newton import newton, newton_step
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.packed_chains import cut_packed
+from orbitdb.orbits.status import between_limits, status_of, surely_outside
 from orbitdb.symbols.words import unpack
 
 Floats = NDArray[np.float64]
@@ -117,7 +112,7 @@ def _decided(
     status = status_of(slacks(legs, alpha), slack_errors(legs, error), between_limits(legs, a, alpha, error))
     lengths, exponents_ = length(legs, a, alpha), exponent(slopes)
     for place in np.flatnonzero(status == Status.UNRESOLVED).tolist():
-        from orbitdb.orbits.enclosure import as_orbits, enclose  # 30 ms to load, and seldom needed
+        from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to load, and seldom needed
 
         word = unpack(codes[rows[place : place + 1]], p)[0]
         found = as_orbits(word, stadium, enclose(word, stadium))

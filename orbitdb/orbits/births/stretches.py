@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Chain, centre_directions
 from orbitdb.equality import ByValue
-from orbitdb.orbits.cells import Cells, Kind, judge
+from orbitdb.orbits.births.cells import Cells, Kind, judge
 
 Floats = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""The worst of curvatures and forces all over a cell, and what it bounds (`orbitdb.orbits.cells`).
+"""The worst of curvatures and forces all over a cell, and what it bounds (`orbitdb.orbits.births.cells`).
 
 With x = ln a the maximum moves as A alpha' = -2 a sin(alpha), A = -H, and
 

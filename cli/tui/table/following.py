@@ -1,0 +1,167 @@
+"""Following in *a*: the orbit on screen by keys, and the rows with it, as far as births are stored."""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from orbitdb.cli.tui.orbit.lives import told
+from orbitdb.cli.tui.screens import Failed
+from orbitdb.cli.tui.table.source import Followed, Pages
+from orbitdb.errors import InputError, StoreError
+from orbitdb.orbits.orbit import Orbit
+
+if TYPE_CHECKING:
+    from orbitdb.cli.tui.panels import Panels
+    from orbitdb.store.reading.lives import Standings
+
+_ORBIT = "orbit"
+_SECONDS_UNTOLD = 0.08
+"""How long following may take before the heading says so."""
+
+
+class Following:
+    """The main screen, looked at for another *a* than that of its rows.
+
+    Parameters
+    ----------
+    screen : Panels
+
+    Attributes
+    ----------
+    away : float or None
+        The *a* that words are followed to, if it is not that of the rows.
+    """
+
+    def __init__(self, screen: "Panels") -> None:
+        self._screen = screen
+        self.away: float | None = None
+        self._pages: Pages | None = None
+        self._standings: Standings | None = None
+        self._without: list[int] = []
+        self._steps: list[bool] = []
+        self._under_way = False
+
+    def step(self, up: bool) -> None:
+        """Follow the orbit to a greater or smaller *a*, past its births and deaths."""
+        self._steps.append(up)
+        self.go_on()
+
+    def take_rows(self, pages: Pages | None) -> None:
+        """Take the rows that are to follow; None for none."""
+        self._pages, self._standings = pages, None
+
+    def take_orbit(self, orbit: Orbit | None) -> None:
+        """Let the rows follow another orbit; steps that were meant for the last one are forgotten."""
+        self._steps = []
+        if orbit is None or orbit.a == self._screen.selection.a:
+            self.come_back()
+        else:
+            self.away = orbit.a
+            self.go_on()
+
+    def come_back(self) -> None:
+        """Show the rows as they are stored."""
+        self.away = None
+        panel = self._screen.rows
+        panel.say_standing(None)
+        if isinstance(panel.table.source, Followed) and self._pages is not None:
+            panel.show(self._pages, panel.table.cursor)
+
+    def stop(self) -> None:
+        """Follow no farther: something went wrong."""
+        self._under_way, self._steps = False, []
+
+    def go_on(self) -> None:
+        """Follow the orbit by all steps that were asked for meanwhile, unless a worker does so already."""
+        orbit, screen = self._screen.orbit, self._screen
+        if self._under_way or orbit is None or not (self._steps or self._rows_lag_behind()):
+            return
+        self._under_way = True
+        screen.set_timer(_SECONDS_UNTOLD, self._say_following)
+        follow = partial(self._follow, orbit, tuple(self._steps), self._pages, self._standings)
+        screen.run_worker(follow, group="follow", thread=True)
+        self._steps = []
+
+    def _rows_lag_behind(self) -> bool:
+        """Tell whether the rows are those of another *a* than that of the orbit which they follow."""
+        source = self._screen.rows.table.source
+        return source.whole and self.away not in (None, getattr(source, "a", None))
+
+    def _say_following(self) -> None:
+        if self._under_way:
+            self._screen.rows.say("reading births …" if self._standings is None else "following …")
+
+    def _follow(
+        self, orbit: Orbit, steps: Sequence[bool], pages: Pages | None, standings: "Standings | None"
+    ) -> None:
+        """Follow an orbit some steps, and find what the rows are there; the first time read their births."""
+        from orbitdb.store.reading.lives import load_standings
+        from orbitdb.store.reading.order import periods_without
+
+        rows, without, screen = None, self._without, self._screen
+        try:
+            followed = screen.browser.follow(orbit, steps, screen.selection.a)
+            if pages is not None and standings is None:
+                with pages.catalogue.reading() as connection:
+                    standings = load_standings(connection, pages.chosen.ids)
+                    without = periods_without(connection, pages.chosen.ids, standings)
+            if pages is not None and standings is not None:
+                rows = Followed(pages, followed.a, standings.at(followed.a))
+        except (InputError, StoreError) as error:
+            screen.post_message(Failed(str(error)))
+            return
+        screen.call_later(self._arrive, orbit, followed, rows, standings, without)
+
+    def _arrive(
+        self,
+        begun: Orbit,
+        orbit: Orbit,
+        rows: Followed | None,
+        standings: "Standings | None",
+        without: list[int],
+    ) -> None:
+        """Show the orbit and the rows where they are by now, unless others are on screen by now."""
+        self._under_way = False
+        self._screen.rows.say()
+        if rows is not None and rows.pages is self._pages:
+            self._standings, self._without = standings, without
+        if begun is self._screen.orbit:
+            steps = self._steps
+            if orbit is not begun:
+                self._show(begun, orbit)
+            self._steps = steps
+            if rows is not None and rows.pages is self._pages and rows.a == self.away:
+                self._show_rows(rows)
+        self.go_on()
+
+    def _show(self, before: Orbit, orbit: Orbit) -> None:
+        self._under_way = True  # its rows come with it
+        self._screen.orbit = orbit
+        self._under_way = False
+        if happened := told(orbit.exists or (), before.a, orbit.a):
+            self._screen.notify(happened)
+
+    def _show_rows(self, rows: Followed) -> None:
+        """Show the rows as they are elsewhere, or why they stay."""
+        panel, lacking = self._screen.rows, _lacking(self._without)
+        assert self._standings is not None
+        if lacking and not self._standings.known.any():
+            panel.say_standing(f"the rows stay at a = {self._screen.selection.a:g}: {lacking}")
+            self.away = None
+        else:
+            others = [f"{n:,} {words}" for words, n in rows.counts().items() if words != _ORBIT]
+            panel.say_standing("; ".join(filter(None, (", ".join(others) or "no other", lacking))))
+            panel.table.show(rows, panel.table.cursor)
+        panel.say()
+
+
+def _lacking(periods: list[int]) -> str:
+    """Say of which periods no births are stored, and what finds them."""
+    from orbitdb.store.reading.fills import written_periods
+    from orbitdb.symbols.enumeration import MAX_PERIOD
+
+    if not periods:
+        return ""
+    found = [p for p in periods if p <= MAX_PERIOD]
+    remedy = f"; 'orbitdb births --p {max(found)}' finds them" if found else ""
+    return f"births of {written_periods(periods)} are not stored{remedy}"

@@ -1,0 +1,102 @@
+"""One word: a code that is typed, looked up or solved, and where its row is."""
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from orbitdb.cli.render import code_text, repeats
+from orbitdb.cli.tui.screens import Failed
+from orbitdb.cli.tui.table.source import Pages
+from orbitdb.errors import InputError, StoreError
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.symbols.words import least_rotation, parse, primitive_root
+
+if TYPE_CHECKING:
+    from orbitdb.cli.tui.panels import Panels
+
+
+class WordSearch:
+    """A word that the main screen was asked for.
+
+    Parameters
+    ----------
+    screen : Panels
+    """
+
+    def __init__(self, screen: "Panels") -> None:
+        self._screen = screen
+        self._solving: str | None = None
+        self._awaits_rows: Orbit | None = None
+
+    @property
+    def under_way(self) -> bool:
+        """Whether a word is being looked up or solved."""
+        return self._solving is not None
+
+    def ask_for(self, code: str) -> None:
+        """Look a code up, or solve it, in a worker."""
+        word = parse(code)
+        root = primitive_root(word)
+        if root != word:
+            self._screen.notify(repeats(word, root))
+        self._say_solving(root)
+        find = partial(self._find, root, self._screen.here)
+        self._screen.run_worker(find, group="find", exclusive=True, thread=True)
+
+    def stop(self) -> None:
+        """Look for nothing any more: something went wrong."""
+        self._say_solving(None)
+
+    def _say_solving(self, word: str | None) -> None:
+        """Say that a word is looked up or solved, which may take a while; None: no more."""
+        self._solving = word
+        self._screen.entitle_facts()
+        if word is None:
+            self._screen.say_choices()
+        else:
+            self._screen.sub_title = f"solving {code_text(word)} …"
+
+    def _find(self, word: str, a: float) -> None:
+        try:
+            orbit = self._screen.browser.find(word, a)
+        except (InputError, StoreError) as error:
+            self._screen.post_message(Failed(str(error)))
+            return
+        self._screen.call_later(self.take, orbit)
+
+    def take(self, orbit: Orbit) -> None:
+        """Show the orbit, unless another stadium is shown by now, and say where it comes from."""
+        if orbit.code == self._solving:
+            self._say_solving(None)
+        if orbit.a == self._screen.here and not self.go_to(orbit):
+            self._say_no_row(orbit)
+
+    def go_to(self, orbit: Orbit) -> bool:
+        """Show an orbit in its rotation, the cursor on its row; return whether it has one."""
+        screen, table = self._screen, self._screen.rows.table
+        screen.orbit = orbit
+        word = least_rotation(orbit.code)
+        place = table.source.position(word) if orbit.a == screen.here else None
+        if place is not None:
+            screen.caught_up = word
+            table.cursor = place
+        elif not table.source.whole and screen.browser.catalogue is not None:
+            screen.wanted, self._awaits_rows = word, orbit
+            return True
+        else:
+            screen.leave_the_row()
+        return place is not None
+
+    def take_rows(self, rows: Pages) -> None:
+        """Let a word that was found before the rows stay, if it has none."""
+        orbit, self._awaits_rows = self._awaits_rows, None
+        if orbit is None or orbit.a != self._screen.here:
+            return
+        if rows.position(least_rotation(orbit.code)) is None:
+            self._screen.leave_the_row()
+            self._screen.orbit = orbit
+            self._say_no_row(orbit)
+
+    def _say_no_row(self, orbit: Orbit) -> None:
+        """Say why the orbit on show has no row."""
+        told = "it is not in the chosen subset" if orbit.stored else "not stored: solved on the spot"
+        self._screen.notify(told, timeout=4)

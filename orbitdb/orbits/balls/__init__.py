@@ -1,0 +1,1 @@
+"""Orbits in ball arithmetic: enclosed with proof, for what doubles cannot decide."""
