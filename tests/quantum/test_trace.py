@@ -85,7 +85,7 @@ def test_levels_show_the_orbits_and_the_bouncing_balls(orbits):
     assert all(peak.code for peak in peaks)
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 def test_levels_to_k_30_show_the_orbits(orbits):
     k = np.sort(np.concatenate([each.k for each in levels(1.6, 31.5)]))
     assert len(k) == 722
