@@ -1,15 +1,16 @@
-"""All commands of ``orbitdb``: one module a group of commands, loaded when one of them is called."""
+"""All commands of ``orbitdb``, loaded when one of them is called, and their help in panels."""
 
 import logging
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from functools import cache
 from importlib import import_module
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from orbitdb import __version__
-from orbitdb.cli.help import Command, Group
 
 ParsingError = typer.TyperException
 
@@ -21,6 +22,99 @@ _ROOMS = (
 
 _ROOM_OF = {room: room for room in _ROOMS} | {"tui": "browse", "migrate": "info"}
 """By command."""
+
+
+PANELS = {
+    "Make data": {
+        "fill": "Fill periods: every sequence, its status and its orbit",
+        "births": "Find for which a every word is an orbit",
+        "sweep": "Count and average further periods, storing no rows",
+        "simulate": "Average over random trajectories, for comparison",
+        "bounds": "Prove bounds on the topological entropy",
+        "levels": "Find the levels of the quantum stadium",
+    },
+    "Ask": {
+        "query": "Show one orbit by its code, or rows of the catalogue",
+        "browse": "Browse the catalogue in the terminal",
+        "identify": "Find orbits by a start, by bounces or by a length",
+        "sql": "Answer one SELECT over the views of the catalogue",
+        "columns": "Explain the columns: unit, error bound, meaning",
+    },
+    "Average": {
+        "table": "Show the paper's Table 1, for any a",
+        "entropy": "Compute the topological entropy, by period",
+        "lyapunov": "Compute average Lyapunov exponents, by period",
+        "spectrum": "Lay quantum levels beside the orbits: lengths and peaks",
+    },
+    "Files and figures": {
+        "export": "Write rows to csv, jsonl, parquet or npz",
+        "plot": "Draw an orbit, or a figure of a chosen subset",
+    },
+    "Maintenance": {
+        "info": "Show where the catalogue is and what it holds",
+        "verify": "Recompute the catalogue and compare",
+    },
+}
+"""The commands by panel, in their order, each with one line; commands that are not here work unlisted."""
+
+_CHOOSING = {
+    "p", "status", "reversal", "symmetry", "contains", "exists", "not_at", "bounds", "where", "parameters",
+}  # fmt: skip
+_WRITING = {
+    "order", "limit", "offset", "columns", "coordinates", "bounces", "format_", "form", "json", "mark_words",
+    "output", "force",
+}  # fmt: skip
+_CATALOGUE = {"a", "db"}
+
+_ORDER = ("Options", "Catalogue", "Choose", "Output", "Other")
+
+
+def _panel_of(name: str) -> str:
+    for panel, names in (("Choose", _CHOOSING), ("Output", _WRITING), ("Catalogue", _CATALOGUE)):
+        if name in names:
+            return panel
+    return "Other" if name == "help" else "Options"
+
+
+class Command(TyperCommand):
+    """A command with its options in panels.
+
+    An option that is given several values, of which it would take the last, is refused.
+    """
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse what is typed behind the command."""
+        if not ctx.resilient_parsing:
+            *_, order = self.make_parser(ctx).parse_args(args=list(args))
+            for each, times in Counter(order).items():
+                if times > 1 and not getattr(each, "multiple", True) and not getattr(each, "is_flag", True):
+                    ctx.fail(f"{each.opts[0]} is given {times} times: give it once")
+        return super().parse_args(ctx, args)
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write arguments, then options by panel."""
+        panels: dict[str, list[tuple[str, str]]] = {}
+        for each in self.get_params(ctx):
+            if (told := each.get_help_record(ctx)) is not None:
+                option = each.param_type_name == "option"
+                panels.setdefault(_panel_of(each.name or "") if option else "Arguments", []).append(told)
+        for panel in ("Arguments", *_ORDER):
+            _write(formatter, panel, panels.get(panel, ()))
+
+
+class Group(TyperGroup):
+    """The program with its commands in panels."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands by panel, each in one line."""
+        for panel, commands in PANELS.items():
+            _write(formatter, panel, commands.items())
+
+
+def _write(formatter: Any, panel: str, rows: Iterable[tuple[str, str]]) -> None:
+    if listed := list(rows):
+        with formatter.section(panel):
+            formatter.write_dl(listed)
 
 
 def _show_version(wanted: bool) -> None:

@@ -4,15 +4,15 @@ The commands themselves are imported once Ctrl-C is taken care of, which lasts s
 """
 
 import errno
+import gc
+import io
 import os
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
-from orbitdb.cli.endings import SIGNALLED, Terminated, end_as_users_expect, end_undisturbed, ending, leave
-from orbitdb.cli.garbage import collect_later, collect_no_more
-from orbitdb.cli.streams import escape_what_has_no_code, stand_in_for_closed
+from orbitdb.cli.interrupts import SIGNALLED, Terminated, end_as_users_expect, end_undisturbed, ending, leave
 from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
 from orbitdb.plaintext import line
 
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
 _KEPT = "nothing that was stored is lost"
+_STREAMS = 3
+_LOADED = 100_000
+"""More objects than the largest command loads."""
 
 
 def run() -> None:
@@ -36,7 +39,7 @@ def run() -> None:
     escape_what_has_no_code()
     code = _run(sys.argv[1:] or ["--help"])
     end_undisturbed()
-    collect_no_more()
+    gc.freeze()  # the process takes all that is there with it
     try:
         sys.stdout.flush()
     except OSError as error:
@@ -129,3 +132,50 @@ def _say(message: str, code: int) -> int:
     with suppress(OSError):
         print(over + line(f"orbitdb: {message}"), file=sys.stderr)
     return code
+
+
+def collect_later() -> None:
+    """Look for no garbage while the command is being loaded, and never in what is loaded.
+
+    It stays for as long as the process. To go through it again and again, while it grows and once more at the
+    end, takes a fifth of the time of a short command.
+    """
+    usual = gc.get_threshold()
+
+    def settle(phase: Literal["start", "stop"], info: dict[str, int]) -> None:
+        gc.callbacks.remove(settle)
+        gc.freeze()
+        gc.set_threshold(*usual)
+
+    gc.callbacks.append(settle)
+    gc.set_threshold(_LOADED)
+
+
+class _ClosedOutput(io.TextIOBase):
+    """An output that nothing can be written to: who has data for it is told, who has none need not know."""
+
+    def write(self, text: str, /) -> int:
+        """Refuse what is written, as a disk that is full does."""
+        raise OSError(errno.EIO, "it is closed")
+
+
+def stand_in_for_closed() -> None:
+    """Give the process its three standard streams; Python has None for one that is closed.
+
+    Their numbers are taken as well, so that no file gets one of them and is written to by mistake.
+    """
+    while (number := os.open(os.devnull, os.O_RDWR)) < _STREAMS:
+        pass
+    os.close(number)
+    if sys.stdin is None:
+        sys.stdin = open(os.devnull, encoding="utf-8")  # noqa: SIM115, for as long as the process lives
+    if sys.stdout is None:
+        sys.stdout = _ClosedOutput()
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+
+
+def escape_what_has_no_code() -> None:
+    """Let stdout escape characters that its encoding has not, such as those of a path, as stderr does."""
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
+        sys.stdout.reconfigure(errors="backslashreplace")

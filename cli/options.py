@@ -1,22 +1,14 @@
-"""Options that several commands share."""
+"""Options that several commands share, and what a shell offers behind them."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterable, Iterator
 from enum import StrEnum
-from functools import wraps
-from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import typer
 
-from orbitdb.cli import completion
 from orbitdb.errors import InputError
 from orbitdb.numerals import real, whole
-
-if TYPE_CHECKING:
-    from orbitdb.store.asking.selection import Selection
-
 
 Number = TypeVar("Number", int, float)
 
@@ -35,6 +27,49 @@ class Format(StrEnum):
 
 FOR_PEOPLE = (Format.TABLE, Format.MARKDOWN, Format.LATEX)
 """The formats with few columns and rounded numbers."""
+
+
+def offered_columns(incomplete: str) -> Iterator[tuple[str, str]]:
+    """Offer the columns of the catalogue behind those that are written already."""
+    from orbitdb.columns import IN_CATALOGUE
+
+    return _in_list(incomplete, ((each.name, each.brief) for each in IN_CATALOGUE))
+
+
+def offered_statuses(incomplete: str) -> Iterator[tuple[str, str]]:
+    """Offer the statuses that rows have."""
+    from orbitdb.orbits.orbit import STORED
+
+    rows = ((status.value, status.sentence) for status in STORED)
+    return _in_list(incomplete, [*rows, ("all", "every one")])
+
+
+def offered_half_lengths(context: typer.Context, incomplete: str) -> list[str]:
+    """Offer the values of a in the catalogue that is named, or meant; none if it cannot be read."""
+    from contextlib import closing
+
+    from orbitdb.errors import InputError, StoreError
+    from orbitdb.numerals import exact
+    from orbitdb.store.reading.catalogue import Catalogue
+
+    try:
+        with closing(Catalogue(context.params.get("db"))) as catalogue:
+            return [text for text in map(exact, catalogue.a_values()) if text.startswith(incomplete)]
+    except (InputError, StoreError):
+        return []
+
+
+def offered_several_half_lengths(context: typer.Context, incomplete: str) -> list[str]:
+    """Offer them, and what stands for all of them."""
+    return [*offered_half_lengths(context, incomplete), *(["all"] if "all".startswith(incomplete) else [])]
+
+
+def _in_list(incomplete: str, known: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
+    """Offer names that go on with the last of some, with commas between, each with what it means."""
+    before, comma, begun = incomplete.rpartition(",")
+    for name, meaning in known:
+        if name.startswith(begun) and name not in before.split(","):
+            yield f"{before}{comma}{name}", meaning
 
 
 def number_option(*flags: str, help: str, offers: Callable[..., list[str]] | None = None) -> Any:
@@ -87,7 +122,7 @@ StoredHalfLength = Annotated[
     number_option(
         "--a",
         help="Half length of a straight wall [default: the catalogue's only one, else 1.6].",
-        offers=completion.half_lengths,
+        offers=offered_half_lengths,
     ),
 ]
 StoredHalfLengths = Annotated[
@@ -97,7 +132,7 @@ StoredHalfLengths = Annotated[
         metavar="NUMBER|all",
         help="Half length of a straight wall [default: the catalogue's only one, else 1.6]; "
         "repeatable, a grid FROM:TO:COUNT, or all that are stored.",
-        autocompletion=completion.several_half_lengths,
+        autocompletion=offered_several_half_lengths,
     ),
 ]
 OutputFormat = Annotated[Format, typer.Option("--format", help="How to write the result.")]
@@ -110,7 +145,7 @@ Parameters = Annotated[
 
 def column_option(*flags: str, help: str) -> Any:
     """Return an option that takes names of columns, of which a shell offers those that are known."""
-    return typer.Option(*flags, help=help, autocompletion=completion.columns)
+    return typer.Option(*flags, help=help, autocompletion=offered_columns)
 
 
 Words = Annotated[
@@ -127,150 +162,6 @@ MarkWords = Annotated[
     ),
 ]
 Periods = Annotated[str | None, typer.Option("--p", metavar="PERIODS", help="Periods: 11, 2-8 or 2,3,5-7.")]
-
-
-Reversal = Annotated[
-    str | None,
-    typer.Option(
-        "--reversal", metavar="self|pair", help="Orbits that retrace their path, or those that do not."
-    ),
-]
-Symmetry = Annotated[
-    str | None,
-    typer.Option("--symmetry", metavar="LABEL", help="Exact symmetry, such as x,T,xT; 1 for none."),
-]
-Contains = Annotated[
-    str | None,
-    typer.Option("--contains", metavar="SYMBOLS", help="Words with these symbols in a row, in any rotation."),
-]
-
-
-def _range_option(names: str) -> Any:
-    return typer.Option("--range", metavar="NAME=LOW:HIGH", help=f"Bounds on {names}; repeatable.")
-
-
-@dataclass(frozen=True)
-class Choice:
-    """The options that choose a subset of the catalogue, as they were typed; their help says what they take.
-
-    A command takes all of them by one parameter, ``choice: Choice``, and the decorator `with_choice`.
-    """
-
-    p: Periods = None
-    status: Annotated[
-        str | None,
-        typer.Option(
-            "--status",
-            help="orbit, geometric, dynamical, boundary or unresolved; several with commas; all.",
-            autocompletion=completion.statuses,
-        ),
-    ] = None
-    reversal: Reversal = None
-    symmetry: Symmetry = None
-    contains: Contains = None
-    exists: Annotated[
-        list[float] | None,
-        number_option("--exists", help="Words that are orbits at this a, by their births; repeatable."),
-    ] = None
-    not_at: Annotated[
-        list[float] | None,
-        number_option("--not-at", help="Words that are no orbits at this a, by their births; repeatable."),
-    ] = None
-    bounds: Annotated[
-        list[str] | None, _range_option("length, lyapunov, lambda_d, lambda_c, margin, born or dies")
-    ] = None
-    where: Annotated[
-        str | None,
-        typer.Option(
-            "--where",
-            metavar="SQL",
-            help="An SQL expression over the columns; code('310') finds a word in any rotation.",
-        ),
-    ] = None
-    parameters: Parameters = None
-
-    def at(self, a: float) -> "Selection":
-        """Return the subset at one a.
-
-        Raises
-        ------
-        InputError
-            If an option cannot be read.
-        """
-        from orbitdb.billiard.stadium import Stadium
-        from orbitdb.store.asking import parsing
-        from orbitdb.store.asking.selection import Selection, SelectionError
-        from orbitdb.symbols.words import parse
-
-        parameters = dict(parsing.parse_parameter(parameter) for parameter in self.parameters or ())
-        if parameters and self.where is None:
-            raise SelectionError("-P says what a name in --where stands for: give --where, or leave out -P")
-        return Selection(
-            a=Stadium(a).a,
-            periods=() if self.p is None else parsing.parse_periods(self.p),
-            statuses=() if self.status is None else parsing.parse_statuses(self.status),
-            time_reversal=None if self.reversal is None else parsing.parse_reversal(self.reversal),
-            symmetry=None if self.symmetry is None else parsing.parse_symmetry(self.symmetry),
-            contains=None if self.contains is None else parse(self.contains),
-            exists=parsing.parse_exists(self.exists or ()),
-            not_at=parsing.parse_exists(self.not_at or ()),
-            ranges=parsing.parse_bounds(self.bounds or ()),
-            where=self.where,
-            parameters=parameters,
-        )
-
-
-def _hidden(*flags: str) -> Any:
-    return typer.Option(*flags, hidden=True)
-
-
-@dataclass(frozen=True)
-class SweptChoice:
-    """The options of `Choice` that choose what is swept; the hidden ones are refused, and told why."""
-
-    reversal: Reversal = None
-    symmetry: Symmetry = None
-    contains: Contains = None
-    bounds: Annotated[list[str] | None, _range_option("length, lyapunov, lambda_d, lambda_c or margin")] = (
-        None
-    )
-    status: Annotated[str | None, _hidden("--status")] = None
-    exists: Annotated[list[float] | None, _hidden("--exists")] = None
-    not_at: Annotated[list[float] | None, _hidden("--not-at")] = None
-    where: Annotated[str | None, _hidden("--where")] = None
-
-    def at(self, a: float) -> "Selection":
-        """Return the subset at one a.
-
-        Raises
-        ------
-        InputError
-            If an option cannot be read, or cannot choose what is swept.
-        """
-        from orbitdb.store.asking.sweepable import swept_text
-
-        chosen = Choice(**{each.name: getattr(self, each.name) for each in fields(self)}).at(a)
-        swept_text(chosen)
-        return chosen
-
-
-def with_choice(command: Callable[..., None]) -> Callable[..., None]:
-    """Show Typer the options of `Choice`, or of `SweptChoice`, in the place of a parameter ``choice``."""
-    parameters = list(signature(command).parameters.values())
-    place = [parameter.name for parameter in parameters].index("choice")
-    kind = parameters[place].annotation
-
-    @wraps(command)
-    def run(**given: Any) -> None:
-        command(choice=kind(**{each.name: given.pop(each.name) for each in fields(kind)}), **given)
-
-    parameters[place : place + 1] = [
-        Parameter(each.name, Parameter.KEYWORD_ONLY, default=each.default, annotation=each.type)
-        for each in fields(kind)
-    ]
-    shown = [parameter.replace(kind=Parameter.KEYWORD_ONLY) for parameter in parameters]
-    run.__signature__ = Signature(shown)  # type: ignore[attr-defined]  # what Typer reads
-    return run
 
 
 def chosen(format_: Format, json: bool) -> Format:

@@ -6,8 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from orbitdb.cli import half_lengths
-from orbitdb.cli.options import USUAL_A, Choice
+from orbitdb.cli import arguments
+from orbitdb.cli.choice import Choice
+from orbitdb.cli.options import USUAL_A
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
@@ -35,12 +36,12 @@ def reading_all(
     """Give a catalogue as it is at one moment, and the subset chosen by options at every a that is meant."""
     from orbitdb.store.reading.catalogue import Catalogue
 
-    values = half_lengths.named(asked)
+    values = arguments.named(asked)
     chosen = choice.at(values[0] if values else USUAL_A)  # so that a wrong option is told first
     with closing(Catalogue(db, values[0] if values else None)) as opened, opened.at_one_moment() as catalogue:
         _note_rotations(chosen)
         if values is None:
-            values = half_lengths.stored(catalogue) if asked else (_told(catalogue.a, catalogue.path),)
+            values = arguments.stored(catalogue) if asked else (_told(catalogue.a, catalogue.path),)
         yield catalogue, tuple(replace(chosen, a=a) for a in values)
 
 
@@ -77,7 +78,7 @@ def all_meant(path: Path, asked: Sequence[str] | None) -> tuple[float, ...]:
     StoreError
         If all are asked for that are stored, and there is no catalogue.
     """
-    values = half_lengths.named(asked)
+    values = arguments.named(asked)
     if values is not None:
         return values
     if not asked:
@@ -85,14 +86,14 @@ def all_meant(path: Path, asked: Sequence[str] | None) -> tuple[float, ...]:
     from orbitdb.store.reading.catalogue import Catalogue
 
     with closing(Catalogue(path)) as catalogue:
-        return half_lengths.stored(catalogue)
+        return arguments.stored(catalogue)
 
 
 def meant(path: Path, a: float | None) -> float:
     """Return the a that is meant where a single word is asked for, in a catalogue or without one."""
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.file.database import check_file
-    from orbitdb.store.reading.one_word import a_meant
+    from orbitdb.store.reading.lookup import a_meant
 
     if a is not None:
         return Stadium(a).a

@@ -3,12 +3,12 @@
 import contextlib
 import math
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli.options import Format
-from orbitdb.cli.progress import aside
+from orbitdb.cli.progress.line import aside
 from orbitdb.export import json_object, write_csv
 from orbitdb.numerals import as_sure, outward, upwards
 from orbitdb.plaintext import line, printable
@@ -107,10 +107,8 @@ def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -
     if form is Format.TABLE:
         return _write_table(columns, rows)
     if form in (Format.MARKDOWN, Format.LATEX):
-        from orbitdb.cli.markup import latex, markdown
-
         texts, left = _cells(columns, rows)
-        lines = (markdown if form is Format.MARKDOWN else latex)(columns, texts, left)
+        lines = (_markdown if form is Format.MARKDOWN else _latex)(columns, texts, left)
         sys.stdout.writelines(f"{line}\n" for line in lines if texts)
         return len(texts)
     if form in (Format.JSON, Format.JSONL):
@@ -181,3 +179,40 @@ def write_facts(facts: Sequence[tuple[str, str]]) -> None:
     width = max(len(name) for name, _ in facts)
     for name, text in facts:
         sys.stdout.write(f"{name.ljust(width)}  {printable(text)}\n")
+
+
+_IN_LATEX = {
+    "\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}",
+    **{sign: f"\\{sign}" for sign in "_&%#${}"},
+}  # fmt: skip
+_IN_MARKDOWN = {sign: f"\\{sign}" for sign in "\\`*_{}[]<>|"}
+
+
+def _markdown(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool]) -> Iterator[str]:
+    """Yield the lines of a table in Markdown; columns of texts, which `left` marks, to the left."""
+    yield _pipes(_escaped(names, _IN_MARKDOWN))
+    yield _pipes([":--" if of_texts else "--:" for of_texts in left])
+    yield from (_pipes(_escaped(row, _IN_MARKDOWN)) for row in rows)
+
+
+def _latex(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool]) -> Iterator[str]:
+    """Yield the lines of a tabular in LaTeX, which needs no package."""
+    yield rf"\begin{{tabular}}{{{''.join('l' if of_texts else 'r' for of_texts in left)}}}"
+    yield r"\hline"
+    yield _ampersands(names)
+    yield r"\hline"
+    yield from map(_ampersands, rows)
+    yield r"\hline"
+    yield r"\end{tabular}"
+
+
+def _pipes(texts: Sequence[str]) -> str:
+    return f"| {' | '.join(texts)} |"
+
+
+def _ampersands(texts: Sequence[str]) -> str:
+    return " & ".join(_escaped(texts, _IN_LATEX)) + r" \\"
+
+
+def _escaped(texts: Sequence[str], signs: dict[str, str]) -> list[str]:
+    return ["".join(signs.get(sign, sign) for sign in text) for text in texts]

@@ -1,12 +1,20 @@
-"""Rows of the catalogue for other programs, and what their columns are, in short."""
+"""Answers of one a or of several as rows: their columns, their order, and writing them to stdout."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import heapq
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from orbitdb.cli.half_lengths import merged
+import typer
+
+from orbitdb.cli.options import Format
+from orbitdb.cli.render import note
+from orbitdb.cli.render import write as write_rows
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
+    from orbitdb.store.reading.results import Result
 
 KEYS = (
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
@@ -21,6 +29,77 @@ _NATURAL = ("p", "representative", "element")
 Row = tuple[Any, ...]
 Reading = Callable[["Selection", tuple[str, ...], int | None, int], Iterator[Row]]
 """Gives rows of a subset at one a that begin with some columns: so many at most, others passed over first."""
+
+
+def with_a(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names of columns with a among them: behind those that are of the word, or before them all."""
+    if "a" in names:
+        return tuple(names)
+    place = 1 if names[:1] in (("code",), ("word",)) else 0
+    return (*names[:place], "a", *names[place:])
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What is found at one a: names of columns, and rows."""
+
+    a: float
+    names: Sequence[str]
+    rows: Iterable[Sequence[Any]]
+
+
+def joined(answers: Sequence[Answer], many: bool) -> tuple[list[str], list[Sequence[Any]]]:
+    """Return the names and rows of all answers; of many with a before them, blank where one has no column."""
+    if not many:
+        return list(answers[0].names), list(answers[0].rows)
+    names = list(dict.fromkeys(name for each in answers for name in each.names))
+    known = ((each.a, dict(zip(each.names, row, strict=True))) for each in answers for row in each.rows)
+    return ["a", *names], [(a, *map(row.get, names)) for a, row in known]
+
+
+class _Falling:
+    """A value in falling order."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Falling) and self.value == other.value
+
+    def __lt__(self, other: "_Falling") -> bool:
+        return bool(other.value < self.value)
+
+
+def merged(
+    streams: Sequence[Iterable[tuple[Any, ...]]], falling: Sequence[bool], limit: int | None, offset: int = 0
+) -> Iterator[tuple[Any, ...]]:
+    """Merge rows that are in order, each at its own a, into rows that are in order; of equal ones by a.
+
+    Parameters
+    ----------
+    streams : sequence of iterables
+        Rows that end in what they are sorted by.
+    falling : sequence of bool
+        Which of that falls. What is empty is last, whichever way it goes.
+    limit, offset : int
+        How many rows at most, and how many to pass over first.
+
+    Yields
+    ------
+    tuple
+        Rows without what they are sorted by.
+    """
+    count = len(falling)
+
+    def place(row: Sequence[Any]) -> tuple[Any, ...]:
+        return tuple(
+            (value is None, _Falling(value) if falls else value)
+            for value, falls in zip(row[-count:], falling, strict=True)
+        )
+
+    rows = heapq.merge(*streams, key=place)
+    for row in islice(rows, offset, None if limit is None else offset + limit):
+        yield row[:-count]
 
 
 def in_order(
@@ -64,3 +143,43 @@ def with_marks(names: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> Itera
         for place in places:
             marked[place] = None if row[place] is None else f"{MARK}{row[place]}"
         yield tuple(marked)
+
+
+Write = Callable[[Sequence[str], Sequence[Sequence[Any]]], object]
+
+
+def write_results(
+    found: "Sequence[Result]",
+    many: bool,
+    form: Format,
+    hidden: Collection[str] = (),
+    write: Write | None = None,
+) -> None:
+    """Write what is found at one a, or at several, and its notes; leave if there is nothing.
+
+    Parameters
+    ----------
+    found : sequence of Result
+    many : bool
+        Whether there may be several a, which are named then.
+    form : Format
+    hidden : collection of str, optional
+        Columns that a table does without, as a note tells of them.
+    write : callable, optional
+        What writes the table, by default as usual.
+    """
+    for each in found:
+        for text in (*each.notes, *(each.facts if form is Format.TABLE else ())):
+            here = f"a = {each.selection.a:g}"
+            note(f"{here}: {text}" if many and here not in text else text)
+    answers = []
+    for each in filter(len, found):
+        names = [name for name in each.columns if form is not Format.TABLE or name not in hidden]
+        answers.append(Answer(each.selection.a, names, [list(row) for row in each.rows(names)]))
+    if not answers:
+        raise typer.Exit(1)
+    names, rows = joined(answers, many)
+    if write is not None:
+        write(names, rows)
+    else:
+        write_rows(names, rows, form)

@@ -70,8 +70,7 @@ def deviations(folder: Path) -> str:
     from orbitdb.averages.exact_means import exact_means
     from orbitdb.plots.deviations import draw_deviations
     from orbitdb.plots.style import figure, save
-    from orbitdb.store.reading.leg_terms import sum_rules_of
-    from orbitdb.store.reading.whole_periods import read_whole
+    from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
     from orbitdb.trajectories.legwise import simulate_legs
 
     subset = read_whole(Catalogue(folder / CATALOGUE), Selection(a=1.6, statuses=(Status.ORBIT,)))

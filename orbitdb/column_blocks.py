@@ -53,10 +53,11 @@ class ColumnBlock:
 
     def rows(self) -> Iterator[tuple[Any, ...]]:
         """Yield the rows as plain values, None for none."""
-        return zip(*map(_plain, self.columns), strict=True)
+        return zip(*map(plain, self.columns), strict=True)
 
 
-def _plain(column: Column) -> Sequence[Any]:
+def plain(column: Column) -> Sequence[Any]:
+    """Return a column as plain values, None for none."""
     if isinstance(column, Lists):
         parts = np.split(column.values, np.cumsum(column.lengths)[:-1])
         pairs = zip(parts, column.present.tolist(), strict=True)
@@ -66,8 +67,8 @@ def _plain(column: Column) -> Sequence[Any]:
     return column
 
 
-def in_columns(rows: Iterable[Any]) -> Iterator[Sequence[Column]]:
-    """Yield the columns of rows, some at a time; rows may be blocks of columns, all of them or none."""
+def in_columns(rows: Iterable[Any], size: int = _ROWS) -> Iterator[Sequence[Column]]:
+    """Yield the columns of rows, so many at a time; rows may be blocks of columns, all of them or none."""
     rows = iter(rows)
     first = next(rows, None)
     if first is None:
@@ -76,5 +77,5 @@ def in_columns(rows: Iterable[Any]) -> Iterator[Sequence[Column]]:
     if isinstance(first, ColumnBlock):
         yield from (block.columns for block in rows)
         return
-    while block := list(islice(rows, _ROWS)):
+    while block := list(islice(rows, size)):
         yield list(zip(*block, strict=True))

@@ -6,7 +6,6 @@ theirs in a second file, named as the W3C's "CSV on the Web" names it: ``orbits.
 """
 
 import contextlib
-import csv
 import json
 import math
 import os
@@ -28,19 +27,50 @@ if TYPE_CHECKING:
 Row = Sequence[Any]
 Metadata = Mapping[str, Any]
 
+_LINES = 16
+"""Rows that become lines together where they come one by one: a word may have a million symbols."""
 
-def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Row], delimiter: str = ",") -> int:
+
+def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Any], delimiter: str = ",") -> int:
     """Write one line a row under a line of names, and return how many rows there were.
 
-    Lists have blanks between, None is empty, and no text is a formula (`orbitdb.plaintext.cell`).
+    Lists have blanks between, None is empty, and no text is a formula (`orbitdb.plaintext.cell`). Rows may
+    come as blocks of columns (`orbitdb.column_blocks.ColumnBlock`), which takes half the time.
     """
-    writer = csv.writer(file, delimiter=delimiter, lineterminator="\n")
-    writer.writerow(columns)
+    from orbitdb.column_blocks import in_columns
+
+    file.write(delimiter.join(_field(name, delimiter) for name in columns) + "\n")
     count = 0
-    for row in rows:
-        writer.writerow([cell(value) for value in row])
-        count += 1
+    for block in in_columns(rows, _LINES):
+        lines = list(map(delimiter.join, zip(*(_fields(each, delimiter) for each in block), strict=True)))
+        if len(columns) == 1:
+            lines = [text or '""' for text in lines]  # an empty line is no row
+        file.write("\n".join([*lines, ""]))
+        count += len(lines)
     return count
+
+
+def _fields(column: "Column", delimiter: str) -> list[str]:
+    """Return a column as fields of csv; what words of a class share is made once."""
+    import numpy as np
+
+    from orbitdb.column_blocks import plain
+
+    if isinstance(column, np.ndarray):
+        bits, inverse = np.unique(column.view(np.int64), return_inverse=True)  # 0.0 and -0.0 are two
+        texts = ["" if value != value else repr(value) for value in bits.view(np.float64).tolist()]
+        return [texts[place] for place in inverse.tolist()]
+    values = plain(column)
+    if not set(map(type, values)) <= {int, str, type(None)}:
+        return [_field(value, delimiter) for value in values]
+    known = {value: _field(value, delimiter) for value in set(values)}
+    return [known[value] for value in values]
+
+
+def _field(value: object, delimiter: str) -> str:
+    """Return a value as a field of csv, in quotes where they are needed."""
+    text = "" if value is None else str(cell(value))
+    return '"{}"'.format(text.replace('"', '""')) if delimiter in text or '"' in text else text
 
 
 def write_jsonl(file: TextIO, columns: Sequence[str], rows: Iterable[Row]) -> int:

@@ -10,7 +10,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
-from orbitdb.cli.progress import aside, progress
+from orbitdb.cli.progress.line import aside, progress
 from orbitdb.cli.render import note, write
 from orbitdb.errors import InputError
 

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.executors import Solvers
 from orbitdb.cli.options import Format, count_option
-from orbitdb.cli.progress import progress
+from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import note, write
-from orbitdb.cli.storing import bring
+from orbitdb.cli.storing import Solvers, bring
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.executors import Solvers
-from orbitdb.cli.grid import lengths
+from orbitdb.cli.arguments import lengths
 from orbitdb.cli.options import Format
-from orbitdb.cli.progress import progress
+from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import note, write
-from orbitdb.cli.storing import bring
+from orbitdb.cli.storing import Solvers, bring
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -206,7 +205,7 @@ def _keeping(db: Path | None, store: bool | None, prove: bool, asked: dict[str, 
             note(f"not kept: {_why_not_kept(path)}")
         return
     from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.writing.enclosures import keep_bounds
+    from orbitdb.store.writing.records import keep_bounds
     from orbitdb.store.writing.writer import Writer
 
     bring(path)

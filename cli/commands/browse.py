@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.choice import Choice, with_choice
 from orbitdb.cli.reading import meant
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
@@ -33,13 +34,13 @@ def register(app: typer.Typer) -> None:
     app.command("tui", hidden=True, epilog=EXAMPLES)(browse)
 
 
-@options.with_choice
+@with_choice
 def browse(
     *,
     context: typer.Context,
     code: Annotated[str | None, typer.Option("--code", help="Open at this word, in any rotation.")] = None,
     a: options.StoredHalfLength = None,
-    choice: options.Choice,
+    choice: Choice,
     web: Annotated[
         bool, typer.Option("--web", help="Show it in a browser on this machine, at an address that is told.")
     ] = False,

@@ -3,11 +3,12 @@
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.averaging import write_results
-from orbitdb.cli.half_lengths import several
+from orbitdb.cli.arguments import several
+from orbitdb.cli.choice import Choice, with_choice
 from orbitdb.cli.options import Format
-from orbitdb.cli.progress import progress
+from orbitdb.cli.progress.line import progress
 from orbitdb.cli.reading import averaged, reading_all
+from orbitdb.cli.rows import write_results
 
 EXAMPLES = """
 Examples:
@@ -25,11 +26,11 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=EXAMPLES)(entropy)
 
 
-@options.with_choice
+@with_choice
 def entropy(
     *,
     a: options.StoredHalfLengths = None,
-    choice: options.Choice,
+    choice: Choice,
     format_: options.OutputFormat = Format.TABLE,
     json: options.Json = False,
     db: options.Database = None,

@@ -11,11 +11,12 @@ import typer
 
 from orbitdb import __version__
 from orbitdb.cli import options
-from orbitdb.cli.half_lengths import several, with_a
-from orbitdb.cli.progress import Progress, progress
+from orbitdb.cli.arguments import several
+from orbitdb.cli.choice import Choice, with_choice
+from orbitdb.cli.progress.line import Progress, progress
 from orbitdb.cli.reading import note_gaps, note_nothing, reading_all
 from orbitdb.cli.render import note
-from orbitdb.cli.rows import KEYS, Reading, Row, in_order, with_marks
+from orbitdb.cli.rows import KEYS, Reading, Row, in_order, with_a, with_marks
 from orbitdb.columns import OF_BOUNCES
 from orbitdb.errors import InputError
 
@@ -48,7 +49,7 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=EXAMPLES)(export)
 
 
-@options.with_choice
+@with_choice
 def export(
     *,
     context: typer.Context,
@@ -62,7 +63,7 @@ def export(
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="The same as FILE.")
     ] = None,
     a: options.StoredHalfLengths = None,
-    choice: options.Choice,
+    choice: Choice,
     order: Annotated[
         str, options.column_option("--order", help="Columns to sort by; a falling one ends in desc.")
     ] = "p",
@@ -111,7 +112,7 @@ def export(
     with reading_all(db, a, choice) as (catalogue, stadiums):
         for chosen in stadiums:
             note_gaps(catalogue, chosen, names=names, order=order)
-        by_columns = kind not in files.TEXT_WRITERS and not (bounces or mark_words or len(stadiums) > 1)
+        by_columns = kind != "jsonl" and not (bounces or mark_words or len(stadiums) > 1)
         read = _reading(catalogue, order, by_columns)
         shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
         rows: Iterator[Any] = in_order(read, stadiums, (*names, *shown_last), order, limit)

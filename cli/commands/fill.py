@@ -8,12 +8,21 @@ from typing import Annotated
 
 import typer
 
-from orbitdb.cli.codes import given_codes, primitive
-from orbitdb.cli.executors import DryRun, ExecutorOption, Jobs, Scheduler, Solvers
+from orbitdb.cli.arguments import given_codes, primitive
 from orbitdb.cli.options import Database, HalfLength, count_option, takes_only
-from orbitdb.cli.progress import progress
+from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import code_text, note
-from orbitdb.cli.storing import asked_periods, bring, show_steps, written
+from orbitdb.cli.storing import (
+    DryRun,
+    ExecutorOption,
+    Jobs,
+    Scheduler,
+    Solvers,
+    asked_periods,
+    bring,
+    show_steps,
+    written,
+)
 from orbitdb.errors import InputError
 from orbitdb.plaintext import several
 

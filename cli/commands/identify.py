@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Choice, Format, count_option, number_option
-from orbitdb.cli.points import parse_start, read_points
+from orbitdb.cli.arguments import parse_start, read_points
+from orbitdb.cli.choice import Choice
+from orbitdb.cli.options import Format, count_option, number_option
 from orbitdb.cli.reading import meant, note_gaps, reading
 from orbitdb.cli.render import code_text, note, write, write_facts
 from orbitdb.cli.rows import with_marks

@@ -12,7 +12,7 @@ from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.enclosures import Enclosure
+    from orbitdb.store.reading.records import Enclosure
     from orbitdb.store.reading.sweeps import Sweep
 
 INFO_EXAMPLES = """
@@ -119,7 +119,7 @@ def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
     from orbitdb.filling.estimate import gigabytes
     from orbitdb.store.file.schema import SCHEMA_VERSION
     from orbitdb.store.reading.fills import written_periods
-    from orbitdb.store.reading.size import room
+    from orbitdb.store.reading.records import room
 
     taken = room(catalogue)
     facts = [

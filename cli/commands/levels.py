@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.executors import WORTH_PROCESSES, Jobs, Solvers
 from orbitdb.cli.options import Format
-from orbitdb.cli.progress import progress
+from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import note, write
-from orbitdb.cli.storing import bring
+from orbitdb.cli.storing import WORTH_PROCESSES, Jobs, Solvers, bring
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
 from orbitdb.plaintext import several
@@ -71,12 +70,12 @@ def levels(
     if store:
         bring(path)
     known = _known(path, stadium.a, parities) if store else {each: [] for each in parities}
-    from orbitdb.store.reading.levels import missing
+    from orbitdb.store.reading.spectrum import missing_levels
 
     tasks = [
         task
         for each in parities
-        for gap in missing(known[each], low, high)
+        for gap in missing_levels(known[each], low, high)
         for task in windows(stadium, each, *gap)
     ]
     for found in _solve(tasks, Solvers.chosen(None, None, jobs), path if store else None, k):
@@ -132,10 +131,10 @@ def read_parities(text: str | None) -> "list[Parity]":
 
 def _known(path: Path, a: float, parities: "list[Parity]") -> "dict[Parity, list[Levels]]":
     from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.levels import stored
+    from orbitdb.store.reading.spectrum import stored_levels
 
     with closing(Catalogue(path)) as catalogue, catalogue.reading() as connection:
-        return {each: stored(connection, a, each) for each in parities}
+        return {each: stored_levels(connection, a, each) for each in parities}
 
 
 def _solve(tasks: "list[LevelTask]", solvers: Solvers, path: Path | None, k: str) -> "list[Levels]":
@@ -153,7 +152,7 @@ def _solve(tasks: "list[LevelTask]", solvers: Solvers, path: Path | None, k: str
     worth = WORTH_PROCESSES if smooth.sum() > _WORTH and len(tasks) > 1 else 1
     writer = None
     if path is not None:
-        from orbitdb.store.writing.levels import keep_levels
+        from orbitdb.store.writing.records import keep_levels
         from orbitdb.store.writing.writer import Writer
 
         writer = Writer(path, {"command": "levels", "k": k, "a": tasks[0].a})

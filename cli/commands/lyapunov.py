@@ -1,16 +1,20 @@
 """``orbitdb lyapunov``: the average Lyapunov exponents over a chosen subset of orbits."""
 
-from typing import Annotated
+import sys
+from collections.abc import Sequence
+from typing import Annotated, Any
 
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.averaging import write_results
-from orbitdb.cli.half_lengths import several
-from orbitdb.cli.lyapunov_blocks import write_blocks
+from orbitdb.cli.arguments import several
+from orbitdb.cli.choice import Choice, with_choice
 from orbitdb.cli.options import Format
-from orbitdb.cli.progress import progress
+from orbitdb.cli.progress.line import progress
 from orbitdb.cli.reading import averaged, reading_all
+from orbitdb.cli.render import write
+from orbitdb.cli.rows import write_results
+from orbitdb.numerals import concise
 
 EXAMPLES = """
 Examples:
@@ -30,11 +34,11 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=EXAMPLES)(lyapunov)
 
 
-@options.with_choice
+@with_choice
 def lyapunov(
     *,
     a: options.StoredHalfLengths = None,
-    choice: options.Choice,
+    choice: Choice,
     weight: Annotated[
         str, typer.Option("--weight", help="exp: e^-lambda, as in the paper; det: 1/|det(1 - M)|.")
     ] = "exp",
@@ -65,6 +69,33 @@ def lyapunov(
 
         found = [average(catalogue, chosen, weight, cut, tell) for chosen in stadiums]
     if form is Format.TABLE and cut is None:
-        write_results(found, many, form, write=write_blocks)
+        write_results(found, many, form, write=_write_blocks)
     else:
         write_results(found, many, form)
+
+
+_METHODS = ("pair", "zeta", "sum_rule")
+_EXPONENTS = ("lambda_d", "lambda_c")
+
+
+def _write_blocks(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
+    """Write averages to stdout, by period, z0 in the first block.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Those of the other formats.
+    rows : sequence of sequences
+        Theirs; None where an average does not stand.
+    """
+    columns = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
+    for number, exponent in enumerate(_EXPONENTS):
+        block = {name: columns[name] for name in ("a", "p", exponent) if name in columns}
+        block |= {method: columns[f"{exponent}_{method}"] for method in _METHODS}
+        errors = columns[f"{exponent}_sum_rule_error"]
+        block["sum_rule"] = list(map(concise, block["sum_rule"], errors))
+        if number:
+            sys.stdout.write("\n")
+        else:
+            block["z0"] = columns["z0"]
+        write(list(block), list(zip(*block.values(), strict=True)), Format.TABLE)

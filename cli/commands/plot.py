@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.choice import Choice, with_choice
 from orbitdb.cli.options import USUAL_A
-from orbitdb.cli.progress import progress
+from orbitdb.cli.progress.line import progress
 from orbitdb.cli.reading import averaged, meant, reading
 from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
@@ -70,7 +71,7 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=EXAMPLES)(plot)
 
 
-@options.with_choice
+@with_choice
 def plot(
     *,
     context: typer.Context,
@@ -84,7 +85,7 @@ def plot(
     ],
     code: options.Codes = None,
     a: options.StoredHalfLength = None,
-    choice: options.Choice,
+    choice: Choice,
     over_a: Annotated[bool, typer.Option("--over-a", help="The entropy against a, not the period.")] = False,
     limit: Annotated[int, options.count_option("--limit", least=1, help="Orbits on a sheet at most.")] = 120,
     form: Annotated[
@@ -105,16 +106,16 @@ def plot(
     else:
         check_target(output, force)
     ending = form_of(output, form, FIGURES)
-    from orbitdb.cli import figures  # not before: matplotlib takes its time
+    from orbitdb.cli.figures import orbits, subsets  # not before: matplotlib takes its time
     from orbitdb.plots import style
 
     if kind in (Kind.ORBIT, Kind.REVERSE):
         options.takes_only(context, f"in plot {kind}", "kind", "output", "words", "code", "a")
         found = _orbit(_one_code(kind, words, code), a, db)
-        made = figures.draw_orbit(found) if kind is Kind.ORBIT else figures.draw_reverse(found)
+        made = orbits.draw_orbit(found) if kind is Kind.ORBIT else orbits.draw_reverse(found)
         said = f"orbit {code_text(found.code)} at a = {found.a:g}"
     elif kind is Kind.LIFE:
-        from orbitdb.cli.birth_figures import draw_life
+        from orbitdb.cli.figures.over_a import draw_life
 
         options.takes_only(context, f"in plot {kind}", "kind", "output", "words", "code")
         options.refuse_idle(context, f"in plot {kind}", "db")
@@ -123,27 +124,27 @@ def plot(
             made = draw_life(found := _followed(asked))
         said = f"life of {code_text(found.code)}"
     elif kind is Kind.BIRTHS:
-        from orbitdb.cli.birth_figures import draw_births
+        from orbitdb.cli.figures.over_a import draw_births
 
         options.takes_only(context, f"in plot {kind}", "kind", "output", "p")
-        with progress("drawing"), reading(db, USUAL_A, options.Choice(p=choice.p)) as (catalogue, chosen):
+        with progress("drawing"), reading(db, USUAL_A, Choice(p=choice.p)) as (catalogue, chosen):
             made = draw_births(catalogue, chosen)
         said = "births and deaths of orbits"
     elif kind in (Kind.SPECTRUM, Kind.STAIRCASE):
-        from orbitdb.cli.quantum_figures import draw_length_spectrum, draw_levels
+        from orbitdb.cli.figures.levels import draw_length_spectrum, draw_levels
 
         options.takes_only(context, f"in plot {kind}", "kind", "output", "a")
-        with progress("drawing"), reading(db, a, options.Choice()) as (catalogue, chosen):
+        with progress("drawing"), reading(db, a, Choice()) as (catalogue, chosen):
             draw = draw_length_spectrum if kind is Kind.SPECTRUM else draw_levels
             made = draw(catalogue, chosen)
         said = str(made.get_label())
     elif over_a:
-        from orbitdb.cli.entropy_figures import draw_over_a
+        from orbitdb.cli.figures.over_a import draw_over_a
 
         if kind is not Kind.ENTROPY:
             raise InputError(f"--over-a does nothing in plot {kind}: leave it out")
         options.takes_only(context, "with --over-a", "kind", "output", "p", "over_a")
-        with progress("drawing"), reading(db, USUAL_A, options.Choice(p=choice.p)) as (catalogue, chosen):
+        with progress("drawing"), reading(db, USUAL_A, Choice(p=choice.p)) as (catalogue, chosen):
             made = draw_over_a(catalogue, chosen)
         said = "topological entropy over a"
     else:
@@ -152,7 +153,7 @@ def plot(
         choice = averaged(choice) if kind in _OF_CLASSES else choice
         wanted = replace(choice, status="orbit" if choice.status is None else choice.status)
         with progress("drawing"), reading(db, a, wanted) as (catalogue, chosen):
-            made = figures.OF_SUBSETS[kind.value](catalogue, chosen, limit)
+            made = subsets.OF_SUBSETS[kind.value](catalogue, chosen, limit)
         said = str(made.get_label()) or chosen.describe()  # it may show less
     if to_stdout:
         sys.stdout.buffer.write(style.as_bytes(made, ending, said))
@@ -170,7 +171,7 @@ def _one_code(kind: Kind, words: list[str] | None, code: list[str] | None) -> st
     InputError
         If there is none, or another.
     """
-    from orbitdb.cli.codes import given_codes
+    from orbitdb.cli.arguments import given_codes
 
     codes = list(given_codes(words, code))
     if len(codes) != 1:
@@ -186,9 +187,9 @@ def _followed(code: str) -> "Orbit":
     InputError
         If it never is one, or is too long to be followed.
     """
-    from orbitdb.cli.codes import primitive
+    from orbitdb.cli.arguments import primitive
     from orbitdb.orbits.newton import solve_word
-    from orbitdb.store.reading.one_word import with_existence
+    from orbitdb.store.reading.lookup import with_existence
 
     found = with_existence(solve_word(primitive(code), USUAL_A))
     if found.exists is None:
@@ -206,9 +207,9 @@ def _orbit(code: str, a: float | None, db: Path | None) -> "Orbit":
     InputError
         If it has none.
     """
-    from orbitdb.cli.codes import primitive
+    from orbitdb.cli.arguments import primitive
     from orbitdb.store.file.database import check_file, default_path
-    from orbitdb.store.reading.one_word import find_or_solve
+    from orbitdb.store.reading.lookup import find_or_solve
     from orbitdb.symbols.words import parse, primitive_root
 
     path = db or default_path()

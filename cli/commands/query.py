@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.codes import given_codes, primitive
-from orbitdb.cli.half_lengths import several, with_a
+from orbitdb.cli.arguments import given_codes, primitive, several
+from orbitdb.cli.choice import Choice, with_choice
 from orbitdb.cli.options import Format
 from orbitdb.cli.reading import all_meant, note_gaps, note_nothing, reading_all
 from orbitdb.cli.render import code_text, note, write, write_facts
-from orbitdb.cli.rows import KEYS, Row, in_order, with_marks
+from orbitdb.cli.rows import KEYS, Row, in_order, with_a, with_marks
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
 
@@ -68,14 +68,14 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=EXAMPLES)(query)
 
 
-@options.with_choice
+@with_choice
 def query(
     *,
     context: typer.Context,
     words: options.Words = None,
     code: options.Codes = None,
     a: options.StoredHalfLengths = None,
-    choice: options.Choice,
+    choice: Choice,
     order: Annotated[
         str, options.column_option("--order", help="Columns to sort by; a falling one ends in desc.")
     ] = "p",
@@ -152,8 +152,8 @@ def _columns(text: str | None, form: Format, many: bool) -> tuple[str, ...]:
 def _show_words(
     codes: list[str], a: list[str] | None, db: Path | None, columns: str | None, form: Format, mark: bool
 ) -> None:
-    from orbitdb.cli.word import facts, write_bounces
-    from orbitdb.store.reading.one_word import born_with
+    from orbitdb.cli.orbit_facts import facts, write_bounces
+    from orbitdb.store.reading.lookup import born_with
 
     in_rows = form in (Format.MARKDOWN, Format.LATEX) or (form is Format.TABLE and several(a))
     keys = _keys(columns, TABLE_COLUMNS if in_rows else WORD_KEYS, codes, a)
@@ -201,7 +201,7 @@ def _show_bounces(
 def _find(codes: list[str], a: list[str] | None, db: Path | None) -> tuple[list["Orbit"], Path | None]:
     """Return what becomes of words at every a, and the catalogue that was asked, if there is one."""
     from orbitdb.store.file.database import check_file, default_path
-    from orbitdb.store.reading.one_word import find_or_solve
+    from orbitdb.store.reading.lookup import find_or_solve
     from orbitdb.symbols.words import parse
 
     path = db or default_path()
@@ -222,7 +222,7 @@ def _keys(
     text: str | None, otherwise: tuple[str, ...], codes: list[str], a: list[str] | None
 ) -> tuple[str, ...]:
     """Read the names of what is known of a word, stored or not."""
-    from orbitdb.store.asking.names import parse_names
+    from orbitdb.store.asking.parsing import parse_names
 
     if text is not None and codes:
         _refuse_of_rows([name.strip() for name in text.split(",")], codes[0], a)
@@ -246,7 +246,7 @@ def _refuse_of_rows(names: Sequence[str], code: str, a: list[str] | None) -> Non
 
 def _with_lives(found: list["Orbit"]) -> list["Orbit"]:
     """Return words with from where to where in a they are orbits, each followed once at most."""
-    from orbitdb.store.reading.one_word import with_existence
+    from orbitdb.store.reading.lookup import with_existence
 
     known: dict[str, Any] = {}
     for place, orbit in enumerate(found):
@@ -280,7 +280,7 @@ def _in_a_cell(orbit: "Orbit", key: str) -> Any:
 
 def _told(orbit: "Orbit", key: str) -> Any:
     """Return a value for people, who are told in words where an orbit exists."""
-    from orbitdb.cli.word import lives_text
+    from orbitdb.cli.orbit_facts import lives_text
 
     if key == "exists" and orbit.exists is not None:
         return lives_text(orbit.exists) or "for no a"

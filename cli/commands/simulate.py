@@ -9,7 +9,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Format
-from orbitdb.cli.progress import progress
+from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import note, write, write_facts
 from orbitdb.cli.storing import bring
 from orbitdb.errors import InputError
@@ -137,7 +137,7 @@ def _need_to_write(path: Path) -> None:
 
 
 def _store(a: float, found: "Reference", path: Path) -> None:
-    from orbitdb.store.writing.references import add_reference
+    from orbitdb.store.writing.records import add_reference
     from orbitdb.store.writing.writer import Writer
 
     parameters = {"command": "simulate", "a": a, "bounces": found.bounces, "seed": found.seed}

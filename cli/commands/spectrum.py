@@ -8,9 +8,10 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.choice import Choice
 from orbitdb.cli.commands.levels import read_parities, read_range
 from orbitdb.cli.options import Format
-from orbitdb.cli.progress import progress
+from orbitdb.cli.progress.line import progress
 from orbitdb.cli.reading import reading
 from orbitdb.cli.render import note, write
 from orbitdb.errors import InputError
@@ -75,7 +76,7 @@ def spectrum(
             raise InputError(f"--parity {parity}: give one, or leave it out for all")
         parity = str(named[0])
     given = None if levels is None else read_file(levels, energies, parity)
-    with progress("summing orbits"), reading(db, a, options.Choice()) as (catalogue, chosen):
+    with progress("summing orbits"), reading(db, a, Choice()) as (catalogue, chosen):
         found = catalogue.spectrum(
             (low, high), points=points, k_max=k_max, levels=given, parity=parity, a=chosen.a
         )

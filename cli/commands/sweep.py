@@ -10,11 +10,21 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.executors import DryRun, ExecutorOption, Jobs, Scheduler, Solvers
+from orbitdb.cli.choice import SweptChoice, with_choice
 from orbitdb.cli.options import Database, Format, HalfLength, count_option
-from orbitdb.cli.progress import progress
+from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import note, write
-from orbitdb.cli.storing import asked_periods, bring, show_steps, written
+from orbitdb.cli.storing import (
+    DryRun,
+    ExecutorOption,
+    Jobs,
+    Scheduler,
+    Solvers,
+    asked_periods,
+    bring,
+    show_steps,
+    written,
+)
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
@@ -40,7 +50,7 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=EXAMPLES)(sweep)
 
 
-@options.with_choice
+@with_choice
 def sweep(
     *,
     context: typer.Context,
@@ -50,7 +60,7 @@ def sweep(
     ],
     first: Annotated[int, count_option("--from", help="The lowest period to sweep.")] = 2,
     a: HalfLength = 1.6,
-    choice: options.SweptChoice,
+    choice: SweptChoice,
     jobs: Jobs = None,
     executor: ExecutorOption = None,
     scheduler: Scheduler = None,

@@ -3,10 +3,11 @@
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.averaging import write_results
-from orbitdb.cli.half_lengths import several
+from orbitdb.cli.arguments import several
+from orbitdb.cli.choice import Choice
 from orbitdb.cli.options import Format
 from orbitdb.cli.reading import reading_all
+from orbitdb.cli.rows import write_results
 
 EXAMPLES = """
 Examples:
@@ -37,6 +38,6 @@ def table(
     K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
     Periods that are not filled at this a are counted from births, if 'orbitdb births' has found them.
     """
-    with reading_all(db, a, options.Choice(p=p)) as (catalogue, stadiums):
+    with reading_all(db, a, Choice(p=p)) as (catalogue, stadiums):
         found = [catalogue.table(chosen) for chosen in stadiums]
     write_results(found, several(a), options.chosen(format_, json))

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.executors import Jobs, Solvers
+from orbitdb.cli.choice import Choice, with_choice
 from orbitdb.cli.options import Format
-from orbitdb.cli.progress import progress
+from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import note, note_partial, write
+from orbitdb.cli.storing import Jobs, Solvers
 from orbitdb.errors import InputError, StoreError
 from orbitdb.plaintext import several
 
@@ -43,7 +44,7 @@ def register(app: typer.Typer) -> None:
     app.command(epilog=EXAMPLES)(verify)
 
 
-@options.with_choice
+@with_choice
 def verify(
     *,
     context: typer.Context,
@@ -51,7 +52,7 @@ def verify(
         float | None,
         options.number_option("--a", help="Half length of a straight wall [default: all stored]."),
     ] = None,
-    choice: options.Choice,
+    choice: Choice,
     sample: Annotated[
         int | None,
         options.count_option("--sample", least=1, help="Look at so many classes, drawn at random."),

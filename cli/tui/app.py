@@ -1,6 +1,7 @@
 """The application: it holds the catalogue and the fill, and shows the screens."""
 
 import asyncio
+import gc
 import os
 import signal
 import threading
@@ -20,16 +21,15 @@ from textual.reactive import reactive
 from textual.screen import Screen
 from textual.worker import get_current_worker
 
-from orbitdb.cli.endings import TERMINATING, Terminated
-from orbitdb.cli.garbage import collect_no_more
-from orbitdb.cli.tui.dialogs import KeysDialog, QuestionDialog
+from orbitdb.cli.interrupts import TERMINATING, Terminated
+from orbitdb.cli.tui.dialogs.basic import KeysDialog, QuestionDialog
+from orbitdb.cli.tui.dialogs.fill import FillDialog
+from orbitdb.cli.tui.dialogs.filling import FillState, Wish
+from orbitdb.cli.tui.dialogs.filling import work as fill_steps
 from orbitdb.cli.tui.ending import LooseThreads, listen_to_signals, written_down
-from orbitdb.cli.tui.facts import Certificate
-from orbitdb.cli.tui.fill_dialog import FillDialog
-from orbitdb.cli.tui.filling import FillState, Wish
-from orbitdb.cli.tui.filling import work as fill_steps
 from orbitdb.cli.tui.kept import Kept, state_path
 from orbitdb.cli.tui.main_screen import MainScreen
+from orbitdb.cli.tui.orbit.facts import Certificate
 from orbitdb.cli.tui.screens import ActionsDialog
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
@@ -108,7 +108,7 @@ class BrowseApp(App[None]):
 
     def on_mount(self) -> None:
         """Restore the terminal, too, when a signal says to end."""
-        collect_no_more()  # to go through all that stands by now keeps every key waiting for long
+        gc.freeze()  # to go through all that stands by now keeps every key waiting for long
         if threading.current_thread() is threading.main_thread():
             listen_to_signals(self._end)
 
@@ -169,8 +169,8 @@ class BrowseApp(App[None]):
 
     def follow(self, orbit: Orbit, steps: Sequence[bool], home: float) -> Orbit:
         """Return what becomes of an orbit some steps up or down in a, with its lives; ``home`` is a stop."""
-        from orbitdb.cli.tui.following import next_a
-        from orbitdb.store.reading.one_word import with_existence
+        from orbitdb.cli.tui.orbit.lives import next_a
+        from orbitdb.store.reading.lookup import with_existence
 
         if not steps:
             return orbit

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from orbitdb.cli.tui.facts import Certificate
-from orbitdb.cli.tui.filling import FillState
-from orbitdb.cli.tui.kept import Kept
 from orbitdb.orbits.orbit import Orbit
 
 if TYPE_CHECKING:
+    from orbitdb.cli.tui.dialogs.filling import FillState
+    from orbitdb.cli.tui.kept import Kept
+    from orbitdb.cli.tui.orbit.facts import Certificate
     from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.lookup import Lives
 
@@ -33,8 +33,8 @@ class Browser(Protocol):
 
     path: Path
     catalogue: "Catalogue | None"
-    fill_state: FillState | None
-    kept: Kept
+    fill_state: "FillState | None"
+    kept: "Kept"
     leaving: bool
 
     def find(self, word: str, a: float) -> Orbit:
@@ -46,7 +46,7 @@ class Browser(Protocol):
     def find_at(self, word: str, a: float, lives: "Lives | None") -> Orbit:
         """Return a word's orbit, whose lives are known."""
 
-    def certificate(self, orbit: Orbit) -> Certificate:
+    def certificate(self, orbit: Orbit) -> "Certificate":
         """Return what is proved of an orbit."""
 
     def check_filter(self, where: str, parameters: dict[str, str | int | float]) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 
 from textual.worker import WorkerFailed
 
-from orbitdb.cli.endings import SIGNALLED, TERMINATING, LooseThread
+from orbitdb.cli.interrupts import SIGNALLED, TERMINATING, LooseThread
 from orbitdb.errors import WorkError
 
 _PATIENCE = 1.8

@@ -12,7 +12,7 @@ from orbitdb import __version__
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import code_text
 from orbitdb.cli.rows import KEYS
-from orbitdb.cli.tui.source import Ordering
+from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.errors import InputError
 from orbitdb.export import complete, json_object, write_csv, write_file, write_jsonl
 from orbitdb.orbits.orbit import Orbit
@@ -94,11 +94,11 @@ def _draw(path: Path, suffix: str, orbit: Orbit, points: NDArray[np.float64], ti
         path.write_text(orbit_svg(Stadium(orbit.a), points, title, _WIDTH) + "\n", encoding="utf-8")
         return
     try:
-        from orbitdb.cli import figures
+        from orbitdb.cli.figures.orbits import draw_orbit
         from orbitdb.plots import style
     except ImportError:
         raise InputError("PNG needs matplotlib: install orbitdb[plot], or write an .svg") from None
-    style.save(figures.draw_orbit(orbit), path, "png", title)
+    style.save(draw_orbit(orbit), path, "png", title)
 
 
 def _write(

@@ -8,17 +8,17 @@ from textual import work
 from textual.message import Message
 from textual.widgets import Static
 
-from orbitdb.cli.tui.following import told
+from orbitdb.cli.tui.orbit.lives import told
 from orbitdb.cli.tui.orbit_screen import OrbitScreen
-from orbitdb.cli.tui.source import Followed, Pages
-from orbitdb.cli.tui.table import PagedTable
+from orbitdb.cli.tui.table.paged_table import PagedTable
+from orbitdb.cli.tui.table.source import Followed, Pages
 from orbitdb.cli.tui.word_screen import WordScreen
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.standings import Standings
+    from orbitdb.store.reading.lives import Standings
 
 _ORBIT = "orbit"
 _SECONDS_UNTOLD = 0.08
@@ -133,14 +133,16 @@ class FollowingScreen(WordScreen):
         self, orbit: Orbit, steps: Sequence[bool], pages: Pages | None, standings: "Standings | None"
     ) -> None:
         """Follow an orbit some steps, and find what the rows are there; the first time read their births."""
-        from orbitdb.store.reading.standings import load_standings, periods_without
+        from orbitdb.store.reading.finding import periods_without
+        from orbitdb.store.reading.lives import load_standings
 
         rows, without = None, self._without
         try:
             followed = self.browser.follow(orbit, steps, self.selection.a)
             if pages is not None and standings is None:
-                standings = load_standings(pages.catalogue, pages.chosen)
-                without = periods_without(pages.catalogue, pages.chosen, standings)
+                with pages.catalogue.reading() as connection:
+                    standings = load_standings(connection, pages.chosen.ids)
+                    without = periods_without(connection, pages.chosen.ids, standings)
             if pages is not None and standings is not None:
                 rows = Followed(pages, followed.a, standings.at(followed.a))
         except (InputError, StoreError) as error:

@@ -10,9 +10,9 @@ from textual.message import Message
 from textual.worker import get_current_worker
 
 from orbitdb.cli.tui.following_screen import FollowingScreen
-from orbitdb.cli.tui.jumping import place_of
-from orbitdb.cli.tui.source import Followed, Pages
-from orbitdb.cli.tui.table import PagedTable
+from orbitdb.cli.tui.table.jumping import place_of
+from orbitdb.cli.tui.table.paged_table import PagedTable
+from orbitdb.cli.tui.table.source import Followed, Pages
 from orbitdb.errors import StoreError
 from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.selection import Selection

@@ -9,14 +9,14 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 
 from orbitdb.cli.render import code_text
-from orbitdb.cli.tui.column_dialog import ColumnDialog, Names
-from orbitdb.cli.tui.columns import chosen
-from orbitdb.cli.tui.dialogs import LineDialog
-from orbitdb.cli.tui.filters_dialog import KEEP, FiltersDialog
+from orbitdb.cli.tui.dialogs.basic import LineDialog
+from orbitdb.cli.tui.dialogs.columns import ColumnDialog, Names
+from orbitdb.cli.tui.dialogs.filters import KEEP, FiltersDialog
 from orbitdb.cli.tui.jumping_screen import JumpingScreen
 from orbitdb.cli.tui.kept import State, among_marked, criteria_of, selection_of, toggled
 from orbitdb.cli.tui.orbit_screen import OrbitScreen
-from orbitdb.cli.tui.table import PagedTable
+from orbitdb.cli.tui.table.columns import chosen
+from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.errors import InputError
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from orbitdb.cli.tui.columns import USUAL
+from orbitdb.cli.tui.table.columns import USUAL
 from orbitdb.errors import InputError, StoreError
 from orbitdb.export import complete
 from orbitdb.store.asking.criteria import choose

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 from textual.screen import Screen
 
-from orbitdb.cli.tui.columns import COLUMNS
-from orbitdb.cli.tui.dialogs import Group
+from orbitdb.cli.tui.dialogs.basic import Group
+from orbitdb.cli.tui.table.columns import COLUMNS
 from orbitdb.columns import IN_CATALOGUE, Column
 
 MAIN: tuple[Group, ...] = (

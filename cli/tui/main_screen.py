@@ -10,18 +10,18 @@ from textual.widgets import Static
 
 from orbitdb.cli.render import code_text
 from orbitdb.cli.tui import choices
-from orbitdb.cli.tui.columns import EVERY
-from orbitdb.cli.tui.dialogs import ChoiceDialog, LineDialog
-from orbitdb.cli.tui.drawing import OrbitDrawing, View
-from orbitdb.cli.tui.facts import FactsPanel
-from orbitdb.cli.tui.fill_dialog import FillDialog
-from orbitdb.cli.tui.filling import FillState
-from orbitdb.cli.tui.filter_dialog import FilterDialog
-from orbitdb.cli.tui.half_length_dialog import HalfLengthDialog
+from orbitdb.cli.tui.dialogs.basic import ChoiceDialog, LineDialog
+from orbitdb.cli.tui.dialogs.fill import FillDialog
+from orbitdb.cli.tui.dialogs.filling import FillState
+from orbitdb.cli.tui.dialogs.filter import FilterDialog
+from orbitdb.cli.tui.dialogs.half_length import HalfLengthDialog
+from orbitdb.cli.tui.dialogs.status import StatusDialog, Statuses
 from orbitdb.cli.tui.keeping_screen import KeepingScreen
-from orbitdb.cli.tui.source import Ordering
-from orbitdb.cli.tui.status_dialog import StatusDialog, Statuses
-from orbitdb.cli.tui.table import PagedTable
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
+from orbitdb.cli.tui.orbit.facts import FactsPanel
+from orbitdb.cli.tui.table.columns import EVERY
+from orbitdb.cli.tui.table.paged_table import PagedTable
+from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.codes import hint
@@ -209,7 +209,7 @@ class MainScreen(KeepingScreen):
         """Open all that is known of the orbit."""
         self.catch_up()
         if self.orbit is not None:
-            from orbitdb.cli.tui.whole_orbit import WholeOrbitScreen
+            from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
 
             self.app.push_screen(WholeOrbitScreen(self.orbit))
 
@@ -273,14 +273,14 @@ class MainScreen(KeepingScreen):
 
     def action_statistics(self) -> None:
         """Open the statistics of the chosen subset."""
-        from orbitdb.cli.tui.statistics import StatisticsScreen
+        from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
 
         if (catalogue := self._what_is_stored()) is not None:
             self.app.push_screen(StatisticsScreen(catalogue, self.selection))
 
     def action_counts(self) -> None:
         """Open the counts of the chosen subset; the histogram is that of the column it is sorted by."""
-        from orbitdb.cli.tui.counts_screen import CountsScreen
+        from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 
         if (catalogue := self._what_is_stored()) is not None:
             column = "length" if self.ordering == Ordering() else self.ordering.column

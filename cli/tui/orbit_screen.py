@@ -14,12 +14,12 @@ from textual.worker import get_current_worker
 
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.browser import Browser
-from orbitdb.cli.tui.columns import COLUMNS, USUAL, Column, fields_of
-from orbitdb.cli.tui.drawing import OrbitDrawing, View
-from orbitdb.cli.tui.facts import Certificate, FactsPanel
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
+from orbitdb.cli.tui.orbit.facts import Certificate, FactsPanel
 from orbitdb.cli.tui.screens import OwnScreen
-from orbitdb.cli.tui.source import NoRows, Ordering, Pages, head_of
-from orbitdb.cli.tui.table import PagedTable, Position
+from orbitdb.cli.tui.table.columns import COLUMNS, USUAL, Column, fields_of
+from orbitdb.cli.tui.table.paged_table import PagedTable, Position
+from orbitdb.cli.tui.table.source import NoRows, Ordering, Pages, head_of
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.confinement import CancelledError

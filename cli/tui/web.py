@@ -23,7 +23,7 @@ from aiohttp import WSCloseCode, web
 from textual_serve.app_service import AppService
 from textual_serve.server import Server
 
-from orbitdb.cli.endings import TERMINATING, Terminated, with_other_processes
+from orbitdb.cli.interrupts import TERMINATING, Terminated, with_other_processes
 from orbitdb.errors import InputError
 
 HOST = "127.0.0.1"

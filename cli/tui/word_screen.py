@@ -6,10 +6,10 @@ from textual import work
 from textual.message import Message
 
 from orbitdb.cli.render import code_text, repeats
-from orbitdb.cli.tui.facts import FactsPanel
+from orbitdb.cli.tui.orbit.facts import FactsPanel
 from orbitdb.cli.tui.orbit_screen import OrbitScreen
-from orbitdb.cli.tui.source import Pages
-from orbitdb.cli.tui.table import PagedTable
+from orbitdb.cli.tui.table.paged_table import PagedTable
+from orbitdb.cli.tui.table.source import Pages
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.selection import Selection

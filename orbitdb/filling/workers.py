@@ -79,8 +79,6 @@ class Processes:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if error is not None and self._started is not None:
-            self._started.lifeline.close()  # nobody waits for what is under way
         self._end()
 
     def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
@@ -128,9 +126,13 @@ class Processes:
         self._end()
 
     def _end(self) -> None:
+        """End all processes at once: nobody waits for what is under way.
+
+        Told by the executor they might not hear: one that was killed may have held the lock of its queue.
+        """
         if self._started is not None:
-            self._started.executor.shutdown(cancel_futures=True)
             self._started.lifeline.close()
+            self._started.executor.shutdown()
         self._until_end.close()
         self._started = None
 

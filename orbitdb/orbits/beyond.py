@@ -23,14 +23,16 @@ def least_length(p: int, a: float) -> float:
         L >= sum of 2 sqrt(a^2 + n^2) + sum of 2k sin(psi / 2k),  psi = pi - theta - theta'
 
     with theta, theta' of the legs beside the run, for other signs of theta give no less. Runs grow with k.
-    With two legs the least is found by trying all. With four or more, cos((theta + theta') / 2), half of what
-    one bounce adds, is no less than the mean of both cosines; so each leg adds 2 (r + a / r) or more, with
-    r = sqrt(a^2 + n^2), whatever p.
+    With four legs or more, cos((theta + theta') / 2), half of what one bounce adds, is no less than the mean
+    of both cosines; so each leg adds 2 (r + a / r) or more, with r = sqrt(a^2 + n^2), whatever p. Its slope
+    2 (n / r) (1 - a / r^2) is no less than 0 from n = 1 on, as a^2 + 1 > a.
+
+    With two legs of n and m straight bounces, n the larger, the least is found by trying all with
+    n + m <= p. The others are no shorter: both runs are single bounces there, of 4 cos((theta + theta') / 2)
+    together, so that the slope in n is no less than 2 (n / r) (1 - a / r^2), and twice that along n = m.
     """
-    enough = math.ceil(2 * a + 1 + math.pi / 2)  # two legs without walls are shorter than one of so many
-    walls = range(enough + 1)
-    four = min(8 * (math.hypot(a, n) + a / math.hypot(a, n)) for n in walls)
-    two = min(_two_legs(p, a, n, m) for n in walls for m in range(n + 1))
+    four = min(8 * (math.hypot(a, n) + a / math.hypot(a, n)) for n in (0, 1))
+    two = min(_two_legs(p, a, n, m) for n in range(p + 1) for m in range(min(n, p - n) + 1))
     return min(four, two) * (1 - _ROUNDING)
 
 

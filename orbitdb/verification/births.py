@@ -1,6 +1,7 @@
 """Births and deaths as they are stored: whole, in order, and in agreement with every stored fill."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
@@ -88,12 +89,9 @@ def _wrong_counts(found: BirthFill, rows: Sequence[Any]) -> Iterator[str]:
 
 def _against(connection: "sa.Connection", fill: dict[str, Any]) -> Check:
     """Compare the counts of a fill with those from births."""
-    found = counts_at(connection, fill["a"], fill["p"])
-    names = ("n_t", "n_c", "classes", "boundary", "unresolved")
-    off = [name for name in names if getattr(found, name) != fill[name]]
-    first = (
-        f"p = {fill['p']} at a = {fill['a']:g}: {off[0]} is {getattr(found, off[0])} from births"
-        if off
-        else None
-    )
+    tally = counts_at(connection, fill["a"], fill["p"])
+    found = {"n_t": tally.words, **asdict(tally)}
+    off = [name for name, value in found.items() if name != "words" and value != fill[name]]
+    label = f"p = {fill['p']} at a = {fill['a']:g}"
+    first = f"{label}: {off[0]} is {found[off[0]]} from births" if off else None
     return Check("births", 1, int(bool(off)), first=first)

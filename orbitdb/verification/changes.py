@@ -24,7 +24,7 @@ from orbitdb.orbits.newton import newton
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import BORN, DIED
 from orbitdb.store.file.tables import change, cycle
-from orbitdb.store.reading.blocks import blocks, by_period, ids_in, sampled
+from orbitdb.store.reading.audit import blocks, by_period, ids_in, sampled
 from orbitdb.store.reading.soundness import sound_words
 from orbitdb.symbols.words import MAX_KEYED, from_strings
 from orbitdb.verification.blocks import ClassBlock, is_chosen

@@ -16,7 +16,7 @@ import sqlalchemy as sa
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tables import cycle, pruned
-from orbitdb.store.reading.blocks import blocks, by_period, ids_in, load_rows
+from orbitdb.store.reading.audit import blocks, by_period, ids_in, load_rows
 from orbitdb.store.reading.soundness import is_written, sound_words
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.members import joined_members, joined_words

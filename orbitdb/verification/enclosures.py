@@ -10,7 +10,7 @@ import sqlalchemy as sa
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.store.file.schema import BALLS
 from orbitdb.store.file.tables import entropy_bound
-from orbitdb.store.reading.enclosures import Enclosure, is_sound, rows
+from orbitdb.store.reading.records import Enclosure, bounds_stored, is_sound
 from orbitdb.verification.blocks import Part
 from orbitdb.verification.check import Check, Step, shown
 from orbitdb.verification.provenance import runs_of_here
@@ -38,7 +38,7 @@ class EnclosurePart(Part):
 
     def checked(self, connection: sa.Connection) -> Step:
         """Return what is found in the rows that a connection reads."""
-        found, ours = rows(connection, a=self.a), _made_here(connection, self.a)
+        found, ours = bounds_stored(connection, a=self.a), _made_here(connection, self.a)
         wrong = list(_wrong(found, ours))
         first = shown(f"windows of {wrong[0].window} edges at a = {self.a:g}") if wrong else None
         return Step("entropy", 0, 1, (Check("entropy", len(found), len(wrong), first=first),))

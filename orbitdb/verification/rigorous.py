@@ -10,10 +10,17 @@ from orbitdb import __version__
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import certificate
-from orbitdb.store.reading.audit import stadium_id
-from orbitdb.store.reading.blocks import StoredBlock, blocks, choose, ids_in, load_orbits, whole_rows
+from orbitdb.store.reading.audit import (
+    StoredBlock,
+    blocks,
+    choose,
+    ids_in,
+    load_orbits,
+    stadium_id,
+    whole_rows,
+)
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.writing.certificates import replace_certificates
+from orbitdb.store.writing.records import replace_certificates
 from orbitdb.store.writing.writer import Writer
 from orbitdb.verification.check import Check, Step, judged
 from orbitdb.verification.invariants import with_bounds

@@ -19,7 +19,7 @@ from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import EXISTING, Orbits
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading import audit
-from orbitdb.store.reading.blocks import Ids, StoredBlock, blocks, choose, load_orbits, whole_rows
+from orbitdb.store.reading.audit import Ids, StoredBlock, blocks, choose, load_orbits, whole_rows
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.births import check_births, whole_births

@@ -16,8 +16,7 @@ from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.leg_terms import sum_rules_of
-from orbitdb.store.reading.whole_periods import read_whole
+from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
 from orbitdb.symbols.words import from_strings
 
 HIGHEST = 9

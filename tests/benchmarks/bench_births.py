@@ -20,8 +20,8 @@ from births50 import birth_error
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
+from orbitdb.orbits.tally import Tally
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.lives import Counts
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.words import from_strings
 
@@ -40,14 +40,14 @@ def run(*arguments: str) -> tuple[float, float]:
     return time.perf_counter() - start, used
 
 
-def solved(catalogue: Catalogue, p: int, a: float) -> Counts:
+def solved(catalogue: Catalogue, p: int, a: float) -> Tally:
     """Return the counts of a period by solving all its classes."""
     lives = {life.word: life.class_size for life in catalogue.births(p)}
     status = solve(from_strings(list(lives)), Stadium(a)).status
     size = np.array(list(lives.values()))
     words = {name: int(size[status == name].sum()) for name in ("orbit", "boundary", "unresolved")}
     classes = int((status == "orbit").sum())
-    return Counts(p, count_admissible(p), words["orbit"], classes, words["boundary"], words["unresolved"])
+    return Tally(count_admissible(p), words["orbit"], classes, words["boundary"], words["unresolved"])
 
 
 def against_50_digits(catalogue: Catalogue, periods: range) -> tuple[float, int]:

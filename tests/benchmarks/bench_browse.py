@@ -14,8 +14,8 @@ from pathlib import Path
 from textual import events
 
 from orbitdb.cli.tui.app import BrowseApp
-from orbitdb.cli.tui.source import Head, Ordering
-from orbitdb.cli.tui.table import PagedTable
+from orbitdb.cli.tui.table.paged_table import PagedTable
+from orbitdb.cli.tui.table.source import Head, Ordering
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 

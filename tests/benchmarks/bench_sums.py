@@ -21,8 +21,7 @@ from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.leg_terms import sum_rules_of
-from orbitdb.store.reading.whole_periods import read_whole
+from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
 
 SUBSETS = (
     {"time_reversal": "self"},

@@ -11,7 +11,7 @@ import pytest
 
 from orbitdb.cli.options import Format
 from orbitdb.cli.render import write
-from orbitdb.cli.tui.statistics import _described
+from orbitdb.cli.tui.statistics.averages_screen import _described
 from orbitdb.numerals import concise, with_error
 from orbitdb.trajectories.ensemble import Reference
 

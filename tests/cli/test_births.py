@@ -189,7 +189,7 @@ def test_verify_compares_births_with_fills(cli, tmp_path):
 @pytest.mark.slow
 def test_averages_leave_out_periods_whose_births_nobody_knows(cli, tmp_path):
     from orbitdb import Catalogue
-    from orbitdb.cli.tui.numbers import notes_of, statistics
+    from orbitdb.cli.tui.statistics.averages import notes_of, statistics
     from orbitdb.store.asking.selection import Selection
 
     cli("births", "--p", "4")

@@ -10,8 +10,8 @@ import pexpect
 import pytest
 from terminal import ended, spawn
 
+from orbitdb.cli.arguments import lengths
 from orbitdb.cli.commands.bounds import Balls
-from orbitdb.cli.grid import lengths
 from orbitdb.errors import InputError
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
@@ -101,7 +101,7 @@ def test_bounds_are_drawn_over_a_with_the_entropy_from_births(cli, tmp_path):
     cli("bounds", "--a", "1:4:3", "--window", "4")
     drawn = cli(*asked)
     assert drawn.err == f"topological entropy over a, in {tmp_path / 'over.svg'}\n"
-    from orbitdb.cli.entropy_figures import draw_over_a
+    from orbitdb.cli.figures.over_a import draw_over_a
 
     with Catalogue(tmp_path / "orbits.db").at_one_moment() as catalogue:
         ax = draw_over_a(catalogue, Selection()).axes[0]

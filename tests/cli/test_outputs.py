@@ -29,9 +29,8 @@ from orbitdb.benchmarks.agreement import agreement
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.births import find_changes
-from orbitdb.store.reading.leg_terms import sum_rules_of
-from orbitdb.store.reading.whole_periods import read_whole
-from orbitdb.store.writing.references import add_reference
+from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
+from orbitdb.store.writing.records import add_reference
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import from_strings

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from orbitdb.cli import progress as line
-from orbitdb.cli.pace import Pace, State, clock, frame, in_ascii
+from orbitdb.cli.progress import line
+from orbitdb.cli.progress.pace import Pace, State, clock, frame, in_ascii
 from orbitdb.cli.render import note
 from orbitdb.cli.storing import show_steps
 from orbitdb.filling.resuming import Progress

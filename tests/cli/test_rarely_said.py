@@ -10,16 +10,17 @@ import pytest
 
 from orbitdb.benchmarks import agreement
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli import app, endings, pace, streams
-from orbitdb.cli.completion import half_lengths, several_half_lengths
-from orbitdb.cli.progress import _seen
+from orbitdb.cli import app, interrupts, main
+from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengths
+from orbitdb.cli.progress import pace
+from orbitdb.cli.progress.line import _seen
 from orbitdb.entropy.bounds import search
 from orbitdb.filling import births
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.writing.enclosures import keep_bounds
+from orbitdb.store.writing.records import keep_bounds
 from orbitdb.store.writing.writer import Writer
 from orbitdb.verification import recomputation
 
@@ -51,7 +52,7 @@ def test_what_cannot_be_asked_for(cli, filled):
 
 @pytest.mark.slow
 def test_what_cannot_be_drawn(cli, filled, tmp_path):
-    from orbitdb.cli.entropy_figures import draw_over_a  # not above: matplotlib takes its time
+    from orbitdb.cli.figures.over_a import draw_over_a  # not above: matplotlib takes its time
 
     picture = tmp_path / "x.svg"
     name = "orbitdb: name one orbit to draw: plot {} 1232131\n"
@@ -152,13 +153,13 @@ def test_a_folder_that_is_gone_and_files_that_cannot_be_read(cli, tmp_path, monk
 
 def test_streams_that_are_closed_or_lack_characters(cli, filled, monkeypatch):
     monkeypatch.setattr(sys, "stdin", None)
-    streams.stand_in_for_closed()
+    main.stand_in_for_closed()
     assert sys.stdin.read() == ""
     sys.stdin.close()
     written = io.BytesIO()
     with monkeypatch.context() as patch:
         patch.setattr(sys, "stdout", io.TextIOWrapper(written, "ascii"))
-        streams.escape_what_has_no_code()
+        main.escape_what_has_no_code()
         print("λ_d", flush=True)
         assert written.getvalue() == b"\\u03bb_d\n"
     assert not _seen(io.StringIO())
@@ -173,7 +174,7 @@ def test_what_fails_while_objects_are_collected_is_told_unless_it_is_the_end(mon
         def __del__(self):
             raise self.error
 
-    monkeypatch.setattr(sys, "unraisablehook", endings._unraisable)
+    monkeypatch.setattr(sys, "unraisablehook", interrupts._unraisable)
     Failing(KeyboardInterrupt())
     assert capsys.readouterr().err == ""
     Failing(ValueError("of a library"))
@@ -184,5 +185,5 @@ def test_shells_are_offered_nothing_from_what_is_no_catalogue(tmp_path):
     path = tmp_path / "orbits.db"
     path.write_bytes(b"no catalogue" * 99)
     context = SimpleNamespace(params={"db": path})
-    assert half_lengths(context, "") == []
-    assert several_half_lengths(context, "") == ["all"]
+    assert offered_half_lengths(context, "") == []
+    assert offered_several_half_lengths(context, "") == ["all"]

@@ -85,7 +85,7 @@ def test_nothing_is_collected_while_a_short_command_runs():
 def test_a_long_command_collects_as_always():
     code = """if True:
         import gc
-        from orbitdb.cli.garbage import collect_later
+        from orbitdb.cli.main import collect_later
         usual = gc.get_threshold()
         collect_later()
         before = gc.get_stats()[0]["collections"]

@@ -8,7 +8,7 @@ import pytest
 from orbitdb.errors import StoreError
 from orbitdb.filling.births import fill_births
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.references import best_reference
+from orbitdb.store.reading.records import best_reference
 
 LAST_CLASS = "WHERE p = 5 AND word = (SELECT max(word) FROM cycle WHERE p = 5)"
 

@@ -102,7 +102,7 @@ def test_ctrl_c_ends_at_once_with_one_line(tmp_path, options):
 
 LOST = """
 import signal, sys, weakref
-from orbitdb.cli.endings import Terminated, end_as_users_expect, go_on
+from orbitdb.cli.interrupts import Terminated, end_as_users_expect, go_on
 end_as_users_expect()
 kept = {1}
 watch = weakref.ref(kept, lambda _: signal.raise_signal(getattr(signal, sys.argv[1])))

@@ -19,7 +19,7 @@ from quick import slow_but
 from screens import drive, press, settle, shown, table_of, until
 
 from orbitdb.cli.tui.export import export as export_shown
-from orbitdb.cli.tui.source import Ordering
+from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.errors import StoreError
 from orbitdb.plaintext import cell, printable
 from orbitdb.store.asking import confinement
@@ -658,7 +658,9 @@ def test_the_terminal_ui_shows_no_control_characters(own):
 
 @pytest.mark.slow
 def test_the_terminal_ui_survives_rows_that_are_none(own):
-    alter(own, "UPDATE orbit SET status = 'odd' WHERE cycle % 2", "UPDATE cycle SET words = 'x' WHERE p = 2")
+    alter(
+        own, "UPDATE orbit SET status = 'odd' WHERE cycle % 2", "UPDATE orbit SET length = -1 WHERE cycle % 3"
+    )
 
     async def steps(app, pilot):
         for key in ("j", "j", "k", "end", "T", "v", "home"):
@@ -669,12 +671,19 @@ def test_the_terminal_ui_survives_rows_that_are_none(own):
 
 
 @pytest.mark.slow
-def test_the_terminal_ui_leaves_with_a_line_if_the_database_fails(own):
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ("DROP TABLE stadium", "no such table"),
+        ("UPDATE cycle SET words = 'x' WHERE p = 2", "was altered"),
+    ],
+)
+def test_the_terminal_ui_leaves_with_a_line_if_the_database_fails(own, change, said):
     async def steps(app, pilot):
-        alter(own, "DROP TABLE stadium")
+        alter(own, change)
         app.screen.call_later(app.screen.refresh_catalogue)
         await until(lambda: app.failure is not None)
-        assert "no such table" in str(app.failure)
+        assert said in str(app.failure)
 
     drive(own, steps)
 

@@ -164,9 +164,9 @@ def test_a_second_process_goes_on_behind_the_first(tmp_path, monkeypatch):
 
 
 def test_the_figure_of_births_has_the_periods_that_have_some(born, monkeypatch):
-    from orbitdb.cli.birth_figures import draw_births
+    from orbitdb.cli.figures.over_a import draw_births
 
-    monkeypatch.setattr("orbitdb.cli.birth_figures._PLACES", 12)
+    monkeypatch.setattr("orbitdb.cli.figures.over_a._PLACES", 12)
     above, _, below = draw_births(Catalogue(born), choose()).axes
     assert [line.get_label() for line in above.lines] == ["$p = 5$", "$p = 6$", "$p = 7$"]
     assert [above.lines[0].get_xdata()[end] for end in (0, -1)] == pytest.approx([0.02, 1.5 * 4.773733293664])

@@ -19,7 +19,7 @@ from contents import rows
 from processes import small_blocks
 from workforce import Deadly, filled_by
 
-from orbitdb.cli.executors import _told
+from orbitdb.cli.storing import _told
 from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.blocks import Block, cut_into_blocks
 from orbitdb.filling.cluster import Cluster, Size, _address, _failure, _line

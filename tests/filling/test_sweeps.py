@@ -19,9 +19,8 @@ from orbitdb.filling.workers import HERE, Processes, Workers
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.leg_terms import sum_rules_of
 from orbitdb.store.reading.sweeps import Sweep
-from orbitdb.store.reading.whole_periods import read_whole
+from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
 
 PERIODS = range(2, 7)
 
@@ -101,7 +100,7 @@ def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     """They are those of the orbits, and each period's moments are around the tilts of those before it."""
     for module in (
         "averages.swept_sum_rules",
-        "store.reading.leg_terms",
+        "store.reading.whole_periods",
         "filling.sweeps",
     ):
         monkeypatch.setattr(f"orbitdb.{module}.EXACT", 5)

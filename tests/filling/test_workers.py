@@ -129,6 +129,18 @@ def test_a_worker_that_dies_while_others_are_started_costs_only_time():
     assert [result.span for result in found] == [block.span for block in blocks]
 
 
+@pytest.mark.parametrize("which", [0, 1])
+def test_whichever_of_two_idle_workers_is_killed_the_other_one_ends(which):
+    """One of them holds the lock of the queue that both wait for."""
+    blocks = list(cut_into_blocks(1.6, "newton", 4))
+    with Processes(2) as workers:
+        assert len(list(workers.solved(iter(blocks * 4)))) == 4 * len(blocks)
+        os.kill(sorted(workers_of(os.getpid()))[which], signal.SIGKILL)
+        assert len(list(workers.solved(iter(blocks * 4)))) == 4 * len(blocks)
+        os.kill(sorted(workers_of(os.getpid()))[which], signal.SIGKILL)
+    assert not workers_of(os.getpid())
+
+
 def next_worker() -> int:
     """Wait for a process that has been started, and return it."""
     while not (there := workers_of(os.getpid())):

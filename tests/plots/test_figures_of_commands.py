@@ -15,7 +15,7 @@ from quick import slow_but
 from orbitdb import Catalogue, Selection, Stadium, solve_word
 from orbitdb.averages import by_period
 from orbitdb.billiard.stability import birkhoff
-from orbitdb.cli import birth_figures, entropy_figures, figures
+from orbitdb.cli.figures import orbits, over_a, subsets
 from orbitdb.entropy.bounds import search
 from orbitdb.entropy.letters import geometric_entropy
 from orbitdb.errors import InputError
@@ -24,11 +24,9 @@ from orbitdb.orbits.beyond import least_length
 from orbitdb.orbits.orbit import Status
 from orbitdb.plots.paths import draw_orbit
 from orbitdb.plots.style import BLUE, ORANGE, figure
-from orbitdb.store.reading.leg_terms import sum_rules_of
-from orbitdb.store.reading.one_word import with_existence
-from orbitdb.store.reading.whole_periods import read_whole
-from orbitdb.store.writing.enclosures import keep_bounds
-from orbitdb.store.writing.references import add_reference
+from orbitdb.store.reading.lookup import with_existence
+from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
+from orbitdb.store.writing.records import add_reference, keep_bounds
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.words import from_strings
 from orbitdb.trajectories.ensemble import Reference
@@ -82,7 +80,7 @@ def arrows(ax) -> list:
 @pytest.mark.parametrize(("word", "same"), [("010232", True), ("1232131", False)])
 def test_the_reverse_is_the_orbit_backwards(word, same):
     orbit = solve_word(word, 1.6)
-    made = figures.draw_reverse(orbit)
+    made = orbits.draw_reverse(orbit)
     above, below = made.axes
     ((there, colour),) = paths_of(above, orbit.p)
     ((back, other),) = paths_of(below, orbit.p)
@@ -96,22 +94,22 @@ def test_the_reverse_is_the_orbit_backwards(word, same):
     assert above.get_title() == f"(a) {caption}"
     reverse = below.get_title().removeprefix("(b) its time reverse ").removesuffix(f": {kind}")
     np.testing.assert_allclose(solve_word(reverse, 1.6).points, back, atol=1e-12)
-    alone = figures.draw_orbit(orbit)
+    alone = orbits.draw_orbit(orbit)
     assert alone.axes[0].get_title() == caption
     assert np.array_equal(paths_of(alone.axes[0], orbit.p)[0][0], orbit.points)
     assert made.get_size_inches().tolist() == [6.4, 2 * alone.get_size_inches()[1]]
 
 
 def test_a_long_word_is_short_in_a_title():
-    assert figures.short("1" * 29 + "3") == "1" * 29 + "3"
-    assert figures.short("1" * 30 + "3") == "1^30 3"
-    assert figures.short("0102031323" * 4 + "3") == "0102031323" * 3 + "0102031..."
+    assert orbits.short("1" * 29 + "3") == "1" * 29 + "3"
+    assert orbits.short("1" * 30 + "3") == "1^30 3"
+    assert orbits.short("0102031323" * 4 + "3") == "0102031323" * 3 + "0102031..."
 
 
 @pytest.mark.usefixtures("few_places")
 def test_the_title_of_a_life_is_as_short():
     orbit = solve_word("1^20 (02)^5 3", 200)
-    title = birth_figures.draw_life(with_existence(orbit)).axes[0].get_title()
+    title = over_a.draw_life(with_existence(orbit)).axes[0].get_title()
     assert title == "1^20 (02)^5 3 is born at $a = 129.651$"
 
 
@@ -138,7 +136,7 @@ LONG = "time_reversal = 'self' and class_size > 0 and margin > 1e-9 and lambda_c
 @pytest.mark.parametrize("where", [None, LONG, "length < " + "9" * 200])
 def test_titles_stay_in_their_figure(known, kind, where):
     chosen = Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,), where=where)
-    made = figures.OF_SUBSETS[kind](known, chosen, 9)
+    made = subsets.OF_SUBSETS[kind](known, chosen, 9)
     (title,) = (text for text in made.texts if text.get_text() == made.get_suptitle())
     FigureCanvasAgg(made).draw()
     drawn, whole = title.get_window_extent(), made.bbox
@@ -150,7 +148,7 @@ def test_titles_stay_in_their_figure(known, kind, where):
 
 @pytest.mark.parametrize("a", [0.1, 1.6, 10.0, 100.0])
 def test_numbers_of_bounces_stand_off_walls_and_ticks(a):
-    made = figures.draw_orbit(solve_word("13", a))
+    made = orbits.draw_orbit(solve_word("13", a))
     (ax,) = made.axes
     FigureCanvasAgg(made).draw()
     numbers = [each.get_window_extent() for each in ax.texts if each.get_text() in ("1", "2")]
@@ -162,24 +160,24 @@ def test_numbers_of_bounces_stand_off_walls_and_ticks(a):
 
 
 def test_arrows_of_a_path_and_back_stand_apart():
-    (ax,) = figures.draw_orbit(solve_word("13", 10.0)).axes
+    (ax,) = orbits.draw_orbit(solve_word("13", 10.0)).axes
     there, back = (each.xy[0] for each in ax.texts if isinstance(each, Annotation) and not each.get_text())
     assert abs(there - back) > 5
 
 
 def test_every_faint_line_is_explained(known):
     orbit = with_existence(solve_word("01552", 1.6))
-    drawn = [figures.draw_orbit(orbit), figures.draw_reverse(orbit), birth_figures.draw_life(orbit)]
+    drawn = [orbits.draw_orbit(orbit), orbits.draw_reverse(orbit), over_a.draw_life(orbit)]
     for made in drawn:
         (legend,) = made.legends
         assert "walls and circles, continued" in [text.get_text() for text in legend.get_texts()]
     assert "birth or death" in [text.get_text() for text in drawn[-1].legends[0].get_texts()]
-    births = birth_figures.draw_births(known, WHOLE)
+    births = over_a.draw_births(known, WHOLE)
     assert "bound at every $a$" in [text.get_text() for text in births.axes[1].get_legend().get_texts()]
 
 
 def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
-    made = figures.OF_SUBSETS["entropy"](known, WHOLE, 0)
+    made = subsets.OF_SUBSETS["entropy"](known, WHOLE, 0)
     (ax,) = made.axes
     found = by_period.entropy(known.classes(a=1.6, p=(2, 5)).rows(), 5)
     p, k_0 = line(ax, "$K_0")
@@ -196,14 +194,14 @@ def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
     assert made.get_suptitle() == "symbol sequences of period 2 to 5 at a = 1.6"
     assert "$h(p)$" in [text.get_text()[:6] for text in made.legends[0].get_texts()]
     assert capsys.readouterr().err == "h_zeta lies outside the proved bounds at periods 2-3\n"
-    gaps = figures.OF_SUBSETS["entropy"](known, Selection(1.6, periods=((3, 5),)), 0)
+    gaps = subsets.OF_SUBSETS["entropy"](known, Selection(1.6, periods=((3, 5),)), 0)
     p, k_0 = line(gaps.axes[0], "$K_0")
     assert (p, np.isnan(k_0).tolist()) == ([3, 4, 5], [False, True, False])
     assert "the zeta function lacks p = 2 (not chosen)" in capsys.readouterr().err
 
 
 def test_the_exponents_by_every_method(known, capsys):
-    made = figures.OF_SUBSETS["lyapunov"](known, Selection(1.6, periods=((2, 6),)), 0)
+    made = subsets.OF_SUBSETS["lyapunov"](known, Selection(1.6, periods=((2, 6),)), 0)
     subset = known.classes(a=1.6, p=(2, 6))
     found = by_period.lyapunov(subset.rows(), 6)
     rules = sum_rules_of(read_whole(known, Selection(1.6, periods=((2, 6),))))
@@ -224,7 +222,7 @@ def test_the_exponents_by_every_method(known, capsys):
     assert made.get_suptitle() == "symbol sequences of period 2 to 6 at a = 1.6"
     assert made.axes[0].get_xlabel() == ""
     assert capsys.readouterr().err == ""
-    bare = figures.OF_SUBSETS["lyapunov"](known, Selection(1.0, periods=((3, 4),)), 0)
+    bare = subsets.OF_SUBSETS["lyapunov"](known, Selection(1.0, periods=((3, 4),)), 0)
     assert [str(each.get_label())[:4] for each in bare.axes[1].get_lines()] == ["aver", "mean", "zeta"]
     told = capsys.readouterr().err
     assert "the zeta function lacks p = 2 (not chosen)" in told
@@ -242,14 +240,14 @@ def test_averages_are_drawn_of_what_is_filled_swept_or_born(known, cli, tmp_path
     chosen = Selection(1.6, periods=((2, 9),), statuses=(Status.ORBIT,))
     whole = Selection(1.6, periods=((2, 6),), statuses=(Status.ORBIT,))
     for kind, highest in (("entropy", 6), ("lyapunov", 5)):
-        there = figures.OF_SUBSETS[kind](known, whole, 0)
-        for mine, theirs in zip(figures.OF_SUBSETS[kind](catalogue, chosen, 0).axes, there.axes, strict=True):
+        there = subsets.OF_SUBSETS[kind](known, whole, 0)
+        for mine, theirs in zip(subsets.OF_SUBSETS[kind](catalogue, chosen, 0).axes, there.axes, strict=True):
             for label in ("$K_0",) if kind == "entropy" else ("average", "mean of", "zeta", "sum rules"):
                 p, values = line(mine, label)
                 assert p == [*range(2, highest + 1)]
                 assert values == pytest.approx(line(theirs, label)[1][: len(p)], nan_ok=True)
         title = f"orbits of period 2 to {highest} at a = 1.6"
-        assert figures.OF_SUBSETS[kind](catalogue, chosen, 0).get_suptitle() == title
+        assert subsets.OF_SUBSETS[kind](catalogue, chosen, 0).get_suptitle() == title
         done = cli("plot", kind, "--p", "2-9", "-o", str(tmp_path / f"{kind}.svg"))
         assert f"<dc:title>{title}</dc:title>" in (tmp_path / f"{kind}.svg").read_text()
         assert done.err.splitlines()[-1] == f"{title}, in {tmp_path / kind}.svg"
@@ -258,7 +256,7 @@ def test_averages_are_drawn_of_what_is_filled_swept_or_born(known, cli, tmp_path
 @pytest.mark.parametrize(("limit", "told"), [(8, ""), (3, "3 of 8 classes are drawn; --limit 8 draws all\n")])
 def test_a_sheet_has_every_class(known, capsys, limit, told):
     chosen = Selection(1.6, periods=((4, 4),), statuses=(Status.ORBIT,))
-    made = figures.OF_SUBSETS["sheet"](known, chosen, limit)
+    made = subsets.OF_SUBSETS["sheet"](known, chosen, limit)
     (ax,) = made.axes
     classes = sorted({solve_word(word, 1.6).representative for word in known.select(chosen).words.tolist()})
     orbits = [solve_word(word, 1.6) for word in classes[:limit]]
@@ -281,7 +279,7 @@ def test_a_sheet_has_every_class(known, capsys, limit, told):
 
 def test_the_bounces_in_phase_space(known):
     chosen = Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,))
-    made = figures.OF_SUBSETS["birkhoff"](known, chosen, 0)
+    made = subsets.OF_SUBSETS["birkhoff"](known, chosen, 0)
     ax, bar = made.axes
     subset = known.select(chosen, coordinates=True)
     orbits = [solve_word(word, 1.6) for word in subset.words.tolist()]
@@ -296,7 +294,7 @@ def test_the_bounces_in_phase_space(known):
 
 
 def test_the_lengths(known):
-    made = figures.OF_SUBSETS["lengths"](
+    made = subsets.OF_SUBSETS["lengths"](
         known, Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,)), 0
     )
     above, below, bar = made.axes
@@ -311,20 +309,20 @@ def test_the_lengths(known):
     assert f"complete, by proof, up to $L = {complete:.2f}" in said
     assert (bar.get_ylabel(), below.get_ylabel()) == ("orbits per unit of $L/R$", "period $p$ (bounces)")
     assert (above.get_xlabel(), made.get_suptitle()) == ("", "orbits of period 2 to 4 at a = 1.6")
-    gap = figures.OF_SUBSETS["lengths"](known, Selection(1.6, periods=((3, 4),), statuses=(Status.ORBIT,)), 0)
+    gap = subsets.OF_SUBSETS["lengths"](known, Selection(1.6, periods=((3, 4),), statuses=(Status.ORBIT,)), 0)
     assert (len(gap.axes[0].get_lines()), gap.legends) == (1, [])
 
 
 @pytest.fixture
 def few_places(monkeypatch) -> None:
     """Draw curves over a through few points; every one is as dear as an orbit."""
-    monkeypatch.setattr(birth_figures, "_PLACES", 12)
-    monkeypatch.setattr(entropy_figures, "_PLACES", 12)
+    monkeypatch.setattr(over_a, "_PLACES", 12)
+    monkeypatch.setattr(over_a, "_PLACES_OF_BOUNDS", 12)
 
 
 @pytest.mark.usefixtures("few_places")
 def test_births_over_a(known):
-    made = birth_figures.draw_births(known, Selection(1.6))
+    made = over_a.draw_births(known, Selection(1.6))
     shares, entropies, changes = made.axes
     lives = known.births(5)
     born = np.array([life.born for life in lives])
@@ -344,15 +342,15 @@ def test_births_over_a(known):
 
 def test_figures_are_as_wide_as_a_column_of_text(known):
     orbit = with_existence(solve_word("01552", 1.6))
-    drawn = [birth_figures.draw_births(known, WHOLE), birth_figures.draw_life(orbit)]
-    drawn += [figures.OF_SUBSETS[kind](known, WHOLE, 99) for kind in ("entropy", "lyapunov")]
+    drawn = [over_a.draw_births(known, WHOLE), over_a.draw_life(orbit)]
+    drawn += [subsets.OF_SUBSETS[kind](known, WHOLE, 99) for kind in ("entropy", "lyapunov")]
     assert {float(made.get_figwidth()) for made in drawn} == {6.4}
 
 
 def test_periods_without_a_birth_have_nothing_to_draw(known):
     """Words of fewer than five bounces are orbits at every a, or at none."""
     with pytest.raises(InputError, match="no births to draw: 'orbitdb births --p 11' finds them"):
-        birth_figures.draw_births(known, Selection(1.6, periods=((2, 4),)))
+        over_a.draw_births(known, Selection(1.6, periods=((2, 4),)))
 
 
 @pytest.mark.usefixtures("few_places")
@@ -360,7 +358,7 @@ def test_periods_without_a_birth_have_nothing_to_draw(known):
 def test_a_life_over_a(word):
     orbit = with_existence(solve_word(word, 1.6))
     ends = [end for life in orbit.exists for end in life if end]
-    made = birth_figures.draw_life(orbit)
+    made = over_a.draw_life(orbit)
     path, length, exponent = made.axes
     start = ends[0] if ends else 1.6
     title = f"{word} {'is born' if ends else 'exists'} at $a = {start:.6g}$"
@@ -388,7 +386,7 @@ def test_a_life_over_a(word):
 
 @pytest.mark.usefixtures("few_places")
 def test_the_entropy_over_a(known):
-    (ax,) = entropy_figures.draw_over_a(known, Selection(1.6)).axes
+    (ax,) = over_a.draw_over_a(known, Selection(1.6)).axes
     curve = known.entropy_curve()
     ((_, _, (bars,)),) = ax.containers
     drawn = [(x, *sorted((low, high))) for (x, low), (_, high) in bars.get_segments()]
@@ -403,7 +401,7 @@ def test_the_entropy_over_a(known):
 
 @pytest.mark.parametrize("kind", ["lengths", "birkhoff", "sheet"])
 def test_a_period_that_is_not_there_is_told(known, capsys, kind):
-    figures.OF_SUBSETS[kind](known, Selection(1.6, periods=((2, 2), (7, 7)), statuses=(Status.ORBIT,)), 9)
+    subsets.OF_SUBSETS[kind](known, Selection(1.6, periods=((2, 2), (7, 7)), statuses=(Status.ORBIT,)), 9)
     assert capsys.readouterr().err.startswith(
         "period 7 is not filled at a = 1.6 (filled: periods 2-6; some at"
     )

@@ -182,7 +182,7 @@ def test_the_command_draws_every_kind(varied, tmp_path, cli, arguments):
 
 def test_a_sheet_is_as_large_as_its_orbits(varied):
     """A radius is 0.26 inches, both ways; a title has room above a single one, too."""
-    from orbitdb.cli.figures import OF_SUBSETS
+    from orbitdb.cli.figures.subsets import OF_SUBSETS
 
     for p, count in ((2, 1), (5, 15)):
         made = OF_SUBSETS["sheet"](Catalogue(varied), choose(p=p), 99)

@@ -13,7 +13,7 @@ from older import make_older
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.app import call
-from orbitdb.cli.tui.numbers import curves_of, notes_of, statistics
+from orbitdb.cli.tui.statistics.averages import curves_of, notes_of, statistics
 from orbitdb.entropy.bounds import search
 from orbitdb.errors import InputError, StoreError
 from orbitdb.plots.curves import draw_entropy

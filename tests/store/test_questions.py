@@ -94,7 +94,8 @@ def test_tallies_are_those_of_a_list(asked, criteria, names):
     assert marginal(found, 0) == Counter(first for first, *_ in wanted)
 
 
-@given(criteria=CRITERIA, column=st.sampled_from(["length", "lambda_c", "born"]), bins=st.integers(1, 40))
+@given(criteria=CRITERIA, column=st.sampled_from(["length", "lambda_c", "born"]), bins=st.integers(2, 40))
+@example({"a": 1.6, "margin": (None, 0.0)}, "born", 2)
 def test_bins_hold_the_rows_of_a_list(asked, criteria, column, bins):
     catalogue, rows = asked
     values = [row[column] for row in expected(rows, criteria)]

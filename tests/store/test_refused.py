@@ -20,7 +20,7 @@ from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.database import plain_errors
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.leg_terms import read_leg_sums
+from orbitdb.store.reading.whole_periods import read_leg_sums
 from orbitdb.symbols.patterns import Like
 from orbitdb.verification.invariants import check_consistency
 from orbitdb.verification.rigorous import certify

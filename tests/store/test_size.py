@@ -24,7 +24,7 @@ from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import PAGE_SIZE
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.size import room
+from orbitdb.store.reading.records import room
 from orbitdb.symbols.counting import count_admissible
 
 

@@ -6,7 +6,7 @@ import time
 from textual import events
 
 from orbitdb.cli.tui.app import BrowseApp
-from orbitdb.cli.tui.table import PagedTable
+from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.store.asking.selection import Selection
 
 SMALL, LARGE, TINY = (80, 24), (160, 48), (60, 20)

@@ -1,17 +1,18 @@
 """Selections as SQL: conditions, columns and sort keys over the view ``catalogue``."""
 
+import math
 import re
-import sqlite3
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from functools import partial
 from typing import Any, TypeAlias
 
 import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
 from orbitdb.store.asking import expressions as free
-from orbitdb.store.asking.confinement import CancelledError, Patience, confined, heeding
-from orbitdb.store.asking.names import parse_names, unknown
+from orbitdb.store.asking.confinement import Patience, confined, heeding
+from orbitdb.store.asking.parsing import parse_names, unknown_column
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.schema import BORN, DIED
 from orbitdb.store.file.tables import ENDS, catalogue, change
@@ -85,40 +86,13 @@ def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = 
     return bool(selection.exists or selection.not_at or named & set(ENDS))
 
 
-@contextmanager
-def answering(connection: sa.Connection, selection: Selection, patience: Patience) -> Iterator[None]:
-    """Let a connection answer a query over a subset, which ends early once nobody waits.
-
-    Where the subset has a free expression, the query is confined, too.
-
-    Parameters
-    ----------
-    connection : Connection
-        Free for other queries behind the block, though rows may be left to be fetched in another one.
-    selection : Selection
-    patience : Patience
-        Of the whole query.
-
-    Raises
-    ------
-    SelectionError
-        If the expression is refused, or takes too long.
-    CancelledError
-        If nobody waits any more.
-    """
-    plain = selection.where is None
-    try:
-        with heeding(connection, patience.cancelled) if plain else confined(connection, patience):
-            yield
-    except (sa.exc.DBAPIError, sqlite3.Error) as error:
-        if patience.cancelled():
-            raise CancelledError from error
-        if selection.where is None:
-            raise
-        message = str(getattr(error, "orig", error))
-        if "interrupted" in message and not patience.ended:
-            raise KeyboardInterrupt from error  # SQLite, asked for the time, swallows it
-        raise free.refusal(selection.where, message) from error
+def answering(
+    connection: sa.Connection, selection: Selection, cancelled: Callable[[], bool]
+) -> AbstractContextManager[None]:
+    """Let a connection answer a query over a subset; where this has a free expression, it is confined."""
+    if selection.where is None:
+        return heeding(connection, Patience(math.inf, cancelled))
+    return confined(connection, Patience(cancelled=cancelled), partial(free.refusal, selection.where))
 
 
 def parse_columns(text: str) -> tuple[str, ...]:
@@ -130,19 +104,6 @@ def parse_columns(text: str) -> tuple[str, ...]:
         If one of them is not there, or is named twice.
     """
     return parse_names(text, COLUMNS)
-
-
-def column_of(name: str) -> sa.ColumnElement[Any]:
-    """Return a column of the view.
-
-    Raises
-    ------
-    SelectionError
-        If there is none of this name.
-    """
-    if name not in COLUMNS:
-        raise unknown(name, COLUMNS)
-    return catalogue.c[name]
 
 
 def rules_of(text: str | None) -> list[int]:
@@ -178,6 +139,7 @@ def parse_order(order: str) -> dict[str, bool]:
         if found is None:
             raise SelectionError(f"order {order!r}: write columns such as 'length' or 'p,lambda_c desc'")
         falling = bool(found[1]) != ((found[3] or "").lower() == "desc")
-        column_of(found[2])
+        if found[2] not in COLUMNS:
+            raise unknown_column(found[2], COLUMNS)
         keys.setdefault(found[2], falling)
     return keys

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import sqlalchemy as sa
 
 from orbitdb.store.asking import expressions as free
+from orbitdb.store.asking.selection import SelectionError
 from orbitdb.store.file.engines import driver
 from orbitdb.store.file.schema import VIEWS
 
@@ -63,37 +64,73 @@ class Patience:
 
 
 @contextmanager
-def heeding(connection: sa.Connection, ended: Callable[[], bool]) -> Iterator[sqlite3.Connection]:
-    """Let a connection work until something has ended."""
+def heeding(connection: sa.Connection, patience: Patience) -> Iterator[None]:
+    """Let a connection answer a query, or fetch some of its rows, as long as somebody waits.
+
+    Raises
+    ------
+    CancelledError
+        If nobody waits any more.
+    """
     own = driver(connection)
-    own.set_progress_handler(ended, _STEPS_BETWEEN_LOOKS)
+    own.set_progress_handler(lambda: patience.ended, _STEPS_BETWEEN_LOOKS)
     try:
-        yield own
+        with patience.working():
+            yield
+    except (sa.exc.DBAPIError, sqlite3.Error, sqlite3.Warning) as error:
+        if patience.cancelled():
+            raise CancelledError from error
+        raise
     finally:
         own.set_progress_handler(never, _STEPS_BETWEEN_SIGNALS)
 
 
 @contextmanager
 def confined(
-    connection: sa.Connection, patience: Patience, authorize: free.Authorizer | None = None
+    connection: sa.Connection,
+    patience: Patience,
+    refusal: Callable[[str], SelectionError],
+    authorize: free.Authorizer | None = None,
 ) -> Iterator[None]:
-    """Let a connection run a checked expression, for a limited time and with texts of limited size.
+    """Let a connection answer for a limited time, and with texts of limited size.
 
-    What it may do besides computing is reading the views, unless another authorizer says so.
+    Parameters
+    ----------
+    connection : Connection
+        Free for other queries behind the block, though rows may be left to be fetched in another one.
+    patience : Patience
+        Of the whole query.
+    refusal : callable
+        From what SQLite says to the error that tells the user what is wrong.
+    authorize : callable, optional
+        What it may do besides computing; by default reading the views.
+
+    Raises
+    ------
+    SelectionError
+        If what is asked is refused, or takes too long.
+    CancelledError
+        If nobody waits any more.
     """
-    with heeding(connection, lambda: patience.ended) as own, patience.working():
-        sizes = {
-            sqlite3.SQLITE_LIMIT_LENGTH: _LONGEST_TEXT,
-            sqlite3.SQLITE_LIMIT_LIKE_PATTERN_LENGTH: LONGEST_PATTERN,
-        }
-        before = {limit: own.setlimit(limit, size) for limit, size in sizes.items()}
-        own.set_authorizer(authorize or authorize_checked)
-        try:
+    own = driver(connection)
+    sizes = {
+        sqlite3.SQLITE_LIMIT_LENGTH: _LONGEST_TEXT,
+        sqlite3.SQLITE_LIMIT_LIKE_PATTERN_LENGTH: LONGEST_PATTERN,
+    }
+    before = {limit: own.setlimit(limit, size) for limit, size in sizes.items()}
+    own.set_authorizer(authorize or authorize_checked)
+    try:
+        with heeding(connection, patience):
             yield
-        finally:
-            own.set_authorizer(None)
-            for limit, size in before.items():
-                own.setlimit(limit, size)
+    except (sa.exc.DBAPIError, sqlite3.Error, sqlite3.Warning) as error:
+        message = str(getattr(error, "orig", error))
+        if "interrupted" in message and not patience.ended:
+            raise KeyboardInterrupt from error  # SQLite, asked for the time, swallows it
+        raise refusal(message) from error
+    finally:
+        own.set_authorizer(None)
+        for limit, size in before.items():
+            own.setlimit(limit, size)
 
 
 def authorize_checked(

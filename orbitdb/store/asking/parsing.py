@@ -1,7 +1,7 @@
 """Parts of a selection as people write them: periods, statuses, bounds and the like, read from texts."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.numerals import real
@@ -180,3 +180,26 @@ def parse_exists(values: float | Iterable[float]) -> tuple[float, ...]:
     """
     each = values if isinstance(values, Iterable) else (values,)
     return tuple(dict.fromkeys(Stadium(a).a for a in each))
+
+
+def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
+    """Read some of the known names of columns, with commas between.
+
+    Raises
+    ------
+    SelectionError
+        If one of them is not there, or is named twice.
+    """
+    names = tuple(name.strip() for name in text.split(","))
+    for name in names:
+        if name not in known:
+            raise unknown_column(name, known)
+    if len(set(names)) < len(names):
+        twice = next(name for place, name in enumerate(names) if name in names[:place])
+        raise SelectionError(f"column {twice!r} is named twice")
+    return names
+
+
+def unknown_column(name: str, known: Sequence[str]) -> SelectionError:
+    """Return the error that tells of a column that is not there."""
+    return SelectionError(f"column {name!r}: the columns are {', '.join(known)}")

@@ -1,14 +1,160 @@
-"""Reading a catalogue in order to check it as a whole: file, references and counts."""
+"""Reading a catalogue in order to check it: class by class as stored, right or wrong, and as a whole."""
 
-from typing import Any
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import sqlalchemy as sa
 
+from orbitdb.orbits.orbit import NUMBERS, Orbits
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import DONE
-from orbitdb.store.file.tables import birth_fill, change, cycle, element, fill, metadata, orbit, stadium
-from orbitdb.symbols.words import key, keys_of_period
+from orbitdb.store.file.tables import (
+    birth_fill,
+    certificate,
+    change,
+    cycle,
+    element,
+    fill,
+    metadata,
+    orbit,
+    stadium,
+)
+from orbitdb.store.reading.chosen import Integers, orders_of
+from orbitdb.store.reading.soundness import Columns, Marks, are_whole, sound_words
+from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
 
 Row = dict[str, Any]
+Ids = dict[int, Integers]
+"""The ids of classes, in order, by period."""
+
+SYMBOLS_A_BLOCK = 1 << 17
+
+_BLOCK = 4096
+
+
+def choose(catalogue: "Catalogue", selection: Selection, sample: int | None, rng: np.random.Generator) -> Ids:
+    """Return by period the ids of the chosen classes, or of a random sample of them."""
+    with catalogue.at_one_moment() as still, still.reading() as connection:
+        ids = still.choose(selection).ids
+        return by_period(connection, sampled(np.sort(ids[ids > 0]), sample, rng))
+
+
+def sampled(ids: Integers, sample: int | None, rng: np.random.Generator) -> Integers:
+    """Return so many ids drawn at random, all if there are no more; in order, as they came."""
+    if sample is None or sample >= len(ids):
+        return ids
+    return np.sort(rng.choice(ids, sample, replace=False))
+
+
+def ids_in(connection: sa.Connection, column: sa.Column[int], *where: sa.ColumnElement[bool]) -> Integers:
+    """Return the different ids in a column, in order."""
+    found = connection.execute(sa.select(column).where(*where)).yield_per(_BLOCK).scalars()
+    return np.unique(np.fromiter(found, np.int64))
+
+
+def by_period(connection: sa.Connection, ids: Integers, table: sa.Table = cycle) -> Ids:
+    """Divide ids of classes, or of pruned words, by the order of their words, as keys and the table tell it.
+
+    An id that is no key stands with words that are too long for one.
+    """
+    orders = orders_of(ids, sound=False)
+    long = ids[no_key := (orders > MAX_KEYED) | (orders == 0)]
+    if len(long):
+        query = sa.select(table.c.id, table.c.p).where(table.c.id.in_(_listed(long)))
+        known = {number: max(p, MAX_KEYED + 1) for number, p in connection.execute(query)}
+        orders[no_key] = [known.get(number, MAX_KEYED + 1) for number in long.tolist()]
+    return {p: ids[orders == p] for p in np.unique(orders).tolist()}
+
+
+def blocks(ids: Ids, size: int = _BLOCK) -> Iterator[tuple[int, Integers, int]]:
+    """Cut the ids of classes into blocks; give period, block and how many classes came before."""
+    before = 0
+    for p, those in ids.items():
+        step = max(1, min(size, SYMBOLS_A_BLOCK // p))
+        for start in range(0, len(those), step):
+            block = those[start : start + step]
+            yield p, block, before
+            before += len(block)
+
+
+def load_rows(connection: sa.Connection, table: sa.Table, ids: Integers) -> list[tuple[Any, ...]]:
+    """Return the rows of `cycle` or `pruned` that have some ids."""
+    query = sa.select(table).where(table.c.id.in_(_listed(ids)))
+    return list(connection.execute(query).cursor.fetchall())
+
+
+def _listed(ids: Integers) -> sa.Select[Any]:
+    """Return many ids as a subquery, in one parameter."""
+    return sa.select(sa.column("value")).select_from(sa.func.json_each(json.dumps(ids.tolist())))
+
+
+@dataclass(frozen=True)
+class StoredBlock:
+    """Rows of `orbit` of one period and stadium, with their words.
+
+    Attributes
+    ----------
+    columns : dict of str to sequences
+        The columns of `orbit`; `word`, the classes' least words; and `radius` of the certificate if there
+        is one.
+    """
+
+    columns: Columns
+
+    @property
+    def words(self) -> Sequence[str]:
+        """The classes' least words, as stored."""
+        return self.columns["word"]
+
+    def some(self, name: str, chosen: Iterable[int]) -> list[Any]:
+        """Return the values of some rows in one column."""
+        values = self.columns[name]
+        return [values[i] for i in chosen]
+
+    def whole(self, p: int) -> Marks:
+        """Tell of each row whether it has what its status demands."""
+        return are_whole(self.columns, p)
+
+    def orbits(self, chosen: Sequence[int]) -> Orbits:
+        """Return some of the rows as arrays, NaN for NULL; their words and BLOBs must be sound."""
+        words = from_strings(self.some("word", chosen))
+        blank = np.full(words.shape[1], np.nan, dtype="<f8").tobytes()
+        places = b"".join(blob or blank for blob in self.some("coordinates", chosen))
+        return Orbits(
+            words=words,
+            status=np.array(self.some("status", chosen), dtype=str),
+            coordinates=np.frombuffer(places, dtype="<f8").astype(float).reshape(words.shape),
+            iterations=np.array(self.some("iterations", chosen), dtype=np.int64),
+            **{name: np.array(self.some(name, chosen), dtype=float) for name in NUMBERS},
+        )
+
+
+def load_orbits(connection: sa.Connection, stadium: int, ids: Integers) -> StoredBlock:
+    """Return what is stored of some classes at one stadium."""
+    proof = (certificate.c.stadium == orbit.c.stadium) & (certificate.c.cycle == orbit.c.cycle)
+    query = (
+        sa.select(cycle.c.word, certificate.c.radius, orbit)
+        .join(cycle, cycle.c.id == orbit.c.cycle)
+        .outerjoin(certificate, proof)
+        .where(orbit.c.stadium == stadium, orbit.c.cycle.in_(_listed(ids)))
+        .order_by(orbit.c.cycle)
+    )
+    names = [column.name for column in query.selected_columns]
+    rows = connection.execute(query).cursor.fetchall()
+    return StoredBlock(dict(zip(names, zip(*rows, strict=True) if rows else [()] * len(names), strict=True)))
+
+
+def whole_rows(stored: StoredBlock, p: int, whole: Marks) -> list[int]:
+    """Return the places of rows of sound words that are whole (`StoredBlock.whole`)."""
+    sound = sound_words(stored.words, p)
+    places: list[int] = sound[whole[sound]].tolist()
+    return places
 
 
 def file_errors(connection: sa.Connection) -> list[str]:

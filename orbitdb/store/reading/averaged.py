@@ -5,6 +5,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from orbitdb.averages import by_period
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import Weight, divisors, missing_divisors, missing_periods
@@ -15,16 +18,22 @@ from orbitdb.errors import InputError
 from orbitdb.numerals import exact, with_error
 from orbitdb.orbits.beyond import least_exponent
 from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.tally import Tally
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.file.schema import BALLS, DOUBLES
 from orbitdb.store.reading.counted import Counted
-from orbitdb.store.reading.enclosures import Enclosure
 from orbitdb.store.reading.fills import describe_partial, written_periods
-from orbitdb.store.reading.leg_terms import sum_rules_of, why_no_sum_rules_of
-from orbitdb.store.reading.references import best_reference
+from orbitdb.store.reading.records import Enclosure, best_reference
 from orbitdb.store.reading.results import AVERAGES, PROVED, SUM_RULES, TABLE, TRAJECTORIES, UP_TO_CUT, Result
-from orbitdb.store.reading.whole_periods import WholePeriods, read_whole, why_missing
+from orbitdb.store.reading.whole_periods import (
+    WholePeriods,
+    all_orbits,
+    read_whole,
+    sum_rules_of,
+    why_missing,
+    why_no_sum_rules_of,
+)
 from orbitdb.symbols.enumeration import MAX_PERIOD
 
 if TYPE_CHECKING:
@@ -35,12 +44,6 @@ _EDGES = 10
 
 _LARGEST_CUT = 1000
 _MOST_FACTORS = 100_000
-
-
-def all_orbits(chosen: Selection) -> bool:
-    """Tell whether nothing but periods is chosen of the orbits."""
-    alone = replace(chosen, statuses=()) if chosen.statuses == (Status.ORBIT,) else chosen
-    return alone == Selection(chosen.a, chosen.periods)
 
 
 def gaps(
@@ -104,49 +107,43 @@ def table(catalogue: "Catalogue", chosen: Selection) -> Result:
     """Return the paper's Table 1 (`Catalogue.table`)."""
     counted = catalogue.counts(chosen)
     notes = gaps(catalogue, chosen, left_out=True, counted=counted)
-    rows: list[tuple[Any, ...]] = []
     for p in counted.chosen:
-        here, missing = counted.known[p], missing_divisors(p, counted.known)
-        if missing:
+        if missing := missing_divisors(p, counted.known):
             notes.append(f"p = {p}: N needs p = {', '.join(map(str, missing))}: not filled")
-        points = None if missing else sum(d * counted.known[d].n_c for d in divisors(p) if d > 1)
-        entropy = math.log(points) / p if points else None
-        rows.append((p, here.n_t, here.n_c, points, entropy, here.classes, here.boundary, here.unresolved))
-    if not rows and not notes:
+    if not counted.chosen and not notes:
         notes = [f"no {chosen.describe()}"]
-    known = stored_enclosure(catalogue, chosen.a) if rows else None
-    return Result(chosen, _named(TABLE, rows), () if known is None else (known[1],), tuple(notes))
+    known = stored_enclosure(catalogue, chosen.a) if counted.chosen else None
+    columns = _table(counted.chosen, counted.known)
+    return Result(chosen, columns, () if known is None else (known[1],), tuple(notes))
 
 
 def table_of_rows(
     chosen: Selection, filled: Sequence[int], p: Any, status: Any, representative: Any
 ) -> Result:
     """Return counts of rows that are read, by period (`Subset.table`)."""
-    rows: list[tuple[Any, ...]] = []
-    orbits = {order: int(((p == order) & (status == Status.ORBIT.value)).sum()) for order in filled}
+    known = {}
     for order in filled:
-        here = status[p == order]
-        points = (
-            None if missing_divisors(order, filled) else sum(d * orbits[d] for d in divisors(order) if d > 1)
-        )
-        k_0 = math.log(points) / order if points else None
-        classes = len(set(representative[(p == order) & (status == Status.ORBIT.value)].tolist()))
+        here, least = status[p == order], representative[p == order]
+        orbits = here == Status.ORBIT.value
         apart = (int((here == each.value).sum()) for each in (Status.BOUNDARY, Status.UNRESOLVED))
-        rows.append((order, len(here), orbits[order], points, k_0, classes, *apart))
-    return Result(chosen, _named(TABLE, rows), (chosen.describe(),))
+        known[order] = Tally(len(here), int(orbits.sum()), len(set(least[orbits].tolist())), *apart)
+    return Result(chosen, _table(filled, known), (chosen.describe(),))
 
 
-def _named(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> dict[str, list[Any]]:
-    """Return rows as columns by their names."""
-    return {name: [row[place] for row in rows] for place, name in enumerate(names)}
+def _table(periods: Sequence[int], known: Mapping[int, Tally]) -> dict[str, list[Any]]:
+    """Return the columns of Table 1 for some periods, given all counts that sums over divisors need."""
+    rows = []
+    for p in periods:
+        here, whole = known[p], not missing_divisors(p, known)
+        points = sum(d * known[d].n_c for d in divisors(p) if d > 1) if whole else None
+        entropy = math.log(points) / p if points else None
+        rows.append((p, here.words, here.n_c, points, entropy, here.classes, here.boundary, here.unresolved))
+    return {name: [row[place] for row in rows] for place, name in enumerate(TABLE)}
 
 
 def entropy_of_rows(subset: WholePeriods) -> Result:
     """Return the topological entropy of chosen orbits that are read, by period (`Subset.entropy`)."""
-    lacking, periods = subset.why_missing() if subset.missing else "", subset.periods
-    found = by_period.entropy_of_counts(subset.cycles())
-    columns = _of_periods(standing(found, periods), periods)
-    notes = _told(found, periods, lacking, subset.selection)
+    columns, notes = _entropy(subset.cycles(), subset.periods, subset.why_missing(), subset.selection)
     return Result(subset.selection, columns, (subset.selection.describe(),), notes)
 
 
@@ -161,34 +158,29 @@ def entropy(catalogue: "Catalogue", chosen: Selection) -> Result:
     """Return the topological entropy by period, from counts where there are no rows (`Catalogue.entropy`)."""
     if all_orbits(chosen) and (counted := catalogue.counts(chosen)).without_rows:
         notes = gaps(catalogue, chosen, left_out=True, counted=counted)
-        missing = missing_periods(max(counted.chosen), counted.chosen)
-        lacking = why_missing(missing, chosen) if missing else ""
-        orbits = replace(chosen, statuses=(Status.ORBIT,))
-        return _entropy(catalogue, orbits, counted.cycles(), counted.chosen, lacking, notes)
-    notes = _uncounted(catalogue, chosen)
-    subset = read(catalogue, chosen, notes, swept=True)
-    if subset is None:
-        return Result(chosen, {}, (), tuple(notes))
-    lacking = subset.why_missing() if subset.missing else ""
-    return _entropy(catalogue, subset.selection, subset.cycles(), subset.periods, lacking, notes)
-
-
-def _entropy(
-    catalogue: "Catalogue",
-    chosen: Selection,
-    cycles: Any,
-    periods: Sequence[int],
-    lacking: str,
-    notes: list[str],
-) -> Result:
-    found = by_period.entropy_of_counts(cycles)
-    columns = _of_periods(standing(found, periods), periods)
+        lacking = why_missing(missing_periods(max(counted.chosen), counted.chosen), chosen)
+        chosen = replace(chosen, statuses=(Status.ORBIT,))
+        columns, told = _entropy(counted.cycles(), counted.chosen, lacking, chosen)
+    else:
+        notes = _uncounted(catalogue, chosen)
+        subset = read(catalogue, chosen, notes, swept=True)
+        if subset is None:
+            return Result(chosen, {}, (), tuple(notes))
+        chosen = subset.selection
+        columns, told = _entropy(subset.cycles(), subset.periods, subset.why_missing(), chosen)
     proved, line = enclosure(catalogue, chosen.a)
-    notes += [outside(columns["p"], columns["h_zeta"], proved, chosen)]
-    notes += _told(found, periods, lacking, chosen)
+    notes += [outside(columns["p"], columns["h_zeta"], proved, chosen), *told]
     bounds = zip(PROVED, (proved.lower, proved.upper, proved.proof), strict=True)
     columns |= {name: [value] * len(columns["p"]) for name, value in bounds}
     return Result(chosen, columns, (chosen.describe(), line), tuple(filter(None, notes)))
+
+
+def _entropy(
+    cycles: NDArray[np.int64], periods: Sequence[int], lacking: str, chosen: Selection
+) -> tuple[dict[str, list[Any]], tuple[str, ...]]:
+    """Return the entropy of whole periods by the counts of their orbits, and what is to be said of it."""
+    found = by_period.entropy_of_counts(cycles)
+    return _of_periods(standing(found, periods), periods), _told(found, periods, lacking, chosen)
 
 
 def _told(
@@ -247,8 +239,7 @@ def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str
     for name in SUM_RULES:
         values = [math.nan] * len(columns["p"]) if rules is None else getattr(rules, name).tolist()
         columns[name] = [None if value != value else value for value in values]
-    lacking = subset.why_missing() if subset.missing else ""
-    notes += _told(found, subset.periods, lacking, subset.selection)
+    notes += _told(found, subset.periods, subset.why_missing(), subset.selection)
     return _of_periods({name: columns[name] for name in (*AVERAGES, *SUM_RULES)}, subset.periods)
 
 

@@ -1,30 +1,37 @@
 """Catalogue: a database of periodic orbits, opened for reading."""
 
+import weakref
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, Unpack, overload
 
+import sqlalchemy as sa
+
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.column_blocks import ColumnBlock
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit, Status
-from orbitdb.store.asking.conditions import COLUMNS
-from orbitdb.store.asking.confinement import never
+from orbitdb.store.asking.conditions import COLUMNS, asks_of_lives
+from orbitdb.store.asking.confinement import CancelledError, never
 from orbitdb.store.asking.criteria import Criteria, choose, with_criteria
+from orbitdb.store.asking.parsing import unknown_column
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.sweepable import swept_text
-from orbitdb.store.file.database import default_path
-from orbitdb.store.file.engines import driver
+from orbitdb.store.file import tables
+from orbitdb.store.file.database import default_path, need_newest, plain_errors
+from orbitdb.store.file.engines import driver, reading_engine
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.reading import enclosures, lives, sweeps
+from orbitdb.store.reading import lives, question, records, row_blocks, sweeps
+from orbitdb.store.reading.chosen import Chosen
 from orbitdb.store.reading.counted import Counted, count
-from orbitdb.store.reading.enclosures import Enclosure
-from orbitdb.store.reading.fills import Fill, describe_fills
+from orbitdb.store.reading.fills import Fill, as_fill, describe_fills, describe_unfilled
 from orbitdb.store.reading.lives import BirthFill, Life
-from orbitdb.store.reading.lookup import find_word
-from orbitdb.store.reading.reader import Reader
-from orbitdb.store.reading.stadiums import a_stored, meant
+from orbitdb.store.reading.lookup import a_filled, a_stored, find_word, meant
+from orbitdb.store.reading.records import Enclosure
 from orbitdb.store.reading.sweeps import Sweep
+from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
 
 if TYPE_CHECKING:
@@ -41,10 +48,13 @@ _SHOWN = 4
 
 _LONGEST, _MOST_POINTS, _MOST_K = 100, 100_000, 1000
 
+_ALL = 2**63 - 1
+"""SQLite's largest integer."""
+
 _SOLVED = tuple(status for status in Status if status is not Status.GEOMETRIC)
 
 
-class Catalogue(Reader):
+class Catalogue:
     """A database of the periodic orbits of stadium billiards.
 
     Parameters
@@ -79,13 +89,45 @@ class Catalogue(Reader):
 
     def __init__(self, path: Path | str | None = None, a: float | None = None) -> None:
         self._a = None if a is None else Stadium(a).a
-        super().__init__(path)
+        self.path = Path(path) if path is not None else default_path()
+        need_newest(self.path)
+        self._engine = reading_engine(self.path)
+        with plain_errors(self.path), self._engine.connect():
+            pass  # so that a file that is damaged or tampered with is refused now, and not in mid-use
+        self._engine.dispose()
+        weakref.finalize(self, self._engine.dispose)  # so that it may be dropped without `close`
+        self._moment: sa.Connection | None = None
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def close(self) -> None:
+        """Close the file; it is opened again if something more is asked."""
+        self._engine.dispose()
+
+    @contextmanager
+    def reading(self) -> Iterator[sa.Connection]:
+        """Give a connection inside one read transaction: all it sees is of one moment."""
+        if self._moment is not None:
+            yield self._moment
+            return
+        with plain_errors(self.path), self._engine.begin() as connection:
+            yield connection
+
+    @contextmanager
+    def at_one_moment(self) -> Iterator[Self]:
+        """Give the catalogue as it is when it is first read: its numbers, from however many queries, agree.
+
+        What a fill stores meanwhile is seen behind the block.
+        """
+        with self.reading() as connection:
+            still = object.__new__(type(self))
+            still.__dict__.update(self.__dict__)  # not a copy, which would be opened anew
+            still._moment = connection
+            yield still
 
     def __repr__(self) -> str:
         try:
@@ -135,9 +177,57 @@ class Catalogue(Reader):
         with self.reading() as connection:
             return a_stored(driver(connection))
 
+    def a_values(self) -> list[float]:
+        """Return the values of a that the catalogue knows, in order."""
+        with self.reading() as connection:
+            return list(connection.scalars(sa.select(tables.stadium.c.a).order_by(tables.stadium.c.a)))
+
     def fills(self, a: float | None = None) -> list[Fill]:
         """Return what is filled at one a, by default the catalogue's, by period."""
-        return super().fills(self.a if a is None else a)
+        fill, at = tables.fill, self.a if a is None else a
+        query = sa.select(fill).join(tables.stadium).where(tables.stadium.c.a == at).order_by(fill.c.p)
+        with self.reading() as connection:
+            return [as_fill(row) for row in connection.execute(query)]
+
+    def choose(
+        self,
+        selection: Selection,
+        order: str = "p",
+        columns: Sequence[str] = (),
+        most: int | None = None,
+        cancelled: Callable[[], bool] = never,
+    ) -> Chosen:
+        """Return a chosen subset as classes and their words (`orbitdb.store.reading.question.choose`)."""
+        with self.reading() as connection:
+            return question.choose(connection, selection, order, columns, most, cancelled)
+
+    def blocks(
+        self, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
+    ) -> Iterator[ColumnBlock]:
+        """Yield rows of a subset by columns (`orbitdb.store.reading.row_blocks.blocks_of`)."""
+        with self.reading() as connection:
+            yield from row_blocks.blocks_of(connection, chosen, names, first, last)
+
+    def row_blocks(
+        self,
+        selection: Selection,
+        columns: Sequence[str] = COLUMNS,
+        order: str = "p",
+        limit: int | None = None,
+        offset: int = 0,
+        cancelled: Callable[[], bool] = never,
+    ) -> Iterator[ColumnBlock]:
+        """Yield rows of a chosen subset by columns, some at a time, as `rows` does one by one."""
+        for name in columns:
+            if name not in row_blocks.COLUMNS:
+                raise unknown_column(name, COLUMNS)
+        most = None if limit is None else min(limit + offset, _ALL)
+        with self.at_one_moment() as still:
+            chosen = still.choose(selection, order, most=most, cancelled=cancelled)
+            for block in still.blocks(chosen, columns, offset, most):
+                if cancelled():
+                    raise CancelledError
+                yield block
 
     @with_criteria
     def rows(
@@ -171,7 +261,9 @@ class Catalogue(Reader):
         SelectionError
             If a column is not known or ``where`` is refused.
         """
-        return super().rows(self._chosen(selection, criteria), columns, order, limit, offset, cancelled)
+        chosen = self._chosen(selection, criteria)
+        for block in self.row_blocks(chosen, columns, order, limit, offset, cancelled):
+            yield from block.rows()
 
     @with_criteria
     def partial(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> list[Fill]:
@@ -190,7 +282,26 @@ class Catalogue(Reader):
         None if all that are named are there, if only in part (`partial`). What is not filled is not
         known to be empty. The parameters are those of `select`.
         """
-        return self.gaps(self._chosen(selection, criteria))
+        chosen = self._chosen(selection, criteria)
+        with self.at_one_moment() as still, still.reading() as connection:
+            known, elsewhere = still.fills(chosen.a), a_filled(driver(connection))
+        return describe_unfilled(known, chosen.periods, chosen.a, elsewhere)
+
+    def lacking_births(self, selection: Selection, names: Sequence[str] = (), order: str = "p") -> str | None:
+        """Say in one line of which chosen periods no births are stored, if they matter; None if all are.
+
+        They matter where the subset, the columns that are shown of it, or its order depend on them.
+        """
+        return lives.describe_lacking(self.without_births(selection, names, order))
+
+    def without_births(self, selection: Selection, names: Sequence[str] = (), order: str = "p") -> list[int]:
+        """Return the chosen periods that are filled and of which no births are stored, if they matter."""
+        if not asks_of_lives(selection, names, order):
+            return []
+        with self.at_one_moment() as still:
+            filled = [fill.p for fill in still.fills(selection.a) if selection.includes(fill.p)]
+            born = {each.p for each in still.birth_fills() if each.whole}
+        return [p for p in filled if p <= MAX_PERIOD and p not in born]
 
     def find(self, word: str, a: float | None = None) -> Orbit | None:
         """Return a primitive word's stored orbit, in the rotation asked for, or None.
@@ -396,7 +507,7 @@ class Catalogue(Reader):
             If `proof` is another word.
         """
         with self.reading() as connection:
-            found = enclosures.closest(connection, proof, self.a if a is None else Stadium(a).a)
+            found = records.closest(connection, proof, self.a if a is None else Stadium(a).a)
         return found[0] if found else None
 
     def entropy_curve(self, proof: str | None = None) -> list[Enclosure]:
@@ -405,7 +516,7 @@ class Catalogue(Reader):
         The parameter is that of `entropy_bounds`.
         """
         with self.reading() as connection:
-            return enclosures.closest(connection, proof)
+            return records.closest(connection, proof)
 
     def sweeps(self, a: float | None = None, selection: Selection | None = None) -> list[Sweep]:
         """Return what sweeps have counted and added up at one a, by period.

@@ -1,6 +1,7 @@
 """A chosen subset as symmetry classes, for averages over orbits: no word and no coordinate is read."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,8 +10,10 @@ from orbitdb.averages.fixed_points import ClassRows
 from orbitdb.equality import ByValue
 from orbitdb.orbits.orbit import EXISTING
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.reading.reader import Reader
 from orbitdb.store.reading.soundness import unsound
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -59,13 +62,13 @@ class ChosenClasses(ByValue):
         return odd
 
 
-def read_classes(reader: Reader, selection: Selection) -> ChosenClasses:
+def read_classes(catalogue: "Catalogue", selection: Selection) -> ChosenClasses:
     """Return the chosen classes that have a length and lambda (`Catalogue.classes`)."""
     if without := [status for status in selection.statuses if status not in EXISTING]:
         raise SelectionError(
             f"averages and lengths are of orbits (and boundary): status {', '.join(without)} has none"
         )
-    chosen = reader.choose(selection, columns=("p", "class_size", "length", "lyapunov", "walls"))
+    chosen = catalogue.choose(selection, columns=("p", "class_size", "length", "lyapunov", "walls"))
     found = dict(chosen.values)
     positive = [_sound(selection, found[name], least=True) for name in ("p", "class_size", "length")]
     lyapunov, walls = _sound(selection, found["lyapunov"], least=True), _sound(selection, found["walls"])

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import sqlalchemy as sa
@@ -10,8 +11,14 @@ from numpy.typing import NDArray
 from orbitdb.numerals import exact
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.fills import Fill, written_periods
-from orbitdb.store.reading.lives import Counts, birth_fills, counts_at
+from orbitdb.store.reading.lives import birth_fills, counts_at
 from orbitdb.store.reading.sweeps import sweeps
+
+if TYPE_CHECKING:
+    from orbitdb.orbits.tally import Tally
+
+_COUNTS = ("n_t", "n_c", "classes", "boundary", "unresolved")
+"""The columns of a fill that a tally has, in its order."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +29,7 @@ class Counted:
     ----------
     a : float
         The stadium.
-    known : dict of int to Counts
+    known : dict of int to Tally
         By period; those that are not chosen are there where sums over divisors need them.
     chosen : tuple of int
         The chosen periods among them.
@@ -33,7 +40,7 @@ class Counted:
     """
 
     a: float
-    known: Mapping[int, Counts]
+    known: Mapping[int, "Tally"]
     chosen: tuple[int, ...]
     from_births: tuple[int, ...]
     from_sweeps: tuple[int, ...] = ()
@@ -64,18 +71,13 @@ class Counted:
 
 def count(connection: sa.Connection, fills: Sequence[Fill], selection: Selection) -> Counted:
     """Return the counts at one a, given what is filled there (`Catalogue.counts`)."""
-    known = {
-        fill.p: Counts(fill.p, fill.n_t or 0, fill.n_c or 0, fill.classes or 0, fill.boundary or 0,
-                       fill.unresolved or 0)
-        for fill in fills
-        if fill.whole
-    }  # fmt: skip
+    from orbitdb.orbits.tally import Tally
+
+    known = {fill.p: Tally(*(getattr(fill, name) or 0 for name in _COUNTS)) for fill in fills if fill.whole}
     swept = {
         each.p: each.tally for each in sweeps(connection, selection.a) if each.whole and each.p not in known
     }
-    known.update(
-        (p, Counts(p, t.words, t.n_c, t.classes, t.boundary, t.unresolved)) for p, t in swept.items()
-    )
+    known |= swept
     born = [each.p for each in birth_fills(connection) if each.whole and each.p not in known]
     wanted = [p for p in born if selection.includes(p)]
     chosen = sorted(p for p in (*known, *wanted) if selection.includes(p))

@@ -1,15 +1,21 @@
-"""One word of a catalogue, by its code.
+"""One word of any order, asked for: from a catalogue, or solved on the spot; and the a that is meant.
 
-It is a row or two, asked of SQLite directly: to load SQLAlchemy would take longer than all the rest.
+It is a row or two, asked of SQLite directly: to load SQLAlchemy or a solver would take longer than the rest.
 """
 
 import sqlite3
+from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
+from orbitdb.errors import InputError
+from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import NUMBERS, Orbit, Status
 from orbitdb.orbits.pruned import pruned_word
+from orbitdb.store.asking.selection import USUAL_A
+from orbitdb.store.file.database import asking
 from orbitdb.store.reading.soundness import is_whole, unsound
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import MAX_KEYED, key, keys_of_period
@@ -101,3 +107,91 @@ def partners(connection: sqlite3.Connection, representative: str) -> list[tuple[
     for a, word in connection.execute(_PARTNERS, values):
         found.setdefault(a, []).append(word)
     return list(found.items())
+
+
+def a_meant(path: Path) -> float:
+    """Return the a that is meant where none is named: the only one of a catalogue, else 1.6.
+
+    Raises
+    ------
+    InputError
+        If there are several, and 1.6 is none of them.
+    """
+    with asking(path) as connection:
+        return meant(a_stored(connection))
+
+
+def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
+    """Return what a catalogue says of a primitive word, or solve it if it is not there.
+
+    Parameters
+    ----------
+    path : Path or None
+        A catalogue; None if there is none.
+    word : str
+        Symbols 0..5, in any rotation.
+    a : float
+        The stadium.
+    """
+    stored = None
+    if path is not None:
+        with asking(path) as connection:
+            stored = find_word(connection, word, a)
+    if stored is not None:
+        return stored
+    from orbitdb.orbits.newton import solve_word
+
+    return solve_word(word, a)
+
+
+def with_existence(orbit: Orbit) -> Orbit:
+    """Return a word with from where to where in a it is an orbit, found on the spot if need be.
+
+    It stays unknown for words that are too long (`orbitdb.orbits.lives.LONGEST`).
+    """
+    if orbit.exists is not None:
+        return orbit
+    from orbitdb.orbits.lives import LONGEST, existence
+
+    return orbit if orbit.p > LONGEST else replace(orbit, exists=tuple(existence(orbit.code)))
+
+
+def born_with(path: Path | None, orbit: Orbit) -> list[tuple[float, list[str]]]:
+    """Return the births of a word, each with the least words that are one path with it there, if stored."""
+    if path is None or orbit.p > MAX_KEYED or not orbit.exists:
+        return []
+    with asking(path) as connection:
+        return partners(connection, orbit.representative)
+
+
+def a_filled(connection: sqlite3.Connection) -> list[float]:
+    """Return the values of a at which periods are filled, whole or in part, in order."""
+    return _a_with(connection, "fill")
+
+
+def a_stored(connection: sqlite3.Connection) -> list[float]:
+    """Return the values of a at which there are orbits, be it of single words, or sums of them, in order."""
+    return _a_with(connection, "fill", "sweep", "orbit")
+
+
+def _a_with(connection: sqlite3.Connection, *tables: str) -> list[float]:
+    known = " OR ".join(
+        f"EXISTS (SELECT 1 FROM {table} WHERE {table}.stadium = stadium.id)" for table in tables
+    )
+    return [a for (a,) in connection.execute(f"SELECT a FROM stadium WHERE {known} ORDER BY a")]
+
+
+def meant(values: Sequence[float]) -> float:
+    """Return the a that is meant where none is named: the only one there is, else 1.6.
+
+    Raises
+    ------
+    InputError
+        If there are several, and 1.6 is none of them.
+    """
+    if len(values) == 1:
+        return values[0]
+    if values and USUAL_A not in values:
+        known = ", ".join(map(exact, values))
+        raise InputError(f"orbits are stored at a = {known}: name one with --a, or with a= in Python")
+    return USUAL_A

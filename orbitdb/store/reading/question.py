@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from orbitdb.columns import kind_of
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.conditions import answering, conditions_of, parse_order, sort_key
-from orbitdb.store.asking.confinement import Patience, never
+from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.dividing import Divided, divide
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import LONG
@@ -84,7 +84,7 @@ def choose(
     query = _query(connection, divided, by_class, columns)
     if most is not None and not by_words and not divided.patterns:
         query = query.limit(most)  # every class has a row
-    with answering(connection, selection, Patience(cancelled=cancelled)):
+    with answering(connection, selection, cancelled):
         coded, *more = _arrays(connection, query, columns, divided.of_words)
     ids, sizes = coded >> 2, np.int64(1) << (coded & 3)
     masks = ((1 << sizes) - 1).astype(np.uint8)

@@ -1,8 +1,12 @@
 """The length spectrum from what a catalogue holds: orbits, and levels if they are there."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
+import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
@@ -13,8 +17,11 @@ from orbitdb.quantum.levels import Levels
 from orbitdb.quantum.spectrum import Spectrum, spectrum
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.levels import joined, stored
-from orbitdb.store.reading.reader import Reader
+from orbitdb.store.file.tables import level, level_fill
+from orbitdb.store.reading.soundness import unsound
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
 
 Floats = NDArray[np.float64]
 
@@ -22,12 +29,12 @@ _COLUMNS = ("p", "walls", "length", "lyapunov", "symmetry", "representative")
 _USUAL_K_MAX = 30.0
 
 
-def read_levels(reader: Reader, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
+def read_levels(catalogue: "Catalogue", a: float, parity: Parity | None) -> tuple[Floats, float] | None:
     """Return the stored levels from 0 to the first gap, and the k where that begins; None without levels."""
     found: list[Levels] = []
-    with reader.at_one_moment() as still, still.reading() as connection:
+    with catalogue.at_one_moment() as still, still.reading() as connection:
         for each in Parity if parity is None else (parity,):
-            known = joined(stored(connection, a, each))
+            known = _joined(stored_levels(connection, a, each))
             if known is None:
                 return None
             found.append(known)
@@ -36,7 +43,7 @@ def read_levels(reader: Reader, a: float, parity: Parity | None) -> tuple[Floats
     return k[k < high], high
 
 
-def read_classes(reader: Reader, chosen: Selection) -> tuple[Classes, NDArray[np.object_], int]:
+def read_classes(catalogue: "Catalogue", chosen: Selection) -> tuple[Classes, NDArray[np.object_], int]:
     """Return all orbits at one a, their representatives, and up to which period none is missing.
 
     Raises
@@ -44,7 +51,7 @@ def read_classes(reader: Reader, chosen: Selection) -> tuple[Classes, NDArray[np
     InputError
         If there are none.
     """
-    with reader.at_one_moment() as still:
+    with catalogue.at_one_moment() as still:
         found = still.choose(replace(chosen, statuses=(Status.ORBIT, Status.BOUNDARY)), columns=_COLUMNS)
         filled = {fill.p for fill in still.fills(chosen.a) if fill.whole and not fill.unresolved}
     if not len(found.ids):
@@ -59,7 +66,7 @@ def read_classes(reader: Reader, chosen: Selection) -> tuple[Classes, NDArray[np
 
 
 def read_spectrum(
-    reader: Reader,
+    catalogue: "Catalogue",
     a: float,
     lengths: Floats,
     k_max: float | None,
@@ -73,7 +80,7 @@ def read_spectrum(
     InputError
         If there are no orbits, or no levels up to `k_max`.
     """
-    with reader.at_one_moment() as still:
+    with catalogue.at_one_moment() as still:
         orbits = read_classes(still, Selection(a))
         known = read_levels(still, a, parity) if levels is None else (levels, float(levels[-1]))
     end = _USUAL_K_MAX if known is None else known[1]
@@ -83,3 +90,61 @@ def read_spectrum(
         )
     end = end if k_max is None else k_max
     return spectrum(Stadium(a), *orbits, lengths, end, None if known is None else known[0], parity)
+
+
+def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[Levels]:
+    """Return the levels of one parity that are stored, window by window.
+
+    Raises
+    ------
+    StoreError
+        If the rows are none that were found so.
+    """
+    fills, levels = level_fill.c, level.c
+    query = sa.select(fills.low, fills.high, fills.below, fills.seconds).where(
+        fills.a == a, fills.parity == str(parity)
+    )
+    rows = sa.select(levels.number, levels.k, levels.error).where(levels.a == a, levels.parity == str(parity))
+    known = np.array([tuple(row) for row in connection.execute(rows)], np.float64).reshape(-1, 3)
+    found = []
+    for low, high, below, seconds in connection.execute(query):
+        number, k, error = known[(known[:, 1] >= low) & (known[:, 1] < high)].T
+        if not np.array_equal(number, np.arange(below + 1, below + 1 + len(k))) or (np.diff(k) < 0).any():
+            raise unsound(f"levels {parity} at a = {a:g} in a window from k =", low)
+        found.append(Levels(a, parity, low, high, below, k, error, seconds))
+    for one, other in pairwise(found):
+        whole = one.below + len(one.k) == other.below
+        if one.high > other.low or (one.high == other.low and not whole):
+            raise unsound(f"levels {parity} at a = {a:g} in a window from k =", other.low)
+    if sum(len(each.k) for each in found) != len(known):
+        raise unsound(f"levels {parity} outside all windows at a =", a)
+    return found
+
+
+def missing_levels(known: Sequence[Levels], low: float, high: float) -> Iterator[tuple[float, float]]:
+    """Yield the ranges of k between two values that no window covers."""
+    for each in known:
+        if each.high <= low:
+            continue
+        if each.low >= high:
+            break
+        if each.low > low:
+            yield low, each.low
+        low = each.high
+    if low < high:
+        yield low, high
+
+
+def _joined(known: Sequence[Levels]) -> Levels | None:
+    """Return the levels of one parity from k = 0 to the first gap; None if there is none at its beginning."""
+    chain: Levels | None = None
+    for each in known:
+        if each.low == (0.0 if chain is None else chain.high):
+            chain = each if chain is None else replace(
+                chain,
+                high=each.high,
+                k=np.concatenate([chain.k, each.k]),
+                error=np.concatenate([chain.error, each.error]),
+                seconds=chain.seconds + each.seconds,
+            )  # fmt: skip
+    return chain

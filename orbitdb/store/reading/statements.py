@@ -2,8 +2,9 @@
 
 import sqlite3
 from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any
+from contextlib import AbstractContextManager
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
@@ -13,7 +14,9 @@ from orbitdb.store.asking.confinement import TABLES_OF_VIEW, Patience, confined
 from orbitdb.store.asking.selection import SelectionError
 from orbitdb.store.file.schema import VIEWS
 from orbitdb.store.file.tokens import meaningful
-from orbitdb.store.reading.reader import Reader
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
 
 READABLE = (*VIEWS, "pruned")
 """What a statement may read."""
@@ -22,14 +25,14 @@ _BLOCK = 2000
 
 
 def run_statement(
-    reader: Reader, statement: str, parameters: free.Parameters
+    catalogue: "Catalogue", statement: str, parameters: free.Parameters
 ) -> tuple[tuple[str, ...], Iterator[tuple[Any, ...]]]:
     """Run one SELECT over `READABLE`; return the names of its columns, and its rows.
 
     Parameters
     ----------
-    reader : Reader
-        As it is at one moment (`Reader.at_one_moment`), until all rows are fetched.
+    catalogue : Catalogue
+        As it is at one moment (`Catalogue.at_one_moment`), until all rows are fetched.
     statement : str
         It may call the functions that an expression may call (`orbitdb.store.asking.expressions`), and
         ``code('1232131')`` finds a word in any rotation.
@@ -47,19 +50,19 @@ def run_statement(
     except ValueError as error:
         raise free.refusal(statement, str(error), "sql") from error
     patience = Patience()
-    with reader.reading() as connection, _answering(connection, statement, patience):
+    with catalogue.reading() as connection, _answering(connection, statement, patience):
         result = connection.exec_driver_sql(plain, parameters)
         names = tuple(result.keys())
     if twice := [name for place, name in enumerate(names) if name in names[:place]]:
         raise free.refusal(statement, f"column {twice[0]!r} comes twice: name one of them with AS", "sql")
-    return names, _fetched(reader, statement, result, patience)
+    return names, _fetched(catalogue, statement, result, patience)
 
 
 def _fetched(
-    reader: Reader, statement: str, result: sa.CursorResult[Any], patience: Patience
+    catalogue: "Catalogue", statement: str, result: sa.CursorResult[Any], patience: Patience
 ) -> Iterator[tuple[Any, ...]]:
     while True:
-        with reader.reading() as connection, _answering(connection, statement, patience):
+        with catalogue.reading() as connection, _answering(connection, statement, patience):
             block = result.fetchmany(_BLOCK)
         if not block:
             return
@@ -88,16 +91,8 @@ def _check(statement: str, parameters: free.Parameters) -> None:
         raise free.refusal(statement, message, "sql")
 
 
-@contextmanager
-def _answering(connection: sa.Connection, statement: str, patience: Patience) -> Iterator[None]:
-    try:
-        with confined(connection, patience, _authorize):
-            yield
-    except (sa.exc.DBAPIError, sqlite3.Error, sqlite3.Warning) as error:
-        message = str(getattr(error, "orig", error))
-        if "interrupted" in message and not patience.ended:
-            raise KeyboardInterrupt from error
-        raise _refusal(statement, message) from error
+def _answering(connection: sa.Connection, statement: str, patience: Patience) -> AbstractContextManager[None]:
+    return confined(connection, patience, partial(_refusal, statement), _authorize)
 
 
 def _refusal(statement: str, message: str) -> SelectionError:

@@ -19,8 +19,7 @@ from orbitdb.extras import load
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite
 from orbitdb.orbits.pruned import pruned_word
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading import subset_html, subset_tables
-from orbitdb.store.reading.reader import Reader
+from orbitdb.store.reading import subset_tables
 from orbitdb.store.reading.row_blocks import COORDINATES
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.words import MAX_KEYED, WordError, from_strings, key, least_rotation, parse
@@ -30,6 +29,7 @@ if TYPE_CHECKING:
     import pyarrow
     from matplotlib.axes import Axes
 
+    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.results import Result
     from orbitdb.store.reading.whole_periods import WholePeriods
 
@@ -333,12 +333,16 @@ class Subset(ByValue):
         """Show the first rows with small pictures, for notebooks; what was not read is solved on the spot."""
         from orbitdb.orbits.newton import solve_word
 
-        shown = list(self[: subset_html.MOST_ROWS])
+        shown = list(self[: subset_tables.MOST_ROWS])
         for place, orbit in enumerate(shown):
-            if orbit.coordinates is None and orbit.status in EXISTING and orbit.p <= subset_html.MOST_BOUNCES:
+            if (
+                orbit.coordinates is None
+                and orbit.status in EXISTING
+                and orbit.p <= subset_tables.MOST_BOUNCES
+            ):
                 solved = solve_word(orbit.code, Stadium(orbit.a))
                 shown[place] = replace(orbit, coordinates=solved.coordinates)
-        return subset_html.subset_html(repr(self).strip("<>"), shown, len(self))
+        return subset_tables.to_html(repr(self).strip("<>"), shown, len(self))
 
     def _columns(self) -> dict[str, NDArray[Any]]:
         """Return the columns of one entry a row by their names in the catalogue."""
@@ -361,12 +365,12 @@ _OF_ROWS = {each.name for each in fields(Subset)} - {
 }
 
 
-def read_subset(reader: Reader, selection: Selection, order: str, coordinates: bool) -> Subset:
+def read_subset(catalogue: "Catalogue", selection: Selection, order: str, coordinates: bool) -> Subset:
     """Return the chosen sequences as arrays (`Catalogue.select`)."""
     names = ["code", *_OF_ROWS - {"words"}, *([COORDINATES] if coordinates else [])]
-    with reader.at_one_moment() as still:
+    with catalogue.at_one_moment() as still:
         blocks = list(still.blocks(still.choose(selection, order), names))
-        unfilled = still.gaps(selection) or still.lacking_births(selection)
+        unfilled = still.unfilled(selection) or still.lacking_births(selection)
         filled = tuple(
             each.p for each in still.fills(selection.a) if each.whole and selection.includes(each.p)
         )

@@ -4,7 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,12 @@ from numpy.typing import NDArray
 from orbitdb.equality import ByValue
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.reader import Reader
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
+
+_FINEST = 1e-12
+"""Least width of a bin, of the value: edges that are nearer are written alike."""
 
 _DECADES = 1000.0
 """Bins are even in the logarithm where the greatest value is so many times the least."""
@@ -42,7 +47,7 @@ class Histogram(ByValue):
 
 
 def tally(
-    reader: Reader,
+    catalogue: "Catalogue",
     selection: Selection,
     columns: Sequence[str],
     cancelled: Callable[[], bool] = never,
@@ -51,7 +56,7 @@ def tally(
 
     Parameters
     ----------
-    reader : Reader
+    catalogue : Catalogue
     selection : Selection
     columns : sequence of str
         Of the view ``class``.
@@ -65,7 +70,7 @@ def tally(
     CancelledError
         If it is told to stop.
     """
-    chosen = reader.choose(selection, columns=columns, cancelled=cancelled)
+    chosen = catalogue.choose(selection, columns=columns, cancelled=cancelled)
     found: Counter[Key] = Counter()
     values = (_plain(chosen.values[name]) for name in columns)
     for *key, count in zip(*values, chosen.counts.tolist(), strict=True):
@@ -78,7 +83,7 @@ def _plain(values: NDArray[Any]) -> list[Any]:
 
 
 def histogram(
-    reader: Reader,
+    catalogue: "Catalogue",
     selection: Selection,
     column: str,
     bins: int,
@@ -88,7 +93,7 @@ def histogram(
 
     Parameters
     ----------
-    reader, selection, cancelled : optional
+    catalogue, selection, cancelled : optional
         As in `tally`.
     column : str
     bins : int
@@ -99,7 +104,7 @@ def histogram(
     Histogram or None
         None if no row has a value.
     """
-    chosen = reader.choose(selection, columns=(column,), cancelled=cancelled)
+    chosen = catalogue.choose(selection, columns=(column,), cancelled=cancelled)
     values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)
     known = ~np.isnan(values)
     if not known.any():
@@ -120,7 +125,8 @@ def _even_edges(low: float, high: float, bins: int) -> NDArray[np.float64]:
 
 def _round_edges(low: float, high: float, bins: int) -> NDArray[np.float64]:
     """Return multiples of a round number, such as 0.2 or 2.5, around two values, at most some bins apart."""
-    decade = 10.0 ** math.floor(math.log10((high - low) / bins)) if low < high else 1.0
+    width = max((high - low) / bins, _FINEST * abs(high))
+    decade = 10.0 ** math.floor(math.log10(width)) if low < high else 1.0
     steps = (decade * factor for factor in (1.0, 2.0, 2.5, 5.0, 10.0, 20.0))
     return next(edges for edges in (_multiples(low, high, step) for step in steps) if len(edges) <= bins + 1)
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from screens import TINY, drive, press, screen_lines, shown
 
-from orbitdb.cli.tui.bars import counts_in, lines_of
-from orbitdb.cli.tui.counts_screen import CountsScreen
-from orbitdb.cli.tui.dialogs import KeysDialog
+from orbitdb.cli.tui.dialogs.basic import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
+from orbitdb.cli.tui.statistics.bars import counts_in, lines_of
+from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.tallies import Histogram

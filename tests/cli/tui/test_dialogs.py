@@ -5,8 +5,8 @@ from screens import SMALL, TINY, drive, press, screen_lines, settle
 from textual.widgets import Button, Label
 from textual.widgets._toast import Toast
 
-from orbitdb.cli.tui.dialogs import KeysDialog
-from orbitdb.cli.tui.filling import FillState, Wish
+from orbitdb.cli.tui.dialogs.basic import KeysDialog
+from orbitdb.cli.tui.dialogs.filling import FillState, Wish
 from orbitdb.store.asking.selection import Selection
 
 LONG_PATH = "/a" * 120

@@ -8,15 +8,14 @@ from contextlib import closing
 import pytest
 from screens import ask, drive, press, settle, shown, until
 
-import orbitdb.cli
-from orbitdb.cli.tui import statistics
-from orbitdb.cli.tui.counts_screen import CountsScreen
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.kept import Kept, toggled
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.source import Ordering
-from orbitdb.cli.tui.statistics import StatisticsScreen
-from orbitdb.cli.tui.whole_orbit import WholeOrbitScreen
+from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
+from orbitdb.cli.tui.statistics import averages_screen as statistics
+from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
+from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
+from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.errors import InputError
 from orbitdb.orbits.lives import solve_word
 from orbitdb.store.asking.selection import Selection
@@ -31,10 +30,9 @@ def test_exports_without_an_extra_name_it_and_leave_nothing(varied, tmp_path, mo
     catalogue, orbit = Catalogue(varied), solve_word("13", 1.6)
     for ending, module, told in (
         ("parquet", "pyarrow", r"install orbitdb\[parquet\], or write a .csv"),
-        ("png", "orbitdb.cli.figures", r"install orbitdb\[plot\], or write an .svg"),
+        ("png", "orbitdb.cli.figures.orbits", r"install orbitdb\[plot\], or write an .svg"),
     ):
         monkeypatch.setitem(sys.modules, module, None)
-        monkeypatch.delattr(orbitdb.cli, "figures", raising=False)  # others may have loaded it
         path = tmp_path / f"x.{ending}"
         with pytest.raises(InputError, match=told):
             export(path, catalogue, Selection(periods=((2, 3),)), Ordering(), orbit)

@@ -7,10 +7,10 @@ from types import SimpleNamespace
 import pytest
 from screens import ask, drive, press, send, settle, shown, table_of, until
 
-from orbitdb.cli.tui import filling
-from orbitdb.cli.tui.dialogs import QuestionDialog
-from orbitdb.cli.tui.fill_dialog import FillDialog
-from orbitdb.cli.tui.filling import FillState, Wish
+from orbitdb.cli.tui.dialogs import filling
+from orbitdb.cli.tui.dialogs.basic import QuestionDialog
+from orbitdb.cli.tui.dialogs.fill import FillDialog
+from orbitdb.cli.tui.dialogs.filling import FillState, Wish
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.filling.estimate import need
 from orbitdb.store.reading.catalogue import Catalogue

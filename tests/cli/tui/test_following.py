@@ -8,23 +8,23 @@ import numpy as np
 import pytest
 from screens import LARGE, drive, press, screen_lines, settle, shown, table_of, until
 
-from orbitdb.cli.tui import statistics
 from orbitdb.cli.tui.app import BrowseApp
-from orbitdb.cli.tui.counts_screen import CountsScreen
-from orbitdb.cli.tui.dialogs import KeysDialog
-from orbitdb.cli.tui.drawing import OrbitDrawing, View
-from orbitdb.cli.tui.facts import FactsPanel
-from orbitdb.cli.tui.following import bar, next_a, told
+from orbitdb.cli.tui.dialogs.basic import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.source import Followed, Ordering, Pages
-from orbitdb.cli.tui.whole_orbit import WholeOrbitScreen
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
+from orbitdb.cli.tui.orbit.facts import FactsPanel
+from orbitdb.cli.tui.orbit.lives import bar, next_a, told
+from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
+from orbitdb.cli.tui.statistics import averages_screen as statistics
+from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
+from orbitdb.cli.tui.table.source import Followed, Ordering, Pages
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.lives import counts_at
-from orbitdb.store.reading.standings import load_standings, periods_without
+from orbitdb.store.reading.finding import periods_without
+from orbitdb.store.reading.lives import counts_at, load_standings
 from orbitdb.symbols.words import least_rotation
 
 LIVES = [(0.386252501738, 0.473270308236), (0.605684335145, None)]
@@ -104,7 +104,9 @@ def test_periods_of_which_no_births_are_stored_are_named(born):
     catalogue = Catalogue(born)
     for selection, without in ((Selection(), [2, 3, 4]), (Selection(periods=((5, 5),)), [])):
         chosen = catalogue.choose(selection)
-        assert periods_without(catalogue, chosen, load_standings(catalogue, chosen)) == without
+        with catalogue.reading() as connection:
+            standings = load_standings(connection, chosen.ids)
+            assert periods_without(connection, chosen.ids, standings) == without
 
 
 @pytest.mark.slow

@@ -6,11 +6,11 @@ import pytest
 from screens import ask, drive, press, screen_lines, shown, table_of
 
 from orbitdb.cli.tui import jumping_screen
-from orbitdb.cli.tui.columns import COLUMNS, EVERY, USUAL
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.kept import Kept, State, among_marked, criteria_of, selection_of, toggled
-from orbitdb.cli.tui.source import Ordering
-from orbitdb.cli.tui.table import _fitting
+from orbitdb.cli.tui.table.columns import COLUMNS, EVERY, USUAL
+from orbitdb.cli.tui.table.paged_table import _fitting
+from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Status

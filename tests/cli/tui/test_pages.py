@@ -11,8 +11,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from questions import CRITERIA, EDGES, KEYS, NAMES, catalogue_to_ask, expected
 
-from orbitdb.cli.tui.jumping import place_of
-from orbitdb.cli.tui.source import Followed, Ordering, Pages, head_of
+from orbitdb.cli.tui.table.jumping import place_of
+from orbitdb.cli.tui.table.source import Followed, Ordering, Pages, head_of
 from orbitdb.errors import StoreError
 from orbitdb.orbits.newton import solve_word
 from orbitdb.orbits.orbit import Status
@@ -22,8 +22,8 @@ from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.engines import driver
 from orbitdb.store.file.tables import certificate, cycle
 from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.lives import load_standings
 from orbitdb.store.reading.lookup import certificate_of
-from orbitdb.store.reading.standings import load_standings
 from orbitdb.store.writing.writer import Writer
 
 NATURAL = Ordering()
@@ -86,7 +86,8 @@ def test_digits_lead_to_what_is_first(asked, criteria, ordering, typed):
 def test_rows_stand_at_another_a_as_their_births_have_it(asked, criteria, at):
     catalogue, rows = asked
     wanted, pages = expected(rows, criteria), pages_of(catalogue, choose(**criteria))
-    there = Followed(pages, at, load_standings(catalogue, pages.chosen).at(at))
+    with catalogue.reading() as connection:
+        there = Followed(pages, at, load_standings(connection, pages.chosen.ids).at(at))
     stands = [standing_of(row, at) for row in wanted]
     assert there.counts() == Counter(stands)
     for place in range(0, len(wanted), 7):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.tui.braille import DOTS_X, DOTS_Y, Frame, Layer, Mark, draw, polyline
-from orbitdb.cli.tui.pictures import (
+from orbitdb.cli.tui.orbit.braille import DOTS_X, DOTS_Y, Frame, Layer, Mark, draw, polyline
+from orbitdb.cli.tui.orbit.pictures import (
     Curve,
     _padded,
     along,

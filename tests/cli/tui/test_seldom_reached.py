@@ -7,12 +7,12 @@ from screens import ask, drive, press, settle, shown, table_of
 from textual.widgets import OptionList
 
 from orbitdb.cli.tui import jumping_screen
-from orbitdb.cli.tui.counts_screen import CountsScreen
-from orbitdb.cli.tui.dialogs import QuestionDialog
-from orbitdb.cli.tui.drawing import OrbitDrawing
-from orbitdb.cli.tui.jumping import place_of
-from orbitdb.cli.tui.pictures import phase_points
-from orbitdb.cli.tui.source import Pages, head_of
+from orbitdb.cli.tui.dialogs.basic import QuestionDialog
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
+from orbitdb.cli.tui.orbit.pictures import phase_points
+from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
+from orbitdb.cli.tui.table.jumping import place_of
+from orbitdb.cli.tui.table.source import Pages, head_of
 from orbitdb.orbits.lives import solve_word
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue

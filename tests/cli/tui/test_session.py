@@ -8,17 +8,18 @@ from screens import drive, press, screen_lines, settle, shown, table_of
 from textual import events
 from textual.widgets import Input
 
-from orbitdb.cli.tui import choices, jumping_screen, keys, source
-from orbitdb.cli.tui.columns import USUAL, Column
-from orbitdb.cli.tui.dialogs import LineDialog, QuestionDialog
-from orbitdb.cli.tui.drawing import OrbitDrawing, View
-from orbitdb.cli.tui.facts import FactsPanel, facts_of, folded, lines_of
-from orbitdb.cli.tui.filling import FillState, Wish, cost_of, work
+from orbitdb.cli.tui import choices, jumping_screen, keys
+from orbitdb.cli.tui.dialogs.basic import LineDialog, QuestionDialog
+from orbitdb.cli.tui.dialogs.filling import FillState, Wish, cost_of, work
 from orbitdb.cli.tui.following_screen import _lacking
 from orbitdb.cli.tui.keys import columns_for, groups_for
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.source import Ordering
-from orbitdb.cli.tui.table import PagedTable, _fitting
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
+from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, folded, lines_of
+from orbitdb.cli.tui.table import source
+from orbitdb.cli.tui.table.columns import USUAL, Column
+from orbitdb.cli.tui.table.paged_table import PagedTable, _fitting
+from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.filling.single_word import fill_word
 from orbitdb.orbits.lives import solve_word

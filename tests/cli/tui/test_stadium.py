@@ -4,9 +4,9 @@ import pytest
 from screens import drive, press, settle, shown, table_of
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.tui.drawing import OrbitDrawing
-from orbitdb.cli.tui.fill_dialog import FillDialog
-from orbitdb.cli.tui.half_length_dialog import HalfLengthDialog
+from orbitdb.cli.tui.dialogs.fill import FillDialog
+from orbitdb.cli.tui.dialogs.half_length import HalfLengthDialog
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.word_screen import WordScreen
 from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.newton import solve_word

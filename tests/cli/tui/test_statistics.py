@@ -3,10 +3,10 @@
 import pytest
 from screens import drive, press, screen_lines, shown
 
-from orbitdb.cli.tui import statistics
-from orbitdb.cli.tui.statistics import StatisticsScreen
+from orbitdb.cli.tui.statistics import averages_screen as statistics
+from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.writing.references import add_reference
+from orbitdb.store.writing.records import add_reference
 from orbitdb.store.writing.writer import Writer
 from orbitdb.trajectories.ensemble import Reference
 

@@ -15,16 +15,16 @@ from textual import events
 from orbitdb.averages.by_period import entropy, lyapunov
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.app import BrowseApp
-from orbitdb.cli.tui.dialogs import KeysDialog, LineDialog, QuestionDialog
-from orbitdb.cli.tui.drawing import OrbitDrawing, Plot, View
+from orbitdb.cli.tui.dialogs.basic import KeysDialog, LineDialog, QuestionDialog
+from orbitdb.cli.tui.dialogs.fill import FillDialog
+from orbitdb.cli.tui.dialogs.filling import parse_wish
 from orbitdb.cli.tui.export import export
-from orbitdb.cli.tui.facts import FactsPanel
-from orbitdb.cli.tui.fill_dialog import FillDialog
-from orbitdb.cli.tui.filling import parse_wish
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.source import Ordering, Pages
-from orbitdb.cli.tui.statistics import StatisticsScreen
-from orbitdb.cli.tui.table import PagedTable
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, Plot, View
+from orbitdb.cli.tui.orbit.facts import FactsPanel
+from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
+from orbitdb.cli.tui.table.paged_table import PagedTable
+from orbitdb.cli.tui.table.source import Ordering, Pages
 from orbitdb.errors import InputError
 from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.orbit import Status
@@ -353,7 +353,7 @@ def test_statistics_are_those_of_the_averages(filled, size):
 
 def test_statistics_of_chosen_words_count_those_words_alone(filled):
     from orbitdb.averages.fixed_points import ClassRows
-    from orbitdb.cli.tui.numbers import curves_of, statistics, table_of
+    from orbitdb.cli.tui.statistics.averages import curves_of, statistics, table_of
 
     catalogue = Catalogue(filled)
     chosen = Selection(contains="13", statuses=(Status.ORBIT,))
@@ -376,9 +376,8 @@ def test_statistics_of_chosen_words_count_those_words_alone(filled):
 
 
 def test_statistics_of_all_orbits_have_sum_rules_with_a_band(filled):
-    from orbitdb.cli.tui.numbers import COLUMNS, curves_of, statistics, table_of
-    from orbitdb.store.reading.leg_terms import sum_rules_of
-    from orbitdb.store.reading.whole_periods import read_whole
+    from orbitdb.cli.tui.statistics.averages import COLUMNS, curves_of, statistics, table_of
+    from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
 
     catalogue = Catalogue(filled)
     *_, found = statistics(catalogue, Selection())

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 from screens import LARGE, SMALL, drive, press, shown
 
-from orbitdb.cli.tui.dialogs import KeysDialog
+from orbitdb.cli.tui.dialogs.basic import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.whole_orbit import WholeOrbitScreen, whole_lines
+from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen, whole_lines
 from orbitdb.numerals import upwards
 from orbitdb.orbits.lives import solve_word
 from orbitdb.symbols.symmetry import members

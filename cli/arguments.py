@@ -1,0 +1,210 @@
+"""What is typed as a text: codes, values of a, the points of a trajectory."""
+
+import json
+import re
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
+from typing import TYPE_CHECKING, Any, TextIO
+
+from orbitdb.cli.options import USUAL_A
+from orbitdb.cli.render import note, repeats
+from orbitdb.errors import InputError
+from orbitdb.numerals import real, whole
+from orbitdb.plaintext import printable
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
+
+_AROUND = " \t\r\n\ufeff"
+"""What may stand around a code; Windows begins files with a mark of the order of bytes."""
+
+
+def given_codes(*given: Iterable[str] | None) -> Iterator[str]:
+    """Return the codes given, the lines of stdin in the place of ``-``, without checking them.
+
+    Parameters
+    ----------
+    *given : iterable of str, optional
+        The words, and those behind ``--code``; None where there are none.
+    """
+    try:
+        for code in chain.from_iterable(codes or () for codes in given):
+            if code == "-":
+                yield from (code for line in sys.stdin or () if (code := line.strip(_AROUND)))
+            else:
+                yield code
+    except UnicodeDecodeError:
+        raise InputError("stdin is not text: write one code a line") from None
+
+
+def primitive(code: str) -> str:
+    """Read a code; where it repeats a shorter word, say so and return that."""
+    from orbitdb.symbols.words import parse, primitive_root
+
+    word = parse(code)
+    root = primitive_root(word)
+    if root != word:
+        note(repeats(word, root))
+    return root
+
+
+ALL = "all"
+"""Stands for every a at which something is stored."""
+
+
+def several(asked: Sequence[str] | None) -> bool:
+    """Tell whether more than one a may be meant, so that rows have to name theirs."""
+    return asked is not None and (len(asked) > 1 or asked[0] == ALL or ":" in asked[0])
+
+
+def named(asked: Sequence[str] | None) -> tuple[float, ...] | None:
+    """Return the values of a that are named, each once; None for all that are stored, and where none is.
+
+    Raises
+    ------
+    InputError
+        If one of them cannot be read, or there is no such stadium, or some are named beside all.
+    """
+    if not asked:
+        return None
+    if ALL in asked:
+        if len(asked) > 1:
+            raise InputError(f"--a {ALL} is every a that is stored: leave out the others, or name each")
+        return None
+    return tuple(dict.fromkeys(a for text in asked for a in lengths(text)))
+
+
+def stored(catalogue: "Catalogue") -> tuple[float, ...]:
+    """Return every a of which the catalogue has orbits, or sums of them; if there is none, the usual one."""
+    return tuple(catalogue.stadiums()) or (USUAL_A,)
+
+
+_MOST_VALUES = 1000
+_DIGITS = 6
+
+
+def lengths(text: str) -> tuple[float, ...]:
+    """Return the half lengths that ``1.6`` or ``0.3:10:40`` stand for.
+
+    A grid is logarithmic: neighbours have one ratio. Its ends are as they are given, what is between
+    them is rounded to 6 digits, so that every a can be typed again.
+
+    Raises
+    ------
+    InputError
+        If it is neither, or there is no such stadium.
+    """
+    from orbitdb.billiard.stadium import Stadium
+
+    parts = text.split(":")
+    if len(parts) not in (1, 3):
+        raise InputError(f"--a {text!r:.40}: give one a, or a grid FROM:TO:COUNT such as 0.3:10:40")
+    try:
+        ends = [Stadium(real(part)).a for part in parts[:2]]
+        count = whole(parts[2]) if parts[2:] else 1
+    except ValueError as error:
+        raise InputError(f"--a: {error}") from None
+    if len(ends) == 1:
+        return (ends[0],)
+    low, high = ends
+    if not (low < high and 2 <= count <= _MOST_VALUES):
+        raise InputError(
+            f"--a {text:.40}: a grid has 2 to {_MOST_VALUES} values, from a smaller a to a larger one"
+        )
+    inner = (low * (high / low) ** (i / (count - 1)) for i in range(1, count - 1))
+    found = (low, *(float(f"{a:.{_DIGITS}g}") for a in inner), high)
+    if list(found) != sorted(set(found)):
+        raise InputError(f"--a {text:.40}: too close for {count} values with {_DIGITS} digits")
+    return found
+
+
+_MOST_CHARACTERS = 1_000_000
+"""Characters; far more than the points that are taken need."""
+
+_BETWEEN = re.compile(r"\s*[,;\t]\s*|\s+")
+
+
+def parse_start(text: str) -> list[float]:
+    """Read a start such as ``0,0.5,1.2``."""
+    try:
+        return [real(part) for part in text.split(",")]
+    except ValueError as error:
+        raise InputError(f"--start: {error}; write x,y,angle, such as 0,0.5,1.2") from None
+
+
+def read_points(name: str) -> Any:
+    """Return the points in a file, or on stdin for ``-``: csv, with or without names, json or json lines.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or a line has no two numbers. Whether they are bounces is not looked at.
+    """
+    text = _text(name).strip()
+    shown = "stdin" if name == "-" else printable(name)
+    try:
+        return _from_json(text) if text[:1] in ("[", "{") else _from_lines(text)
+    except (ValueError, RecursionError) as error:
+        why = "" if isinstance(error, RecursionError) else f"{error}: "
+        raise InputError(f"{shown}: {why}write x,y of one bounce a line, or a json array of pairs") from None
+
+
+def _text(name: str) -> str:
+    try:
+        if name == "-":
+            return _bounded(sys.stdin)
+        with open(name, encoding="utf-8-sig") as file:
+            return _bounded(file)
+    except UnicodeDecodeError:
+        raise InputError(f"{printable(name)} is not text: write x,y of one bounce a line") from None
+    except OSError as error:
+        raise InputError(f"{printable(name)} cannot be read ({error.strerror})") from None
+
+
+def _bounded(file: TextIO) -> str:
+    text = file.read(_MOST_CHARACTERS + 1)
+    if len(text) > _MOST_CHARACTERS:
+        raise InputError(f"more than {_MOST_CHARACTERS} characters of points: give those of one trajectory")
+    return text
+
+
+def _from_json(text: str) -> Any:
+    """Return the pairs of an array, or x and y of objects in an array or one a line."""
+    try:
+        found = json.loads(text)
+    except json.JSONDecodeError as error:
+        if text[0] != "{":
+            raise ValueError(f"line {error.lineno} is no json") from None
+        found = [_object(line, number) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
+    rows = [found] if isinstance(found, dict) else found
+    if any(isinstance(row, dict) and not {"x", "y"} <= row.keys() for row in rows):
+        raise ValueError("an object has no x and y")
+    return [[row["x"], row["y"]] if isinstance(row, dict) else row for row in rows]
+
+
+def _object(line: str, number: int) -> Any:
+    try:
+        return json.loads(line)
+    except json.JSONDecodeError:
+        raise ValueError(f"line {number} is no json") from None
+
+
+def _from_lines(text: str) -> list[list[float]]:
+    """Return two numbers a line, or those in the columns x and y if the first line names them."""
+    lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), 1)]
+    rows = [(number, _BETWEEN.split(line)) for number, line in lines if line and not line.startswith("#")]
+    take: Callable[[Sequence[str]], Sequence[str]] = list
+    if rows and {"x", "y"} <= set(names := rows[0][1]):
+        x, y = names.index("x"), names.index("y")
+        rows, take = rows[1:], lambda row: [row[place] for place in (x, y) if place < len(row)]
+    return [_pair(number, take(row)) for number, row in rows]
+
+
+def _pair(number: int, values: Sequence[str]) -> list[float]:
+    if len(values) != 2:
+        raise ValueError(f"line {number} has not two numbers")
+    try:
+        return [real(value) for value in values]
+    except ValueError as error:
+        raise ValueError(f"line {number}: {error}") from None

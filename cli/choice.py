@@ -1,0 +1,161 @@
+"""The options that choose a subset of the catalogue, the same for all commands that have them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import wraps
+from inspect import Parameter, Signature, signature
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from orbitdb.cli import options
+
+if TYPE_CHECKING:
+    from orbitdb.store.asking.selection import Selection
+
+Reversal = Annotated[
+    str | None,
+    typer.Option(
+        "--reversal", metavar="self|pair", help="Orbits that retrace their path, or those that do not."
+    ),
+]
+Symmetry = Annotated[
+    str | None,
+    typer.Option("--symmetry", metavar="LABEL", help="Exact symmetry, such as x,T,xT; 1 for none."),
+]
+Contains = Annotated[
+    str | None,
+    typer.Option("--contains", metavar="SYMBOLS", help="Words with these symbols in a row, in any rotation."),
+]
+
+
+def _range_option(names: str) -> Any:
+    return typer.Option("--range", metavar="NAME=LOW:HIGH", help=f"Bounds on {names}; repeatable.")
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The options that choose a subset of the catalogue, as they were typed; their help says what they take.
+
+    A command takes all of them by one parameter, ``choice: Choice``, and the decorator `with_choice`.
+    """
+
+    p: options.Periods = None
+    status: Annotated[
+        str | None,
+        typer.Option(
+            "--status",
+            help="orbit, geometric, dynamical, boundary or unresolved; several with commas; all.",
+            autocompletion=options.offered_statuses,
+        ),
+    ] = None
+    reversal: Reversal = None
+    symmetry: Symmetry = None
+    contains: Contains = None
+    exists: Annotated[
+        list[float] | None,
+        options.number_option(
+            "--exists", help="Words that are orbits at this a, by their births; repeatable."
+        ),
+    ] = None
+    not_at: Annotated[
+        list[float] | None,
+        options.number_option(
+            "--not-at", help="Words that are no orbits at this a, by their births; repeatable."
+        ),
+    ] = None
+    bounds: Annotated[
+        list[str] | None, _range_option("length, lyapunov, lambda_d, lambda_c, margin, born or dies")
+    ] = None
+    where: Annotated[
+        str | None,
+        typer.Option(
+            "--where",
+            metavar="SQL",
+            help="An SQL expression over the columns; code('310') finds a word in any rotation.",
+        ),
+    ] = None
+    parameters: options.Parameters = None
+
+    def at(self, a: float) -> "Selection":
+        """Return the subset at one a.
+
+        Raises
+        ------
+        InputError
+            If an option cannot be read.
+        """
+        from orbitdb.billiard.stadium import Stadium
+        from orbitdb.store.asking import parsing
+        from orbitdb.store.asking.selection import Selection, SelectionError
+        from orbitdb.symbols.words import parse
+
+        parameters = dict(parsing.parse_parameter(parameter) for parameter in self.parameters or ())
+        if parameters and self.where is None:
+            raise SelectionError("-P says what a name in --where stands for: give --where, or leave out -P")
+        return Selection(
+            a=Stadium(a).a,
+            periods=() if self.p is None else parsing.parse_periods(self.p),
+            statuses=() if self.status is None else parsing.parse_statuses(self.status),
+            time_reversal=None if self.reversal is None else parsing.parse_reversal(self.reversal),
+            symmetry=None if self.symmetry is None else parsing.parse_symmetry(self.symmetry),
+            contains=None if self.contains is None else parse(self.contains),
+            exists=parsing.parse_exists(self.exists or ()),
+            not_at=parsing.parse_exists(self.not_at or ()),
+            ranges=parsing.parse_bounds(self.bounds or ()),
+            where=self.where,
+            parameters=parameters,
+        )
+
+
+def _hidden(*flags: str) -> Any:
+    return typer.Option(*flags, hidden=True)
+
+
+@dataclass(frozen=True)
+class SweptChoice:
+    """The options of `Choice` that choose what is swept; the hidden ones are refused, and told why."""
+
+    reversal: Reversal = None
+    symmetry: Symmetry = None
+    contains: Contains = None
+    bounds: Annotated[list[str] | None, _range_option("length, lyapunov, lambda_d, lambda_c or margin")] = (
+        None
+    )
+    status: Annotated[str | None, _hidden("--status")] = None
+    exists: Annotated[list[float] | None, _hidden("--exists")] = None
+    not_at: Annotated[list[float] | None, _hidden("--not-at")] = None
+    where: Annotated[str | None, _hidden("--where")] = None
+
+    def at(self, a: float) -> "Selection":
+        """Return the subset at one a.
+
+        Raises
+        ------
+        InputError
+            If an option cannot be read, or cannot choose what is swept.
+        """
+        from orbitdb.store.asking.sweepable import swept_text
+
+        chosen = Choice(**{each.name: getattr(self, each.name) for each in fields(self)}).at(a)
+        swept_text(chosen)
+        return chosen
+
+
+def with_choice(command: Callable[..., None]) -> Callable[..., None]:
+    """Show Typer the options of `Choice`, or of `SweptChoice`, in the place of a parameter ``choice``."""
+    parameters = list(signature(command).parameters.values())
+    place = [parameter.name for parameter in parameters].index("choice")
+    kind = parameters[place].annotation
+
+    @wraps(command)
+    def run(**given: Any) -> None:
+        command(choice=kind(**{each.name: given.pop(each.name) for each in fields(kind)}), **given)
+
+    parameters[place : place + 1] = [
+        Parameter(each.name, Parameter.KEYWORD_ONLY, default=each.default, annotation=each.type)
+        for each in fields(kind)
+    ]
+    shown = [parameter.replace(kind=Parameter.KEYWORD_ONLY) for parameter in parameters]
+    run.__signature__ = Signature(shown)  # type: ignore[attr-defined]  # what Typer reads
+    return run

@@ -1,0 +1,1 @@
+"""Figures of the command `plot`, from what the catalogue holds."""

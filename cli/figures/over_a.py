@@ -1,0 +1,131 @@
+"""Figures over a: births and deaths, of all that the catalogue holds and of one word; and the entropy."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from orbitdb.averages.by_period import entropy_of_counts
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.figures.orbits import short
+from orbitdb.entropy.letters import geometric_entropy
+from orbitdb.errors import InputError
+from orbitdb.orbits.newton import solve_word
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.plots import births
+from orbitdb.plots.enclosures import draw_entropy_over_a
+from orbitdb.plots.paths import draw_orbit
+from orbitdb.plots.style import BLUE, ORANGE, explain, figure
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.catalogue import Catalogue
+
+_MOST = 4
+"""Periods drawn, the highest ones."""
+_PLACES = 400
+_PLACES_OF_BOUNDS, _ROOM = 200, 1.1
+_LOW, _WIDER = 0.02, 1.5
+_LOW_LIFE, _HIGH_LIFE, _BESIDE = 0.1, 5.0, 1e-9
+
+
+def draw_births(catalogue: Catalogue, chosen: Selection) -> Figure:
+    """Draw over a the share of words that are orbits, the entropy, and where orbits are born."""
+    whole = [each.p for each in catalogue.birth_fills() if each.whole]
+    periods = [p for p in whole if chosen.includes(p)]
+    places = {p: _births(catalogue, p) for p in whole if p <= max(periods, default=0)}
+    shown = [p for p in periods if places[p].a[-1] > 0][-_MOST:]
+    if not shown:
+        raise InputError("no births to draw: 'orbitdb births --p 11' finds them")
+    a = np.geomspace(_LOW, _WIDER * max(places[p].a[-1] for p in shown), _PLACES)
+    entropies = {
+        p: _entropies(places, p, a) for p in shown[-2:] if [*range(2, p + 1)] == [q for q in whole if q <= p]
+    }
+    with figure(6.4, 7.6) as made:
+        above, middle, below = made.subplots(3, 1, sharex=True)
+        births.draw_shares(above, {p: places[p] for p in shown}, a)
+        births.draw_entropies(middle, entropies, a, geometric_entropy())
+        births.draw_changes(below, {p: places[p].a[places[p].a > 0] for p in shown[-2:]}, a)
+        below.set_xlabel("$a$")
+    return made
+
+
+def draw_life(found: Orbit) -> Figure:
+    """Draw a word's orbit as it is born, and its length and lambda over the a at which it exists."""
+    lives = found.exists or ()
+    ends = [end for life in lives for end in life if end]
+    start = lives[0][0] * (1 + _BESIDE) or found.a
+    first = solve_word(found.code, start)
+    a = np.geomspace(
+        min([_LOW_LIFE, *(end / 2 for end in ends)]), max([_HIGH_LIFE, *(4 * end for end in ends)]), _PLACES
+    )
+    beside = [end * (1 + sign * _BESIDE) for end in ends for sign in (-1, 1)]
+    a = np.sort(np.concatenate([a, beside]))
+    orbits = [solve_word(found.code, at) for at in a.tolist()]
+    numbers = np.array([
+        (np.nan, np.nan) if each.status != "orbit" else (each.length or np.nan, each.lyapunov or np.nan)
+        for each in orbits
+    ])  # fmt: skip
+    with figure(6.4, 7.6) as made:
+        above, middle, below = made.subplots(3, 1)
+        assert first.points is not None
+        draw_orbit(above, Stadium(first.a), first.points)
+        above.set_title(
+            f"{short(found.code)} {'is born' if lives[0][0] else 'exists'} at $a = {first.a:.6g}$"
+        )
+        births.draw_followed(middle, a, numbers[:, 0], "length $L$", ends, BLUE)
+        births.draw_followed(below, a, numbers[:, 1], r"$\lambda$", ends, ORANGE)
+        below.set_xlabel("$a$")
+        explain(made, above, middle)
+    return made
+
+
+def _births(catalogue: Catalogue, p: int) -> births.Steps:
+    """Return how many words of a period are orbits, step by step."""
+    lives = catalogue.births(p)
+    ended = [life for life in lives if life.dies is not None]
+    born, died = (np.array([life.class_size for life in some], dtype=np.int64) for some in (lives, ended))
+    births_at = np.array([life.born for life in lives])
+    return births.Steps.of(births_at, np.array([life.dies for life in ended], dtype=float), born, died)
+
+
+def _entropies(places: dict[int, births.Steps], highest: int, a: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the entropy from the zeta function to one period at each a; NaN where it has no usable zero."""
+    counts = np.zeros((len(a), highest + 1), dtype=np.int64)
+    for p in range(2, highest + 1):
+        counts[:, p] = places[p].at(a)
+    return np.array([entropy_of_counts(row).h_zeta[-1] for row in counts])
+
+
+def entropies_from_births(
+    catalogue: Catalogue, chosen: Selection, a: NDArray[np.float64]
+) -> dict[int, NDArray[np.float64]]:
+    """Return by period, for the highest chosen one without a gap below it, the entropy at each a.
+
+    Empty if no births are stored.
+    """
+    whole = [each.p for each in catalogue.birth_fills() if each.whole]
+    periods = [p for p in whole if chosen.includes(p) and [*range(2, p + 1)] == [q for q in whole if q <= p]]
+    if not periods:
+        return {}
+    highest = max(periods)
+    places = {p: _births(catalogue, p) for p in range(2, highest + 1)}
+    return {highest: _entropies(places, highest, a)}
+
+
+def draw_over_a(catalogue: Catalogue, chosen: Selection) -> Figure:
+    """Draw the proved bounds at every a that has some, and the entropy from births where these are filled.
+
+    Raises
+    ------
+    InputError
+        If there are no bounds.
+    """
+    known = catalogue.entropy_curve()
+    if not known:
+        raise InputError("no proved bounds to draw: 'orbitdb bounds --a 0.3:10:40' finds them")
+    a, lower, upper = (np.array([getattr(each, name) for each in known]) for name in ("a", "lower", "upper"))
+    places = np.geomspace(a[0] / _ROOM, a[-1] * _ROOM, _PLACES_OF_BOUNDS)
+    curves = {p: (places, found) for p, found in entropies_from_births(catalogue, chosen, places).items()}
+    with figure(6.4, 4.2) as made:
+        ax = made.add_subplot()
+        draw_entropy_over_a(ax, a, lower, upper, curves, geometric_entropy())
+        explain(made, ax)
+    return made

@@ -1,0 +1,182 @@
+"""Figures of chosen subsets, from what the catalogue holds of them."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import typer
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from orbitdb.averages.fixed_points import missing_periods
+from orbitdb.billiard.stability import birkhoff
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.figures.orbits import short
+from orbitdb.cli.reading import note_gaps, note_nothing
+from orbitdb.cli.render import note
+from orbitdb.errors import InputError
+from orbitdb.orbits.beyond import least_length
+from orbitdb.plots import curves, paths
+from orbitdb.plots.style import entitle, explain, figure
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.fills import joined_spans
+from orbitdb.store.reading.results import Result
+
+_NOTHING = ": nothing to draw"
+
+
+def _draw_entropy(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
+    found = _told(catalogue.entropy(chosen))
+    p, shown = _series(found)
+    with figure(6.4, 4.2) as made:
+        ax = made.add_subplot()
+        curves.draw_entropy(ax, p, shown["K_0"], shown["h_zeta"], (found["h_lower"][0], found["h_upper"][0]))
+        entitle(made, _labelled(made, chosen, found["p"]))
+        explain(made, ax)
+    return made
+
+
+def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
+    found = _told(catalogue.lyapunov(chosen))
+    p, shown = _series(found)
+    held = not np.isnan(shown["lambda_d_sum_rule"]).all()
+    discrete, continuous = (
+        curves.LyapunovRows(
+            shown[name],
+            shown[f"{name}_pair"],
+            shown[f"{name}_zeta"],
+            _line(found, name),
+            sum_rule=shown[f"{name}_sum_rule"] if held else None,
+            sum_rule_error=shown[f"{name}_sum_rule_error"] if held else None,
+        )
+        for name in ("lambda_d", "lambda_c")
+    )
+    with figure(6.4, 6.4) as made:
+        above, below = made.subplots(2, 1, sharex=True)
+        curves.draw_lyapunov(above, p, discrete, r"\lambda_d", "per bounce")
+        curves.draw_lyapunov(below, p, continuous, r"\lambda_c", "per length $R$")
+        above.set(xlabel="")
+        entitle(made, _labelled(made, chosen, found["p"]))
+        explain(made, above)
+    return made
+
+
+def _line(found: Result, name: str) -> curves.Line | None:
+    """Return what trajectories give of an exponent."""
+    if f"{name}_trajectory" not in found.columns:
+        return None
+    return curves.Line(found[f"{name}_trajectory"][0], found[f"{name}_error_trajectory"][0])
+
+
+def _told(found: Result) -> Result:
+    """Say what is missing of what is drawn; leave if it is everything."""
+    for text in found.notes:
+        note(text if len(found) else f"{text}{_NOTHING}")
+    if not len(found):
+        raise typer.Exit(1)
+    return found
+
+
+def _series(found: Result) -> tuple[NDArray[np.int64], dict[str, NDArray[np.float64]]]:
+    """Return all periods from the first to the last, and the averages, NaN where there is none.
+
+    So no line is drawn across a period that is not there.
+    """
+    here = np.array(found["p"])
+    p = np.arange(here[0], here[-1] + 1)
+    shown = {}
+    for name in found.columns:
+        if name not in ("p", "h_proof"):
+            shown[name] = np.full(len(p), np.nan)
+            shown[name][here - here[0]] = np.array(found[name], dtype=float)
+    return p, shown
+
+
+def _labelled(made: Figure, chosen: Selection, periods: Sequence[int]) -> str:
+    """Label a figure with what it shows, of the periods that were named those that are drawn; return it."""
+    spans = joined_spans([(p, p) for p in periods])
+    shown = replace(chosen, periods=tuple(spans)) if chosen.periods else chosen
+    made.set_label(shown.describe())
+    return shown.describe()
+
+
+def _nothing(catalogue: Catalogue, chosen: Selection) -> typer.Exit:
+    """Say that there is nothing to draw; return how the command ends then."""
+    note_nothing(catalogue, chosen, _NOTHING)
+    return typer.Exit(1)
+
+
+def _draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
+    if not chosen.periods:
+        raise InputError("name a period for the sheet, such as --p 5")
+    note_gaps(catalogue, chosen)
+    words = sorted(set(catalogue.select(chosen).representative.tolist()), key=lambda word: (len(word), word))
+    orbits = [found for word in words[:limit] if (found := catalogue.find(word, chosen.a)) is not None]
+    drawn = [found.points for found in orbits if found.points is not None]
+    if not drawn:
+        raise _nothing(catalogue, chosen)
+    if len(words) > limit:
+        note(f"{limit} of {len(words)} classes are drawn; --limit {len(words)} draws all")
+    stadium = Stadium(chosen.a)
+    wide, high = paths.cell_size(stadium)
+    columns = max(1, math.ceil(math.sqrt(0.8 * len(drawn) * high / wide)))
+    rows = math.ceil(len(drawn) / columns)
+    labels = [f"{short(found.code)} ({found.class_size})" for found in orbits if found.points is not None]
+    unit = 0.26
+    with figure(max(4.0, columns * wide * unit), rows * high * unit + 0.6) as made:
+        ax = made.add_subplot()
+        paths.draw_sheet(ax, stadium, drawn, labels, columns)
+        entitle(made, f"Classes of {chosen.describe()}: least word (class size)")
+    return made
+
+
+def _draw_birkhoff(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
+    stadium = Stadium(chosen.a)
+    note_gaps(catalogue, chosen)
+    subset = catalogue.select(chosen, coordinates=True)
+    if not len(subset):
+        raise _nothing(catalogue, chosen)
+    place, sine, colour = [], [], []
+    for p in np.unique(subset.p).tolist():
+        along, sines = birkhoff(stadium, *subset.of_period(p))
+        place.append(along.ravel())
+        sine.append(sines.ravel())
+        colour.append(np.repeat(subset.lambda_d[subset.p == p], p))
+    with figure(7.2, 4.4) as made:
+        ax = made.add_subplot()
+        dots = curves.draw_birkhoff(ax, stadium, *map(np.concatenate, (place, sine, colour)))
+        made.colorbar(dots, ax=ax, label=r"$\lambda_d$ (per bounce)", pad=0.01, extend="both")
+        entitle(made, chosen.describe())
+    return made
+
+
+def _draw_lengths(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
+    note_gaps(catalogue, chosen)
+    found = catalogue.classes(chosen)
+    if not len(found):
+        raise _nothing(catalogue, chosen)
+    whole = [fill.p for fill in catalogue.fills(chosen.a) if fill.whole and chosen.includes(fill.p)]
+    highest = max((p for p in whole if not missing_periods(p, whole)), default=None)
+    complete = None if highest is None else least_length(highest, chosen.a)
+    with figure(6.4, 6.0) as made:
+        above, below = made.subplots(2, 1, sharex=True)
+        curves.draw_staircase(above, found.length, found.chosen, complete)
+        drawn = curves.draw_density(below, found.p, found.length, found.chosen)
+        made.colorbar(drawn, ax=below, label="orbits per unit of $L/R$", pad=0.01)
+        above.set(xlabel="")
+        entitle(made, chosen.describe())
+        if complete is not None:
+            explain(made, above)
+    return made
+
+
+OF_SUBSETS: dict[str, Callable[[Catalogue, Selection, int], Figure]] = {
+    "entropy": _draw_entropy,
+    "lyapunov": _draw_lyapunov,
+    "sheet": _draw_sheet,
+    "birkhoff": _draw_birkhoff,
+    "lengths": _draw_lengths,
+}
+"""How each figure of a subset is drawn, with at most so many orbits on a sheet."""

@@ -1,0 +1,1 @@
+"""How far a command is: the line on stderr, and the pace that it tells."""

@@ -1,0 +1,163 @@
+"""The dialog that asks what to fill, says what that is going to take, and shows how far it is."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+from textual import work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, VerticalScroll
+from textual.message import Message
+from textual.widgets import Button, Input, Label, ProgressBar
+from textual.worker import get_current_worker
+
+from orbitdb.cli.tui.dialogs.basic import QuestionDialog
+from orbitdb.cli.tui.dialogs.filling import Cost, FillState, Wish, cost_of, parse_wish
+from orbitdb.cli.tui.screens import Dialog
+from orbitdb.errors import InputError, StoreError
+
+_FIELDS = (
+    ("a", "half length a", ""),
+    ("periods", "periods", "2-11"),
+    ("codes", "or codes", "1^20(02)^5 3, 1232131"),
+)
+
+
+class FillDialog(Dialog[None]):
+    """Ask what to fill; while something is filled, show how far it is.
+
+    Parameters
+    ----------
+    path : Path
+        The catalogue; it need not exist.
+    a, periods : str
+        What stands in the fields at the beginning.
+    state : FillState or None
+        The fill that runs, or the last one.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "dismiss(None)", show=False)]
+
+    AUTO_FOCUS = "#periods"  # a focus that is set later comes behind the first keys
+
+    class Begun(Message):
+        """Somebody wants something filled."""
+
+        def __init__(self, wish: Wish) -> None:
+            super().__init__()
+            self.wish = wish
+
+    @dataclass
+    class Weighed(Message):
+        """A worker knows what a wish is going to take, or why there is no room for it."""
+
+        wish: Wish
+        cost: Cost | None
+        refusal: str
+        begin: bool
+
+    def __init__(self, path: Path, a: str, periods: str, state: FillState | None) -> None:
+        super().__init__()
+        self._path, self._state = path, state
+        self._values = {"a": a, "periods": periods, "codes": ""}
+
+    def compose(self) -> ComposeResult:
+        """Show the fields, what they take, and the progress."""
+        with VerticalScroll(classes="dialog", can_focus=False) as box:
+            box.border_title = "fill the catalogue"
+            box.border_subtitle = "escape hides this; a fill goes on"
+            for name, title, example in _FIELDS:
+                with Horizontal(classes="field"):
+                    yield Label(title)
+                    yield Input(self._values[name], placeholder=example, id=name, compact=True)
+            yield Label("", id="cost", markup=False)
+            yield ProgressBar(show_eta=False, id="bar")
+            yield Label("", id="told", markup=False)
+            with Horizontal(classes="buttons"):
+                yield Button("Fill", id="start", variant="primary")
+                yield Button("Stop", id="stop", variant="error")
+
+    def on_mount(self) -> None:
+        """Follow the fill that may be running."""
+        if self._runs:
+            self.query_one("#stop").focus()
+        self.watch(self.app, "fill_state", self._follow)
+
+    @property
+    def _runs(self) -> bool:
+        return self._state is not None and self._state.runs
+
+    def _follow(self, state: FillState | None) -> None:
+        ended, self._state = self._runs and state is not None and not state.runs, state
+        if ended:
+            self._weigh_fields()
+        self.query_one("#start", Button).disabled = self._runs
+        self.query_one("#stop", Button).disabled = not self._runs
+        self.query_one("#cost").display = not self._runs
+        bar = self.query_one("#bar", ProgressBar)
+        bar.display = state is not None
+        if state is not None:
+            bar.update(total=state.total or None, progress=state.done)
+            self.query_one("#told", Label).update(state.sentence())
+
+    def on_input_changed(self) -> None:
+        """Say what the fields are going to take."""
+        self.query_one("#periods", Input).disabled = bool(self.query_one("#codes", Input).value.strip())
+        self._weigh_fields()
+
+    def on_input_submitted(self) -> None:
+        """Begin."""
+        self._weigh_fields(begin=True)
+
+    def on_button_pressed(self, event: Button.Pressed) -> None:
+        """Begin or stop."""
+        if event.button.id == "start":
+            self._weigh_fields(begin=True)
+        else:
+            self.run_worker(self.app.run_action("stop_fill"))
+
+    def _weigh_fields(self, begin: bool = False) -> None:
+        """Ask what the fields are going to take; begin, if that is wanted, as soon as it is known."""
+        if self._runs:
+            return
+        try:
+            wish = parse_wish(*(self.query_one(f"#{name}", Input).value for name, _, _ in _FIELDS))
+        except InputError as error:
+            self.workers.cancel_group(self, "cost")
+            self._say(str(error), wrong=True)
+            return
+        self._weigh(wish, begin)
+
+    @work(thread=True, exclusive=True, group="cost")
+    def _weigh(self, wish: Wish, begin: bool) -> None:
+        worker = get_current_worker()
+        try:
+            message = self.Weighed(wish, cost_of(self._path, wish), "", begin)
+        except (InputError, StoreError) as error:
+            message = self.Weighed(wish, None, str(error), begin)
+        if not worker.is_cancelled:
+            self.post_message(message)
+
+    def on_fill_dialog_weighed(self, message: Weighed) -> None:
+        """Say what the wish takes; begin, or ask first where that is much."""
+        cost, wish = message.cost, message.wish
+        if cost is None:
+            self._say(message.refusal, wrong=True)
+            return
+        self._say(cost.sentence)
+        if not message.begin or cost.nothing or self._runs:
+            return
+        if not cost.large:
+            self.post_message(self.Begun(wish))
+            return
+
+        def take(sure: bool | None) -> None:
+            if sure:
+                self.post_message(self.Begun(wish))
+
+        question = f"{cost.sentence}. It can be stopped at any time, and goes on later where it was."
+        self.app.push_screen(QuestionDialog(question, "Fill", "Leave it"), take)
+
+    def _say(self, text: str, wrong: bool = False) -> None:
+        self.query_one("#cost", Label).set_class(wrong, "-wrong").update(text)

@@ -1,0 +1,140 @@
+"""Widgets that show pictures: an orbit in its stadium or in phase space, and curves."""
+
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import ClassVar, Self
+
+from rich.segment import Segment
+from rich.style import Style
+from textual.geometry import Region
+from textual.reactive import reactive
+from textual.strip import Strip
+from textual.timer import Timer
+from textual.widget import Widget
+
+from orbitdb.cli.tui.orbit.braille import Picture
+from orbitdb.cli.tui.orbit.pictures import (
+    COLOURS,
+    Curve,
+    Floats,
+    draw_curves,
+    draw_orbit,
+    draw_phase,
+    length_of,
+    path_of,
+    phase_points,
+)
+from orbitdb.orbits.orbit import Orbit
+
+_FRAMES_PER_SECOND = 20
+_LEAST = 4, 3
+_SPEED = 2.5
+"""Way of the particle in a second, in units of the radius."""
+
+
+class View(StrEnum):
+    """What the drawing shows."""
+
+    STADIUM = "stadium"
+    PHASE = "phase space"
+
+
+class PictureWidget(Widget):
+    """A widget whose content is a `Picture`; its styles are component classes ``picture--NAME``."""
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {
+        f"picture--{name}"
+        for name in ("wall", "path", "bounce", "start", "arrow", "trail", "particle", "label", *COLOURS)
+    }
+
+    def picture(self, columns: int, rows: int) -> Picture:
+        """Return what to show in a number of cells."""
+        raise NotImplementedError
+
+    _drawn: Picture | None = None
+
+    def refresh(
+        self, *regions: Region, repaint: bool = True, layout: bool = False, recompose: bool = False
+    ) -> Self:
+        """Draw anew."""
+        self._drawn = None
+        return super().refresh(*regions, repaint=repaint, layout=layout, recompose=recompose)
+
+    def render_line(self, y: int) -> Strip:
+        """Draw one line; the picture is made for the first of them."""
+        columns, rows = self.size
+        base = self.rich_style
+        if columns < _LEAST[0] or rows < _LEAST[1]:
+            return Strip.blank(columns, base)
+        if self._drawn is None or self._drawn.text.shape != (rows, columns):
+            self._drawn = self.picture(columns, rows)
+        if y >= rows:
+            return Strip.blank(columns, base)
+        return Strip([Segment(run, base + self._style(name)) for run, name in self._drawn.runs(y)])
+
+    def _style(self, name: str) -> Style:
+        return self.get_component_rich_style(f"picture--{name}", partial=True) if name else Style.null()
+
+
+class OrbitDrawing(PictureWidget):
+    """An orbit in its stadium or in phase space, there with others to compare; with a particle on it."""
+
+    orbit: reactive[Orbit | None] = reactive(None, always_update=True)
+    compared: reactive[tuple[Orbit, ...]] = reactive((), always_update=True)
+    view: reactive[View] = reactive(View.STADIUM)
+    particle: reactive[float | None] = reactive(None)
+
+    def __init__(self, a: float, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self.a = a
+        self._path: Floats = path_of(None)
+        self._length = 0.0
+        self._timer: Timer | None = None
+
+    def watch_orbit(self, orbit: Orbit | None) -> None:
+        """Measure the new orbit; a particle that runs begins anew."""
+        self._path = path_of(orbit)
+        self._length = length_of(self._path)
+        if self.particle is not None:
+            self.particle = 0.0
+
+    def toggle_particle(self) -> bool:
+        """Send a particle along the orbit, or stop it; return whether one runs."""
+        if self._timer is not None:
+            self._timer.stop()
+            self._timer, self.particle = None, None
+            return False
+        self.particle = 0.0
+        self._timer = self.set_interval(1 / _FRAMES_PER_SECOND, self.step)
+        return True
+
+    def step(self) -> None:
+        """Move the particle by what it runs in one frame."""
+        if self.particle is not None and self._length:
+            self.particle = (self.particle + _SPEED / _FRAMES_PER_SECOND / self._length) % 1.0
+
+    def picture(self, columns: int, rows: int) -> Picture:
+        """Draw the stadium, or phase space."""
+        if self.view is View.PHASE:
+            here = [self.orbit] if self.orbit is not None and self.orbit.coordinates is not None else []
+            orbits = here + [other for other in self.compared if other.code not in {o.code for o in here}]
+            names = [orbit.code if orbit.p <= 20 else f"{orbit.code[:19]}…" for orbit in orbits]
+            self._entitle("phase space: sine of angle, way along wall")
+            return draw_phase(self.a, [phase_points(orbit) for orbit in orbits], columns, rows, names)
+        picture, true = draw_orbit(self.a, self._path, columns, rows, self.particle)
+        self._entitle(f"stadium, a = {self.a:g}" + ("" if true else " (not to scale)"))
+        return picture
+
+    def _entitle(self, title: str) -> None:
+        if title != self.border_title:  # setting it draws all anew
+            self.border_title = title
+
+
+class Plot(PictureWidget):
+    """Curves over the period."""
+
+    curves: reactive[Sequence[Curve]] = reactive((), always_update=True)
+
+    def picture(self, columns: int, rows: int) -> Picture:
+        """Draw the curves."""
+        return draw_curves(self.curves, columns, rows)

@@ -1,0 +1,230 @@
+"""What is drawn: an orbit in its stadium, bounces in phase space, curves over the period."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.stability import birkhoff
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.tui.orbit.braille import DOTS_X, DOTS_Y, Frame, Layer, Mark, Picture, draw, polyline
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.symbols.words import from_strings
+
+Floats = NDArray[np.float64]
+
+MOST_DRAWN = 5000
+"""Bounces that are drawn; more of them would only blacken the picture."""
+
+COLOURS = ("one", "two", "three", "four", "five", "six")
+"""Styles of the orbits that are compared, in their order."""
+
+_ARROWS = "→↗↑↖←↙↓↘"
+_DOTS_OF_HEIGHT = 12
+_TRAIL = 0.06
+
+
+def path_of(orbit: Orbit | None) -> Floats:
+    """Return the bounces of an orbit in the plane, the first again at the end, shape (p + 1, 2)."""
+    if orbit is None or orbit.coordinates is None:
+        return np.zeros((0, 2))
+    symbols = from_strings([orbit.code])[0]
+    points = Stadium(orbit.a).points(symbols[:MOST_DRAWN], orbit.coordinates[:MOST_DRAWN])
+    return np.concatenate([points, points[:1]]) if orbit.p <= MOST_DRAWN else points
+
+
+def length_of(path: Floats) -> float:
+    """Return the length of a path."""
+    return float(np.hypot(*np.diff(path, axis=0).T).sum())
+
+
+def along(path: Floats, share: float) -> Floats:
+    """Return the point at a share 0..1 of the way along a path, shape (2,)."""
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    place = (share % 1.0) * way[-1]
+    return np.array([np.interp(place, way, path[:, axis]) for axis in (0, 1)])
+
+
+def draw_orbit(
+    a: float, path: Floats, columns: int, rows: int, particle: float | None = None
+) -> tuple[Picture, bool]:
+    """Draw a path in its stadium.
+
+    Parameters
+    ----------
+    a : float
+        The stadium.
+    path : ndarray, shape (N, 2)
+        Bounces in order; empty for the stadium alone.
+    columns, rows : int
+        Size of the picture in cells.
+    particle : float, optional
+        Where a particle is, as a share of the path.
+
+    Returns
+    -------
+    tuple of Picture and bool
+        And whether it is to scale: where the stadium would be but a line, its height is stretched.
+    """
+    stadium = Stadium(a)
+    frame = Frame.around((-a - 1, -1), (a + 1, 1), columns, rows)
+    true = 2 * frame.scale[1] >= min(_DOTS_OF_HEIGHT, DOTS_Y * rows - 1)
+    if not true:
+        frame = Frame.around((-a - 1, -1), (a + 1, 1), columns, rows, square=False)
+    layers = [Layer("wall", polyline(frame, stadium.outline(4 * (columns + rows))))]
+    marks = []
+    if len(path):
+        layers.append(Layer("path", polyline(frame, path)))
+        marks = [Mark("bounce", _dot(frame, point), "•") for point in path]
+        marks += [_arrow(frame, path), Mark("start", _dot(frame, path[0]), "◆")]
+    if particle is not None and len(path):
+        tail = np.array([along(path, particle - _TRAIL * k / 24) for k in range(25)])
+        layers.append(Layer("trail", polyline(frame, tail)))
+        marks.append(Mark("particle", _dot(frame, tail[0]), "●"))
+    return draw(frame, layers, marks), true
+
+
+def _dot(frame: Frame, point: Floats) -> tuple[int, int]:
+    x, y = frame.dots(point[None])[0]
+    return int(x), int(y)
+
+
+def _arrow(frame: Frame, path: Floats) -> Mark:
+    """Return the arrow on the first link, that shows which way the word is read."""
+    step = path[1] - path[0]
+    octant = round(math.atan2(step[1], step[0]) / (math.pi / 4)) % 8
+    return Mark("arrow", _dot(frame, path[0] + 0.4 * step), _ARROWS[octant])
+
+
+def phase_points(orbit: Orbit) -> Floats:
+    """Return the bounces of an orbit in phase space, shape (p, 2): arc length and sine (`birkhoff`)."""
+    if orbit.coordinates is None:
+        return np.zeros((0, 2))
+    words = from_strings([orbit.code])
+    return np.concatenate(birkhoff(Stadium(orbit.a), words, orbit.coordinates[None])).T
+
+
+def draw_phase(
+    a: float, orbits: Sequence[Floats], columns: int, rows: int, names: Sequence[str] = ()
+) -> Picture:
+    """Draw the bounces of some orbits in phase space, each in a style of its own, the first on top.
+
+    Parameters
+    ----------
+    a : float
+        The stadium.
+    orbits : sequence of ndarray, shape (N, 2)
+        As `phase_points` gives them.
+    columns, rows : int
+        Size of the picture in cells; the last row names the walls, one above it the orbits.
+    names : sequence of str, optional
+        Names of the orbits, if they shall be shown.
+    """
+    stadium = Stadium(a)
+    length = stadium.perimeter
+    frame = Frame.around((0, -1), (length, 1), columns, max(rows - 1 - bool(names), 1), square=False)
+    joints = [0.0, 2 * a, 2 * a + math.pi, 4 * a + math.pi, length]
+    high = np.linspace(-1, 1, 2 * rows)
+    grid = [np.stack([np.full_like(high, s), high], axis=1) for s in joints]
+    middle = np.linspace(0, length, columns // 2)
+    grid.append(np.stack([middle, np.zeros_like(middle)], axis=1))
+    layers = [Layer("wall", frame.dots(np.concatenate(grid)))]
+    marks = [
+        Mark(COLOURS[place % len(COLOURS)], _dot(frame, point), "•●"[place == 0])
+        for place, points in reversed(list(enumerate(orbits)))
+        for point in points
+    ]
+    picture = _with_row(draw(frame, layers, marks), _wall_names(frame, joints))
+    if not names:
+        return picture
+    entries = [(COLOURS[i % len(COLOURS)], "•●"[i == 0], name) for i, name in enumerate(names)]
+    return _with_legend(picture, entries)
+
+
+def _wall_names(frame: Frame, joints: Sequence[float]) -> str:
+    """Return a line that names the walls below their parts of the axis."""
+    line = [" "] * frame.columns
+    for name, (low, high) in zip(("0 bottom", "3 right", "2 top", "1 left"), pairwise(joints), strict=True):
+        middle = _dot(frame, np.array([(low + high) / 2, 0.0]))[0] // DOTS_X
+        width = int((high - low) * frame.scale[0] / DOTS_X)
+        text = name if len(name) <= width else name[: min(1, width)]
+        start = middle - len(text) // 2
+        line[start : start + len(text)] = text
+    return "".join(line[: frame.columns])
+
+
+def _with_row(picture: Picture, line: str) -> Picture:
+    text = np.concatenate([picture.text, np.array([list(line)])])
+    styles = np.concatenate([picture.styles, np.full((1, len(line)), "label", dtype=object)])
+    return Picture(text, styles)
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Values over the period; `marker` draws single points, '' a line; without a name it has no legend."""
+
+    style: str
+    name: str
+    x: Floats
+    y: Floats
+    marker: str = ""
+
+
+def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> Picture:
+    """Draw curves with an axis on the left, the periods below, and a legend in the last row."""
+    blank = Picture(np.full((rows, columns), " "), np.full((rows, columns), "", dtype=object))
+    if not curves:
+        return blank
+    known = [np.isfinite(curve.y) for curve in curves]
+    values = np.concatenate([curve.y[here] for curve, here in zip(curves, known, strict=True)])
+    periods = np.concatenate([curve.x[here] for curve, here in zip(curves, known, strict=True)])
+    margin = 7
+    if not len(values) or columns < margin + 8 or rows < 5:
+        return blank
+    low, high = _padded(float(values.min()), float(values.max()))
+    first, last = float(periods.min()), max(float(periods.max()), float(periods.min()) + 1)
+    frame = Frame.around((first, low), (last, high), columns - margin, rows - 2, square=False)
+    layers, marks = [], []
+    for curve, here in zip(curves, known, strict=True):
+        points = np.stack([curve.x[here], curve.y[here]], axis=1)
+        if curve.marker:
+            marks += [Mark(curve.style, _dot(frame, point), curve.marker) for point in points]
+        else:
+            layers.append(Layer(curve.style, polyline(frame, points)))
+    plot = draw(frame, layers, marks)
+    axis = np.full((rows - 2, margin), " ")
+    for share in (0.0, 0.5, 1.0):
+        row = round(share * (rows - 3))
+        axis[row] = list(f"{high - share * (high - low):>{margin - 1}.3f}"[: margin - 1] + "┤")
+    text = np.concatenate([axis, plot.text], axis=1)
+    styles = np.concatenate([np.full(axis.shape, "label", dtype=object), plot.styles], axis=1)
+    ticks = [" "] * columns
+    for period in range(math.ceil(first), math.floor(last) + 1):
+        place = margin + _dot(frame, np.array([period, low]))[0] // DOTS_X
+        label = str(period)
+        if last - first < columns / 4 or period % 2 == 0:
+            ticks[place - len(label) + 1 : place + 1] = label
+    picture = _with_row(Picture(text, styles), "".join(ticks)[:columns].ljust(columns))
+    return _with_legend(
+        picture, [(curve.style, curve.marker or "─", curve.name) for curve in curves if curve.name]
+    )
+
+
+def _padded(low: float, high: float) -> tuple[float, float]:
+    pad = 0.05 * (high - low) or 0.5
+    return low - pad, high + pad
+
+
+def _with_legend(picture: Picture, entries: Sequence[tuple[str, str, str]]) -> Picture:
+    """Add a row of (style, marker, name)."""
+    columns = picture.text.shape[1]
+    shown = [(f" {marker} {name} ", style) for style, marker, name in entries]
+    text = [symbol for entry, _ in shown for symbol in entry] + [" "] * columns
+    styles = [style for entry, style in shown for _ in entry] + [""] * columns
+    row = np.array([styles[:columns]], dtype=object)
+    return Picture(
+        np.concatenate([picture.text, np.array([text[:columns]])]), np.concatenate([picture.styles, row])
+    )

@@ -1,0 +1,213 @@
+"""The statistics screen: Table 1, entropies and Lyapunov averages of the chosen subset."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from rich.table import Table
+from textual import work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, ScrollableContainer
+from textual.message import Message
+from textual.reactive import reactive
+from textual.widgets import Footer, Header, Static
+from textual.worker import get_current_worker
+
+from orbitdb.averages.fixed_points import Weight
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.tui.orbit.drawing import Plot
+from orbitdb.cli.tui.screens import OwnScreen
+from orbitdb.cli.tui.statistics.averages import COLUMNS, Statistics, curves_of, notes_of, statistics, table_of
+from orbitdb.errors import InputError, StoreError
+from orbitdb.numerals import with_error
+from orbitdb.store.asking.selection import Selection
+from orbitdb.trajectories.ensemble import Reference, references
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
+
+_BOUNCES = 6_000_000
+_TITLES = {"entropy": "topological entropy", "lambda_d": "λ per bounce", "lambda_c": "λ per length"}
+_WEIGHTS = {Weight.EXPONENTIAL: "weights e^-λ", Weight.DETERMINANT: "weights 1/|det(1 - M)|"}
+
+
+class StatisticsScreen(OwnScreen[None]):
+    """Averages over the chosen orbits by period, as tables and curves."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "leave", "back"),
+        Binding("q", "leave", show=False),
+        Binding("w", "weight", "weight"),
+        Binding("t", "trajectories", "trajectories"),
+        Binding("j,down", "scroll('down')", "Scroll down", show=False),
+        Binding("k,up", "scroll('up')", "Scroll up", show=False),
+        Binding("l,right", "scroll('right')", "Scroll right", show=False),
+        Binding("h,left", "scroll('left')", "Scroll left", show=False),
+    ]
+
+    found: reactive[Statistics | None] = reactive(None, always_update=True, repaint=False)
+    reference: reactive[Reference | None] = reactive(None, repaint=False)
+    weight: reactive[Weight] = reactive(Weight.EXPONENTIAL, repaint=False)
+
+    @dataclass
+    class Computed(Message):
+        """A worker has come one period further."""
+
+        found: Statistics
+
+    @dataclass
+    class Simulated(Message):
+        """A worker has found the stored reference, or has followed more trajectories.
+
+        `done` is the share that has been followed, 1 for what is whole.
+        """
+
+        reference: Reference
+        done: float
+        stored: bool
+
+    @dataclass
+    class Failed(Message):
+        """A worker could not do what it should."""
+
+        reason: str
+
+    def __init__(self, catalogue: "Catalogue", selection: Selection) -> None:
+        super().__init__()
+        self._catalogue, self._selection = catalogue, selection
+        self._kept = self._followed = ""
+        self._bounces = _BOUNCES
+
+    def compose(self) -> ComposeResult:
+        """Lay out the table and the curves."""
+        yield Header()
+        with ScrollableContainer(id="numbers-box"):
+            yield Static("reading …", id="numbers")
+        yield Static("", id="reference", markup=False)
+        with Horizontal(id="plots"):
+            for name in _TITLES:
+                yield Plot(id=f"plot-{name}")
+        yield Footer(show_command_palette=False, compact=True)
+
+    def on_mount(self) -> None:
+        """Begin to compute."""
+        self.sub_title = self._selection.describe()
+        for name, title in _TITLES.items():
+            self.query_one(f"#plot-{name}").border_title = title
+        self.query_one("#numbers-box").focus()
+        self._compute(self.weight)
+        self._refer(self._bounces)
+
+    @work(thread=True, exclusive=True, group="numbers")
+    def _compute(self, weight: Weight) -> None:
+        worker = get_current_worker()
+        found = None
+        try:
+            for found in statistics(self._catalogue, self._selection, weight, lambda: worker.is_cancelled):
+                if worker.is_cancelled:
+                    return
+                self.post_message(self.Computed(found))
+            if found is None and not worker.is_cancelled:
+                unfilled = self._catalogue.unfilled(self._selection)
+                unfilled = unfilled or self._catalogue.lacking_births(self._selection)
+                self.post_message(self.Failed(unfilled or "no orbit of a whole period is chosen"))
+        except (InputError, StoreError, ValueError) as error:
+            self.post_message(self.Failed(str(error)))
+
+    @work(thread=True, exclusive=True, group="trajectories")
+    def _refer(self, bounces: int, anew: bool = False) -> None:
+        """Take the stored reference if there is one; else, or to have another, follow trajectories."""
+        from orbitdb.store.reading.records import best_reference
+
+        worker = get_current_worker()
+        try:
+            stored = None if anew else best_reference(self._catalogue, self._selection.a)
+        except StoreError as error:
+            self.post_message(self.Failed(str(error)))
+            return
+        if stored is not None:
+            self.post_message(self.Simulated(stored, 1.0, stored=True))
+            return
+        seed = bounces // _BOUNCES  # others each time
+        for done, reference in references(Stadium(self._selection.a), bounces, seed):
+            if worker.is_cancelled:
+                return
+            self.post_message(self.Simulated(reference, done, stored=False))
+
+    def on_statistics_screen_computed(self, message: Computed) -> None:
+        """Show what is known so far."""
+        self.found = message.found
+
+    def on_statistics_screen_simulated(self, message: Simulated) -> None:
+        """Show the better value; until one is whole, the one so far."""
+        new, old = message.reference, self.reference
+        source = "stored" if message.stored else f"{new.bounces:.2g} bounces followed here"
+        value = _described(new)
+        if message.done < 1 and self._kept:
+            self._followed = f"following more: {message.done:.0%}"
+        elif self._kept and old is not None and old.lambda_d_error <= new.lambda_d_error:
+            self._followed = f"{source}, not as good: {value}"
+        else:
+            self._kept, self._followed = (source, "") if message.done >= 1 else ("", f"{message.done:.0%}")
+            self.reference = new
+        self._show()
+
+    def on_statistics_screen_failed(self, message: Failed) -> None:
+        """Say what went wrong."""
+        self.query_one("#numbers", Static).update(message.reason)
+        self.notify(message.reason, severity="error")
+
+    def watch_found(self) -> None:
+        """Show the numbers."""
+        self._show()
+
+    def _show(self) -> None:
+        if not self.is_mounted or self.found is None:
+            return
+        self.query_one("#numbers-box").border_title = _WEIGHTS[self.weight]
+        self.query_one("#reference", Static).update(self._reference_text())
+        self.query_one("#numbers", Static).update(_as_table(self.found))
+        for name, curves in curves_of(self.found, self.reference).items():
+            self.query_one(f"#plot-{name}", Plot).curves = curves
+
+    def _reference_text(self) -> str:
+        if self.reference is None:
+            return "trajectories …"
+        parts = (f"trajectories: {_described(self.reference)}", self._kept, self._followed)
+        return "; ".join(filter(None, parts))
+
+    def action_leave(self) -> None:
+        """Go back to the orbits."""
+        self.workers.cancel_node(self)
+        self.dismiss()
+
+    def action_weight(self) -> None:
+        """Take the other weight."""
+        others = {Weight.EXPONENTIAL: Weight.DETERMINANT, Weight.DETERMINANT: Weight.EXPONENTIAL}
+        self.weight = others[self.weight]
+        self._compute(self.weight)
+
+    def action_trajectories(self) -> None:
+        """Follow other trajectories, four times as many as the last time; the better value is kept."""
+        self._bounces *= 4
+        self._refer(self._bounces, anew=True)
+
+    def action_scroll(self, direction: str) -> None:
+        """Scroll the numbers."""
+        getattr(self.query_one("#numbers-box"), f"scroll_{direction}")(animate=False)
+
+
+def _described(one: Reference) -> str:
+    values = (("λ_d", one.lambda_d, one.lambda_d_error), ("λ_c", one.lambda_c, one.lambda_c_error))
+    return ", ".join(f"{name} {with_error(value, error, '±')}" for name, value, error in values)
+
+
+def _as_table(found: Statistics) -> Table:
+    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False, header_style="bold")
+    for name in COLUMNS:
+        heading = "±" if name.endswith("_error") else name.replace("lambda", "λ")
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in table_of(found):
+        table.add_row(*row)
+    table.caption = "; ".join(notes_of(found))
+    return table

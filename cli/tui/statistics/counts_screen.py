@@ -1,0 +1,233 @@
+"""Counts of the chosen subset: by status, period and symmetry, and how the values of any column spread."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from rich.text import Text
+from textual import work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, VerticalScroll
+from textual.message import Message
+from textual.reactive import reactive
+from textual.widgets import Footer, Header, Static
+from textual.worker import get_current_worker
+
+from orbitdb.cli.tui.dialogs.basic import ChoiceDialog
+from orbitdb.cli.tui.screens import OwnScreen
+from orbitdb.cli.tui.statistics.bars import (
+    DRAWN,
+    Counts,
+    counts_by,
+    counts_in,
+    is_measured,
+    lines_of,
+    title_of,
+)
+from orbitdb.cli.tui.table.columns import EVERY
+from orbitdb.errors import InputError, StoreError
+from orbitdb.store.asking.confinement import CancelledError
+from orbitdb.store.asking.selection import Selection
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
+
+_BY = ("status", "p", "symmetry", "time_reversal")
+_MOST_BINS = 40
+_LEAST_BINS = 8
+
+
+class CountsScreen(OwnScreen[None]):
+    """How many sequences of a subset there are of each kind, and a histogram.
+
+    Parameters
+    ----------
+    catalogue : Catalogue
+    selection : Selection
+    column : str
+        Of the histogram; another one may be chosen.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "leave", "back"),
+        Binding("q,d", "leave", show=False),
+        Binding("s", "column", "column"),
+        Binding("right_square_bracket", "next_column(1)", "next column", key_display="]"),
+        Binding("left_square_bracket", "next_column(-1)", "column before", show=False, key_display="["),
+        Binding("j,down", "scroll('down')", "Scroll down", show=False),
+        Binding("k,up", "scroll('up')", "Scroll up", show=False),
+    ]
+
+    column: reactive[str] = reactive("length", init=False, repaint=False)
+
+    @dataclass
+    class Counted(Message):
+        """A worker has counted the rows by some columns."""
+
+        counts: Sequence[tuple[str, Counts, int]]
+        partial: str
+
+    @dataclass
+    class Spread(Message):
+        """A worker has counted the values of a column."""
+
+        column: str
+        counts: Counts
+        without: int
+        note: str
+
+    @dataclass
+    class Failed(Message):
+        """A worker could not."""
+
+        reason: str
+
+    def __init__(self, catalogue: "Catalogue", selection: Selection, column: str) -> None:
+        super().__init__()
+        self._catalogue, self._selection = catalogue, selection
+        self.set_reactive(CountsScreen.column, column if column in DRAWN else "length")
+        self._counts: Sequence[tuple[str, Counts, int]] = ()
+        self._spread: tuple[Counts, int] | None = None
+        self._bins = 0
+
+    def compose(self) -> ComposeResult:
+        """Lay out the counts and the histogram."""
+        yield Header()
+        with Horizontal(id="counts"):
+            with VerticalScroll(id="tallies"):
+                yield Static("counting …")
+            with VerticalScroll(id="histogram"):
+                yield Static("counting …")
+        yield Footer(show_command_palette=False, compact=True)
+
+    def on_mount(self) -> None:
+        """Begin to count."""
+        self.sub_title = self._selection.describe()
+        self.query_one("#tallies").border_title = "counts"
+        self.query_one("#tallies").focus()
+        self._count()
+
+    def on_resize(self) -> None:
+        """Take as many bins as there are lines."""
+        self.call_after_refresh(self._fit)
+
+    def _fit(self) -> None:
+        lines = self.query_one("#histogram").size.height - 1  # one for those without a value
+        bins = max(_LEAST_BINS, min(lines, _MOST_BINS))
+        if bins != self._bins:
+            self._bins = bins
+            self.watch_column(self.column)
+        self._show()
+
+    def watch_column(self, column: str) -> None:
+        """Count the values of another column."""
+        self.query_one("#histogram").border_title = title_of(column)
+        self._count_values(column, self._bins)
+
+    @work(thread=True, exclusive=True, group="counts")
+    def _count(self) -> None:
+        from orbitdb.store.reading.tallies import marginal, tally
+
+        worker = get_current_worker()
+        try:
+            with self._catalogue.at_one_moment() as still:
+                found = tally(still, self._selection, _BY, lambda: worker.is_cancelled)
+                partial = ", ".join(str(fill.p) for fill in still.partial(self._selection))
+        except CancelledError:
+            return
+        except (InputError, StoreError) as error:
+            self._fail(str(error))
+            return
+        by = [(name, marginal(found, place)) for place, name in enumerate(_BY)]
+        counts = [(name, counts_by(name, each), each.get(None, 0)) for name, each in by]
+        if not worker.is_cancelled:
+            self.post_message(self.Counted(counts, partial))
+
+    @work(thread=True, exclusive=True, group="values")
+    def _count_values(self, column: str, bins: int) -> None:
+        worker = get_current_worker()
+
+        def cancelled() -> bool:
+            return worker.is_cancelled
+
+        try:
+            counts, without, note = self._values(column, bins, cancelled)
+        except CancelledError:
+            return
+        except (InputError, StoreError) as error:
+            self._fail(str(error))
+            return
+        if not worker.is_cancelled:
+            self.post_message(self.Spread(column, counts, without, note))
+
+    def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[Counts, int, str]:
+        from orbitdb.store.reading.tallies import histogram, marginal, tally
+
+        if not is_measured(column):
+            values = marginal(tally(self._catalogue, self._selection, (column,), cancelled), 0)
+            return counts_by(column, values), values.get(None, 0), ""
+        found = histogram(self._catalogue, self._selection, column, bins, cancelled)
+        if found is None:
+            return (), 0, ""
+        return counts_in(found), found.without, "bins even in the logarithm" if found.logarithmic else ""
+
+    def _fail(self, reason: str) -> None:
+        if not get_current_worker().is_cancelled:
+            self.post_message(self.Failed(reason))
+
+    def on_counts_screen_counted(self, message: Counted) -> None:
+        """Show the counts."""
+        self._counts = message.counts
+        partial = f"p = {message.partial}: in part" if message.partial else ""
+        self.query_one("#tallies").border_subtitle = partial
+        self._show()
+
+    def on_counts_screen_spread(self, message: Spread) -> None:
+        """Show the histogram, unless another column is wanted by now."""
+        if message.column == self.column:
+            self._spread = message.counts, message.without
+            self.query_one("#histogram").border_subtitle = message.note
+            self._show()
+
+    def on_counts_screen_failed(self, message: Failed) -> None:
+        """Say what went wrong."""
+        self.notify(message.reason, severity="error")
+
+    def _show(self) -> None:
+        """Write all that is known, to the widths that there are."""
+        box = self.query_one("#tallies")
+        text, width = Text(), box.scrollable_content_region.width
+        for name, counts, without in self._counts:
+            text.append(f"{name}\n", "bold")
+            text.append("\n".join(lines_of(counts, width, without)) + "\n\n")
+        if self._counts:
+            box.query_one(Static).update(text)
+        box = self.query_one("#histogram")
+        if self._spread is not None:
+            counts, without = self._spread
+            lines = lines_of(counts, box.scrollable_content_region.width, without)
+            box.query_one(Static).update(Text("\n".join(lines)))
+
+    def action_leave(self) -> None:
+        """Go back to the orbits."""
+        self.workers.cancel_node(self)
+        self.dismiss()
+
+    def action_column(self) -> None:
+        """Choose the column from a list."""
+
+        def take(column: str | None) -> None:
+            if column is not None:
+                self.column = column
+
+        named = [(name, EVERY[name].heading) for name in DRAWN]
+        self.app.push_screen(ChoiceDialog("histogram of", named, self.column), take)
+
+    def action_next_column(self, step: int) -> None:
+        """Take the next column, or the one before."""
+        self.column = DRAWN[(DRAWN.index(self.column) + step) % len(DRAWN)]
+
+    def action_scroll(self, direction: str) -> None:
+        """Scroll the counts."""
+        getattr(self.query_one("#tallies"), f"scroll_{direction}")(animate=False)

@@ -1,0 +1,245 @@
+"""The table: a scroll view of as many rows as there are, of which it reads those on screen."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from rich.segment import Segment
+from rich.style import Style
+from textual import events
+from textual.binding import Binding, BindingType
+from textual.geometry import Region, Size
+from textual.message import Message
+from textual.reactive import reactive
+from textual.scroll_view import ScrollView
+from textual.strip import Strip
+from textual.widget import Widget
+
+from orbitdb.cli.render import number
+from orbitdb.cli.tui.table.columns import COLUMNS, EVERY, USUAL, Column
+from orbitdb.cli.tui.table.source import Followed, NoRows, Ordering, Row, Source
+
+_LONGEST_CODE = 24
+_MARK = "*"
+"""Behind a code that is marked."""
+
+
+class PagedTable(ScrollView, can_focus=True):
+    """Rows of a `Source`, with a cursor; the heading sorts when it is clicked."""
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {"table--header", "table--cursor", "table--sorted", "table--dim"}
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("j,down", "move(1)", "Next row", show=False),
+        Binding("k,up", "move(-1)", "Previous row", show=False),
+        Binding("pagedown,ctrl+f", "page(1)", "Next page", show=False),
+        Binding("pageup,ctrl+b", "page(-1)", "Previous page", show=False),
+        Binding("g,home", "first", "First row", show=False),
+        Binding("G,end", "last", "Last row", show=False),
+        Binding("l,right", "shift(1)", "Columns to the right", show=False),
+        Binding("h,left", "shift(-1)", "Columns to the left", show=False),
+    ]
+
+    cursor: reactive[int] = reactive(0, repaint=False)
+    ordering: reactive[Ordering] = reactive(Ordering())
+    first_column: reactive[int] = reactive(1)
+    columns: reactive[tuple[Column, ...]] = reactive(COLUMNS)
+    marked: reactive[frozenset[str]] = reactive(frozenset())
+
+    @dataclass
+    class Highlighted(Message):
+        """The cursor is on another row."""
+
+        word: str
+
+    @dataclass
+    class Moved(Message):
+        """The cursor is at another place, or there are other rows."""
+
+        text: str
+
+    @dataclass
+    class HeadingClicked(Message):
+        """Somebody wants the rows sorted by a column."""
+
+        column: str
+
+    def __init__(self, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self.source: Source = NoRows(USUAL)
+
+    def show(self, source: Source, cursor: int = 0) -> None:
+        """Show other rows, with the cursor on one of them."""
+        self.source = source
+        self._measure()
+        self.set_reactive(PagedTable.cursor, max(0, min(cursor, len(source) - 1)))
+        self._cursor_moved()
+        self.refresh()
+
+    @property
+    def row(self) -> Row | None:
+        """The row under the cursor."""
+        return self.source.row(self.cursor) if len(self.source) else None
+
+    def validate_cursor(self, cursor: int) -> int:
+        """Keep the cursor on a row."""
+        return max(0, min(cursor, len(self.source) - 1))
+
+    def watch_cursor(self, old: int, new: int) -> None:
+        """Follow the cursor."""
+        top = self.scroll_offset.y
+        self._cursor_moved()
+        if self.scroll_offset.y == top:
+            width = self.scrollable_content_region.width
+            self.refresh(*(Region(0, 1 + place - top, width, 1) for place in (old, new)))
+        else:
+            self.refresh()
+
+    def _cursor_moved(self) -> None:
+        height = max(self.size.height - 1, 1)
+        top = self.scroll_offset.y
+        if not top <= self.cursor < top + height:
+            target = self.cursor if self.cursor < top else self.cursor - height + 1
+            self.scroll_to(y=target, animate=False, force=True, immediate=True)
+        self._show_position()
+        row = self.row
+        if row is not None:
+            self.post_message(self.Highlighted(row[0]))
+
+    def _show_position(self) -> None:
+        total = len(self.source)
+        more = "" if self.source.whole else "+"
+        text = f"{self.cursor + 1:,} of {total:,}{more}" if total else "none"
+        self.post_message(self.Moved(text))
+
+    def _measure(self) -> None:
+        self.virtual_size = Size(self.scrollable_content_region.width, len(self.source) + 1)
+
+    def on_resize(self, event: events.Resize) -> None:
+        """Keep the cursor on screen."""
+        self._measure()
+        self._cursor_moved()
+
+    def action_move(self, steps: int) -> None:
+        """Move the cursor."""
+        self.cursor += steps
+
+    def action_page(self, pages: int) -> None:
+        """Move the cursor by what is on screen."""
+        self.cursor += pages * max(self.size.height - 2, 1)
+
+    def action_first(self) -> None:
+        """Go to the first row."""
+        self.cursor = 0
+
+    def action_last(self) -> None:
+        """Go to the last row."""
+        self.cursor = len(self.source) - 1
+
+    def action_shift(self, steps: int) -> None:
+        """Show the columns further right or left; the code stays."""
+        last = len(self._known()) - max(len(self._visible()[1]), 1)
+        self.first_column = max(1, min(self.first_column + steps, last))
+
+    def on_click(self, event: events.Click) -> None:
+        """Sort by the heading, or go to the row, under the mouse."""
+        offset = event.get_content_offset(self)
+        if offset is None:
+            return
+        if offset.y > 0:
+            self.cursor = self.scroll_offset.y + offset.y - 1
+            return
+        x = 0
+        for column, width in self._shown():
+            if x <= offset.x < x + width:
+                self.post_message(self.HeadingClicked(column.name))
+            x += width + 1
+
+    def _shown(self) -> list[tuple[Column, int]]:
+        """Return the columns that fit, with their widths; the one that rows are sorted by is among them."""
+        pinned, window = self._visible()
+        return [(COLUMNS[0], self._code_width()), *((each, each.width) for each in pinned + window)]
+
+    def _visible(self) -> tuple[list[Column], list[Column]]:
+        """Return the column that rows are sorted by, if it would not be seen, and those behind it."""
+        known, room = self._known(), self.scrollable_content_region.width - self._code_width()
+        behind = known[min(self.first_column, max(len(known) - 1, 1)) :]
+        window = _fitting(behind, room)
+        pinned = EVERY[self.ordering.column]
+        left = room - pinned.width - 1
+        if pinned in (*window, COLUMNS[0]) or pinned.name not in self.source.columns or left < 0:
+            return [], window
+        return [pinned], _fitting([each for each in behind if each != pinned], left)
+
+    def _code_width(self) -> int:
+        rows = (self.source.row(place) for place in self._places())
+        widths = [COLUMNS[0].width, *(len(row[0]) for row in rows)]
+        return min(max(widths), _LONGEST_CODE)
+
+    def _known(self) -> list[Column]:
+        """Return the columns of which the rows know something."""
+        return [column for column in self.columns if column.name in self.source.columns]
+
+    def _fields(self) -> Sequence[str]:
+        """Return what the parts of a row are."""
+        return self.source.pages.columns if isinstance(self.source, Followed) else self.source.columns
+
+    def _places(self) -> range:
+        top = self.scroll_offset.y
+        return range(top, min(top + max(self.size.height - 1, 0), len(self.source)))
+
+    def render_line(self, y: int) -> Strip:
+        """Draw the heading, or one row."""
+        base = self.rich_style
+        if y == 0:
+            style = base + self.get_component_rich_style("table--header", partial=True)
+            return self._line(
+                [(column, width, self._heading(column)) for column, width in self._shown()], style
+            )
+        place = self.scroll_offset.y + y - 1
+        if place >= len(self.source):
+            return Strip.blank(self.scrollable_content_region.width, base)
+        row = self.source.row(place)
+        values = dict(zip(self._fields(), row, strict=True))
+        style = base
+        if values["status"] != "orbit":
+            style += self.get_component_rich_style("table--dim", partial=True)
+        if place == self.cursor:
+            style += self.get_component_rich_style("table--cursor", partial=True)
+        cells = [
+            (column, width, number(column.name, values.get(column.name))) for column, width in self._shown()
+        ]
+        return self._line(cells, style, _MARK if row[0] in self.marked else " ")
+
+    def _heading(self, column: Column) -> str:
+        if column.name != self.ordering.column:
+            return column.heading
+        return column.heading + ("▼" if self.ordering.descending else "▲")
+
+    def _line(self, cells: list[tuple[Column, int, str]], style: Style, behind_code: str = " ") -> Strip:
+        segments = []
+        for place, (column, width, text) in enumerate(cells):
+            cut = text if len(text) <= width else text[: width - 1] + "…"
+            shown = cut.ljust(width) if column.text else cut.rjust(width)
+            segments.append(Segment(shown + (" " if place else behind_code), style))
+        return Strip(segments).adjust_cell_length(self.scrollable_content_region.width, style)
+
+
+def _fitting(columns: Sequence[Column], room: int) -> list[Column]:
+    """Return the first columns that fit into some room, with a blank before each."""
+    found = []
+    for column in columns:
+        room -= column.width + 1
+        if room < 0:
+            break
+        found.append(column)
+    return found
+
+
+class Position(Widget):
+    """A line that says where the cursor is."""
+
+    text: reactive[str] = reactive("")
+
+    def render(self) -> str:
+        """Return the line."""
+        return self.text

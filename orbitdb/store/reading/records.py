@@ -1,0 +1,170 @@
+"""What is stored beside orbits: bounds on the entropy, and references from trajectories; the room of it."""
+
+from dataclasses import dataclass, fields
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+import sqlalchemy as sa
+
+from orbitdb.billiard.stadium import MAX_A, MIN_A
+from orbitdb.errors import InputError
+from orbitdb.numerals import between
+from orbitdb.store.file.schema import BALLS, DOUBLES
+from orbitdb.store.file.tables import cycle, entropy_bound, orbit, stadium, trajectory
+from orbitdb.store.reading.soundness import unsound
+
+if TYPE_CHECKING:
+    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.trajectories.ensemble import Reference
+
+_HIGHEST = 1.22
+"""Above the geometric rules' entropy, 1.218756: no window proves so much."""
+
+
+@dataclass(frozen=True)
+class Enclosure:
+    """Proved bounds on the topological entropy at one a, per bounce.
+
+    Attributes
+    ----------
+    a : float
+        Half length of a straight wall.
+    lower, upper : float
+        The entropy lies between them.
+    window : int
+        Edges of the longest windows.
+    windows : int
+        Windows decided, up to mirror and reversal.
+    undecided : int
+        Windows of that length that are not decided.
+    proof : str
+        What has decided the windows: ``doubles`` with bounds on their errors, or ``balls``, too.
+    """
+
+    a: float
+    lower: float
+    upper: float
+    window: int
+    windows: int
+    undecided: int
+    proof: str
+
+    @property
+    def width(self) -> float:
+        """How far the bounds are apart."""
+        return self.upper - self.lower
+
+    @property
+    def between(self) -> str:
+        """The bounds in words, rounded outward."""
+        return between(self.lower, "h", self.upper)
+
+    @property
+    def basis(self) -> str:
+        """What the bounds rest on, in words."""
+        how = "in balls" if self.proof == BALLS else "in doubles with error bounds"
+        return f"windows of {self.window} edges {how}"
+
+
+def bounds_stored(
+    connection: sa.Connection, proof: str | None = None, a: float | None = None
+) -> list[Enclosure]:
+    """Return all stored bounds, or those of one kind or at one a, as they are, by a and length of windows."""
+    table = entropy_bound.c
+    names = (table.a, table.lower, table.upper, table.edges, table.windows, table.undecided, table.proof)
+    query = sa.select(*names).order_by(table.a, table.edges, table.proof)
+    if proof is not None:
+        query = query.where(table.proof == proof)
+    if a is not None:
+        query = query.where(table.a == a)
+    return [Enclosure(*row) for row in connection.execute(query)]
+
+
+def closest(connection: sa.Connection, proof: str | None = None, a: float | None = None) -> list[Enclosure]:
+    """Return the closest bounds at each a; of two that are as close, those in balls.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind of proof.
+    StoreError
+        If a row is none that windows give.
+    """
+    if proof not in (None, DOUBLES, BALLS):
+        raise InputError(f"proof {proof!r}: use {DOUBLES} or {BALLS}")
+    found = bounds_stored(connection, proof, a)
+    for each in found:
+        if not is_sound(each):
+            raise unsound("a bound on the entropy at a =", each.a)
+    by_a = groupby(found, key=lambda each: each.a)
+    return [min(group, key=lambda each: (each.width, each.proof)) for _, group in by_a]
+
+
+def is_sound(found: Enclosure) -> bool:
+    """Tell whether a row could come from windows."""
+    return (
+        MIN_A <= found.a <= MAX_A
+        and 0 <= found.lower <= found.upper <= _HIGHEST
+        and found.window >= 2
+        and 0 <= found.undecided <= found.windows
+        and found.proof in (DOUBLES, BALLS)
+    )
+
+
+def best_reference(catalogue: "Catalogue", a: float) -> "Reference | None":
+    """Return the reference with the smallest error that is stored for one a, if there is one."""
+    from orbitdb.trajectories.ensemble import Reference
+
+    names = [field.name for field in fields(Reference)]
+    query = (
+        sa.select(*(trajectory.c[name] for name in names))
+        .join(stadium)
+        .where(stadium.c.a == a)
+        .order_by(trajectory.c.lambda_d_error)
+        .limit(1)
+    )
+    with catalogue.reading() as connection:
+        row = connection.execute(query).mappings().first()
+    if row is None:
+        return None
+    if not row["seed"].isdecimal():
+        raise unsound("a seed that is none:", row["seed"])
+    return Reference(**{**row, "seed": int(row["seed"])})
+
+
+@dataclass(frozen=True)
+class Room:
+    """The room that the rows of a catalogue take, indexes and free places among them.
+
+    Attributes
+    ----------
+    classes, orbits : int
+        Rows: symmetry classes with their words, and what became of each at one a.
+    per_class, per_orbit : float or None
+        Bytes a row; None where there are no rows, or SQLite was built without its `dbstat`.
+    """
+
+    classes: int
+    orbits: int
+    per_class: float | None
+    per_orbit: float | None
+
+
+def room(catalogue: "Catalogue") -> Room:
+    """Measure the room that classes and orbits take."""
+    counts = [sa.select(sa.func.count()).select_from(table).scalar_subquery() for table in (cycle, orbit)]
+    with catalogue.reading() as connection:
+        classes, orbits = connection.execute(sa.select(*counts)).one()
+        pages = _bytes_of_tables(connection)
+    per_class = pages["cycle"] / classes if pages and classes else None
+    per_orbit = pages["orbit"] / orbits if pages and orbits else None
+    return Room(classes, orbits, per_class, per_orbit)
+
+
+def _bytes_of_tables(connection: sa.Connection) -> dict[str, int]:
+    """Return the sizes of tables and indexes; nothing if SQLite cannot tell."""
+    try:
+        rows = connection.exec_driver_sql("SELECT name, pgsize FROM dbstat WHERE aggregate = TRUE").all()
+    except sa.exc.OperationalError:
+        return {}
+    return {str(row.name): int(row.pgsize) for row in rows}
