@@ -69,6 +69,7 @@ def test_edges_are_traces_of_a_map_with_half_a_parabola(times):
     assert abs(2 * fine - rough - EDGE[times - 1]) < 3e-3
 
 
+@pytest.mark.slow
 def test_levels_show_the_orbits_and_the_bouncing_balls(orbits):
     windows = {parity: levels(1.6, 16.0, parities=(parity,)) for parity in Parity}
     found = {parity: np.concatenate([each.k for each in parts]) for parity, parts in windows.items()}
