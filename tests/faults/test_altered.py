@@ -101,9 +101,11 @@ def test_counts_from_births_of_no_word_are_refused(tmp_path):
     Catalogue.create(path, 1.6)
     for _ in fill_births(path, [4]):
         pass
-    near = "UPDATE change SET a = 1.6, error = 0.01; UPDATE cycle SET word = word || 'x'"
+    near = "UPDATE change SET a = 1.6, error = 0.01;"
+    moved = "UPDATE change SET cycle = 0x105f WHERE cycle = (SELECT max(cycle) FROM change);"
+    of_seven = "UPDATE cycle SET id = 0x105f WHERE id = (SELECT max(id) FROM cycle)"
     with closing(sqlite3.connect(path)) as plain, plain:
-        plain.executescript(near)
-    told = pytest.raises(StoreError, match="the catalogue was altered: a class of period '4'")
+        plain.executescript(near + moved + of_seven)
+    told = pytest.raises(StoreError, match="the catalogue was altered: a class with births '0137'")
     with closing(Catalogue(path, a=1.6)) as catalogue, told:
         catalogue.counts(p=4)

@@ -34,9 +34,9 @@ def killed_and_resumed(path: Path, jobs: list[str], kills: int, longest: float) 
 
 
 @pytest.mark.slow
-def test_eight_kills_lose_nothing(filled, tmp_path):
+def test_four_kills_lose_nothing(filled, tmp_path):
     path = tmp_path / "killed.db"
-    killed_and_resumed(path, ["1", "2"], 8, 0.4)
+    killed_and_resumed(path, ["1", "2"], 4, 0.4)
     assert content(path) == content(filled)
     assert run("verify", "--db", path).returncode == 0
 

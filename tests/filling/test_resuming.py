@@ -2,7 +2,7 @@
 
 import shutil
 import sqlite3
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import closing, suppress
 from itertools import islice
 from pathlib import Path
@@ -108,6 +108,7 @@ def cut(path: Path, work: Work, way: str, moment: int) -> None:
     """End a work between blocks, or at a statement by an exception or as a kill leaves the file."""
     if way == "closed":
         going = work(path)
+        assert isinstance(going, Generator)
         list(islice(going, moment // 8))
         going.close()
         return
@@ -136,7 +137,9 @@ WAYS = st.sampled_from(["closed", "raised", "killed"])
 @pytest.mark.parametrize("name", WORKS)
 @given(cuts=st.lists(st.tuples(WAYS, st.integers(0, 100)), min_size=1, max_size=4))
 @settings(max_examples=6)
-def test_what_is_cut_at_any_moment_goes_on(empty, in_one_go, name, cuts):
+def test_what_is_cut_at_any_moment_goes_on(
+    empty: Path, in_one_go: dict[str, Stored], name: str, cuts: list[tuple[str, int]]
+) -> None:
     path = Path(shutil.copy(empty, empty.with_name("cut.db")))
     for way, moment in cuts:
         cut(path, WORKS[name], way, moment)
@@ -148,7 +151,9 @@ def test_what_is_cut_at_any_moment_goes_on(empty, in_one_go, name, cuts):
 @pytest.mark.slow
 @given(order=st.permutations(sorted(WORKS)), moments=st.lists(st.integers(0, 80), min_size=6), way=WAYS)
 @settings(max_examples=4)
-def test_works_that_take_turns_in_one_file_store_what_they_store_alone(empty, in_one_go, order, moments, way):
+def test_works_that_take_turns_in_one_file_store_what_they_store_alone(
+    empty: Path, in_one_go: dict[str, Stored], order: list[str], moments: list[int], way: str
+) -> None:
     path = Path(shutil.copy(empty, empty.with_name("turns.db")))
     for name, moment in zip(order, moments, strict=False):
         cut(path, WORKS[name], way, moment)

@@ -69,6 +69,7 @@ def test_edges_are_traces_of_a_map_with_half_a_parabola(times):
     assert abs(2 * fine - rough - EDGE[times - 1]) < 3e-3
 
 
+@pytest.mark.slow
 def test_levels_show_the_orbits_and_the_bouncing_balls(orbits):
     windows = {parity: levels(1.6, 16.0, parities=(parity,)) for parity in Parity}
     found = {parity: np.concatenate([each.k for each in parts]) for parity, parts in windows.items()}
@@ -85,7 +86,7 @@ def test_levels_show_the_orbits_and_the_bouncing_balls(orbits):
     assert all(peak.code for peak in peaks)
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 def test_levels_to_k_30_show_the_orbits(orbits):
     k = np.sort(np.concatenate([each.k for each in levels(1.6, 31.5)]))
     assert len(k) == 722

@@ -63,15 +63,15 @@ def bounces(row: Row) -> list[Bounce]:
     for i in range(p):
         along, curved = places[i][1], row.word[i] not in (0, 2)
         around = (paths[i - 1], paths[i])
-        cosines = tuple(
+        before, behind = (
             sum(along[k] * step[k] for k in (0, 1)) / path
             for step, path in zip((steps[i - 1], steps[i]), around, strict=True)
         )
-        sines = tuple(sqrt(max(1 - c**2, EPS**2)) for c in cosines)
-        tilts = tuple(
+        sines = (sqrt(max(1 - before**2, EPS**2)), sqrt(max(1 - behind**2, EPS**2)))
+        arriving, leaving = (
             2 * e / path + (e if curved else 0) + 4 * EPS / s for path, s in zip(around, sines, strict=True)
         )
-        found.append(Bounce(curved, cosines, around, sines, tilts, along))
+        found.append(Bounce(curved, (before, behind), around, sines, (arriving, leaving), along))
     return found
 
 

@@ -3,6 +3,7 @@
 import sqlite3
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 _TABLES = {
     "cycle": "*",
@@ -14,7 +15,7 @@ _TABLES = {
 }
 
 
-def content(path: Path) -> dict[str, list[tuple]]:
+def content(path: Path) -> dict[str, list[tuple[Any, ...]]]:
     """Everything stored but times, row numbers and provenance."""
     with closing(sqlite3.connect(path)) as plain:
         found = {
@@ -36,7 +37,7 @@ def content(path: Path) -> dict[str, list[tuple]]:
     return found
 
 
-def rows(path: Path) -> dict[str, list[tuple]]:
+def rows(path: Path) -> dict[str, list[tuple[Any, ...]]]:
     """Every row but times and provenance, with the numbers of its rows, in the order they are stored."""
     with closing(sqlite3.connect(path)) as plain:
         assert plain.execute("PRAGMA foreign_key_check").fetchall() == []

@@ -97,7 +97,7 @@ def chosen(rows: list[Row], criteria: dict[str, Any], conditions: dict[str, Any]
 def _fits(row: Row, criteria: dict[str, Any], conditions: dict[str, Any]) -> bool:
     statuses = (criteria.get("status") or "").split(",")
     periods = re.findall(r"(\d+)(?:-(\d+))?", criteria.get("p", "2-99"))
-    where = conditions.get(criteria.get("where"))
+    where = conditions.get(criteria.get("where", ""))
     tests = [
         row["a"] == criteria.get("a", 1.6),
         statuses == ["all"]

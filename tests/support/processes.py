@@ -9,7 +9,10 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
+Done = subprocess.CompletedProcess[str]
+Going = subprocess.Popen[str]
 COMMAND = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()"]
 
 _SMALL = """
@@ -37,14 +40,14 @@ def small_blocks(words: int = 64) -> list[str]:
     return [sys.executable, "-P", "-c", _SMALL.format(words=words)]
 
 
-def run(*arguments: str | Path, command: Sequence[str] = COMMAND, **options) -> subprocess.CompletedProcess:
+def run(*arguments: str | Path, command: Sequence[str] = COMMAND, **options: Any) -> Done:
     """Run a command to its end."""
     return subprocess.run(
         [*command, *map(str, arguments)], capture_output=True, text=True, check=False, timeout=300, **options
     )
 
 
-def start(*arguments: str | Path, command: Sequence[str] = COMMAND) -> subprocess.Popen:
+def start(*arguments: str | Path, command: Sequence[str] = COMMAND) -> Going:
     """Start a command in a process group of its own, as a shell does."""
     return subprocess.Popen(
         [*command, *map(str, arguments)],
@@ -56,8 +59,9 @@ def start(*arguments: str | Path, command: Sequence[str] = COMMAND) -> subproces
     )
 
 
-def wait_until_ready(process: subprocess.Popen) -> None:
+def wait_until_ready(process: Going) -> None:
     """Wait for the first line of a command that was started with `small_blocks`."""
+    assert process.stdout is not None
     assert process.stdout.readline() == "ready\n"
 
 
@@ -68,7 +72,7 @@ def alive(group: int) -> list[int]:
     return [int(pid) for pid, pgid, state in members if int(pgid) == group and not state.startswith("Z")]
 
 
-def nobody_left(process: subprocess.Popen) -> bool:
+def nobody_left(process: Going) -> bool:
     """Tell whether all processes of a command that has ended end with it, in a moment."""
     deadline = time.monotonic() + 30
     while alive(process.pid) and time.monotonic() < deadline:
@@ -76,7 +80,7 @@ def nobody_left(process: subprocess.Popen) -> bool:
     return not alive(process.pid)
 
 
-def workers_of(process: subprocess.Popen) -> list[int]:
+def workers_of(process: Going) -> list[int]:
     """Return the processes that solve for a command."""
     found = []
     for pid in alive(process.pid):
@@ -89,7 +93,7 @@ def workers_of(process: subprocess.Popen) -> list[int]:
     return found
 
 
-def kill_group(process: subprocess.Popen) -> None:
+def kill_group(process: Going) -> None:
     """Kill a command and all its processes at once, as a machine that goes down does."""
     os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
@@ -112,7 +116,9 @@ for arguments in json.loads(sys.argv[1]):
 """
 
 
-def run_several(commands: Sequence[Sequence[str]], path: Path, **options) -> list[tuple[list[str], int, str]]:
+def run_several(
+    commands: Sequence[Sequence[str]], path: Path, **options: Any
+) -> list[tuple[list[str], int, str]]:
     """Run commands one after the other in one process; return what each was, its exit code and stderr."""
     asked = json.dumps([[*arguments, "--db", str(path)] for arguments in commands])
     done = run(asked, command=[sys.executable, "-P", "-c", _SEVERAL], **options)

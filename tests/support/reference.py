@@ -25,7 +25,12 @@ class Reference:
     lyapunov: mpf
 
 
-def point(symbol: int, x: mpf, a: mpf) -> tuple[tuple[mpf, mpf], ...]:
+Vector = tuple[mpf, mpf]
+Placed = tuple[Vector, Vector, Vector]
+"""A point, and its first and second derivatives."""
+
+
+def point(symbol: int, x: mpf, a: mpf) -> Placed:
     """Return a bounce's place on the table and its first two derivatives in the coordinate."""
     if symbol in (0, 2):
         return (x, mpf(symbol - 1)), (mpf(1), mpf(0)), (mpf(0), mpf(0))
@@ -38,7 +43,7 @@ def _dot(u: tuple[mpf, mpf], v: tuple[mpf, mpf]) -> mpf:
     return u[0] * v[0] + u[1] * v[1]
 
 
-def _link(start: tuple, end: tuple) -> tuple[mpf, mpf, mpf, mpf, mpf, mpf]:
+def _link(start: Placed, end: Placed) -> tuple[mpf, mpf, mpf, mpf, mpf, mpf]:
     """Return a link's length and its derivatives: d1, d2, d11, d22, d12 in its two ends."""
     (p, dp, ddp), (q, dq, ddq) = start, end
     step = (q[0] - p[0], q[1] - p[1])
@@ -132,7 +137,8 @@ def symbols_of_trajectory(a: float, bounces: int, seed: int) -> str:
     rng = random.Random(seed)
     x, y, heading = 0.0, 0.0, rng.uniform(0, 2 * math.pi)
     u, v = math.cos(heading), math.sin(heading)
-    walls, heights = [], []
+    walls: list[str] = []
+    heights: list[float] = []
     while len(walls) < bounces:
         x, y, wall = _hit(a, x, y, u, v)
         nx, ny = (0.0, 1.0) if wall in "02" else (x - math.copysign(a, x), y)

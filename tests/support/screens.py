@@ -2,8 +2,14 @@
 
 import asyncio
 import time
+from collections.abc import Awaitable, Callable, Sequence
+from pathlib import Path
+from typing import Any
 
 from textual import events
+from textual.pilot import Pilot
+from textual.screen import Screen
+from textual.widgets import Input
 
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.table.paged_table import PagedTable
@@ -12,12 +18,28 @@ from orbitdb.store.asking.selection import Selection
 SMALL, LARGE, TINY = (80, 24), (160, 48), (60, 20)
 
 
-def drive(path, steps, size=SMALL, selection=None, code=None, notifications=False, state=None):
+class PatientApp(BrowseApp):
+    """The app as it is, but that what it tells stays long enough for a slow machine to find it."""
+
+    NOTIFICATION_TIMEOUT = 600.0
+
+
+Steps = Callable[[BrowseApp, Pilot[Any]], Awaitable[None]]
+
+
+def drive(
+    path: Path,
+    steps: Steps,
+    size: tuple[int, int] = SMALL,
+    selection: Selection | None = None,
+    code: str | None = None,
+    notifications: bool = False,
+    state: Path | None = None,
+) -> None:
     """Run the app without a terminal and do some steps with its pilot."""
 
-    async def run():
-        app = BrowseApp(path, selection or Selection(), code, state)
-        app.NOTIFICATION_TIMEOUT = 600.0  # so that a slow machine still finds them
+    async def run() -> None:
+        app = PatientApp(path, selection or Selection(), code, state)
         async with app.run_test(size=size, notifications=notifications) as pilot:
             await settle(pilot)
             await steps(app, pilot)
@@ -25,58 +47,60 @@ def drive(path, steps, size=SMALL, selection=None, code=None, notifications=Fals
     asyncio.run(run())
 
 
-async def settle(pilot):
+async def settle(pilot: Pilot[Any]) -> None:
     """Wait until the workers have told all they know."""
     await pilot.pause()  # a dialog that closes may start a worker, and that one sends a message
     await pilot.app.workers.wait_for_complete()
     await pilot.pause()
 
 
-async def press(pilot, *keys):
+async def press(pilot: Pilot[Any], *keys: str) -> None:
     await pilot.press(*keys)
     await settle(pilot)
 
 
-async def ask(pilot, key, text):
+async def ask(pilot: Pilot[Any], key: str, text: str) -> None:
     """Open a dialog by its key, and give it a line."""
     await pilot.press(key)
-    pilot.app.screen.query_one("Input").value = text
+    pilot.app.screen.query_one(Input).value = text
     await press(pilot, "enter")
 
 
-async def send(app, key, shows):
+async def send(app: BrowseApp, key: str, shows: type[Screen[Any]]) -> None:
     """Send a key and wait for a screen; while it fills, the process is never idle."""
     app.post_message(events.Key(key, key if len(key) == 1 else None))
     await until(lambda: isinstance(app.screen, shows))
 
 
-async def until(told):
+async def until(told: Callable[[], object]) -> None:
     end = time.monotonic() + 120
     while not told():
         assert time.monotonic() < end
         await asyncio.sleep(0.01)
 
 
-def table_of(app):
+def table_of(app: BrowseApp) -> PagedTable:
     return app.screen_stack[0].query_one(PagedTable)
 
 
-def screen_lines(app):
+def screen_lines(app: BrowseApp) -> list[str]:
     """Return the lines of the screen as texts."""
     strips = app.screen._compositor.render_strips()
     return ["".join(segment.text for segment in strip) for strip in strips]
 
 
-def shown(app):
+def shown(app: BrowseApp) -> str:
     """Return the screen as text."""
     return "\n".join(screen_lines(app))
 
 
-def screenshot(path, size, keys=(), selection=None):
+def screenshot(
+    path: Path, size: tuple[int, int], keys: Sequence[str] = (), selection: Selection | None = None
+) -> str:
     """Return the screen as SVG, as it is when some keys have been pressed."""
-    svgs = []
+    svgs: list[str] = []
 
-    async def steps(app, pilot):
+    async def steps(app: BrowseApp, pilot: Pilot[Any]) -> None:
         await press(pilot, *keys)
         svgs.append(app.export_screenshot())
 

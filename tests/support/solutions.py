@@ -49,7 +49,7 @@ def random_word(seed: int, order: int) -> str:
 
 
 @cache
-def class_rows(a, highest):
+def class_rows(a: float, highest: int) -> ClassRows:
     """Solve one word of every class up to a period."""
     columns = []
     for p in range(2, highest + 1):

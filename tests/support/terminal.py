@@ -96,7 +96,7 @@ def run_in_terminal(
     *arguments: str | Path, columns: int = 80, command: Sequence[str] = COMMAND, **variables: str
 ) -> Session:
     """Run a command in a pseudo-terminal to its end."""
-    child = spawn(*arguments, columns=columns, command=command, **variables)
+    child = spawn(*arguments, columns=columns, rows=24, command=command, **variables)
     child.expect(pexpect.EOF)
     return ended(child, (child.before, columns))
 
@@ -180,7 +180,8 @@ def run_several_in_terminal(runs: Sequence[Run], **variables: str) -> list[Sessi
         [run.columns, [path and str(path) for path in (run.out, run.err)], list(run.arguments)]
         for run in runs
     ]
-    child = spawn(json.dumps(asked), command=[sys.executable, "-P", "-c", _SEVERAL], **variables)
+    several = [sys.executable, "-P", "-c", _SEVERAL]
+    child = spawn(json.dumps(asked), columns=80, rows=24, command=several, **variables)
     child.expect(pexpect.EOF)
     assert ended(child).code == 0, child.before
     parts = child.before.split("\x1e")[:-1]
