@@ -86,9 +86,9 @@ def test_nan_equals_nan_in_the_same_place():
 def test_subsets_and_classes_are_equal_if_they_hold_the_same(varied):
     catalogue, again = Catalogue(varied), Catalogue(varied)
     for ask in (
-        lambda each, **more: each.select(p=(2, 4), coordinates=True, **more),
-        lambda each, **more: each.classes(p=(2, 4), **more),
-        lambda each, **more: each.classes(p=(2, 4), **more).rows(),
+        lambda each, **more: each.select(p="2-4", coordinates=True, **more),
+        lambda each, **more: each.classes(p="2-4", **more),
+        lambda each, **more: each.classes(p="2-4", **more).rows(),
     ):
         assert ask(catalogue) == ask(again)
         assert hash(ask(catalogue)) == hash(ask(again))

@@ -133,7 +133,7 @@ def test_the_catalogue_gives_what_its_orbits_give(filled):
 
 
 @pytest.mark.parametrize(
-    "criteria", [{"p": "3-6"}, {"time_reversal": "self"}, {"p": (2, 6), "status": "boundary"}]
+    "criteria", [{"p": "3-6"}, {"time_reversal": "self"}, {"p": "2-6", "status": "boundary"}]
 )
 def test_parts_of_the_orbits_have_none(filled, criteria):
     chosen = choose(**{"status": "orbit"} | criteria)

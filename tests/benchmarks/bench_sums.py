@@ -67,7 +67,7 @@ def compared_subsets(path: Path, a: float, highest: int) -> float:
         some = catalogue.classes(a=a, status="orbit")
         low, high = sorted(some.length[[len(some) // 4, len(some) // 2]].tolist())
         for criteria in (*SUBSETS, {"length": (low, high)}):
-            chosen = choose(a, p=(2, highest), **criteria)
+            chosen = choose(a, p=range(2, highest + 1), **criteria)
             for _ in sweep_periods(path, a, range(2, highest + 1), selection=chosen):
                 pass
             rows = catalogue.classes(chosen)

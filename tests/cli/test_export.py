@@ -34,7 +34,7 @@ EXACT = {} if int(version("pandas").partition(".")[0]) >= 3 else {"float_precisi
 
 @pytest.fixture
 def subset(varied):
-    return Catalogue(varied).select(p=(2, 5), status="orbit,dynamical", coordinates=True)
+    return Catalogue(varied).select(p="2-5", status="orbit,dynamical", coordinates=True)
 
 
 @pytest.fixture
@@ -74,7 +74,7 @@ def test_pandas_reads_every_bit(exported, subset):
 
     texts = pd.read_csv(exported("csv"), dtype=dict.fromkeys(("code", "representative"), str), **EXACT)
     for table in (texts, pd.read_parquet(exported("parquet"))):
-        assert table["code"].tolist() == subset.words.tolist()
+        assert table["code"].tolist() == subset.codes.tolist()
         for name in NUMBERS:
             np.testing.assert_array_equal(table[name], getattr(subset, name), err_msg=name)
 
@@ -105,8 +105,8 @@ def test_bounces_lie_where_the_orbit_hits_its_walls(varied, tmp_path, cli, form)
     assert cli("export", str(target), *chosen).code == 0
     found = read_back(target)
     subset = Catalogue(varied).select(p=5, status="orbit", coordinates=True)
-    assert [str(code) for code in found["code"]] == np.repeat(subset.words, 5).tolist()
-    assert "".join(map(str, found["symbol"])) == "".join(subset.words)
+    assert [str(code) for code in found["code"]] == np.repeat(subset.codes, 5).tolist()
+    assert "".join(map(str, found["symbol"])) == "".join(subset.codes)
     np.testing.assert_array_equal(found["n"], np.tile(np.arange(1, 6), len(subset)))
     np.testing.assert_allclose(found["coordinate"], subset.coordinates, rtol=0, atol=1e-15)
     points = np.stack([found["x"], found["y"]], axis=-1).reshape(-1, 5, 2)

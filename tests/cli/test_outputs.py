@@ -71,7 +71,7 @@ def rows_of(catalogue: Catalogue, a: float, **criteria: Any) -> Columns:
              "class_size", "walls", "margin", "residual", "error", "length_error", "lyapunov_error",
              "symmetry")  # fmt: skip
     columns = {name: plain(getattr(subset, name)) for name in names}
-    words = subset.words.tolist()
+    words = subset.codes.tolist()
     masks = [int(rules_broken(from_strings([word]))[0]) for word in words]
     columns["rules"] = [[n for n in range(1, 7) if mask >> (n - 1) & 1] for mask in masks]
     columns["class_size"] = [size or None for size in columns["class_size"]]

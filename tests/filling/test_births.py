@@ -101,11 +101,11 @@ def test_words_are_chosen_by_their_lives(born):
         pass
     catalogue = Catalogue(born, 3.0)
     everything = catalogue.select(p=6)
-    words = from_strings(everything.words.tolist())
+    words = from_strings(everything.codes.tolist())
     for a, other in ((1.0, 0.7), (0.5, 0.3)):
         orbits = {at: set(to_strings(words[solve(words, at).status == "orbit"])) for at in (a, other)}
         chosen = catalogue.select(p=6, exists=a, not_at=other)
-        assert set(chosen.words) == orbits[a] - orbits[other]
+        assert set(chosen.codes) == orbits[a] - orbits[other]
         assert ((other <= chosen.born) & (chosen.born < a)).all()
     assert catalogue.count(p=6, born=(None, 100)) == np.isfinite(everything.born).sum()
     assert np.isnan(everything.dies).all()
@@ -172,7 +172,7 @@ def test_the_figure_of_births_has_the_periods_that_have_some(born, monkeypatch):
     assert [above.lines[0].get_xdata()[end] for end in (0, -1)] == pytest.approx([0.02, 1.5 * 4.773733293664])
     assert [text.get_text() for text in below.get_legend().get_texts()] == ["$p = 6$", "$p = 7$"]
     with pytest.raises(InputError, match="no births to draw"):
-        draw_births(Catalogue(born), choose(p=(2, 4)))  # all of them are orbits from a = 0 on
+        draw_births(Catalogue(born), choose(p="2-4"))  # all of them are orbits from a = 0 on
 
 
 def test_a_missing_class_is_noticed(born):

@@ -179,7 +179,7 @@ def test_every_faint_line_is_explained(known):
 def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
     made = subsets.OF_SUBSETS["entropy"](known, WHOLE, 0)
     (ax,) = made.axes
-    found = by_period.entropy(known.classes(a=1.6, p=(2, 5)).rows(), 5)
+    found = by_period.entropy(known.classes(a=1.6, p="2-5").rows(), 5)
     p, k_0 = line(ax, "$K_0")
     assert p == [2, 3, 4, 5]
     assert k_0 == pytest.approx(found.K_0)
@@ -202,7 +202,7 @@ def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
 
 def test_the_exponents_by_every_method(known, capsys):
     made = subsets.OF_SUBSETS["lyapunov"](known, Selection(1.6, periods=((2, 6),)), 0)
-    subset = known.classes(a=1.6, p=(2, 6))
+    subset = known.classes(a=1.6, p="2-6")
     found = by_period.lyapunov(subset.rows(), 6)
     rules = sum_rules_of(read_whole(known, Selection(1.6, periods=((2, 6),))))
     assert len(made.axes) == 2
@@ -258,7 +258,7 @@ def test_a_sheet_has_every_class(known, capsys, limit, told):
     chosen = Selection(1.6, periods=((4, 4),), statuses=(Status.ORBIT,))
     made = subsets.OF_SUBSETS["sheet"](known, chosen, limit)
     (ax,) = made.axes
-    classes = sorted({solve_word(word, 1.6).representative for word in known.select(chosen).words.tolist()})
+    classes = sorted({solve_word(word, 1.6).representative for word in known.select(chosen).codes.tolist()})
     orbits = [solve_word(word, 1.6) for word in classes[:limit]]
     labels = [text.get_text() for text in ax.texts]
     assert labels == [f"{orbit.code} ({orbit.class_size})" for orbit in orbits]
@@ -282,7 +282,7 @@ def test_the_bounces_in_phase_space(known):
     made = subsets.OF_SUBSETS["birkhoff"](known, chosen, 0)
     ax, bar = made.axes
     subset = known.select(chosen, coordinates=True)
-    orbits = [solve_word(word, 1.6) for word in subset.words.tolist()]
+    orbits = [solve_word(word, 1.6) for word in subset.codes.tolist()]
     places = [birkhoff(Stadium(1.6), from_strings([o.code]), o.coordinates[None]) for o in orbits]
     expected = np.concatenate([np.column_stack([each.ravel() for each in place]) for place in places])
     (dots,) = ax.collections
@@ -299,7 +299,7 @@ def test_the_lengths(known):
     )
     above, below, bar = made.axes
     steps, end = above.get_lines()
-    lengths = sorted(solve_word(w, 1.6).length for w in known.select(a=1.6, p=(2, 4), status="orbit").words)
+    lengths = sorted(solve_word(w, 1.6).length for w in known.select(a=1.6, p="2-4", status="orbit").codes)
     assert steps.get_ydata()[-1] == len(lengths) == 41
     assert (steps.get_xdata()[0], steps.get_xdata()[-1]) == pytest.approx((lengths[0], lengths[-1]))
     complete = end.get_xdata()[0]

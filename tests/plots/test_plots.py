@@ -229,7 +229,7 @@ def test_json_is_not_a_figure(varied, tmp_path, cli):
 def test_orbits_and_subsets_draw_themselves_into_axes(varied):
     from matplotlib import pyplot
 
-    subset = Catalogue(varied).select(p=(2, 4), coordinates=True)
+    subset = Catalogue(varied).select(p="2-4", coordinates=True)
     _, (left, right) = pyplot.subplots(1, 2)
     assert subset.plot(ax=left) is left
     assert len(left.collections[0].get_offsets()) == subset.p[subset.status == "orbit"].sum()

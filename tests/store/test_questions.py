@@ -59,7 +59,7 @@ def test_arrays_are_those_of_a_list(asked, criteria, order):
     catalogue, rows = asked
     subset = catalogue.select(choose(**criteria), order=order, coordinates=True)
     wanted = expected(rows, criteria, order)
-    assert subset.words.tolist() == [row["code"] for row in wanted]
+    assert subset.codes.tolist() == [row["code"] for row in wanted]
     for name in ("length", "margin", "lambda_c", "born"):
         known = [math.nan if row[name] is None else row[name] for row in wanted]
         np.testing.assert_array_equal(getattr(subset, name), known, err_msg=name)

@@ -18,12 +18,6 @@ from orbitdb.store.asking.selection import Selection
 SMALL, LARGE, TINY = (80, 24), (160, 48), (60, 20)
 
 
-class PatientApp(BrowseApp):
-    """The app as it is, but that what it tells stays long enough for a slow machine to find it."""
-
-    NOTIFICATION_TIMEOUT = 600.0
-
-
 Steps = Callable[[BrowseApp, Pilot[Any]], Awaitable[None]]
 
 
@@ -39,7 +33,8 @@ def drive(
     """Run the app without a terminal and do some steps with its pilot."""
 
     async def run() -> None:
-        app = PatientApp(path, selection or Selection(), code, state)
+        app = BrowseApp(path, selection or Selection(), code, state)
+        app.NOTIFICATION_TIMEOUT = 600.0  # type: ignore[misc]  # so that a slow machine still finds them
         async with app.run_test(size=size, notifications=notifications) as pilot:
             await settle(pilot)
             await steps(app, pilot)

@@ -26,7 +26,7 @@ class Criteria(TypedDict, total=False):
     """What a subset can be chosen by, as `choose` takes it."""
 
     a: float | None
-    p: int | tuple[int, int] | str | Iterable[int] | None
+    p: int | str | Iterable[int] | None
     status: Status | str | Iterable[Status | str] | None
     time_reversal: str | None
     symmetry: str | None
@@ -60,7 +60,7 @@ def with_criteria(method: _Method) -> _Method:
 
 def choose(
     a: float | None = None,
-    p: int | tuple[int, int] | str | Iterable[int] | None = None,
+    p: int | str | Iterable[int] | None = None,
     status: Status | str | Iterable[Status | str] | None = None,
     time_reversal: str | None = None,
     symmetry: str | None = None,
@@ -107,10 +107,8 @@ def _no_criterion(names: Sequence[str]) -> SelectionError:
     )
 
 
-def _periods_text(p: int | tuple[int, int] | str | Iterable[int]) -> str:
-    """Write periods as `parse_periods` reads them: a pair is a range, any other sequence has them all."""
-    if isinstance(p, tuple) and len(p) == 2:
-        return "-".join(map(str, p))
+def _periods_text(p: int | str | Iterable[int]) -> str:
+    """Write periods as `parse_periods` reads them."""
     if isinstance(p, range) and p.step == 1 and len(p):
         return f"{p[0]}-{p[-1]}"
     return _listed(p)

@@ -77,7 +77,7 @@ class Catalogue:
     <Catalogue orbits.db: periods 2-11 at a = 1.6>
     >>> round(catalogue["1232131"].length, 9), "1232131" in catalogue, len(catalogue)
     (22.454362411, True, 89789)
-    >>> catalogue.select(p=(2, 11), status="orbit", lambda_c=(None, 0.35))
+    >>> catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35))
     <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
 
     It is closed behind a block, and opened again if something more is asked:
@@ -623,9 +623,8 @@ class Catalogue:
             Whether to read the coordinates, too.
         a : float, optional
             The stadium, by default the catalogue's.
-        p : int, (int, int), str or iterable of int, optional
-            A period, the first and the last of a range (a tuple), text such as ``2,3,5-7``, or all
-            periods one by one (a list, a range, an array).
+        p : int, str or iterable of int, optional
+            A period, text such as ``2,3,5-7``, or several: ``range(2, 6)``, a list, an array.
         status : Status, str or iterable of them, optional
             One, or some, also in a text with commas, such as ``orbit,boundary``.
         time_reversal, symmetry, contains, where, parameters : optional
@@ -642,7 +641,7 @@ class Catalogue:
 
         Examples
         --------
-        >>> catalogue.select(p=(2, 11), status="orbit", length=(None, 11)).words
+        >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).codes
         array(['13', '013', '031', '132', '123'], dtype=StringDType())
         """
         from orbitdb.store.reading.subset import read_subset

@@ -50,7 +50,7 @@ class Subset(ByValue):
     ----------
     selection : Selection
         What was chosen; ``selection.describe()`` says it in words.
-    words : ndarray of str, shape (N,)
+    codes : ndarray of str, shape (N,)
         Least rotations.
     p : ndarray of int, shape (N,)
         Periods.
@@ -79,19 +79,19 @@ class Subset(ByValue):
 
     Examples
     --------
-    >>> subset = catalogue.select(p=(2, 4), status="orbit", order="length")
+    >>> subset = catalogue.select(p="2-4", status="orbit", order="length")
     >>> subset
     <41 orbits of period 2 to 4 at a = 1.6>
     >>> subset[0].code, subset[:3], "31" in subset
     ('13', <3 of 41 orbits of period 2 to 4 at a = 1.6>, True)
-    >>> subset[subset.length > 12].words.tolist()[:2]
+    >>> subset[subset.length > 12].codes.tolist()[:2]
     ['1155', '3344']
     >>> [orbit.code for orbit in subset[-2:]]
     ['1133', '4455']
     """
 
     selection: Selection
-    words: Texts
+    codes: Texts
     p: Integers
     status: Texts
     representative: Texts
@@ -115,7 +115,7 @@ class Subset(ByValue):
     total: int | None = None
 
     def __len__(self) -> int:
-        return len(self.words)
+        return len(self.codes)
 
     def __repr__(self) -> str:
         part = "" if self.total is None else f"{len(self)} of "
@@ -134,9 +134,9 @@ class Subset(ByValue):
     def __contains__(self, word: object) -> bool:
         """Tell whether a word is there, in any rotation, or an orbit as it is here."""
         if isinstance(word, Orbit):
-            return any(word == orbit for orbit in self[np.flatnonzero(self.words == word.code)])
+            return any(word == orbit for orbit in self[np.flatnonzero(self.codes == word.code)])
         try:
-            return isinstance(word, str) and least_rotation(parse(word)) in self.words
+            return isinstance(word, str) and least_rotation(parse(word)) in self.codes
         except WordError:
             return False
 
@@ -176,7 +176,7 @@ class Subset(ByValue):
 
     def _orbit(self, n: int) -> Orbit:
         """Return one sequence; its coordinates are there if they were read, `exists` is not."""
-        word, a = str(self.words[n]), self.selection.a
+        word, a = str(self.codes[n]), self.selection.a
         if (pruned := pruned_word(word, a)) is not None:
             return replace(pruned, stored=True)
         status = Status(str(self.status[n]))
@@ -222,7 +222,7 @@ class Subset(ByValue):
         """Return the words of one period as symbols and their coordinates, both of shape (N_p, p)."""
         rows = np.flatnonzero(self.p == p)
         places = self.start[rows][:, None] + np.arange(p)
-        return from_strings(self.words[rows].tolist()).reshape(-1, p), self._read()[places]
+        return from_strings(self.codes[rows].tolist()).reshape(-1, p), self._read()[places]
 
     def _read(self) -> Floats:
         if self.coordinates is None:
@@ -347,7 +347,7 @@ class Subset(ByValue):
     def _columns(self) -> dict[str, Column]:
         """Return the columns by their names in the catalogue, None where the class of a row is not known."""
         missing = (self.representative == "").tolist()
-        columns: dict[str, Column] = {"code": self.words.tolist(), "a": np.full(len(self), self.selection.a)}
+        columns: dict[str, Column] = {"code": self.codes.tolist(), "a": np.full(len(self), self.selection.a)}
         for name in _TOLD:
             values, kind = getattr(self, name), kind_of(name)
             if kind == "text":
@@ -376,7 +376,7 @@ _OF_ROWS = {each.name for each in fields(Subset)} - {
 
 def read_subset(catalogue: "Catalogue", selection: Selection, order: str, coordinates: bool) -> Subset:
     """Return the chosen sequences as arrays (`Catalogue.select`)."""
-    names = ["code", *_OF_ROWS - {"words"}, *([COORDINATES] if coordinates else [])]
+    names = ["code", *_OF_ROWS - {"codes"}, *([COORDINATES] if coordinates else [])]
     with catalogue.at_one_moment() as still:
         blocks = list(still.blocks(still.choose(selection, order), names))
         unfilled = still.unfilled(selection) or still.lacking_births(selection)
