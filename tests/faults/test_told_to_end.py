@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -73,14 +72,28 @@ def stored(tmp_path_factory):
     return path
 
 
+def at_a_moment(folder, arguments, catalogue, moment):
+    """Return a command that has run so long; if it ends before, one that has run for half of that."""
+    while True:
+        own = folder / f"{moment}"
+        own.mkdir()
+        started = Started(own, arguments, catalogue)
+        try:
+            started.process.wait(moment)
+        except subprocess.TimeoutExpired:
+            return started
+        assert started.process.returncode == 0
+        started.process.communicate()
+        moment /= 2
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("turn", fuzz_but(range(3), range(8)))
 @pytest.mark.parametrize("name", COMMANDS)
 def test_told_to_end_at_any_moment(stored, tmp_path, name, turn):
     signalled, group = ("SIGTERM", "SIGHUP")[turn % 2], turn % 4 > 1
-    started = Started(tmp_path, COMMANDS[name], stored)
+    started = at_a_moment(tmp_path, COMMANDS[name], stored, seeded(turn).uniform(0.0, 1.5))
     try:
-        time.sleep(seeded(turn).uniform(0.0, 2.5))
         said = started.told(signalled, group)
     finally:
         if started.process.poll() is None:
