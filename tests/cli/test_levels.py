@@ -6,6 +6,7 @@ import sqlite3
 import pytest
 
 
+@pytest.mark.slow
 def test_levels_are_kept_and_the_missing_ones_are_added(cli, tmp_path):
     path = str(tmp_path / "levels.db")
     one = ("levels", "--parity", "oo", "--json", "--db", path)

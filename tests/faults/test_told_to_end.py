@@ -106,6 +106,7 @@ def test_told_to_end_at_any_moment(stored, tmp_path, name, turn):
     assert [line.partition(";")[0] for line in said] == ["orbitdb: terminated"]
 
 
+@pytest.mark.slow
 def test_no_half_of_a_file_stays(stored, tmp_path):
     started = Started(tmp_path, COMMANDS["export"], stored)
     while not list(started.folder.glob(".*.part")):
@@ -114,6 +115,7 @@ def test_no_half_of_a_file_stays(stored, tmp_path):
     assert started.process.returncode == 143
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
 def test_a_verification_ends_with_its_workers_and_their_folder(stored, tmp_path, name):
     started = Started(tmp_path, COMMANDS["verify"], stored)
