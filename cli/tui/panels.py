@@ -190,7 +190,7 @@ class Panels(OwnScreen[None]):
         self.show_rows(rows, place or 0)
         if alone is not None and place is None:
             self.leave_the_row()
-        self.rows.report = f"{len(rows):,} of {self.rows.total:,} sequences"
+        self.rows.report = f"{len(rows):,} of {message.total:,} sequences"
 
     def show_rows(self, rows: Pages, cursor: int) -> None:
         """Show the rows that have been read, as they are where words are shown."""
