@@ -56,7 +56,7 @@ def leave(code: int) -> NoReturn:
 
 
 def end_as_users_expect() -> None:
-    """Take Ctrl-C once however often it is pressed, be told to end, and end quietly before ``| head``.
+    """Take Ctrl-C once however often it is pressed, heed SIGTERM, and end quietly before ``| head``.
 
     Signals that the process was started to ignore, as by ``nohup``, stay ignored.
     """

@@ -152,7 +152,7 @@ def collect_later() -> None:
 
 
 class _ClosedOutput(io.TextIOBase):
-    """An output that nothing can be written to: who has data for it is told, who has none need not know."""
+    """An output that refuses all data: a command that writes none never notices."""
 
     def write(self, text: str, /) -> int:
         """Refuse what is written, as a disk that is full does."""

@@ -23,7 +23,7 @@ def reading(db: Path | None, a: float | None, choice: Choice) -> "Iterator[tuple
     """Give a catalogue as it is at one moment, and the subset chosen by options at the a that is meant."""
     from orbitdb.store.reading.catalogue import Catalogue
 
-    chosen = choice.at(USUAL_A if a is None else a)  # so that a wrong option is told first
+    chosen = choice.at(USUAL_A if a is None else a)  # reports a wrong option first
     with closing(Catalogue(db, a)) as opened, opened.at_one_moment() as catalogue:
         _note_rotations(chosen)
         yield catalogue, replace(chosen, a=_told(catalogue.a, catalogue.path) if a is None else catalogue.a)

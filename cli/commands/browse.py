@@ -36,7 +36,7 @@ def browse(
     a: options.StoredHalfLength = None,
     choice: Choice,
     web: Annotated[
-        bool, typer.Option("--web", help="Show it in a browser on this machine, at an address that is told.")
+        bool, typer.Option("--web", help="Show it in a browser on this machine, at the address it prints.")
     ] = False,
     port: Annotated[
         int, options.count_option("--port", least=0, most=65535, help="Of that address; 0 for any free one.")

@@ -1,4 +1,4 @@
-"""``orbitdb identify``: orbits by what one has, a trajectory or a length."""
+"""``orbitdb identify``: orbits by a trajectory or a length."""
 
 from contextlib import closing
 from dataclasses import replace
@@ -82,9 +82,9 @@ def identify(
     mark_words: options.MarkWords = False,
     db: options.Database = None,
 ) -> None:
-    """Find orbits by what one has: a start, the bounces of a trajectory, or a length.
+    """Find the orbits near a start, near the bounces of a trajectory, or of a length.
 
-    A trajectory is told in symbols, with the periodic orbits that it shadows, stored or solved on the
+    A trajectory becomes symbols, with the periodic orbits that it shadows, stored or solved on the
     spot, those it goes round most often first: for bounces first to last it stays within the tolerance
     of the orbit. From a start it is followed ahead (bounce 1, 2, ...) and back (0, -1, ...). A length is
     that of stored orbits, repeated or not: total = repetitions x length.
@@ -209,7 +209,7 @@ def _show_length(
         among = describe_fills(fills, chosen.a) if fills else f"single words at a = {exact(chosen.a)}"
     more = f"; {count} shown, --limit {len(found)} shows all" if count < len(found) else ""
     candidates = several(len(found), "candidate") if found else "no candidates"
-    if fills or found:  # else nothing was looked through, which is told
+    if fills or found:  # else another note says that nothing was searched
         note(f"{candidates} among {among}, one a symmetry class{more}; "
              "longer periods may have it, too")  # fmt: skip
     return count

@@ -24,7 +24,7 @@ COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
 _SHOWN = len(COLUMNS) - 3
 """Columns for people, that 80 characters hold: those of processors come in the other formats."""
 _FEW = 4
-"""Values of a of which the entropy is told one by one."""
+"""Values of a whose entropies stand in lines of their own."""
 
 
 def info(

@@ -205,7 +205,7 @@ def _find(codes: list[str], a: list[str] | None, db: Path | None) -> tuple[list[
     if known is None and db is not None:
         note(f"no catalogue at {path}: solved on the spot")
     for code in codes:
-        parse(code)  # so that a wrong one is all that is told
+        parse(code)  # a wrong one ends the command before it prints anything
     words = [primitive(code) for code in codes]
     found = [find_or_solve(known, word, at) for word in words for at in values]
     if not found:
@@ -274,7 +274,7 @@ def _in_a_cell(orbit: "Orbit", key: str) -> Any:
 
 
 def _told(orbit: "Orbit", key: str) -> Any:
-    """Return a value for people, who are told in words where an orbit exists."""
+    """Return a value for people: where an orbit exists stands in words."""
     from orbitdb.cli.orbit_facts import lives_text
 
     if key == "exists" and orbit.exists is not None:

@@ -46,7 +46,7 @@ def progress(text: str, to_stdout: bool = False) -> Iterator[Progress]:
     Parameters
     ----------
     text : str
-        What is at work, until more is told.
+        What is at work, until a step says more.
     to_stdout : bool, optional
         Whether rows go to stdout meanwhile: where these are seen, or go to a pager, no line may stand
         among them.
