@@ -18,7 +18,7 @@ from orbitdb.errors import InputError
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.identification import Candidate, Followed, Trajectory
+    from orbitdb.catalogue.identification import Candidate, Followed, Trajectory
 
 EXAMPLES = """
 Examples:
@@ -134,10 +134,10 @@ def _show_trajectory(
 def _identify(asked: dict[str, Any], a: float | None, db: Path | None) -> tuple["Trajectory", float]:
     """Return what is found of a trajectory, with a catalogue or without one, and the a that is meant."""
     from orbitdb.billiard.stadium import Stadium
+    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.catalogue.identification import identify_trajectory
     from orbitdb.orbits.newton import solve_word
     from orbitdb.store.file.database import check_file, default_path
-    from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.identification import identify_trajectory
 
     path = db or default_path()
     stadium = Stadium(meant(path, a))

@@ -22,7 +22,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.fills import describe_partial
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 _DELIMITERS = {".csv": ",", ".tsv": "\t"}
 ROWS = (*_DELIMITERS, ".json", ".jsonl", ".parquet")

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import sqlalchemy as sa
@@ -22,12 +22,10 @@ from orbitdb.store.file.tables import (
     orbit,
     stadium,
 )
+from orbitdb.store.reading import question
 from orbitdb.store.reading.chosen import Integers, orders_of
 from orbitdb.store.reading.soundness import Columns, Marks, are_whole, sound_words
 from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period
-
-if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
 
 Row = dict[str, Any]
 Ids = dict[int, Integers]
@@ -38,11 +36,12 @@ SYMBOLS_A_BLOCK = 1 << 17
 _BLOCK = 4096
 
 
-def choose(catalogue: "Catalogue", selection: Selection, sample: int | None, rng: np.random.Generator) -> Ids:
+def choose(
+    connection: sa.Connection, selection: Selection, sample: int | None, rng: np.random.Generator
+) -> Ids:
     """Return by period the ids of the chosen classes, or of a random sample of them."""
-    with catalogue.at_one_moment() as still, still.reading() as connection:
-        ids = still.choose(selection).ids
-        return by_period(connection, sampled(np.sort(ids[ids > 0]), sample, rng))
+    ids = question.choose(connection, selection).ids
+    return by_period(connection, sampled(np.sort(ids[ids > 0]), sample, rng))
 
 
 def sampled(ids: Integers, sample: int | None, rng: np.random.Generator) -> Integers:

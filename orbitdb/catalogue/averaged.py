@@ -14,6 +14,16 @@ from orbitdb.averages.fixed_points import Weight, divisors, missing_divisors, mi
 from orbitdb.averages.period_sums import lyapunov_of_periods
 from orbitdb.averages.standing import faults_of, standing
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.counted import Counted
+from orbitdb.catalogue.results import AVERAGES, PROVED, SUM_RULES, TABLE, TRAJECTORIES, UP_TO_CUT, Result
+from orbitdb.catalogue.whole_periods import (
+    WholePeriods,
+    all_orbits,
+    read_whole,
+    sum_rules_of,
+    why_missing,
+    why_no_sum_rules_of,
+)
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact, with_error
 from orbitdb.orbits.beyond import least_exponent
@@ -22,22 +32,12 @@ from orbitdb.orbits.tally import Tally
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.file.schema import BALLS, DOUBLES
-from orbitdb.store.reading.counted import Counted
 from orbitdb.store.reading.fills import describe_partial, written_periods
-from orbitdb.store.reading.records import Enclosure, best_reference
-from orbitdb.store.reading.results import AVERAGES, PROVED, SUM_RULES, TABLE, TRAJECTORIES, UP_TO_CUT, Result
-from orbitdb.store.reading.whole_periods import (
-    WholePeriods,
-    all_orbits,
-    read_whole,
-    sum_rules_of,
-    why_missing,
-    why_no_sum_rules_of,
-)
+from orbitdb.store.reading.records import Enclosure
 from orbitdb.symbols.enumeration import MAX_PERIOD
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 _EDGES = 10
 """Of windows that are decided on the spot: it takes up to half a second, at small a."""
@@ -212,7 +212,7 @@ def lyapunov(
         return Result(chosen, {}, (), tuple(notes))
     if cut is not None:
         return _up_to(subset, cut, wanted, notes, tell)
-    reference, facts = best_reference(catalogue, chosen.a), [subset.selection.describe()]
+    reference, facts = catalogue.reference(chosen.a), [subset.selection.describe()]
     if reference is None:
         a = exact(chosen.a)
         notes.append(f"no trajectory value at a = {chosen.a:g}: 'orbitdb simulate --a {a}' makes one")
