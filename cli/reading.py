@@ -113,7 +113,7 @@ def note_gaps(
     catalogue: "Catalogue", chosen: "Selection", names: Sequence[str] = (), order: str = "p"
 ) -> None:
     """Say which chosen periods are stored in part, are not filled, or lack births that matter."""
-    from orbitdb.catalogue.averaged import gaps
+    from orbitdb.catalogue.gaps import gaps
 
     for told in gaps(catalogue, chosen, names=names, order=order):
         note(told)
@@ -121,7 +121,7 @@ def note_gaps(
 
 def note_nothing(catalogue: "Catalogue", chosen: "Selection", more: str = "") -> None:
     """Say that a subset is empty, if any of its periods is filled: of others that is not known."""
-    from orbitdb.catalogue.averaged import nothing
+    from orbitdb.catalogue.gaps import nothing
 
     for told in nothing(catalogue, chosen):
         note(f"{told}{more}")

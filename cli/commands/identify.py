@@ -194,9 +194,9 @@ def _show_length(
     mark: bool,
 ) -> int:
     """Write the stored orbits that have a length; return how many there are."""
+    from orbitdb.catalogue.gaps import describe_fills
     from orbitdb.numerals import exact
     from orbitdb.orbits.orbit import Status
-    from orbitdb.store.reading.fills import describe_fills
 
     names = LENGTH_COLUMNS if form in options.FOR_PEOPLE else LENGTH_KEYS
     most = _ON_SCREEN if limit is None and form is Format.TABLE else limit

@@ -102,9 +102,9 @@ def _swept(a: float, sweep: "Sweep") -> tuple[Any, ...]:
 
 def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
     """Return where the catalogue is and what it takes, in words."""
+    from orbitdb.catalogue.gaps import written_periods
     from orbitdb.filling.estimate import gigabytes
     from orbitdb.store.file.schema import SCHEMA_VERSION
-    from orbitdb.store.reading.fills import written_periods
     from orbitdb.store.reading.records import room
 
     with catalogue.reading() as connection:

@@ -180,7 +180,7 @@ def _unfilled(catalogue: "Catalogue", chosen: "Selection") -> str | None:
         swept = tuple(each.p for subset in subsets for each in catalogue.sweeps(chosen.a, subset))
     except StoreError:
         return None  # it is among what is checked
-    from orbitdb.catalogue.averaged import without
+    from orbitdb.catalogue.gaps import without
 
     rest = without(chosen, swept) if swept else chosen
     return None if rest is None else catalogue.unfilled(rest)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Unpack, overload
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.counted import Counted, count
+from orbitdb.catalogue.gaps import describe_lacking, describe_unfilled
 from orbitdb.catalogue.opened import OpenedCatalogue
 from orbitdb.column_blocks import ColumnBlock
 from orbitdb.errors import InputError
@@ -19,7 +20,7 @@ from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file.engines import driver
 from orbitdb.store.reading import lives, question, records, row_blocks, sweeps
 from orbitdb.store.reading.chosen import Chosen
-from orbitdb.store.reading.fills import Fill, describe_unfilled
+from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lives import BirthFill, Life
 from orbitdb.store.reading.lookup import a_filled, find_word
 from orbitdb.store.reading.records import Enclosure
@@ -179,7 +180,7 @@ class Catalogue(OpenedCatalogue):
 
         They matter where the subset, the columns that are shown of it, or its order depend on them.
         """
-        return lives.describe_lacking(self.without_births(selection, names, order))
+        return describe_lacking(self.without_births(selection, names, order))
 
     def without_births(self, selection: Selection, names: Sequence[str] = (), order: str = "p") -> list[int]:
         """Return the chosen periods that are filled and of which no births are stored, if they matter."""

@@ -9,12 +9,13 @@ from typing import Self
 import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.gaps import describe_fills
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.file import tables
 from orbitdb.store.file.database import default_path, need_newest, plain_errors
 from orbitdb.store.file.engines import driver, reading_engine
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.reading.fills import Fill, as_fill, describe_fills
+from orbitdb.store.reading.fills import Fill, as_fill
 from orbitdb.store.reading.lookup import a_stored, meant
 
 _SHOWN = 4
