@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tables import cycle, pruned
-from orbitdb.store.reading.chosen import ALL, COUNTS, Chosen, Integers, orders_of
+from orbitdb.store.reading.chosen import ALL, BITS_OF, Chosen, Integers, orders_of
 from orbitdb.store.reading.fitting import fitting, long_words, stabilisers_of_classes
 from orbitdb.symbols.members import ELEMENT_OF, packed_members, places_of_elements
 from orbitdb.symbols.patterns import Like
@@ -42,21 +42,18 @@ def in_order_of_words(
     keys : mapping of str to bool
         Columns to sort by, at least one of them of single words, and whether they fall.
     """
-    first, falling = next(iter(keys.items()))
-    texts, later = _texts(connection, chosen)
-    if first in _TEXTS and not len(later):
-        return _by_text(texts)[:: -1 if falling else 1]
-    arrays: list[NDArray[np.int64]] = []
-    counts = chosen.counts
+    arrays: list[NDArray[np.generic]] = []
     for name, falls in keys.items():
         if name in _TEXTS:
-            parts = [texts, later] if len(later) else [texts]
-            arrays += [-part for part in parts] if falls else parts
+            texts, later = _texts(connection, chosen)
+            if not arrays and not len(later):
+                return _by_text(texts)[:: -1 if falls else 1]
+            arrays += [-part if falls else part for part in (texts, later) if len(part)]
             break  # no two words are the same
         if name == "element":
             arrays.append(_elements(connection, chosen, falls))
         else:
-            arrays.append(np.repeat(_ranks(chosen.values[name], falls), counts))
+            arrays.append(np.repeat(_ranks(chosen.values[name], falls), chosen.counts))
     return np.lexsort(arrays[::-1]).astype(np.uint32)
 
 
@@ -124,12 +121,12 @@ def _long_words(connection: sa.Connection, ids: NDArray[np.int64], masks: NDArra
     return found
 
 
-def _elements(connection: sa.Connection, chosen: Chosen, falling: bool) -> NDArray[np.int64]:
+def _elements(connection: sa.Connection, chosen: Chosen, falling: bool) -> NDArray[np.int8]:
     """Return what sorts words by the elements that lead to them; pruned words, of none, come last."""
     stabilisers = stabilisers_of_classes(connection, chosen.ids, chosen.masks == ALL)
-    words = chosen.words()
-    elements = ELEMENT_OF[np.repeat(stabilisers, COUNTS[chosen.masks]), words.places].astype(np.int64)
-    return np.where(words.ids < 0, len(ELEMENTS), -elements if falling else elements)
+    elements = ELEMENT_OF.astype(np.int8)[stabilisers] * (-1 if falling else 1)
+    elements[chosen.ids < 0] = len(ELEMENTS)
+    return elements[BITS_OF[chosen.masks].astype(np.bool_)]
 
 
 def position_of(connection: sa.Connection, chosen: Chosen, word: str) -> int | None:
