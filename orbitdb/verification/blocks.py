@@ -14,18 +14,9 @@ from orbitdb.equality import ByValue
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.verification.check import Step
-from orbitdb.version import __version__
 
 if TYPE_CHECKING:
     import sqlalchemy as sa
-
-
-@dataclass(frozen=True)
-class Checked:
-    """What was found in a part, and which orbitdb looked."""
-
-    step: Step
-    version: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +35,10 @@ class Part(ByValue, ABC):
     def checked(self, connection: "sa.Connection") -> Step:
         """Return what is found in what a connection reads."""
 
-    def solved(self) -> Checked:
+    def solved(self) -> Step:
         """Return what is found in the catalogue as it is now: the rows of a class stay what they are."""
         with _opened(self.path).reading() as connection:
-            return Checked(self.checked(connection), __version__)
+            return self.checked(connection)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +78,7 @@ def is_chosen(p: int, selections: Sequence[Selection]) -> bool:
 class Workers(Protocol):
     """Something that checks parts, such as `orbitdb.filling.workers.Processes`."""
 
-    def solved(self, blocks: Iterable[Part]) -> Iterator[Checked]:
+    def solved(self, blocks: Iterable[Part]) -> Iterator[Step]:
         """Yield what was found in parts, in their order."""
 
 
@@ -95,4 +86,4 @@ def steps_of(parts: Iterable[Part], connection: "sa.Connection", workers: Worker
     """Yield what is found in parts, in their order: by workers, or here, in what one connection reads."""
     if workers is None:
         return (part.checked(connection) for part in parts)
-    return (found.step for found in workers.solved(parts))
+    return workers.solved(parts)
