@@ -19,7 +19,6 @@ from orbitdb.symbols.symmetry import ELEMENTS, class_of, members
 from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, key, pack, packed
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.lives import Standings
 
 _TEXTS = ("code", "word")
@@ -133,28 +132,27 @@ def _elements(connection: sa.Connection, chosen: Chosen, falling: bool) -> NDArr
     return np.where(words.ids < 0, len(ELEMENTS), -elements if falling else elements)
 
 
-def position_of(catalogue: "Catalogue", chosen: Chosen, word: str) -> int | None:
+def position_of(connection: sa.Connection, chosen: Chosen, word: str) -> int | None:
     """Return in which row a word, a least rotation, stands; None if in none."""
     if len(word) > MAX_KEYED:
-        return _position_of_long(catalogue, chosen, word) if (np.abs(chosen.ids) >= LONG).any() else None
+        return _position_of_long(connection, chosen, word) if (np.abs(chosen.ids) >= LONG).any() else None
     if rules_of(word):
         return chosen.position(-key(word), 0)
     least = class_of(word).representative
     return chosen.position(key(least), list(members(least)).index(word))
 
 
-def _position_of_long(catalogue: "Catalogue", chosen: Chosen, word: str) -> int | None:
+def _position_of_long(connection: sa.Connection, chosen: Chosen, word: str) -> int | None:
     p = len(word)
     known = sa.select(cycle.c.id, cycle.c.words).where(cycle.c.id >= LONG, cycle.c.p == p)
     queries = (
         known.where(sa.func.instr(cycle.c.words, word) > 0),
         sa.select(pruned.c.id, pruned.c.word).where(pruned.c.p == p, pruned.c.word == word),
     )
-    with catalogue.reading() as connection:
-        for number, words in (row for query in queries for row in connection.execute(query)):
-            for place in range(len(words) // p):
-                if words.startswith(word, place * p):
-                    return chosen.position(number, place)
+    for number, words in (row for query in queries for row in connection.execute(query)):
+        for place in range(len(words) // p):
+            if words.startswith(word, place * p):
+                return chosen.position(number, place)
     return None
 
 
@@ -178,15 +176,14 @@ def periods_without(connection: sa.Connection, ids: Integers, standings: "Standi
     return np.unique(periods_of(connection, ids[standings.places == len(standings.cycles)])).tolist()
 
 
-def first_of_period(catalogue: "Catalogue", chosen: Chosen, p: int) -> int | None:
+def first_of_period(connection: sa.Connection, chosen: Chosen, p: int) -> int | None:
     """Return the first row of a period; None if there is none."""
-    with catalogue.reading() as connection:
-        here = periods_of(connection, chosen.ids) == p
+    here = periods_of(connection, chosen.ids) == p
     return chosen.first(np.where(here, 0xFF, 0).astype(np.uint8))
 
 
 def first_beginning(
-    catalogue: "Catalogue", chosen: Chosen, code: str, cancelled: Callable[[], bool] = never
+    connection: sa.Connection, chosen: Chosen, code: str, cancelled: Callable[[], bool] = never
 ) -> int | None:
     """Return the first row whose code begins with some symbols; None if there is none.
 
@@ -195,7 +192,6 @@ def first_beginning(
     CancelledError
         If nobody waits any more.
     """
-    with catalogue.reading() as connection:
-        elements = fitting(connection, chosen.ids, (Like(f"{code}%", True),), cancelled)
-        stabilisers = stabilisers_of_classes(connection, chosen.ids, chosen.masks == ALL)
+    elements = fitting(connection, chosen.ids, (Like(f"{code}%", True),), cancelled)
+    stabilisers = stabilisers_of_classes(connection, chosen.ids, chosen.masks == ALL)
     return chosen.first(places_of_elements(elements, stabilisers))
