@@ -20,9 +20,9 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 from uuid import uuid4
 
+from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.workers import Result, Task, answered, in_order
-from orbitdb.version import __version__
 
 if TYPE_CHECKING:
     from distributed import Client

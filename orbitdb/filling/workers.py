@@ -20,8 +20,8 @@ from traceback import format_exc
 from types import TracebackType
 from typing import IO, Any, Protocol, Self, TypeVar
 
+from orbitdb import __version__
 from orbitdb.errors import WorkError
-from orbitdb.version import __version__
 
 Result = TypeVar("Result")
 Result_co = TypeVar("Result_co", covariant=True)

@@ -7,6 +7,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
 from orbitdb.orbits.balls.enclosure import PRECISION
 from orbitdb.store.file.schema import SCHEMA_VERSION
@@ -22,7 +23,6 @@ from orbitdb.store.file.tables import (
     sweep,
 )
 from orbitdb.verification.check import Check, judged, listed, shown
-from orbitdb.version import __version__
 
 _COMMANDS = {
     "orbit": (orbit, ("fill",)),

@@ -19,6 +19,7 @@ from contents import rows
 from processes import small_blocks
 from workforce import Deadly, Failing, filled_by
 
+from orbitdb import __version__
 from orbitdb.cli.storing import _told
 from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.blocks import Block, cut_into_blocks
@@ -27,7 +28,6 @@ from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.workers import HERE
 from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.version import __version__
 
 if TYPE_CHECKING:  # its import takes a second
     from distributed import LocalCluster
