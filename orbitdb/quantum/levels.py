@@ -21,7 +21,6 @@ from orbitdb.quantum.eigenvalues import eigenvalues
 from orbitdb.quantum.elements import gradient
 from orbitdb.quantum.mesh import quarter_stadium
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
-from orbitdb.version import __version__
 
 Floats = NDArray[np.float64]
 
@@ -59,8 +58,8 @@ class Levels(ByValue):
         The levels in rising order, and estimates of their errors.
     seconds : float
         Processor time that it took.
-    version, arithmetic : str
-        Of the orbitdb that found them, and what computed there.
+    arithmetic : str
+        What computed them.
     """
 
     a: float
@@ -71,7 +70,6 @@ class Levels(ByValue):
     k: Floats
     error: Floats
     seconds: float = 0.0
-    version: str = __version__
     arithmetic: str = ""
 
 
