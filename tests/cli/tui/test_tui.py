@@ -73,32 +73,6 @@ def test_it_opens_with_the_first_orbit(filled, size):
     drive(filled, steps, size)
 
 
-@both_sizes
-def test_moving_through_the_table(filled, size):
-    async def steps(app, pilot):
-        table = table_of(app)
-        words = [code for (code,) in app.catalogue.rows(Selection(), ("code",))]
-        await press(pilot, "j", "j", "down", "k")
-        assert table.cursor == 2
-        assert app.screen.orbit.code == words[2]
-        await press(pilot, "pagedown")
-        assert table.cursor > 10
-        await press(pilot, "pageup", "G")
-        assert app.screen.orbit.code == words[-1]
-        assert words[-1] in shown(app)
-        await press(pilot, "k", "up")
-        assert app.screen.orbit.code == words[-3]
-        await press(pilot, "g")
-        assert table.cursor == 0
-        await press(pilot, "l", "l", "h")
-        assert table.first_column == 2
-        await pilot.click(PagedTable, offset=(3, 6))
-        await settle(pilot)
-        assert app.screen.orbit.code == words[5]
-
-    drive(filled, steps, size)
-
-
 @pytest.mark.slow
 def test_choices_of_one_session(filled):
     """Sorting by key and by heading, quick choices, codes in any rotation, and moving in a class."""
