@@ -31,14 +31,6 @@ def test_sum_rules_stand_beside_the_other_averages(filled, cli):
     assert "by exact means, without any orbit: 0.840207 < lambda_d < 0.888388, 0.355504 < lambda_c" in told
 
 
-def test_periods_from_the_first_have_sum_rules(filled, cli):
-    rows, all_rows = (
-        json.loads(cli("lyapunov", *chosen, "--json", "--db", str(filled)).out)
-        for chosen in (("--p", "2-6"), ())
-    )
-    assert rows == all_rows[:5]
-
-
 @pytest.mark.parametrize(
     ("chosen", "said"),
     [

@@ -2,6 +2,7 @@
 
 import json
 import sqlite3
+from itertools import chain
 
 import pytest
 
@@ -70,7 +71,7 @@ def test_bad_ranges_get_one_line(cli, tmp_path, options, told):
 @pytest.fixture
 def levels_file(tmp_path):
     path = tmp_path / "k.txt"
-    path.write_text("".join(f"{level!r}\n" for level in sorted(sum(KNOWN.values(), []))))
+    path.write_text("".join(f"{level!r}\n" for level in sorted(chain(*KNOWN.values()))))
     return path
 
 

@@ -32,8 +32,6 @@ from orbitdb.orbits.births.changes import find_changes
 from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
 from orbitdb.store.writing.records import add_reference
 from orbitdb.store.writing.writer import Writer
-from orbitdb.symbols.pruning import rules_broken
-from orbitdb.symbols.words import from_strings
 from orbitdb.trajectories.ensemble import Reference
 from orbitdb.trajectories.legwise import simulate_legs
 from orbitdb.verification.verify import report, verify
@@ -64,39 +62,9 @@ def plain(values: Any) -> list[Any]:
     return [None if value != value or value == "" else value for value in listed]
 
 
-def rows_of(catalogue: Catalogue, a: float, **criteria: Any) -> Columns:
-    """The columns of ``query`` and ``export`` from the arrays of a subset."""
-    subset = catalogue.select(a=a, **criteria)
-    names = ("representative", "p", "status", "length", "lyapunov", "lambda_d", "lambda_c", "time_reversal",
-             "class_size", "walls", "margin", "residual", "error", "length_error", "lyapunov_error",
-             "symmetry")  # fmt: skip
-    columns = {name: plain(getattr(subset, name)) for name in names}
-    words = subset.codes.tolist()
-    masks = [int(rules_broken(from_strings([word]))[0]) for word in words]
-    columns["rules"] = [[n for n in range(1, 7) if mask >> (n - 1) & 1] for mask in masks]
-    columns["class_size"] = [size or None for size in columns["class_size"]]
-    columns["solver"] = [size and "newton" for size in columns["class_size"]]
-    columns["walls"] = [
-        size and sum(map(word.count, "02")) for word, size in zip(words, columns["class_size"], strict=True)
-    ]
-    columns["maslov"] = [
-        None if walls is None else 3 * len(word) - walls
-        for word, walls in zip(words, columns["walls"], strict=True)
-    ]
-    return {"code": words, "a": [a] * len(words), **columns}
-
-
 KEYS = ("code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
         "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error")  # fmt: skip
 MORE = ("length_error", "lyapunov_error", "symmetry", "solver")
-
-
-def queried(a: float = 1.6, **criteria: Any) -> Callable[[Catalogue], Columns]:
-    def call(catalogue: Catalogue) -> Columns:
-        found = rows_of(catalogue, a, **criteria)
-        return {name: found[name] for name in (*KEYS, *MORE)}
-
-    return call
 
 
 def words_of(*words: str) -> Callable[[Catalogue], Columns]:
@@ -306,11 +274,6 @@ class Case:
 MISSING = {"N": {6}, "K_0": {6}, "h_zeta": {3, 5, 6}, "h_zeta_change": {3, 5, 6}}
 GAPS = {name: {6} if name in ("lambda_d", "lambda_c") else {3, 5, 6} for name in LYAPUNOV[1:]}
 CASES = [
-    Case("query --p 2-4 --limit 1000", queried(p="2-4")),
-    Case("query --p 2-4 --status all --limit 1000", queried(p="2-4", status="all")),
-    Case("query --p 3 --status geometric", queried(p=3, status="geometric")),
-    Case("query --a 1 --range length=:8 --status orbit", queried(a=1.0, length=(None, 8), status="orbit")),
-    Case("query --a 1 --range length=8:8", queried(a=1.0, length=(8, 8)), slow=True),
     Case("query --code 1232131 --code 01132", words_of("1232131", "01132")),
     Case("identify --start 0,0.001,0 --bounces 9 --limit 4", shadowed, slow=True),
     Case("identify --length 22 --tolerance 0.4", with_length),
@@ -470,37 +433,3 @@ def test_a_command_writes_what_the_library_says(case, forms, stored, cli, same_c
         for i, row in enumerate(rows):
             for name, shown in row.items():
                 assert same(shown, expected[name][i], form, name), (form, name, i, shown, expected[name][i])
-
-
-def test_exports_hold_what_the_library_says(stored, tmp_path, cli):
-    """Files are read by the libraries that others read them with."""
-    from pyarrow import parquet
-
-    expected = queried(p="2-4", status="all")(Catalogue(stored, 1.6))
-    for ending in ("csv", "jsonl", "parquet", "npz"):
-        target = tmp_path / f"orbits.{ending}"
-        done = cli("export", str(target), "--a", "1.6", "--p", "2-4", "--status", "all", "--db", str(stored))
-        assert done.code == 0, done.err
-        if ending == "parquet":
-            assert parquet.read_table(target).to_pydict() == expected
-        elif ending == "npz":
-            assert_npz(target, expected)
-        else:
-            rows = READERS[ending](target.read_text())
-            assert [list(row) for row in rows] == [list(expected)] * len(expected["code"])
-            for i, row in enumerate(rows):
-                assert all(same(shown, expected[name][i], ending, name) for name, shown in row.items())
-
-
-def assert_npz(target: Path, expected: Columns) -> None:
-    """Compare arrays, in which a row that has no number has NaN, no integer -1, no text an empty one."""
-    with np.load(target) as archive:
-        found = dict(archive)
-    lists = np.split(found.pop("rules"), found.pop("rules_start")[1:-1])
-    assert [list(each) for each in lists] == expected["rules"]
-    found.pop("metadata")
-    assert [*found] == [name for name in expected if name != "rules"]
-    for name, column in found.items():
-        absent = "" if column.dtype.kind == "U" else -1 if column.dtype.kind == "i" else math.nan
-        wanted = [absent if value is None else value for value in expected[name]]
-        np.testing.assert_array_equal(column, np.array(wanted, column.dtype), err_msg=name)

@@ -147,33 +147,6 @@ def test_a_figure_has_no_room(filled, disk, name):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
-@pytest.mark.parametrize(
-    "arguments",
-    [["table"], pytest.param(["query", "--format", "csv", "--limit", "9999"], marks=pytest.mark.slow)],
-)
-def test_the_output_has_no_room(filled, arguments):
-    with open("/dev/full", "wb") as full:
-        done = subprocess.run(
-            [
-                sys.executable,
-                "-P",
-                "-c",
-                "from orbitdb.cli.main import run; run()",
-                *arguments,
-                "--db",
-                filled,
-            ],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            check=False,
-        )
-    assert done.returncode == 3
-    assert done.stderr == "orbitdb: the output cannot be written (No space left on device)\n"
-
-
-@pytest.mark.slow
 def test_a_simulation_that_cannot_be_stored_is_shown(filled):
     with closing(sqlite3.connect(filled)) as beside:  # keeps the journal longer than a file may get
         beside.execute("PRAGMA wal_autocheckpoint = 0")

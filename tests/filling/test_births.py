@@ -20,7 +20,6 @@ from orbitdb.filling.workers import Processes
 from orbitdb.orbits.newton import solve
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.writing import changes as writing
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.words import from_strings, to_strings
 
@@ -132,24 +131,6 @@ def test_processes_find_the_same(born, tmp_path, monkeypatch):
         for _ in fill_births(path, range(2, 8), workers):
             pass
     assert stored(path) == stored(born)
-
-
-def test_nothing_is_stored_by_halves(born, monkeypatch):
-    """What fails while a period is closed leaves it open, and goes on later."""
-    fresh = born.with_name("fresh.db")
-    Catalogue.create(fresh)
-
-    def broken(*_: object) -> None:
-        raise RuntimeError
-
-    monkeypatch.setattr(writing, "events", broken)
-    with pytest.raises(RuntimeError):
-        fill(fresh, [5])
-    monkeypatch.undo()
-    (half,) = Catalogue(fresh).birth_fills()
-    assert not half.whole
-    fill(fresh, [5])
-    assert Catalogue(fresh).birth_fills()[0].whole
 
 
 def test_a_second_process_goes_on_behind_the_first(tmp_path, monkeypatch):

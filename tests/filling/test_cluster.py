@@ -319,15 +319,6 @@ def test_addresses_that_are_none(scheduler):
         pass
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("content", ["", "{}", "[]", "\0"])
-def test_a_file_that_is_no_schedulers(tmp_path, content):
-    file = tmp_path / "scheduler.json"
-    file.write_text(content)
-    with pytest.raises(InputError, match="not a file that a dask scheduler has written"), Cluster(str(file)):
-        pass
-
-
 def test_without_dask_the_extra_is_named(cli, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     found = cli("fill", "--p", "5", "--scheduler", "127.0.0.1:8786")

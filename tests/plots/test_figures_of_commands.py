@@ -163,6 +163,7 @@ def test_arrows_of_a_path_and_back_stand_apart():
     assert abs(there - back) > 5
 
 
+@pytest.mark.slow
 def test_every_faint_line_is_explained(known):
     orbit = with_existence(solve_word("01552", 1.6))
     drawn = [orbits.draw_orbit(orbit), orbits.draw_reverse(orbit), over_a.draw_life(orbit)]
@@ -338,6 +339,7 @@ def test_births_over_a(known):
     assert changes.get_xlabel() == "$a$"
 
 
+@pytest.mark.slow
 def test_figures_are_as_wide_as_a_column_of_text(known):
     orbit = with_existence(solve_word("01552", 1.6))
     drawn = [over_a.draw_births(known, WHOLE), over_a.draw_life(orbit)]

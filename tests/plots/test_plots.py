@@ -180,6 +180,7 @@ def test_the_command_draws_every_kind(varied, tmp_path, cli, arguments):
     assert [path.name for path in tmp_path.iterdir() if path.suffix == ".part"] == []
 
 
+@pytest.mark.slow
 def test_a_sheet_is_as_large_as_its_orbits(varied):
     """A radius is 0.26 inches, both ways; a title has room above a single one, too."""
     from orbitdb.cli.figures.subsets import OF_SUBSETS

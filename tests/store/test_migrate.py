@@ -197,6 +197,7 @@ def test_a_filled_catalogue_comes_back_from_schema_6(varied, tmp_path):
     assert dump(path) == before
 
 
+@pytest.mark.slow
 def test_words_of_a_million_bounces(tmp_path):
     path, word = tmp_path / "old.db", "1" * 500_000 + "3" * 499_998 + "02"
     with closing(empty(path)) as plain:

@@ -13,6 +13,9 @@ BORN_LATE = "(SELECT cycle FROM change WHERE a > 0 ORDER BY cycle LIMIT 1)"
 ONLY_BORN = "(SELECT max(id) FROM cycle WHERE p = 7)"
 
 LONG = "(SELECT max(id) FROM cycle)"
+ORBIT = "(SELECT min(cycle) FROM orbit WHERE status = 'orbit' AND stadium = 1 AND cycle > 0)"
+PRUNED = "(SELECT min(cycle) FROM orbit WHERE status = 'dynamical' AND stadium = 1)"
+CLASS = "(SELECT id FROM cycle WHERE p = 5 ORDER BY id LIMIT 1 OFFSET 4)"
 EIGHT = "(SELECT max(id) FROM cycle WHERE p = 7 AND class_size = 8)"
 
 
@@ -138,6 +141,37 @@ ALTERATIONS = {
     "birth_fill.cursor": (
         f"UPDATE birth_fill SET state = 'filling' WHERE p = 7;"
         f"DELETE FROM change WHERE cycle = {EIGHT}", "births"),
+    "status of an orbit": (f"UPDATE orbit SET status = 'boundary' WHERE cycle = {ORBIT}", "statuses"),
+    "an orbit called pruned": (f"UPDATE orbit SET status = 'dynamical' WHERE cycle = {ORBIT}", "values"),
+    "an orbit called pruned, its numbers removed": (
+        "UPDATE orbit SET status = 'dynamical', coordinates = NULL, length = NULL, lyapunov = NULL,"
+        " residual = NULL, error = NULL, length_error = NULL, lyapunov_error = NULL"
+        f" WHERE cycle = {ORBIT}", "statuses"),
+    "a pruned word called undecided": (
+        f"UPDATE orbit SET status = 'unresolved' WHERE cycle = {PRUNED}", "unresolved"),
+    "a status nobody knows": (f"UPDATE orbit SET status = 'odd' WHERE cycle = {ORBIT}", "values"),
+    "side of a margin": (f"UPDATE orbit SET margin = -margin WHERE cycle = {PRUNED}", "statuses"),
+    "margin": (f"UPDATE orbit SET margin = margin + 1e-9 WHERE cycle = {ORBIT}", "margins"),
+    "residual": (f"UPDATE orbit SET residual = residual + 1e-9 WHERE cycle = {ORBIT}", "residuals"),
+    "lambda": (f"UPDATE orbit SET lyapunov = lyapunov + 1e-10 WHERE cycle = {ORBIT}", "Hessian"),
+    "lambda beyond its bound": (
+        f"UPDATE orbit SET lyapunov = lyapunov + 4 * lyapunov_error WHERE cycle = {ORBIT}", "bounds"),
+    "an error bound": (f"UPDATE orbit SET error = error / 2 WHERE cycle = {ORBIT}", "bits"),
+    "a negative error bound": (f"UPDATE orbit SET length_error = -1 WHERE cycle = {ORBIT}", "values"),
+    "solver": (f"UPDATE orbit SET solver = 'magic' WHERE cycle = {ORBIT}", "values"),
+    "a coordinate lost": (
+        f"UPDATE orbit SET coordinates = substr(coordinates, 9) WHERE cycle = {ORBIT}", "values"),
+    "a missing class": (f"DELETE FROM cycle WHERE id = {CLASS}", "foreign keys"),
+    "a missing row": (f"DELETE FROM orbit WHERE cycle = {ORBIT}", "fills"),
+    "N_t": ("UPDATE fill SET n_t = n_t + 1 WHERE p = 5", "fills"),
+    "Moreau's number": ("UPDATE fill SET primitive = primitive + 1 WHERE p = 5", "fills"),
+    "a rule's number": ("UPDATE fill SET rule_4 = rule_4 + 1 WHERE p = 5", "fills"),
+    "state": ("UPDATE fill SET state = 'finished' WHERE p = 5", "fills"),
+    "a run that is not there": (f"UPDATE orbit SET run = 99 WHERE cycle = {ORBIT}", "foreign keys"),
+    "a dangling certificate": ("INSERT INTO certificate VALUES (1, 9999, 0, 128, '0', 1)", "foreign keys"),
+    "a certificate beyond the bound": (
+        f"UPDATE certificate SET radius = 1e-3 WHERE cycle = {ORBIT}", "radii"),
+    "another a": ("UPDATE stadium SET a = 0.5000000000000001 WHERE a = 0.5", "provenance"),
     "alembic_version deleted": ("DELETE FROM alembic_version", "schema"),
     "alembic_version changed": ("UPDATE alembic_version SET version_num = '0001'", "schema"),
 }  # fmt: skip

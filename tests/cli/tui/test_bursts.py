@@ -119,14 +119,9 @@ def test_a_failure_is_one_line_with_its_traceback_in_a_file(filled_once, tmp_pat
     assert "in <lambda>" in path.read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("how", "code"),
-    [
-        (signal.SIGTERM, 143),
-        pytest.param("closed", 129, marks=pytest.mark.slow),
-        pytest.param(signal.SIGHUP, 129, marks=pytest.mark.slow),
-        pytest.param("stopped", 143, marks=pytest.mark.slow),
-    ],
+    ("how", "code"), [(signal.SIGTERM, 143), ("closed", 129), (signal.SIGHUP, 129), ("stopped", 143)]
 )
 def test_it_ends_at_once_whatever_it_is_at(browse, how, code):
     """Also where the terminal is gone, or takes nothing more of what is written."""

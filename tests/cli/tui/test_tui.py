@@ -23,8 +23,7 @@ from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, Plot, View
 from orbitdb.cli.tui.orbit.facts import FactsPanel
 from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
-from orbitdb.cli.tui.table.paged_table import PagedTable
-from orbitdb.cli.tui.table.source import Ordering, Pages
+from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.errors import InputError
 from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.orbit import Status
@@ -53,100 +52,6 @@ def filled(tmp_path_factory):
         for _ in fill_periods(path, a, range(2, highest + 1)):
             pass
     return path
-
-
-@pytest.mark.slow
-@both_sizes
-def test_it_opens_with_the_first_orbit(filled, size):
-    async def steps(app, pilot):
-        table = table_of(app)
-        assert isinstance(table.source, Pages)
-        assert len(table.source) == app.catalogue.count(Selection())
-        assert app.screen.orbit.code == "13"
-        assert app.screen.sub_title == Selection().describe()
-        text = shown(app)
-        assert "an unstable" in text
-        assert "10.4000000" in text
-        assert "1 of 1,101" in text
-        assert "◆" in text
-
-    drive(filled, steps, size)
-
-
-@pytest.mark.slow
-def test_choices_of_one_session(filled):
-    """Sorting by key and by heading, quick choices, codes in any rotation, and moving in a class."""
-
-    async def sorting(app, pilot):
-        table = table_of(app)
-        await press(pilot, *"jjjjjjj")
-        word = table.row[0]
-        await press(pilot, "R")
-        assert table.row[0] == word
-        assert table.cursor > 1000
-        assert "p▼" in shown(app)
-        await press(pilot, "R", "s", "j", "enter")
-        first = [code for (code,) in app.catalogue.rows(Selection(), ("code",), "length", 3)]
-        assert [table.source.row(place)[0] for place in range(3)] == first
-        assert "length▲" in shown(app)
-        await press(pilot, "R", "g")
-        longest = next(app.catalogue.rows(Selection(), ("code",), "length desc", 1))[0]
-        assert app.screen.orbit.code == longest
-        assert "length▼" in shown(app)
-        await pilot.click(PagedTable, offset=(0, 0))
-        await settle(pilot)
-        assert app.screen.ordering.column == "code"
-
-    async def moving(app, pilot):
-        await ask(pilot, "c", "3112321")
-        assert app.screen.orbit.code == "3112321"
-        assert table_of(app).row[0] == least_rotation("3112321")
-        await press(pilot, "escape")
-        assert app.screen.orbit.code == least_rotation("3112321")
-        await press(pilot, "j")
-        assert least_rotation(app.screen.orbit.code) != least_rotation("3112321")
-        await ask(pilot, "c", "0132")
-        length = app.screen.orbit.length
-        seen = {least_rotation(app.screen.orbit.code)}
-        for key in ("T", "X", "T", "Y", "T", "X", "T"):
-            await press(pilot, key)
-            assert app.screen.orbit.length == pytest.approx(length, rel=1e-12)
-            assert table_of(app).row[0] == least_rotation(app.screen.orbit.code)
-            seen.add(table_of(app).row[0])
-        assert len(seen) == app.screen.orbit.class_size == 4
-        await ask(pilot, "c", "129")
-        assert isinstance(app.screen, LineDialog)
-        assert "symbol '9'" in str(app.screen.query_one(".complaint").render())
-        await press(pilot, "escape")
-
-    async def choosing(app, pilot):
-        screen = app.screen
-        await press(pilot, "o")
-        assert screen.selection.statuses == (Status.ORBIT,)
-        assert len(table_of(app).source) == 685
-        await press(pilot, "r")
-        assert len(table_of(app).source) == app.catalogue.count(
-            Selection(statuses=(Status.ORBIT,), time_reversal="self")
-        )
-        await press(pilot, "right_square_bracket", "right_square_bracket")
-        assert screen.selection.periods == ((3, 3),)
-        assert "that retrace their path" in screen.sub_title
-        await press(pilot, "f")
-        assert app.screen.query_one("#periods").value == "2-8"  # 3 is filled; what follows the last is not
-        await press(pilot, "escape")
-        await press(pilot, "left_square_bracket", "left_square_bracket")
-        assert screen.selection.periods == ()
-        await press(pilot, "a", "k", "enter")
-        assert screen.selection.a == 1.0
-        assert screen.orbit.a == 1.0
-        assert "a = 1 " in shown(app)
-
-    async def steps(app, pilot):
-        await sorting(app, pilot)
-        await moving(app, pilot)
-        await choosing(app, pilot)
-
-    drive(filled, steps)
 
 
 @pytest.mark.slow
@@ -601,25 +506,6 @@ def test_the_panels_fold(filled):
             assert app.screen.query_one(OrbitDrawing).size.height >= 4
 
     drive(filled, steps)
-
-
-@pytest.mark.slow
-def test_it_works_beside_a_process_that_fills(tmp_path):
-    path = tmp_path / "shared.db"
-    Catalogue.create(path)
-    steps_of_fill = fill_periods(path, 1.6, range(2, 8))
-    for step in steps_of_fill:
-        if step.p == 4:
-            break
-
-    async def steps(app, pilot):
-        assert len(table_of(app).source) == 41
-        for _ in steps_of_fill:
-            pass
-        await press(pilot, "o", "j", "G")
-        assert app.screen.orbit is not None
-
-    drive(path, steps)
 
 
 @pytest.mark.slow
