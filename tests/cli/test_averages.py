@@ -11,9 +11,7 @@ import pytest
 
 from orbitdb.cli.options import Format
 from orbitdb.cli.render import write
-from orbitdb.cli.tui.statistics.averages_screen import _described
 from orbitdb.numerals import concise, with_error
-from orbitdb.trajectories.ensemble import Reference
 
 KEYS = [f"lambda_{kind}_sum_rule{end}" for end in ("", "_error") for kind in ("d", "c")]
 LAMBDA_D, LAMBDA_C = 0.8867858, 0.3752123
@@ -91,9 +89,6 @@ def test_legwise_trajectories_are_stored_and_shown(filled, cli):
 )
 def test_errors_are_rounded_up_beside_the_digits_that_they_are_of(error, text):
     assert with_error(0.886785768, error) == text
-    reference = Reference(0.886785768, error, 0.886785768, error, 2.0, 0.1, 100, 0, 9)
-    shown = text.replace("+-", "±")
-    assert _described(reference) == f"λ_d {shown}, λ_c {shown}"
     told = io.StringIO()
     with contextlib.redirect_stdout(told):
         write(("lambda_d", "lambda_d_error"), [(0.886785768, error)], Format.TABLE)

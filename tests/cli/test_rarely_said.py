@@ -10,10 +10,8 @@ import pytest
 
 from orbitdb.benchmarks import agreement
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli import app, interrupts, main
+from orbitdb.cli import app, main
 from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengths
-from orbitdb.cli.progress import pace
-from orbitdb.cli.progress.line import _seen
 from orbitdb.entropy.bounds import search
 from orbitdb.filling import births
 from orbitdb.filling.births import fill_births
@@ -22,7 +20,6 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.writing.records import keep_bounds
 from orbitdb.store.writing.writer import Writer
-from orbitdb.verification import recomputation
 
 
 @pytest.mark.slow
@@ -108,11 +105,6 @@ def test_verify_says_what_it_has_not_compared(cli, tmp_path, monkeypatch):
         done = cli("verify", *periods)
         assert done.code == 0
         assert done.err.splitlines()[0] == f"{what} not computed again: those of whole periods up to 2 are"
-    monkeypatch.setattr(recomputation, "_SETTLED", 0.0)
-    cli("fill", "--p", "3")
-    done = cli("verify", "--p", "3", "--restarts", "2")
-    assert done.code == 0
-    assert "4 restarts did not come to rest and tell nothing\n" in done.err
 
 
 def test_methods_that_differ_for_no_reason_end_with_1(cli, monkeypatch):
@@ -162,23 +154,6 @@ def test_streams_that_are_closed_or_lack_characters(cli, filled, monkeypatch):
         main.escape_what_has_no_code()
         print("λ_d", flush=True)
         assert written.getvalue() == b"\\u03bb_d\n"
-    assert not _seen(io.StringIO())
-    assert [pace._rounded(rate) for rate in (0.123, 9.87, 1234.5)] == ["0.12", "9.9", "1,200"]
-
-
-def test_what_fails_while_objects_are_collected_is_told_unless_it_is_the_end(monkeypatch, capsys):
-    class Failing:
-        def __init__(self, error):
-            self.error = error
-
-        def __del__(self):
-            raise self.error
-
-    monkeypatch.setattr(sys, "unraisablehook", interrupts._unraisable)
-    Failing(KeyboardInterrupt())
-    assert capsys.readouterr().err == ""
-    Failing(ValueError("of a library"))
-    assert "ValueError: of a library" in capsys.readouterr().err
 
 
 def test_shells_are_offered_nothing_from_what_is_no_catalogue(tmp_path):

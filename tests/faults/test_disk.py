@@ -15,8 +15,6 @@ from older import make_older
 from processes import run, run_several, small_blocks
 from quick import fuzz_but
 
-from orbitdb.store.file.schema import PAGE_SIZE
-
 resource = pytest.importorskip("resource")
 
 CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH, PR_CAPBSET_DROP = 1, 2, 24
@@ -91,23 +89,6 @@ def test_wherever_a_fill_is_starved_it_goes_on(filled, tmp_path, size):
     fails(run(*arguments, command=small_blocks(16), preexec_fn=room(size)), "has room")
     assert run(*arguments).returncode == 0
     assert content(path) == content(filled)
-
-
-@pytest.mark.fuzz
-def test_the_close_of_a_period_has_no_room(filled, tmp_path):
-    """Every size of the journal between the last block and the end."""
-    whole = tmp_path / "whole.db"
-    shutil.copy(filled, whole)
-    with closing(sqlite3.connect(whole)) as plain, plain:
-        plain.execute(
-            "UPDATE fill SET state = 'filling', n_t = NULL, n_c = NULL, classes = NULL, boundary = NULL"
-        )
-    for pages in range(1, 4):
-        path = tmp_path / f"{pages}.db"
-        shutil.copy(whole, path)
-        fails(run("fill", "--p", "8", "--db", path, preexec_fn=room(PAGE_SIZE * pages)), "has room")
-        assert run("fill", "--p", "8", "--db", path).returncode == 0
-        assert content(path) == content(filled)
 
 
 @pytest.mark.slow

@@ -13,7 +13,6 @@ from quick import slow_but
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import StoreError
-from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.newton import solve_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.conditions import COLUMNS
@@ -63,24 +62,6 @@ def test_a_new_file_is_what_all_migrations_make_of_none(tmp_path):
         tables = dict(plain.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
     plain.close()
     assert all("STRICT" in tables[name] for name in metadata.tables)
-
-
-def test_failed_migration_leaves_nothing(tmp_path, monkeypatch):
-    from orbitdb.store.file import migrate as module
-
-    def broken(connection: sa.Connection) -> None:
-        connection.exec_driver_sql("CREATE TABLE half (done INTEGER)")
-        raise RuntimeError("in the middle")
-
-    monkeypatch.setattr(module, "_create", broken)
-    path = tmp_path / "new.db"
-    with pytest.raises(RuntimeError):
-        module.migrate(path)
-    monkeypatch.undo()
-    assert migrate(path) == (0, SCHEMA_VERSION, None)
-    with sqlite3.connect(path) as plain:
-        assert not plain.execute("SELECT 1 FROM sqlite_master WHERE name = 'half'").fetchall()
-    plain.close()
 
 
 @pytest.mark.parametrize(
@@ -184,20 +165,6 @@ def test_plain_sqlite_reads_the_view(filled):
         assert plain.execute("PRAGMA foreign_key_check").fetchall() == []
     plain.close()
     assert row == (2, "orbit", pytest.approx(4 * 2.6, rel=1e-15), "self")
-
-
-def test_writer_and_reader_work_side_by_side(filled):
-    catalogue = Catalogue(filled)
-    fill = fill_periods(filled, 1.6, [9])
-    next(fill)
-    assert catalogue.find("13", 1.6) is not None
-    with catalogue.reading() as connection:
-        seen = connection.exec_driver_sql("SELECT sum(class_size) FROM cycle").scalar()
-        for _ in fill:
-            pass
-        assert connection.exec_driver_sql("SELECT sum(class_size) FROM cycle").scalar() == seen
-    with catalogue.reading() as connection:
-        assert connection.exec_driver_sql("SELECT sum(class_size) FROM cycle").scalar() > seen or seen >= 9637
 
 
 def test_names_that_an_expression_uses():

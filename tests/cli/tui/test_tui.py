@@ -15,14 +15,13 @@ from textual import events
 from orbitdb.averages.by_period import entropy, lyapunov
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.app import BrowseApp
-from orbitdb.cli.tui.dialogs.basic import KeysDialog, LineDialog, QuestionDialog
+from orbitdb.cli.tui.dialogs.basic import LineDialog, QuestionDialog
 from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.filling import parse_wish
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, Plot, View
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.orbit.facts import FactsPanel
-from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
 from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.errors import InputError
 from orbitdb.filling.periods import fill_periods
@@ -64,16 +63,6 @@ def test_keys_that_come_faster_than_the_screen_are_not_lost(filled):
         assert [orbit.code for orbit in app.screen.compared] == [words[4], words[6]]
 
     drive(filled, steps)
-
-
-@pytest.mark.slow
-def test_an_empty_subset_shows_nothing(filled):
-    async def steps(app, pilot):
-        assert app.screen.orbit is None
-        assert "none" in shown(app)
-        await press(pilot, "j", "T", "y", "m", "v", "space", "space")
-
-    drive(filled, steps, selection=Selection(where="length < 0"))
 
 
 @pytest.mark.slow
@@ -203,29 +192,6 @@ def test_a_particle_runs_and_phase_space_compares(filled, size):
         await press(pilot, "M", "v")
         assert app.screen.compared == ()
         assert drawing.view is View.STADIUM
-
-    drive(filled, steps, size)
-
-
-@pytest.mark.slow
-@both_sizes
-def test_statistics_are_those_of_the_averages(filled, size):
-    async def steps(app, pilot):
-        await press(pilot, "S")
-        screen = app.screen
-        assert isinstance(screen, StatisticsScreen)
-        found = screen.found
-        assert found.words == {2: 1, 3: 8, 4: 32, 5: 80, 6: 188, 7: 376}
-        assert found.entropy.N.tolist() == [2, 24, 130, 400, 1154, 2632]
-        assert all(plot.curves for plot in screen.query(Plot))
-        error = abs(screen.reference.lambda_d - 0.887)
-        assert error < 5 * screen.reference.lambda_d_error + 0.001
-        assert "2632" in shown(app)
-        before = found.lyapunov.lambda_d[-1]
-        await press(pilot, "w")
-        assert screen.found.lyapunov.lambda_d[-1] != before
-        await press(pilot, "j", "l", "h", "k", "escape")
-        assert isinstance(app.screen, MainScreen)
 
     drive(filled, steps, size)
 
@@ -379,21 +345,6 @@ def test_what_cannot_be_filled_is_refused(texts, complaint):
 
 
 @pytest.mark.slow
-def test_a_read_only_file_can_be_read_and_not_filled(filled, tmp_path, monkeypatch):
-    path = tmp_path / "frozen.db"
-    path.write_bytes(filled.read_bytes())
-    monkeypatch.setattr(os, "access", lambda *_: False)
-
-    async def steps(app, pilot):
-        assert len(table_of(app).source) == 1101
-        await press(pilot, "f")
-        assert isinstance(app.screen, MainScreen)
-        assert any("read-only" in note.message for note in app._notifications)
-
-    drive(path, steps)
-
-
-@pytest.mark.slow
 def test_copy_and_export(filled, tmp_path):
     async def steps(app, pilot):
         await ask(pilot, "c", "1232131")
@@ -453,27 +404,6 @@ def test_every_kind_of_export(filled, tmp_path, name):
         export(tmp_path / "x.svg", catalogue, Selection(), Ordering(), None)
     with pytest.raises(InputError):
         export(tmp_path / "x.csv", None, Selection(), Ordering(), None)
-
-
-@pytest.mark.slow
-def test_help_palette_and_themes(filled):
-    async def steps(app, pilot):
-        await press(pilot, "question_mark")
-        assert isinstance(app.screen, KeysDialog)
-        await press(pilot, "end")
-        assert "length_error            bound on the error of length (radius)" in shown(app)
-        await press(pilot, "escape")
-        titles = [command.title for command in app.get_system_commands(app.screen)]
-        assert len(titles) == len(set(titles))
-        actions = {b.description for b in MainScreen.BINDINGS if b.description}
-        assert {text[:1].upper() + text[1:] for text in actions} <= set(titles)
-        await press(pilot, "ctrl+p", *"time", "enter")
-        assert isinstance(app.screen, MainScreen)
-        app.theme = "textual-light"
-        await pilot.pause()
-        assert "◆" in shown(app)
-
-    drive(filled, steps)
 
 
 @pytest.mark.slow
@@ -538,19 +468,6 @@ def test_a_partial_period_is_said_to_be_one_and_a_look_shows_how_it_goes_on(fill
         assert "partial" not in shown(app)
 
     drive(path, steps, LARGE)
-
-
-@pytest.mark.slow
-def test_statistics_of_a_part_alone_say_that_there_are_none(tmp_path, begin_fill):
-    path = tmp_path / "partial.db"
-    Catalogue.create(path)
-    begin_fill(path, 8).close()
-
-    async def steps(app, pilot):
-        await press(pilot, "S")
-        assert "no orbit of a whole period is chosen" in shown(app)
-
-    drive(path, steps)
 
 
 def normalised(svg):
