@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 from questions import CRITERIA, EDGES, LIMITS, NAMES, OFFSETS, ORDERS, catalogue_to_ask, expected
 from quick import slow_but
 
+from orbitdb.catalogue.tallies import histogram, marginal, tally
 from orbitdb.cli.main import _run
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.criteria import choose
-from orbitdb.store.reading.tallies import histogram, marginal, tally
 
 LISTS = ("rules", "coordinates")
 
