@@ -66,6 +66,11 @@ class Outcome(NamedTuple):
     out: str
     err: str
 
+    def says(self, code: int, *pieces: str) -> bool:
+        """Tell whether it ended with a code, no data, and one line that has some pieces in it."""
+        one = self.err.count("\n") == 1
+        return (self.code, self.out, one) == (code, "", True) and all(each in self.err for each in pieces)
+
 
 @pytest.fixture(scope="session")
 def filled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:

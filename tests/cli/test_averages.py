@@ -122,9 +122,7 @@ def test_errors_stand_behind_the_digits_that_they_are_of(value, error, text):
 
 @pytest.mark.parametrize("cut", ["0", "-1", "nan", "1000.1"])
 def test_limits_of_a_cut(filled, cli, cut):
-    done = cli("lyapunov", "--cut", cut, "--db", str(filled))
-    assert (done.code, done.out) == (2, "")
-    assert done.err == f"orbitdb: cut {float(cut):g}: give a lambda above 0 and up to 1000, such as 9\n"
+    assert cli("lyapunov", "--cut", cut, "--db", str(filled)).says(2, f"cut {float(cut):g}", "1000")
 
 
 def test_the_largest_cuts(filled, cli, monkeypatch):
@@ -145,8 +143,7 @@ def test_the_largest_cuts(filled, cli, monkeypatch):
 
 
 def test_weights_have_names(filled, cli):
-    done = cli("lyapunov", "--weight", "x", "--db", str(filled))
-    assert done == (2, "", "orbitdb: weight 'x': use exp or det\n")
+    assert cli("lyapunov", "--weight", "x", "--db", str(filled)).says(2, "'x'", "exp", "det")
 
 
 @pytest.mark.parametrize("command", ["entropy", "lyapunov"])

@@ -78,14 +78,13 @@ def test_what_cannot_be_drawn(cli, filled, tmp_path):
 def test_points_and_codes_that_are_no_text(cli, filled, tmp_path, monkeypatch):
     points = tmp_path / "points"
     points.write_bytes(b"\xff\xfe")
-    told = f"orbitdb: {points} is not text: write x,y of one bounce a line\n"
-    assert cli("identify", "--points", str(points)) == (2, "", told)
+    assert cli("identify", "--points", str(points)).says(2, str(points), "not text", "x,y")
     points.write_text('{"x": 1, "y": 2}\n{x')
     done = cli("identify", "--points", str(points))
     assert (done.code, done.out) == (2, "")
     assert done.err.startswith(f"orbitdb: {points}: line 2 is no json: write x,y of one bounce a line")
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"13\n\xff\n"), "utf-8"))
-    assert cli("query", "--code", "-") == (2, "", "orbitdb: stdin is not text: write one code a line\n")
+    assert cli("query", "--code", "-").says(2, "stdin is not text")
 
 
 def test_bounces_stand_behind_the_life_of_their_orbit(cli, filled):
@@ -133,12 +132,12 @@ def test_a_folder_that_is_gone_and_files_that_cannot_be_read(cli, tmp_path, monk
         return cli("table")
 
     gone = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
-    assert fail(gone) == (3, "", "orbitdb: the current folder is not there any more: go to another\n")
+    assert fail(gone).says(3, "current folder")
     broken = OSError(errno.EIO, "Input/output error")
     outcome = fail(broken)
     assert outcome.code == 3
     odd = OSError(errno.ELOOP, "Too many symbolic links", "x.csv")
-    assert fail(odd) == (1, "", "orbitdb: x.csv cannot be read or written (Too many symbolic links)\n")
+    assert fail(odd).says(1, "x.csv", "Too many symbolic links")
     with pytest.raises(ZeroDivisionError):  # what nobody has foreseen is not hidden
         fail(ZeroDivisionError())
 

@@ -75,28 +75,6 @@ def test_the_bar_shows_lives_and_place():
     assert bar([(0.0, None)], 1e-4, 6) == "━━━━━━"
 
 
-@pytest.mark.slow
-def test_the_orbit_is_followed_until_it_dies(filled):
-    async def steps(app, pilot):
-        screen = app.screen
-        await press(pilot, "less_than_sign")
-        assert screen.orbit.a == pytest.approx(1.6 / 1.0202, rel=1e-4)
-        assert "exists" in shown(app)
-        assert "stadium, a = 1.56832" in shown(app)
-        screen.orbit = app.find("01552", 1.16)
-        await press(pilot, "less_than_sign")
-        assert screen.orbit.status == "orbit"
-        assert 0 < screen.orbit.margin < 1e-6
-        await press(pilot, "less_than_sign")
-        await settle(pilot)
-        assert screen.orbit.status == "dynamical"
-        assert screen.selection.a == 1.6
-        await press(pilot, "escape")
-        assert screen.orbit.a == 1.6
-
-    drive(filled, steps, (160, 48))
-
-
 def test_periods_of_which_no_births_are_stored_are_named(born):
     catalogue = Catalogue(born)
     for selection, without in ((Selection(), [2, 3, 4]), (Selection(periods=((5, 5),)), [])):

@@ -1,6 +1,5 @@
 """The terminal UI, driven by keys and mouse against a filled catalogue, at two sizes."""
 
-import csv
 import json
 import os
 import re
@@ -16,7 +15,7 @@ from orbitdb.averages.by_period import entropy, lyapunov
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
-from orbitdb.cli.tui.dialogs.basic import LineDialog, QuestionDialog
+from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.filling import parse_wish
 from orbitdb.cli.tui.export import export
@@ -29,7 +28,7 @@ from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.symmetry import REVERSE, images_of
-from orbitdb.symbols.words import least_rotation, parse
+from orbitdb.symbols.words import parse
 from orbitdb.trajectories.ensemble import simulate
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
@@ -109,16 +108,6 @@ def test_a_word_that_is_being_solved_is_said_to_be(filled, monkeypatch):
         assert app.screen.orbit.p == 101
 
     drive(filled, steps, LARGE)
-
-
-@pytest.mark.slow
-def test_it_opens_at_a_code_and_with_a_filter(filled):
-    async def steps(app, pilot):
-        assert app.screen.orbit.code == "1232131"
-        assert table_of(app).row[0] == least_rotation("1232131")
-
-    drive(filled, steps, code="1232131")
-    drive(filled, steps, code="1232131", selection=Selection(periods=((7, 7),), where="lambda_c < 0.5"))
 
 
 @pytest.mark.slow
@@ -307,27 +296,6 @@ def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
     assert [counts[p] for p in range(2, 8)] == [1, 8, 32, 80, 188, 376]
 
 
-@pytest.mark.slow
-def test_quitting_while_a_fill_runs_asks_and_keeps_what_is_stored(tmp_path):
-    path = tmp_path / "new.db"
-
-    async def steps(app, pilot):
-        await pilot.press("f")
-        app.screen.query_one("#periods").value = "2-13"
-        await send(app, "enter", FillDialog)
-        await until(lambda: app.fill_state is not None)
-        await send(app, "escape", MainScreen)
-        await send(app, "q", QuestionDialog)
-        assert app.fill_state.runs
-        app.post_message(events.Key("y", "y"))
-        await until(lambda: app._exit)
-
-    drive(path, steps)
-    for _ in fill_periods(path, 1.6, range(2, 6)):
-        pass
-    assert [fill.n_c for fill in Catalogue(path).fills(1.6)][:4] == [1, 8, 32, 80]
-
-
 @pytest.mark.parametrize(
     ("texts", "complaint"),
     [
@@ -342,26 +310,6 @@ def test_quitting_while_a_fill_runs_asks_and_keeps_what_is_stored(tmp_path):
 def test_what_cannot_be_filled_is_refused(texts, complaint):
     with pytest.raises(InputError, match=complaint):
         parse_wish(*texts)
-
-
-@pytest.mark.slow
-def test_copy_and_export(filled, tmp_path):
-    async def steps(app, pilot):
-        await ask(pilot, "c", "1232131")
-        await press(pilot, "y")
-        assert app.clipboard == "1232131"
-        await ask(pilot, "e", str(tmp_path / "rows.csv"))
-        await ask(pilot, "e", str(tmp_path / "orbit.svg"))
-        await ask(pilot, "e", "orbit.gif")
-        assert isinstance(app.screen, LineDialog)
-
-    chosen = Selection(statuses=(Status.ORBIT,), periods=((2, 4),))
-    drive(filled, steps, selection=chosen)
-    with (tmp_path / "rows.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert [(row["code"],) for row in rows] == list(Catalogue(filled).rows(chosen, ("code",)))
-    assert float(rows[0]["length"]) == 10.4
-    assert "<polygon" in (tmp_path / "orbit.svg").read_text()
 
 
 @pytest.mark.parametrize(
