@@ -68,9 +68,9 @@ def deviations(folder: Path) -> str:
     from orbitdb import Catalogue, Selection, Stadium, Status
     from orbitdb.averages.by_period import lyapunov
     from orbitdb.averages.exact_means import exact_means
+    from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
     from orbitdb.plots.deviations import draw_deviations
     from orbitdb.plots.style import figure, save
-    from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
     from orbitdb.trajectories.legwise import simulate_legs
 
     subset = read_whole(Catalogue(folder / CATALOGUE), Selection(a=1.6, statuses=(Status.ORBIT,)))

@@ -31,15 +31,15 @@ from orbitdb.version import __version__
 
 if TYPE_CHECKING:
     from orbitdb.billiard.stadium import Stadium
+    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.catalogue.identification import Candidate, Followed, Trajectory
+    from orbitdb.catalogue.subset import Subset
     from orbitdb.errors import InputError, StoreError, WorkError
     from orbitdb.orbits.births.lives import existence, solve_word
     from orbitdb.orbits.newton import solve
     from orbitdb.orbits.orbit import Orbit, Orbits, Status
     from orbitdb.quantum.levels import Levels, levels
     from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.identification import Candidate, Followed, Trajectory
-    from orbitdb.store.reading.subset import Subset
     from orbitdb.trajectories.ensemble import Reference, simulate
 
 __all__ = [
@@ -68,15 +68,15 @@ __all__ = [
 
 _HOMES = {
     "billiard.stadium": ("Stadium",),
+    "catalogue.catalogue": ("Catalogue",),
+    "catalogue.identification": ("Candidate", "Followed", "Trajectory"),
+    "catalogue.subset": ("Subset",),
     "errors": ("InputError", "StoreError", "WorkError"),
     "orbits.births.lives": ("existence", "solve_word"),
     "orbits.newton": ("solve",),
     "orbits.orbit": ("Orbit", "Orbits", "Status"),
     "quantum.levels": ("Levels", "levels"),
     "store.asking.selection": ("Selection",),
-    "store.reading.catalogue": ("Catalogue",),
-    "store.reading.identification": ("Candidate", "Followed", "Trajectory"),
-    "store.reading.subset": ("Subset",),
     "trajectories.ensemble": ("Reference", "simulate"),
 }
 _HOME_OF = {name: f"orbitdb.{home}" for home, names in _HOMES.items() for name in names}

@@ -68,8 +68,8 @@ class Outcome(NamedTuple):
 
 @pytest.fixture(scope="session")
 def filled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.periods import fill_periods
-    from orbitdb.store.reading.catalogue import Catalogue
 
     path = tmp_path_factory.mktemp("filled") / "orbits.db"
     Catalogue.create(path)
@@ -121,9 +121,9 @@ def cli(
 @pytest.fixture(scope="session")
 def varied(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A catalogue of p = 2..6 at a = 1.6 and 1, one word of p = 12, and the words pruned at p = 3."""
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.periods import fill_geometric, fill_periods
     from orbitdb.filling.single_word import fill_word
-    from orbitdb.store.reading.catalogue import Catalogue
 
     path = tmp_path_factory.mktemp("varied") / "orbits.db"
     Catalogue.create(path)

@@ -21,8 +21,8 @@ from orbitdb.columns import OF_BOUNCES
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.catalogue import Catalogue
 
 EXAMPLES = """
 Examples:

@@ -65,7 +65,7 @@ def levels(
     if store:
         bring(path)
     known = _known(path, stadium.a, parities) if store else {each: [] for each in parities}
-    from orbitdb.store.reading.spectrum import missing_levels
+    from orbitdb.catalogue.spectrum import missing_levels
 
     tasks = [
         task
@@ -125,8 +125,8 @@ def read_parities(text: str | None) -> "list[Parity]":
 
 
 def _known(path: Path, a: float, parities: "list[Parity]") -> "dict[Parity, list[Levels]]":
-    from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.spectrum import stored_levels
+    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.catalogue.spectrum import stored_levels
 
     with closing(Catalogue(path)) as catalogue, catalogue.reading() as connection:
         return {each: stored_levels(connection, a, each) for each in parities}

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.equality import ByValue
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.verification.check import Step
 from orbitdb.version import __version__
 

@@ -13,6 +13,7 @@ from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import DONE, FILLING
 from orbitdb.store.reading import audit
+from orbitdb.store.reading.fills import status_counts, words_up_to
 from orbitdb.store.reading.lives import birth_fills
 from orbitdb.symbols.automaton import RULE_NUMBERS
 from orbitdb.symbols.counting import count_admissible, count_primitive
@@ -76,7 +77,7 @@ def check_counts(connection: "sa.Connection", selections: Sequence[Selection]) -
             yield _count(p, words.get(p, (0, 0))[1], p in whole)
     chosen = {s.a: s for s in selections}
     here = [fill for fill in fills if fill["a"] in chosen and chosen[fill["a"]].includes(fill["p"])]
-    solved = {n: audit.status_counts(connection, n) for n in {fill["stadium"] for fill in here}}
+    solved = {n: status_counts(connection, n) for n in {fill["stadium"] for fill in here}}
     for fill in here:
         if fill["state"] == DONE:
             statuses = solved[fill["stadium"]].get(fill["p"], {})
@@ -108,7 +109,7 @@ def _wrong_cursor(connection: "sa.Connection", row: Mapping[str, Any], stadium: 
     else:
         parts = least_words(Span(p, -1, -1 if cursor is None else int(cursor, 8)))
         expected = sum(int(SIZES[part.stabiliser].sum()) for part in parts)
-        stored = 0 if cursor is None else audit.words_up_to(connection, stadium, p, cursor)
+        stored = 0 if cursor is None else words_up_to(connection, stadium, p, cursor)
         yield from (f"{n} sequences instead of {expected}" for n in (stored, row["words"]) if n != expected)
 
 

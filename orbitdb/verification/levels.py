@@ -8,11 +8,11 @@ import numpy as np
 import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.spectrum import stored_levels
 from orbitdb.errors import InputError, StoreError
 from orbitdb.quantum.levels import Levels, rounding, windows
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file.tables import level, level_fill
-from orbitdb.store.reading.spectrum import stored_levels
 from orbitdb.verification.blocks import Part
 from orbitdb.verification.check import Check, Step, judged, measured
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from orbitdb import __version__
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import certificate
 from orbitdb.store.reading.audit import (
@@ -19,7 +20,6 @@ from orbitdb.store.reading.audit import (
     stadium_id,
     whole_rows,
 )
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.writing.records import replace_certificates
 from orbitdb.store.writing.writer import Writer
 from orbitdb.verification.check import Check, Step, judged
@@ -52,8 +52,8 @@ def certify(
         Behind every batch that is safely stored.
     """
     catalogue = Catalogue(path)
-    ids = choose(catalogue, selection, sample, np.random.default_rng(seed))
     with catalogue.reading() as connection:
+        ids = choose(connection, selection, sample, np.random.default_rng(seed))
         number = stadium_id(connection, selection.a)
         if number is None:
             return

@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import EXISTING, Orbits
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.audit import Ids, StoredBlock, blocks, choose, load_orbits, whole_rows
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.births import check_births, whole_births
 from orbitdb.verification.blocks import ClassBlock, Part, Workers, steps_of
@@ -131,7 +131,7 @@ def verify(
     """
     rng = np.random.default_rng(seed)
     with catalogue.at_one_moment() as still, still.reading() as connection:
-        classes = {s.a: choose(still, s, sample, rng) for s in selections}
+        classes = {s.a: choose(connection, s, sample, rng) for s in selections}
         parts = chain(
             _parts(still, connection, selections, classes, (restarts, seed)),
             change_blocks(connection, still.path, selections, sample, rng),

@@ -12,9 +12,9 @@ from orbitdb import Catalogue, Selection
 from orbitdb.averages.by_period import Lyapunov, entropy, lyapunov, lyapunov_by_stability
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.averages.standing import faults_of, standing
+from orbitdb.catalogue.whole_periods import why_missing
 from orbitdb.cli.tui.statistics.averages import curves_of, notes_of, statistics, table_of
 from orbitdb.filling.periods import fill_periods
-from orbitdb.store.reading.whole_periods import why_missing
 
 HIGHEST = 9
 ZETA = ("lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")

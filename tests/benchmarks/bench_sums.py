@@ -15,13 +15,13 @@ from pathlib import Path
 import numpy as np
 
 from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
 
 SUBSETS = (
     {"time_reversal": "self"},

@@ -17,12 +17,12 @@ from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling import sweeps, swept_blocks
 from orbitdb.filling.cluster import Cluster
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.filling.workers import HERE, Processes, Workers
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.counting import count_admissible
 
 A, _TOP = 1.6, 20

@@ -10,11 +10,11 @@ import pexpect
 import pytest
 from terminal import ended, spawn
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.arguments import lengths
 from orbitdb.cli.commands.bounds import Balls
 from orbitdb.errors import InputError
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 
 WHY = "the time, the length of windows or the memory was not enough\n"
 KEYS = ["a", "window", "lower", "upper", "windows", "undecided"]

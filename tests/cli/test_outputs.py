@@ -26,10 +26,10 @@ from orbitdb.averages.fixed_points import Weight
 from orbitdb.benchmarks import stage_times, stress
 from orbitdb.benchmarks import work_precision as methods
 from orbitdb.benchmarks.agreement import agreement
+from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.births.changes import find_changes
-from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
 from orbitdb.store.writing.records import add_reference
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.pruning import rules_broken

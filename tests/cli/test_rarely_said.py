@@ -10,6 +10,7 @@ import pytest
 
 from orbitdb.benchmarks import agreement
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli import app, interrupts, main
 from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengths
 from orbitdb.cli.progress import pace
@@ -19,7 +20,6 @@ from orbitdb.filling import births
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.writing.records import keep_bounds
 from orbitdb.store.writing.writer import Writer
 from orbitdb.verification import recomputation

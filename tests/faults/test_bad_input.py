@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from processes import COMMAND
 from quick import slow_but
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.words import WordError, parse, run_notation
 
 SELECTING = {

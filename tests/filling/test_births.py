@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from orbitdb import existence
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import InputError, StoreError
 from orbitdb.filling import births as module
 from orbitdb.filling.birth_blocks import BLOCK, birth_blocks
@@ -19,7 +20,6 @@ from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.workers import Processes
 from orbitdb.orbits.newton import solve
 from orbitdb.store.asking.criteria import choose
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.writing import changes as writing
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.words import from_strings, to_strings

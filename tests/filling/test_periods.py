@@ -12,13 +12,13 @@ from pathlib import Path
 import pytest
 from contents import content
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.filling.single_word import fill_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.counting import count_admissible, count_primitive
 
 TABLE_1 = {2: (1, 1), 3: (8, 8), 4: (32, 32), 5: (96, 80), 6: (252, 188), 7: (712, 376), 8: (2096, 1424)}

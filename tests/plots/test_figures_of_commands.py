@@ -15,6 +15,7 @@ from quick import slow_but
 from orbitdb import Catalogue, Selection, Stadium, solve_word
 from orbitdb.averages import by_period
 from orbitdb.billiard.stability import birkhoff
+from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.cli.figures import orbits, over_a, subsets
 from orbitdb.entropy.bounds import search
 from orbitdb.entropy.letters import geometric_entropy
@@ -25,7 +26,6 @@ from orbitdb.orbits.orbit import Status
 from orbitdb.plots.paths import draw_orbit
 from orbitdb.plots.style import BLUE, ORANGE, figure
 from orbitdb.store.reading.lookup import with_existence
-from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
 from orbitdb.store.writing.records import add_reference, keep_bounds
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.words import from_strings

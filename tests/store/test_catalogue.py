@@ -12,6 +12,7 @@ import sqlalchemy as sa
 from quick import slow_but
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.newton import solve_word
@@ -23,7 +24,6 @@ from orbitdb.store.file.engines import writing_engine
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import APPLICATION_ID, SCHEMA_VERSION
 from orbitdb.store.file.tables import metadata
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.symmetry import members
 
 BOMB = "WITH RECURSIVE bomb(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM bomb) SELECT max(n) FROM bomb"

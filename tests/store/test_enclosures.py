@@ -12,13 +12,13 @@ from matplotlib.figure import Figure
 from older import make_older
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.app import call
 from orbitdb.cli.tui.statistics.averages import curves_of, notes_of, statistics
 from orbitdb.entropy.bounds import search
 from orbitdb.errors import InputError, StoreError
 from orbitdb.plots.curves import draw_entropy
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.verification.enclosures import enclosure_parts
 
 

@@ -313,8 +313,8 @@ def test_a_fill_brings_an_older_catalogue_to_the_newest_schema(varied_older, cli
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_a_stopped_fill_goes_on_after_the_migration(varied_older):
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.periods import fill_periods
-    from orbitdb.store.reading.catalogue import Catalogue
 
     migrate(varied_older)
     going = fill_periods(varied_older, 1.6, [8])

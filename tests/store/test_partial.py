@@ -9,10 +9,10 @@ import sqlalchemy as sa
 from processes import SMALL_BLOCKS
 from quick import slow_but
 
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue.whole_periods import read_whole
 from orbitdb.filling.periods import fill_periods
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.whole_periods import read_whole
 from orbitdb.symbols.counting import count_admissible
 
 SENTENCE = (

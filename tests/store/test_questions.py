@@ -15,10 +15,10 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from questions import CRITERIA, EDGES, LIMITS, NAMES, OFFSETS, ORDERS, catalogue_to_ask, expected
 
+from orbitdb.catalogue.tallies import histogram, marginal, tally
 from orbitdb.cli.main import _run
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.criteria import choose
-from orbitdb.store.reading.tallies import histogram, marginal, tally
 
 LISTS = ("rules", "coordinates")
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.estimate import (
     _RATES,
@@ -23,7 +24,6 @@ from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import PAGE_SIZE
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.records import room
 from orbitdb.symbols.counting import count_admissible
 
@@ -159,7 +159,8 @@ def test_a_large_fill_says_first_what_it_takes(cli):
 
 
 def test_bytes_a_row_add_up_to_the_file(filled, cli):
-    taken = room(Catalogue(filled))
+    with Catalogue(filled).reading() as connection:
+        taken = room(connection)
     assert 80 < taken.per_class < 200
     assert 80 < taken.per_orbit < 250
     with closing(sqlite3.connect(filled)) as plain:

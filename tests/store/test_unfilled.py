@@ -4,11 +4,12 @@ import pytest
 from quick import slow_but
 
 from orbitdb import Catalogue
+from orbitdb.catalogue.gaps import describe_unfilled
 from orbitdb.errors import InputError
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.single_word import fill_word
 from orbitdb.store.asking.criteria import choose
-from orbitdb.store.reading.fills import Fill, describe_unfilled
+from orbitdb.store.reading.fills import Fill
 
 
 def fill(p, state="done"):

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.births.changes import events
 from orbitdb.store.asking.criteria import choose
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.words import keys_of_period
 from orbitdb.verification.births import check_births, whole_births
 from orbitdb.verification.lives import prove_lives

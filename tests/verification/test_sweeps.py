@@ -12,12 +12,12 @@ from solutions import representatives
 
 from orbitdb.averages.period_sums import _RANGES
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.orbits.newton import solve
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.verification.check import Check
 from orbitdb.verification.sweeps import check_sweeps
 

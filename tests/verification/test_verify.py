@@ -16,6 +16,7 @@ from solutions import representatives
 from verified import checks
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.filling.single_word import fill_word
 from orbitdb.filling.workers import Processes
@@ -24,7 +25,6 @@ from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
 from orbitdb.orbits.relaxation import relax
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.words import from_strings, parse, to_strings
 from orbitdb.verification.check import Check, measured
 from orbitdb.verification.invariants import check_consistency, with_bounds

@@ -157,7 +157,7 @@ class Following:
 
 def _lacking(periods: list[int]) -> str:
     """Say of which periods no births are stored, and what finds them."""
-    from orbitdb.store.reading.fills import written_periods
+    from orbitdb.catalogue.gaps import written_periods
     from orbitdb.symbols.enumeration import MAX_PERIOD
 
     if not periods:

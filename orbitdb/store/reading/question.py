@@ -42,6 +42,9 @@ A shift, for a product would be no integer if somebody has altered an id to one 
 
 _BLOCK = 1 << 14
 
+_FEW = 1 << 16
+"""Sorted rows up to which a limit helps SQLite: it takes longer to keep more of them than to sort all."""
+
 Columns = dict[str, NDArray[Any]]
 
 
@@ -83,7 +86,8 @@ def choose(
         columns = tuple(dict.fromkeys([*columns, *(name for name in keys if name not in _OF_WORDS)]))
         by_class = {}
     query = _query(connection, divided, by_class, columns)
-    if most is not None and not by_words and not divided.patterns:
+    sorted_far = order != "p" and (most or 0) > _FEW
+    if most is not None and not (by_words or divided.patterns or sorted_far):
         query = query.limit(most)  # every class has a row
     with answering(connection, selection, cancelled):
         coded, *more = _arrays(connection, query, columns, divided.of_words)
@@ -94,9 +98,10 @@ def choose(
     if divided.patterns:
         elements = fitting(connection, ids, divided.patterns, cancelled)
         masks &= _places(connection, ids, sizes, elements)
-    kept = np.flatnonzero(masks)
+    kept = slice(None) if masks.all() else masks > 0
     values = {name: column[kept] for name, column in zip(columns, more, strict=True)}
     found = Chosen(selection, ids[kept], masks[kept], None, values)
+    del coded, sizes  # an order of words needs the room
     return replace(found, rows=in_order_of_words(connection, found, keys)) if by_words else found
 
 

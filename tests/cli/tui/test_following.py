@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from screens import LARGE, drive, press, screen_lines, settle, shown, table_of, until
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs.basic import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
@@ -22,7 +23,6 @@ from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.lives import counts_at, load_standings
 from orbitdb.store.reading.order import periods_without
 from orbitdb.symbols.words import least_rotation

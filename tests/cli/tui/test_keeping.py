@@ -5,6 +5,7 @@ import json
 import pytest
 from screens import ask, drive, press, screen_lines, shown, table_of
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.kept import Kept, State, among_marked, criteria_of, selection_of, toggled
 from orbitdb.cli.tui.table import jumping
@@ -15,7 +16,6 @@ from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 
 
 def heading(app):

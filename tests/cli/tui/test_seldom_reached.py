@@ -6,6 +6,7 @@ import pytest
 from screens import ask, drive, press, settle, shown, table_of
 from textual.widgets import OptionList
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.pictures import phase_points
@@ -15,7 +16,6 @@ from orbitdb.cli.tui.table.jumping import place_of
 from orbitdb.cli.tui.table.source import Pages, head_of
 from orbitdb.orbits.births.lives import solve_word
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 
 
 def test_digits_that_repeat_a_shorter_word_lead_nowhere_by_themselves(varied):

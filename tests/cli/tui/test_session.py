@@ -8,6 +8,7 @@ from screens import drive, press, screen_lines, settle, shown, table_of
 from textual import events
 from textual.widgets import Input
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui import choices, keys
 from orbitdb.cli.tui.dialogs.basic import LineDialog, QuestionDialog
 from orbitdb.cli.tui.dialogs.filling import FillState, Wish, cost_of, work
@@ -26,7 +27,6 @@ from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
 

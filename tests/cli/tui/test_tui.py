@@ -14,6 +14,7 @@ from textual import events
 
 from orbitdb.averages.by_period import entropy, lyapunov
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs.basic import KeysDialog, LineDialog, QuestionDialog
 from orbitdb.cli.tui.dialogs.fill import FillDialog
@@ -29,7 +30,6 @@ from orbitdb.errors import InputError
 from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.symmetry import REVERSE, images_of
 from orbitdb.symbols.words import least_rotation, parse
 from orbitdb.trajectories.ensemble import simulate
@@ -376,8 +376,8 @@ def test_statistics_of_chosen_words_count_those_words_alone(filled):
 
 
 def test_statistics_of_all_orbits_have_sum_rules_with_a_band(filled):
+    from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
     from orbitdb.cli.tui.statistics.averages import COLUMNS, curves_of, statistics, table_of
-    from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
 
     catalogue = Catalogue(filled)
     *_, found = statistics(catalogue, Selection())

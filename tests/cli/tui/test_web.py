@@ -12,10 +12,10 @@ import pytest
 import typer
 from processes import COMMAND
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.app import program
 from orbitdb.cli.commands.browse import _typed_again
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 
 _ESCAPE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|[@-_])")
 

@@ -1,17 +1,15 @@
 """Catalogue: a database of periodic orbits, opened for reading."""
 
-import weakref
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, Unpack, overload
-
-import sqlalchemy as sa
+from typing import TYPE_CHECKING, Any, Unpack, overload
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.counted import Counted, count
+from orbitdb.catalogue.gaps import describe_lacking, describe_unfilled
+from orbitdb.catalogue.opened import OpenedCatalogue
 from orbitdb.column_blocks import ColumnBlock
-from orbitdb.errors import InputError, StoreError
+from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.conditions import COLUMNS, asks_of_lives
 from orbitdb.store.asking.confinement import CancelledError, never
@@ -19,16 +17,12 @@ from orbitdb.store.asking.criteria import Criteria, choose, with_criteria
 from orbitdb.store.asking.parsing import unknown_column
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.sweepable import swept_text
-from orbitdb.store.file import tables
-from orbitdb.store.file.database import default_path, need_newest, plain_errors
-from orbitdb.store.file.engines import driver, reading_engine
-from orbitdb.store.file.migrate import migrate
+from orbitdb.store.file.engines import driver
 from orbitdb.store.reading import lives, question, records, row_blocks, sweeps
 from orbitdb.store.reading.chosen import Chosen
-from orbitdb.store.reading.counted import Counted, count
-from orbitdb.store.reading.fills import Fill, as_fill, describe_fills, describe_unfilled
+from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lives import BirthFill, Life
-from orbitdb.store.reading.lookup import a_filled, a_stored, find_word, meant
+from orbitdb.store.reading.lookup import a_filled, find_word
 from orbitdb.store.reading.records import Enclosure
 from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.enumeration import MAX_PERIOD
@@ -37,16 +31,12 @@ from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from orbitdb.catalogue.chosen_classes import ChosenClasses
+    from orbitdb.catalogue.identification import Candidate, Trajectory
+    from orbitdb.catalogue.results import Result
+    from orbitdb.catalogue.subset import Subset
     from orbitdb.quantum.spectrum import Spectrum
-    from orbitdb.store.reading.chosen_classes import ChosenClasses
-    from orbitdb.store.reading.identification import Candidate, Trajectory
-    from orbitdb.store.reading.results import Result
-    from orbitdb.store.reading.subset import Subset
-
-_SHOWN = 4
-"""Further values of a that are told at most."""
-
-_LONGEST, _MOST_POINTS, _MOST_K = 100, 100_000, 1000
+    from orbitdb.trajectories.ensemble import Reference
 
 _ALL = 2**63 - 1
 """SQLite's largest integer."""
@@ -54,7 +44,7 @@ _ALL = 2**63 - 1
 _SOLVED = tuple(status for status in Status if status is not Status.GEOMETRIC)
 
 
-class Catalogue:
+class Catalogue(OpenedCatalogue):
     """A database of the periodic orbits of stadium billiards.
 
     Parameters
@@ -86,108 +76,6 @@ class Catalogue:
     ...     catalogue.count(p=7, status="orbit")
     376
     """
-
-    def __init__(self, path: Path | str | None = None, a: float | None = None) -> None:
-        self._a = None if a is None else Stadium(a).a
-        self.path = Path(path) if path is not None else default_path()
-        need_newest(self.path)
-        self._engine = reading_engine(self.path)
-        with plain_errors(self.path), self._engine.connect():
-            pass  # so that a file that is damaged or tampered with is refused now, and not in mid-use
-        self._engine.dispose()
-        weakref.finalize(self, self._engine.dispose)  # so that it may be dropped without `close`
-        self._moment: sa.Connection | None = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Close the file; it is opened again if something more is asked."""
-        self._engine.dispose()
-
-    @contextmanager
-    def reading(self) -> Iterator[sa.Connection]:
-        """Give a connection inside one read transaction: all it sees is of one moment."""
-        if self._moment is not None:
-            yield self._moment
-            return
-        with plain_errors(self.path), self._engine.begin() as connection:
-            yield connection
-
-    @contextmanager
-    def at_one_moment(self) -> Iterator[Self]:
-        """Give the catalogue as it is when it is first read: its numbers, from however many queries, agree.
-
-        What a fill stores meanwhile is seen behind the block.
-        """
-        with self.reading() as connection:
-            still = object.__new__(type(self))
-            still.__dict__.update(self.__dict__)  # not a copy, which would be opened anew
-            still._moment = connection
-            yield still
-
-    def __repr__(self) -> str:
-        try:
-            known = self._contents()
-        except StoreError as error:
-            known = str(error)
-        return f"<Catalogue {self.path.name}: {known}>"
-
-    def _contents(self) -> str:
-        """Say in one line what is filled, at its own a first."""
-        with self.at_one_moment() as still:
-            values = still.stadiums()
-            try:
-                own = [meant(values) if self._a is None else self._a]
-            except InputError:
-                own = []
-            others = [a for a in values if a not in own]
-            parts = [describe_fills(still.fills(a), a) for a in (*own, *others[:_SHOWN])]
-        return "; ".join(parts) + (f"; and at {len(others) - _SHOWN} more" if len(others) > _SHOWN else "")
-
-    def __reduce__(self) -> tuple[type["Catalogue"], tuple[Path, float | None]]:
-        """Pickle, and copy, the path and a: the file is opened anew where it is loaded."""
-        return type(self), (self.path.absolute(), self._a)
-
-    @classmethod
-    def create(cls, path: Path | str | None = None, a: float | None = None) -> "Catalogue":
-        """Open a catalogue, making it or bringing it to the newest schema first."""
-        path = Path(path) if path is not None else default_path()
-        migrate(path)
-        return cls(path, a)
-
-    @property
-    def a(self) -> float:
-        """The stadium that is meant where none is named; once it is asked for, it stays the same.
-
-        Raises
-        ------
-        InputError
-            If none was given, and the catalogue has orbits at several, but none at 1.6.
-        """
-        if self._a is None:
-            self._a = meant(self.stadiums())
-        return self._a
-
-    def stadiums(self) -> list[float]:
-        """Return the values of a at which there are orbits, be it of single words, or sums of them."""
-        with self.reading() as connection:
-            return a_stored(driver(connection))
-
-    def a_values(self) -> list[float]:
-        """Return the values of a that the catalogue knows, in order."""
-        with self.reading() as connection:
-            return list(connection.scalars(sa.select(tables.stadium.c.a).order_by(tables.stadium.c.a)))
-
-    def fills(self, a: float | None = None) -> list[Fill]:
-        """Return what is filled at one a, by default the catalogue's, by period."""
-        fill, at = tables.fill, self.a if a is None else a
-        query = sa.select(fill).join(tables.stadium).where(tables.stadium.c.a == at).order_by(fill.c.p)
-        with self.reading() as connection:
-            return [as_fill(row) for row in connection.execute(query)]
 
     def choose(
         self,
@@ -292,7 +180,7 @@ class Catalogue:
 
         They matter where the subset, the columns that are shown of it, or its order depend on them.
         """
-        return lives.describe_lacking(self.without_births(selection, names, order))
+        return describe_lacking(self.without_births(selection, names, order))
 
     def without_births(self, selection: Selection, names: Sequence[str] = (), order: str = "p") -> list[int]:
         """Return the chosen periods that are filled and of which no births are stored, if they matter."""
@@ -407,7 +295,7 @@ class Catalogue:
         >>> [(each.code, each.repetitions) for each in catalogue.identify(length=20.8)]
         [('13', 2)]
         """
-        from orbitdb.store.reading import identification
+        from orbitdb.catalogue import identification
 
         if sum(each is not None for each in (start, points, length)) != 1:
             raise InputError("identify takes exactly one of start, points and length")
@@ -454,28 +342,9 @@ class Catalogue:
         InputError
             If there are no orbits, or an argument is not what it should be.
         """
-        import numpy as np
+        from orbitdb.catalogue.spectrum import read_spectrum
 
-        from orbitdb.quantum.spectrum import check_levels
-        from orbitdb.quantum.weyl import Parity
-        from orbitdb.store.reading.spectrum import read_spectrum
-
-        ends = np.asarray(lengths, np.float64)
-        if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
-            raise InputError(
-                f"lengths {lengths!r:.40}, points {points}: give a range within 0..{_LONGEST}, 2 points to "
-                f"{_MOST_POINTS}"
-            )
-        if k_max is not None and not 1 <= k_max <= _MOST_K:
-            raise InputError(f"k_max {k_max:g}: give 1 to {_MOST_K}")
-        if parity is not None and parity not in list(Parity):
-            raise InputError(f"parity {parity!r:.40}: use ee, eo, oe or oo")
-        stadium, of = Stadium(self.a if a is None else a), None if parity is None else Parity(parity)
-        given = None if levels is None else np.asarray(levels, np.float64)
-        if given is not None:
-            check_levels(given, stadium, of)
-        x = np.linspace(float(ends[0]), float(ends[1]), points)
-        return read_spectrum(self, stadium.a, x, k_max, given, of)
+        return read_spectrum(self, self.a if a is None else a, lengths, points, k_max, levels, parity)
 
     def birth_fills(self) -> list[BirthFill]:
         """Return how far births and deaths are stored, by period."""
@@ -510,6 +379,19 @@ class Catalogue:
         with self.reading() as connection:
             found = records.closest(connection, proof, self.a if a is None else Stadium(a).a)
         return found[0] if found else None
+
+    def reference(self, a: float | None = None) -> "Reference | None":
+        """Return the stored averages over random trajectories at one a that have the smallest error.
+
+        None if there are none: `orbitdb simulate` makes and stores them.
+
+        Parameters
+        ----------
+        a : float, optional
+            The stadium; by default the catalogue's.
+        """
+        with self.reading() as connection:
+            return records.best_reference(connection, self.a if a is None else a)
 
     def entropy_curve(self, proof: str | None = None) -> list[Enclosure]:
         """Return the closest stored bounds on the topological entropy at every a, in order.
@@ -644,7 +526,7 @@ class Catalogue:
         >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).codes
         array(['13', '013', '031', '132', '123'], dtype=StringDType())
         """
-        from orbitdb.store.reading.subset import read_subset
+        from orbitdb.catalogue.subset import read_subset
 
         return read_subset(self, self._chosen(selection, criteria), order, coordinates)
 
@@ -661,7 +543,7 @@ class Catalogue:
         SelectionError
             If a status is named whose sequences have no length and lambda.
         """
-        from orbitdb.store.reading.chosen_classes import read_classes
+        from orbitdb.catalogue.chosen_classes import read_classes
 
         chosen = self._chosen(selection, criteria)
         return read_classes(self, chosen if chosen.statuses else replace(chosen, statuses=(Status.ORBIT,)))
@@ -678,7 +560,7 @@ class Catalogue:
         >>> catalogue.table(p="2-4")["N_c"]
         [1, 8, 32]
         """
-        from orbitdb.store.reading.averaged import table
+        from orbitdb.catalogue.averaged import table
 
         return table(self, self._chosen(selection, criteria))
 
@@ -693,7 +575,7 @@ class Catalogue:
         >>> [round(h, 4) for h in catalogue.entropy(p="2-11")["h_zeta"][-2:]]
         [1.1629, 1.1611]
         """
-        from orbitdb.store.reading.averaged import entropy
+        from orbitdb.catalogue.averaged import entropy
 
         return entropy(self, self._chosen(selection, criteria))
 
@@ -722,7 +604,7 @@ class Catalogue:
         InputError
             If weight or cut cannot be used.
         """
-        from orbitdb.store.reading.averaged import lyapunov
+        from orbitdb.catalogue.averaged import lyapunov
 
         return lyapunov(self, self._chosen(selection, criteria), weight, cut)
 

@@ -13,7 +13,7 @@ from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.reading.soundness import unsound
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue import subset_tables
 from orbitdb.column_blocks import Column, Lists
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
@@ -19,7 +20,6 @@ from orbitdb.extras import load
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite
 from orbitdb.orbits.pruned import pruned_word
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading import subset_tables
 from orbitdb.store.reading.row_blocks import COORDINATES
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.words import MAX_KEYED, WordError, from_strings, key, least_rotation, parse
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     import pyarrow
     from matplotlib.axes import Axes
 
-    from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.results import Result
-    from orbitdb.store.reading.whole_periods import WholePeriods
+    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.catalogue.results import Result
+    from orbitdb.catalogue.whole_periods import WholePeriods
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -254,7 +254,7 @@ class Subset(ByValue):
 
     def entropy(self) -> "Result":
         """Return the topological entropy of the orbits among these, by period (`Catalogue.entropy`)."""
-        from orbitdb.store.reading.averaged import entropy_of_rows
+        from orbitdb.catalogue.averaged import entropy_of_rows
 
         return entropy_of_rows(self._orbits())
 
@@ -263,7 +263,7 @@ class Subset(ByValue):
 
         ``lyapunov`` is the column of their lambda.
         """
-        from orbitdb.store.reading.averaged import lyapunov_of_rows
+        from orbitdb.catalogue.averaged import lyapunov_of_rows
 
         return lyapunov_of_rows(self._orbits(), weight)
 
@@ -272,14 +272,14 @@ class Subset(ByValue):
 
         N_t counts all of them, whatever their status.
         """
-        from orbitdb.store.reading.averaged import table_of_rows
+        from orbitdb.catalogue.averaged import table_of_rows
 
         return table_of_rows(self.selection, self.filled, self.p, self.status, self.representative)
 
     def _orbits(self) -> "WholePeriods":
         """Return the orbits of whole periods, one by one, for averages."""
-        from orbitdb.store.reading.chosen_classes import ChosenClasses
-        from orbitdb.store.reading.whole_periods import WholePeriods
+        from orbitdb.catalogue.chosen_classes import ChosenClasses
+        from orbitdb.catalogue.whole_periods import WholePeriods
 
         rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))
         one = np.ones(len(rows), dtype=np.int64)

@@ -14,19 +14,22 @@ from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Status
 from orbitdb.quantum.amplitudes import Classes
 from orbitdb.quantum.levels import Levels
-from orbitdb.quantum.spectrum import Spectrum, spectrum
+from orbitdb.quantum.spectrum import Spectrum, check_levels, spectrum
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import level, level_fill
 from orbitdb.store.reading.soundness import unsound
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from numpy.typing import ArrayLike
+
+    from orbitdb.catalogue.catalogue import Catalogue
 
 Floats = NDArray[np.float64]
 
 _COLUMNS = ("p", "walls", "length", "lyapunov", "symmetry", "representative")
 _USUAL_K_MAX = 30.0
+_LONGEST, _MOST_POINTS, _MOST_K = 100, 100_000, 1000
 
 
 def read_levels(catalogue: "Catalogue", a: float, parity: Parity | None) -> tuple[Floats, float] | None:
@@ -68,28 +71,44 @@ def read_classes(catalogue: "Catalogue", chosen: Selection) -> tuple[Classes, ND
 def read_spectrum(
     catalogue: "Catalogue",
     a: float,
-    lengths: Floats,
+    lengths: "ArrayLike",
+    points: int,
     k_max: float | None,
-    levels: Floats | None,
-    parity: Parity | None,
+    levels: "ArrayLike | None",
+    parity: str | None,
 ) -> Spectrum:
     """Return the length spectrum (`Catalogue.spectrum`).
 
     Raises
     ------
     InputError
-        If there are no orbits, or no levels up to `k_max`.
+        If there are no orbits, no levels up to `k_max`, or an argument is not what it should be.
     """
+    ends = np.asarray(lengths, np.float64)
+    if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
+        raise InputError(
+            f"lengths {lengths!r:.40}, points {points}: give a range within 0..{_LONGEST}, 2 points to "
+            f"{_MOST_POINTS}"
+        )
+    if k_max is not None and not 1 <= k_max <= _MOST_K:
+        raise InputError(f"k_max {k_max:g}: give 1 to {_MOST_K}")
+    if parity is not None and parity not in list(Parity):
+        raise InputError(f"parity {parity!r:.40}: use ee, eo, oe or oo")
+    stadium, of = Stadium(a), None if parity is None else Parity(parity)
+    given = None if levels is None else np.asarray(levels, np.float64)
+    if given is not None:
+        check_levels(given, stadium, of)
     with catalogue.at_one_moment() as still:
-        orbits = read_classes(still, Selection(a))
-        known = read_levels(still, a, parity) if levels is None else (levels, float(levels[-1]))
+        orbits = read_classes(still, Selection(stadium.a))
+        known = read_levels(still, stadium.a, of) if given is None else (given, float(given[-1]))
     end = _USUAL_K_MAX if known is None else known[1]
     if k_max is not None and known is not None and k_max > end:
         raise InputError(
             f"the levels end at k = {end:.6g}: give a smaller k_max than {k_max:g}, or more levels"
         )
     end = end if k_max is None else k_max
-    return spectrum(Stadium(a), *orbits, lengths, end, None if known is None else known[0], parity)
+    x = np.linspace(float(ends[0]), float(ends[1]), points)
+    return spectrum(stadium, *orbits, x, end, None if known is None else known[0], of)
 
 
 def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[Levels]:

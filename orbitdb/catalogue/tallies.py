@@ -14,7 +14,7 @@ from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 _FINEST = 1e-12
 """Least width of a bin, of the value: edges that are nearer are written alike."""
