@@ -57,9 +57,9 @@ class Levels(ByValue):
     k, error : ndarray, shape (N,)
         The levels in rising order, and estimates of their errors.
     seconds : float
-        Processor time that it took.
+        Processor time.
     version, arithmetic : str
-        Of the orbitdb that found them, and what computed there.
+        The version of orbitdb that found them, and the arithmetic it used.
     """
 
     a: float
@@ -145,7 +145,7 @@ def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterat
     Raises
     ------
     InputError
-        If the stadium or the range is beyond what was tried.
+        If the stadium or the range is outside what has been tested.
     """
     if not LEAST_A <= stadium.a <= LARGEST_A:
         raise InputError(f"levels at a = {stadium.a:g}: give a half length from {LEAST_A:g} to {LARGEST_A:g}")
@@ -172,7 +172,7 @@ def levels(
     Parameters
     ----------
     stadium : Stadium or float
-        Or its half length a, from `LEAST_A` to `LARGEST_A`.
+        The stadium, or its a, from `LEAST_A` to `LARGEST_A`.
     high, low : float
         The range of k, in 1/radius.
     parities : sequence of Parity or str, optional
@@ -181,7 +181,7 @@ def levels(
     Raises
     ------
     InputError
-        If the stadium or the range is beyond what was tried.
+        If the stadium or the range is outside what has been tested.
     """
     at = as_stadium(stadium)
     tasks = [task for parity in parities for task in windows(at, Parity(parity), low, high)]

@@ -1,4 +1,4 @@
-"""Orders of single words, by their text or by the element that leads to them, and where words stand."""
+"""Orders of single words by their text or their element, and the places of words in an order."""
 
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
