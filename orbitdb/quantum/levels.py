@@ -57,7 +57,7 @@ class Levels(ByValue):
     k, error : ndarray, shape (N,)
         The levels in rising order, and estimates of their errors.
     seconds : float
-        Processor time that it took.
+        Processor time.
     arithmetic : str
         What computed them.
     """
@@ -132,7 +132,7 @@ def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterat
     Raises
     ------
     InputError
-        If the stadium or the range is beyond what was tried.
+        If the stadium or the range is outside what has been tested.
     """
     if not LEAST_A <= stadium.a <= LARGEST_A:
         raise InputError(f"levels at a = {stadium.a:g}: give a half length from {LEAST_A:g} to {LARGEST_A:g}")
@@ -158,7 +158,7 @@ def levels(
     Parameters
     ----------
     stadium : Stadium or float
-        Or its half length a, from `LEAST_A` to `LARGEST_A`.
+        The stadium, or its a, from `LEAST_A` to `LARGEST_A`.
     high, low : float
         The range of k, in 1/radius.
     parities : sequence of Parity or str, optional
@@ -167,7 +167,7 @@ def levels(
     Raises
     ------
     InputError
-        If the stadium or the range is beyond what was tried.
+        If the stadium or the range is outside what has been tested.
     """
     at = as_stadium(stadium)
     tasks = [task for parity in parities for task in windows(at, Parity(parity), low, high)]
