@@ -125,8 +125,7 @@ def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
     list of (ndarray of intp, Legs)
         One entry for each number of runs: the rows of ``words`` it holds, and their structure.
     """
-    pieces = _Pieces.of(words)
-    return [(rows, pieces.legs(chain, rows)) for rows, chain in pieces.by_runs()]
+    return [(rows, legs(np.arange(len(rows)))) for rows, _, legs in cut_on_demand(words)]
 
 
 def cut_on_demand(
@@ -145,12 +144,7 @@ def cut_on_demand(
     """
     pieces = _Pieces.of(words)
     for rows, chain in pieces.by_runs():
-        yield rows, Chain(*chain), partial(pieces.some_legs, chain, rows)
-
-
-def chains(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Chain]]:
-    """Cut admissible words as `cut` does, where it does not matter which bounce stands where."""
-    return [(rows, Chain(*chain)) for rows, chain in _Pieces.of(words).by_runs()]
+        yield rows, chain, partial(pieces.legs, chain, rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,8 +179,8 @@ class _Pieces:
         fresh[:, 1:] |= crossing
         return cls(symbols, origin, straight, fresh, fresh & ~straight)
 
-    def by_runs(self) -> Iterator[tuple[NDArray[np.intp], list[NDArray[Any]]]]:
-        """Yield for each number of runs the rows of the words that have it, and their k, d, n and s."""
+    def by_runs(self) -> Iterator[tuple[NDArray[np.intp], Chain]]:
+        """Yield for each number of runs the rows of the words that have it, and their chains."""
         starts = np.flatnonzero(self.run_starts)  # words begin with a run: none reaches into the next
         symbols = self.symbols.ravel()
         n = np.add.reduceat(self.straight.ravel(), starts, dtype=float)
@@ -199,19 +193,15 @@ class _Pieces:
         for m in np.flatnonzero(np.bincount(runs)):
             rows = np.flatnonzero(runs == m)
             chain = first_run[rows] + np.arange(m)[:, None]
-            yield rows, [part[chain] for part in (k, d, n, s)]
+            yield rows, Chain(*(part[chain] for part in (k, d, n, s)))
 
-    def legs(self, chain: list[NDArray[Any]], rows: NDArray[np.intp]) -> Legs:
-        """Return the legs of some words, whose k, d, n and s are known."""
-        k, d, n, s = chain
-        p = self.symbols.shape[1]
-        back = rows * p + (np.arange(p)[:, None] - self.origin[rows, 0]) % p
+    def legs(self, chain: Chain, rows: NDArray[np.intp], few: NDArray[np.intp]) -> Legs:
+        """Return the legs of a few of some words, whose chains are known."""
+        part, p = chain.chain(few), self.symbols.shape[1]
+        back = rows[few] * p + (np.arange(p)[:, None] - self.origin[rows[few], 0]) % p
         run, place = self.places
-        return Legs(k, d, n, s, run.take(back), place.take(back), self.straight.take(back))
-
-    def some_legs(self, chain: list[NDArray[Any]], rows: NDArray[np.intp], few: NDArray[np.intp]) -> Legs:
-        """Return the legs of a few of some words."""
-        return self.legs([part.take(few, axis=1) for part in chain], rows[few])
+        whole = run.take(back), place.take(back), self.straight.take(back)
+        return Legs(part.k, part.d, part.n, part.s, *whole)
 
     @cached_property
     def places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -339,6 +329,14 @@ def derivatives(legs: Chain, a: float | Floats, alpha: Floats) -> Derivatives:
     gradient = lean + pull + legs.parity * following(pull)
     beyond = 2 * a * along + legs.lift * across
     return Derivatives(gradient, lean, beyond, np.sin(half) / (2 * legs.k))
+
+
+def pressed_directions(
+    alpha: Floats, slopes: Derivatives, limits: tuple[Floats, Floats]
+) -> NDArray[np.bool_]:
+    """Tell which directions stand at a limit that the gradient pushes against, shape (m, N)."""
+    low, high = limits
+    return ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
 
 
 def gradient_rounding(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:

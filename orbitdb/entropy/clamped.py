@@ -29,6 +29,7 @@ from orbitdb.billiard.legs import (
     derivatives,
     direction_limits,
     gradient_rounding,
+    pressed_directions,
 )
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains
@@ -152,7 +153,7 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
     last = np.full(len(value), np.inf)
     for _ in range(MAX_STEPS):
         slopes = derivatives(problem.legs, a, alpha)
-        pressed = _pressed(problem, alpha, slopes)
+        pressed = pressed_directions(alpha, slopes, (problem.low, problem.high))
         found = _condition(problem, alpha, _direction_error(problem.legs, a, alpha, slopes, pressed))
         value[active], error[active] = found.value, found.error
         going = np.flatnonzero(_worth(found, last, enough[active]))
@@ -160,7 +161,7 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
             break
         if len(going) < len(active):
             active, alpha, pressed = active[going], alpha.take(going, axis=1), pressed.take(going, axis=1)
-            problem, slopes = problem.rows(going), _rows(slopes, going)
+            problem, slopes = problem.rows(going), slopes.of_words(going)
         last = found.error[going]
         alpha = _step(problem, alpha, slopes, pressed)
     return Condition(value, error)
@@ -172,7 +173,9 @@ def directions(problem: Corner, a: float) -> Floats:
     unknowns = len(alpha) - 2
     for _ in range(MAX_STEPS if unknowns else 0):
         slopes = derivatives(problem.legs, a, alpha)
-        moved = _step(problem, alpha.copy(), slopes, _pressed(problem, alpha, slopes))
+        moved = _step(
+            problem, alpha.copy(), slopes, pressed_directions(alpha, slopes, (problem.low, problem.high))
+        )
         change, alpha = np.abs(moved - alpha).max(initial=0.0), moved
         if change < _SMALL:
             break
@@ -183,17 +186,6 @@ def _worth(found: Condition, last: Floats, enough: Floats) -> NDArray[np.bool_]:
     """Tell for which windows a further step may tell more."""
     unclear = (found.error > enough) & (np.abs(found.value) < _CLEAR * found.error)
     return unclear & ((found.error > _SMALL) | (found.error < last / 2))
-
-
-def _rows(slopes: Derivatives, chosen: NDArray[np.intp]) -> Derivatives:
-    parts = (slopes.gradient, slopes.lean, slopes.beyond, slopes.stiffness)
-    return Derivatives(*(part.take(chosen, axis=1) for part in parts))
-
-
-def _pressed(problem: Corner, alpha: Floats, slopes: Derivatives) -> NDArray[np.bool_]:
-    """Tell which directions stand at a limit that the gradient pushes against, shape (m + 2, N)."""
-    low, high = problem.low, problem.high
-    return ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
 
 
 def _step(problem: Corner, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]) -> Floats:

@@ -33,6 +33,7 @@ from orbitdb.billiard.legs import (
     following,
     gradient_rounding,
     preceding,
+    pressed_directions,
     summation_rounding,
     turns,
 )
@@ -42,22 +43,20 @@ Floats = NDArray[np.float64]
 EPSILON = float(np.finfo(float).eps)
 
 
-def pressed_directions(
-    legs: Chain, a: float | Floats, alpha: Floats, slopes: Derivatives
-) -> NDArray[np.bool_]:
-    """Tell which directions stand at a limit that the gradient pushes against."""
-    low, high = direction_limits(legs, a)
-    return ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
-
-
 def direction_errors(
-    legs: Chain, a: float | Floats, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]
+    legs: Chain,
+    a: float | Floats,
+    alpha: Floats,
+    slopes: Derivatives,
+    limits: tuple[Floats, Floats] | None = None,
 ) -> Floats:
     """Bound the distance of every direction from the maximum, rounding included, shape (m, N).
 
-    Directions that are pressed against a limit do not enter but for rounding: there g_i delta_i <= 0.
-    Along the way D stays above D - |lean| |delta| / 2 - D delta^2 / 2 in the mean.
+    Directions that are pressed against a limit, by default those of `direction_limits`, do not enter but
+    for rounding: there g_i delta_i <= 0. Along the way D stays above D - |lean| |delta| / 2 - D delta^2 / 2
+    in the mean.
     """
+    pressed = pressed_directions(alpha, slopes, direction_limits(legs, a) if limits is None else limits)
     size, rounding = np.abs(slopes.gradient), gradient_rounding(legs, a, alpha)
     steep = np.where(pressed, np.maximum(rounding - size, 0.0), size + rounding)
     first = _concave_bound(steep, slopes.beyond / 2)

@@ -20,7 +20,7 @@ from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.orbits.births.batches import JOINTS, Batch
 from orbitdb.orbits.births.brackets import Signs, statuses
 from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
-from orbitdb.orbits.error_bounds import direction_errors, pressed_directions
+from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import newton
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import BORN, DIED
@@ -149,5 +149,5 @@ def _slacks(legs: Chain, a: Floats) -> tuple[Floats, Floats, Floats]:
     alpha = newton(legs, a).alpha
     moved = motion(legs, a, alpha, limits)
     slopes = derivatives(legs, a, alpha)
-    errors = direction_errors(legs, a, alpha, slopes, pressed_directions(legs, a, alpha, slopes))
+    errors = direction_errors(legs, a, alpha, slopes)
     return *slacks_and_slopes(legs, alpha, moved.drift), 2 * slack_errors(legs, errors).max(axis=(0, 1))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.bounces import slack_changes, smooth_slacks
-from orbitdb.billiard.legs import Chain, derivatives, direction_limits
+from orbitdb.billiard.legs import Chain, derivatives, direction_limits, pressed_directions
 from orbitdb.equality import ByValue
 from orbitdb.orbits.newton import minus_hessian, newton, solve_cyclic
 
@@ -71,8 +71,7 @@ class Station(ByValue):
 def motion(legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]) -> Motion:
     """Return Newton's step and the drift of words at directions alpha between their limits, shape (m, N)."""
     slopes = derivatives(legs, a, alpha)
-    low, high = limits
-    pressed = ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
+    pressed = pressed_directions(alpha, slopes, limits)
     rhs = np.where(pressed, 0.0, np.stack([slopes.gradient, -2 * a * np.sin(alpha)]))
     step, drift = solve_cyclic(*minus_hessian(legs, slopes, pressed), rhs)
     return Motion(step, drift)
