@@ -244,28 +244,13 @@ def centre_directions(legs: Chain, a: float | Floats) -> Floats:
     return np.arctan(legs.n * legs.s / a)
 
 
-@dataclass(frozen=True, eq=False)
-class Turns(ByValue):
-    """What the directions of the legs say of the runs, all of shape (m, N).
+def half_turns(legs: Chain, alpha: Floats) -> Floats:
+    """Return psi / 2k, half the turn at every bounce of each run, shape (m, N).
 
-    Attributes
-    ----------
-    incoming, outgoing : ndarray
-        Slope of the leg before the run at its end, and of the leg behind it at its start (radians).
-    half : ndarray
-        psi / 2k, half the turn at every bounce; also the angle between path and tangent.
+    It is also the angle between path and tangent.
     """
-
-    incoming: Floats
-    outgoing: Floats
-    half: Floats
-
-
-def turns(legs: Chain, alpha: Floats) -> Turns:
-    """Return the turns of the runs between legs of directions alpha, shape (m, N)."""
-    incoming = preceding(legs.parity * alpha)
-    half = (np.pi - legs.d * (incoming + alpha)) / (2 * legs.k)
-    return Turns(incoming, alpha, half)
+    half: Floats = (np.pi - legs.d * (preceding(legs.parity * alpha) + alpha)) / (2 * legs.k)
+    return half
 
 
 def add_up(rows: NDArray[Any]) -> Floats:
@@ -280,7 +265,7 @@ def add_up(rows: NDArray[Any]) -> Floats:
 
 def length(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:
     """Return L(alpha) of each word, shape (N,)."""
-    half = turns(legs, alpha).half
+    half = half_turns(legs, alpha)
     return add_up(2 * a * np.cos(alpha) + legs.lift * np.sin(alpha) + 2 * legs.k * np.sin(half))
 
 
@@ -322,7 +307,7 @@ class Derivatives(ByValue):
 
 def derivatives(legs: Chain, a: float | Floats, alpha: Floats) -> Derivatives:
     """Return the derivatives of L at directions alpha, shape (m, N)."""
-    half = turns(legs, alpha).half
+    half = half_turns(legs, alpha)
     across, along = np.sin(alpha), np.cos(alpha)
     pull = -legs.d * np.cos(half)
     lean = legs.lift * along - 2 * a * across

@@ -32,10 +32,10 @@ from orbitdb.billiard.legs import (
     direction_limits,
     following,
     gradient_rounding,
+    half_turns,
     preceding,
     pressed_directions,
     summation_rounding,
-    turns,
 )
 from orbitdb.billiard.stability import exponent
 
@@ -81,7 +81,7 @@ def coordinate_error(legs: Legs, a: float, alpha: Floats, alpha_error: Floats, s
     more than one wall 19 eps (a + 1).
     """
     first, last = slack_error[:2]
-    across = np.sin(turns(legs, alpha).half)
+    across = np.sin(half_turns(legs, alpha))
     shift = np.maximum(last * (across + 2 * last), following(first * (across + 2 * first)))
     least = np.abs(np.sin(alpha)) * (1 - 4 * EPSILON) - ABOVE * alpha_error
     with np.errstate(divide="ignore"):
@@ -97,7 +97,7 @@ def length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alpha
     A leg's terms, and for the sine, the product and the sums a run's, are good to 2.5 eps of their size;
     psi/2k being good to 4.3 eps / k, that adds 8.5 eps |cos(psi/2k)|.
     """
-    half = turns(legs, alpha).half
+    half = half_turns(legs, alpha)
     terms = 2 * a * np.cos(alpha) + 2 * legs.n * np.abs(np.sin(alpha)) + 2 * legs.k * np.sin(half)
     second = add_up((np.abs(slopes.gradient) + gradient_rounding(legs, a, alpha)) * alpha_error)
     each = 3 * EPSILON + summation_rounding(len(terms))

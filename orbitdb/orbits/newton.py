@@ -27,8 +27,7 @@ from orbitdb.billiard.legs import (
 )
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.orbit import NUMBERS, Orbit, Orbits, Status, finite
-from orbitdb.orbits.pruned import pruned_word
+from orbitdb.orbits.orbit import NUMBERS, Orbit, Orbits, Status, finite, pruned_word
 from orbitdb.orbits.status import assess
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.pruning import need_admissible

@@ -18,7 +18,7 @@ from orbitdb.billiard.bounces import slack_errors
 from orbitdb.billiard.legs import Chain, derivatives, direction_limits
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.orbits.births.batches import JOINTS, Batch
-from orbitdb.orbits.births.brackets import Signs, statuses
+from orbitdb.orbits.births.brackets import Signs
 from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
 from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import newton
@@ -109,10 +109,7 @@ def _signs(batch: Batch, word: Places, a: Floats) -> Signs:
     """Tell which words are orbits, each at its own a: 1, -1, or 0 where balls do not decide it either."""
     sign = np.zeros(len(word), np.int8)
     for here, legs in _chains(batch, word):
-        sign[here] = statuses(legs, a[here], newton(legs, a[here]).alpha)
-    unknown = np.flatnonzero(sign == 0)
-    if len(unknown):
-        sign[unknown] = batch.signs_at(word[unknown], a[unknown])
+        sign[here] = batch.signs(word[here], legs, a[here], newton(legs, a[here]).alpha)
     return sign
 
 

@@ -59,7 +59,7 @@ def test_entropy_figure_holds_the_numbers(ax):
 def test_lyapunov_figure_shows_the_reference_with_twice_its_error(ax):
     p = np.arange(2, 5)
     values = np.array([2.1, 1.5, 1.2])
-    rows = curves.LyapunovRows(values, values, np.array([2.1, np.nan, 1.3]), curves.Line(0.887, 0.01))
+    rows = curves.LyapunovRows(values, values, np.array([2.1, np.nan, 1.3]), (0.887, 0.01))
     curves.draw_lyapunov(ax, p, rows, r"\lambda_d", "per bounce")
     (band,) = ax.patches
     assert (band.get_y(), band.get_height()) == pytest.approx((0.867, 0.04))

@@ -18,7 +18,7 @@ from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.equality import ByValue
 from orbitdb.errors import WorkError
 from orbitdb.orbits.births.batches import Batch
-from orbitdb.orbits.births.brackets import Signs, bracket, statuses
+from orbitdb.orbits.births.brackets import Signs, bracket
 from orbitdb.orbits.births.continuation import follow
 from orbitdb.orbits.births.crossings import candidates, refine
 from orbitdb.orbits.newton import newton
@@ -163,11 +163,7 @@ def _signs(batch: Batch, rows: Integers, legs: Chain, a: float, start: Floats | 
     if start is not None:
         start = np.clip(start, *direction_limits(legs, a))
     at, alpha = np.full(len(rows), a), newton(legs, a, start=start).alpha
-    sign = statuses(legs, at, alpha)
-    unknown = np.flatnonzero(sign == 0)
-    if len(unknown):
-        sign[unknown] = batch.signs_at(rows[unknown], at[unknown])
-    return sign, alpha
+    return batch.signs(rows, legs, at, alpha), alpha
 
 
 @dataclass(frozen=True, eq=False)
