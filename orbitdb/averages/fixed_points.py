@@ -12,7 +12,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.equality import ByValue
+from orbitdb.equality import Columns
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -29,7 +29,7 @@ class Weight(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class ClassRows(ByValue):
+class ClassRows(Columns):
     """Symmetry classes of isolated orbits, of any periods in any order.
 
     Attributes
@@ -66,16 +66,6 @@ class ClassRows(ByValue):
 
     def __len__(self) -> int:
         return len(self.period)
-
-    def rows(self, chosen: slice | NDArray[np.intp] | NDArray[np.bool_]) -> "ClassRows":
-        """Return some of the rows."""
-        return ClassRows(
-            self.period[chosen],
-            self.size[chosen],
-            self.length[chosen],
-            self.lyapunov[chosen],
-            self.inverse[chosen],
-        )
 
     def by_period(self) -> dict[int, "ClassRows"]:
         """Return the rows of each period that has any."""

@@ -26,7 +26,7 @@ Run i precedes leg i; run 0 is on the left.
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
 
@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arithmetic import ABOVE
 from orbitdb.billiard.stadium import STRAIGHT
-from orbitdb.equality import ByValue
+from orbitdb.equality import Columns
 
 Floats = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ _LEFT = np.array([False, True, False, False, True, False])
 
 
 @dataclass(frozen=True, eq=False)
-class Chain(ByValue):
+class Chain(Columns):
     """N words as cyclic chains of m runs and m legs each: all that the length depends on.
 
     Attributes
@@ -96,10 +96,6 @@ class Legs(Chain):
     run: NDArray[np.intp]
     place: NDArray[np.intp]
     straight: NDArray[np.bool_]
-
-    def of_words(self, words: NDArray[np.intp]) -> "Legs":
-        """Return those of some of the words."""
-        return Legs(**{each.name: getattr(self, each.name).take(words, axis=1) for each in fields(self)})
 
 
 def preceding(rows: NDArray[Any]) -> NDArray[Any]:
@@ -279,7 +275,7 @@ def summation_rounding(m: int) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Derivatives(ByValue):
+class Derivatives(Columns):
     """First and second derivatives of L at some directions, all of shape (m, N).
 
     Attributes
@@ -298,11 +294,6 @@ class Derivatives(ByValue):
     lean: Floats
     beyond: Floats
     stiffness: Floats
-
-    def of_words(self, words: NDArray[np.intp]) -> "Derivatives":
-        """Return those of some of the words."""
-        rows = (self.gradient, self.lean, self.beyond, self.stiffness)
-        return Derivatives(*(row.take(words, axis=1) for row in rows))
 
 
 def derivatives(legs: Chain, a: float | Floats, alpha: Floats) -> Derivatives:

@@ -33,7 +33,7 @@ from orbitdb.billiard.legs import (
 )
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains
-from orbitdb.equality import ByValue
+from orbitdb.equality import ByValue, Columns
 from orbitdb.orbits.newton import tridiagonal
 
 EPSILON = float(np.finfo(float).eps)
@@ -47,7 +47,7 @@ _ROUNDING = 12 * EPSILON
 
 
 @dataclass(frozen=True, eq=False)
-class Corner(ByValue):
+class Corner(Columns):
     """N windows with an extreme push at each end.
 
     Attributes
@@ -67,11 +67,6 @@ class Corner(ByValue):
     high: Floats
     marked: NDArray[np.intp]
     lean: Floats
-
-    def rows(self, chosen: NDArray[np.intp]) -> "Corner":
-        """Return some of the windows."""
-        low, high = self.low.take(chosen, axis=1), self.high.take(chosen, axis=1)
-        return Corner(self.legs.chain(chosen), low, high, self.marked[chosen], self.lean[chosen])
 
 
 def orientation(chains: OpenChains) -> Floats:
@@ -161,7 +156,7 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
             break
         if len(going) < len(active):
             active, alpha, pressed = active[going], alpha.take(going, axis=1), pressed.take(going, axis=1)
-            problem, slopes = problem.rows(going), slopes.of_words(going)
+            problem, slopes = problem.rows(going), slopes.rows(going)
         last = found.error[going]
         alpha = _step(problem, alpha, slopes, pressed)
     return Condition(value, error)

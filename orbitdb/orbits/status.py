@@ -19,7 +19,7 @@ from orbitdb.billiard.legs import (
 )
 from orbitdb.billiard.stability import exponent, forces
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
+from orbitdb.equality import Columns
 from orbitdb.orbits.error_bounds import (
     coordinate_error,
     direction_errors,
@@ -32,7 +32,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Verdict(ByValue):
+class Verdict(Columns):
     """What has become of N words, and what that was decided by.
 
     Attributes
@@ -49,12 +49,6 @@ class Verdict(ByValue):
     slack: Floats
     slack_error: Floats
     status: NDArray[np.str_]
-
-    def of_words(self, words: NDArray[np.intp]) -> "Verdict":
-        """Return those of some of the words."""
-        slack, slack_error = (each.take(words, axis=2) for each in (self.slack, self.slack_error))
-        alpha_error = self.alpha_error.take(words, axis=1)
-        return Verdict(self.slopes.of_words(words), alpha_error, slack, slack_error, self.status[words])
 
 
 def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
@@ -110,7 +104,7 @@ def assess(
     orbits = replace(Orbits.empty(words), status=verdict.status, margin=margin, iterations=iterations)
     left = np.flatnonzero(every | (verdict.status != Status.DYNAMICAL))
     if len(left):
-        here = legs(left), stadium, alpha.take(left, axis=1), verdict.of_words(left)
+        here = legs(left), stadium, alpha.take(left, axis=1), verdict.rows(left)
         orbits.place(left, _measured(orbits.rows(left), *here))
     return orbits
 

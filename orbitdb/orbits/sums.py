@@ -66,7 +66,7 @@ class Exponents(ByValue):
             length=self.length[chosen],
             lyapunov=self.lyapunov[chosen],
             legs=self.legs.chain(chosen),
-            slopes=self.slopes.of_words(chosen),
+            slopes=self.slopes.rows(chosen),
         )
 
 
@@ -129,5 +129,5 @@ def _decided(
         lengths[orbits],
         exponents_[orbits],
         legs.chain(orbits),
-        slopes.of_words(orbits),
+        slopes.rows(orbits),
     )

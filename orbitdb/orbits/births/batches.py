@@ -85,7 +85,7 @@ class Batch:
                 start = newton(legs, a[chosen]).alpha
                 for at in np.unique(a[chosen]).tolist():
                     same = np.flatnonzero(a[chosen] == at)
-                    found = enclose_all(legs.of_words(same), Stadium(at), start[:, same])
+                    found = enclose_all(legs.rows(same), Stadium(at), start[:, same])
                     signs[chosen[same]] = [PROVED_SIGNS.get(each.status, 0) for each in found]
         return signs
 

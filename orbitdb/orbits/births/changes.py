@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.billiard.stadium import MAX_A, MIN_A
-from orbitdb.equality import ByValue
+from orbitdb.equality import ByValue, Columns
 from orbitdb.errors import WorkError
 from orbitdb.orbits.births.batches import Batch
 from orbitdb.orbits.births.brackets import Signs, bracket
@@ -167,7 +167,7 @@ def _signs(batch: Batch, rows: Integers, legs: Chain, a: float, start: Floats | 
 
 
 @dataclass(frozen=True, eq=False)
-class _Found(ByValue):
+class _Found(Columns):
     """Bracketed changes of the words of a batch, one entry each, and which of their slacks changes sign."""
 
     word: Integers
@@ -176,9 +176,6 @@ class _Found(ByValue):
     born: Flags
     slack: Integers
     slope: Floats
-
-    def rows(self, chosen: Flags | Integers | slice) -> "_Found":
-        return _Found(**{name: getattr(self, name)[chosen] for name in _COLUMNS})
 
 
 _COLUMNS = tuple(each.name for each in fields(_Found))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.bounces import slack_changes, smooth_slacks
 from orbitdb.billiard.legs import Chain, derivatives, direction_limits, pressed_directions
-from orbitdb.equality import ByValue
+from orbitdb.equality import ByValue, Columns
 from orbitdb.orbits.newton import minus_hessian, newton, solve_cyclic
 
 Floats = NDArray[np.float64]
@@ -43,7 +43,7 @@ class Motion(ByValue):
 
 
 @dataclass(frozen=True, eq=False)
-class Station(ByValue):
+class Station(Columns):
     """N words at one a on their way.
 
     Attributes
@@ -61,11 +61,6 @@ class Station(ByValue):
     drift: Floats
     slack: Floats
     slope: Floats
-
-    def words(self, chosen: NDArray[np.intp]) -> "Station":
-        """Return some of the words."""
-        parts = (self.alpha, self.drift, self.slack, self.slope)
-        return Station(self.x, *(part.take(chosen, axis=1) for part in parts))
 
 
 def motion(legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]) -> Motion:
