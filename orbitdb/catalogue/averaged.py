@@ -170,10 +170,7 @@ def lyapunov(
 
 def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str, list[Any]]:
     """Return the averages of every method over whole periods, and note what is missing."""
-    if subset.swept:
-        found = lyapunov_of_periods(subset.sums(), subset.highest, weight)
-    else:
-        found = by_period.lyapunov(subset.classes.rows(), subset.highest, weight)
+    found = lyapunov_of_periods(subset.sums(), subset.highest, weight)
     rules = sum_rules_of(subset)
     notes.append(why_no_sum_rules_of(subset))
     columns = standing(found, subset.periods)

@@ -18,8 +18,7 @@ from orbitdb.column_files import Column, Lists
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
-from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite
-from orbitdb.orbits.pruned import pruned_word
+from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite, pruned_word
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.row_blocks import COORDINATES
 from orbitdb.store.reading.soundness import unsound

@@ -6,8 +6,7 @@ from orbitdb.billiard.stadium import MIN_A, Stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits import newton
 from orbitdb.orbits.births.changes import Life, find_changes
-from orbitdb.orbits.orbit import Orbit
-from orbitdb.orbits.pruned import pruned_word
+from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.symbols.symmetry import class_of
 from orbitdb.symbols.words import from_strings, is_primitive, parse
 

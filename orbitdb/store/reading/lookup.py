@@ -12,8 +12,7 @@ import numpy as np
 
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
-from orbitdb.orbits.orbit import NUMBERS, Orbit, Status
-from orbitdb.orbits.pruned import pruned_word
+from orbitdb.orbits.orbit import NUMBERS, Orbit, Status, pruned_word
 from orbitdb.store.asking.selection import USUAL_A
 from orbitdb.store.file.database import asking
 from orbitdb.store.reading.soundness import is_whole, unsound
