@@ -43,8 +43,8 @@ _WORDS_A_CLASS = 4
 """Half of what most classes have: spans are cut by what their prefixes may become, and most get less."""
 
 _BLOCKS_A_JOB = 3
-_SMALLEST = 1 / 4
-"""Of a full block: smaller ones cost more a word."""
+_SMALLEST = 4
+"""Part of a full block: smaller ones cost more a word."""
 
 METHODS = {"newton": Method(solve_for_orbits, 1 << 16), "relaxation": Method(relax, 1 << 8)}
 
@@ -70,7 +70,7 @@ class Block:
     span: Span
     known: bool = False
 
-    def solved(self) -> "SolvedBlock":
+    def solved(self) -> "tuple[SolvedBlock]":
         """Find its classes, and what becomes of them."""
         clock, p = [thread_time()], self.span.p
         codes, stabiliser = all_least_words(self.span)
@@ -79,7 +79,7 @@ class Block:
         orbits = METHODS[self.method].solve(unpack(codes, p), Stadium(self.a))
         clock.append(thread_time())
         enumerating, solving = np.diff(clock).tolist()
-        return SolvedBlock(self.span, stabiliser, words, orbits, enumerating, solving, arithmetic())
+        return (SolvedBlock(self.span, stabiliser, words, orbits, enumerating, solving, arithmetic()),)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,15 +112,20 @@ class SolvedBlock:
     arithmetic: str
 
 
+def block_size(most: int, p: int, jobs: int, smallest: int) -> int:
+    """Return how many words make a block of a period.
+
+    For several jobs a small period makes smaller blocks, so that all of them have work till its end, down to
+    a part of a full block.
+    """
+    share = count_admissible(p) // (_BLOCKS_A_JOB * jobs)
+    return min(most, max(share, most // smallest)) if jobs > 1 else most
+
+
 def cut_into_blocks(
     a: float, method: str, p: int, after: int = -1, jobs: int = 1, known: bool = False
 ) -> Iterator[Block]:
-    """Cut a period, or what of it is behind a packed word, into blocks, in order.
-
-    For several jobs a small period makes smaller blocks, so that all of them have work till its end.
-    """
-    most = METHODS[method].words
-    if jobs > 1:
-        most = min(most, max(count_admissible(p) // (_BLOCKS_A_JOB * jobs), round(_SMALLEST * most)))
+    """Cut a period, or what of it is behind a packed word, into blocks, in order."""
+    most = block_size(METHODS[method].words, p, jobs, _SMALLEST)
     spans = class_spans(p, max(most // _WORDS_A_CLASS, 1), after)
     return (Block(a, method, span, known) for span in spans)

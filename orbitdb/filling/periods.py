@@ -1,8 +1,7 @@
 """Filling a catalogue: all classes of some periods, and what becomes of them at one a."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
-from itertools import chain
 from pathlib import Path
 from time import thread_time
 
@@ -10,7 +9,7 @@ import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import StoreError
-from orbitdb.filling.blocks import METHODS, SolvedBlock, cut_into_blocks
+from orbitdb.filling.blocks import METHODS, Block, SolvedBlock, cut_into_blocks
 from orbitdb.filling.resuming import Progress, resume
 from orbitdb.filling.workers import HERE, Workers
 from orbitdb.orbits.orbit import Status
@@ -73,12 +72,9 @@ class _Fill:
             self.known.add(p)
         return open_cursor(connection, fill, stadium=self.writer.stadium_id(connection, self.a), p=p)
 
-    def solved(self, cursors: Mapping[int, Cursor], workers: Workers) -> Iterator[Sequence[SolvedBlock]]:
-        blocks = chain.from_iterable(
-            cut_into_blocks(self.a, self.method, p, cursor.after, workers.jobs, p in self.known)
-            for p, cursor in cursors.items()
-        )
-        return ((found,) for found in workers.solved(blocks))
+    def blocks(self, cursors: Mapping[int, Cursor], jobs: int) -> Iterator[Block]:
+        for p, cursor in cursors.items():
+            yield from cut_into_blocks(self.a, self.method, p, cursor.after, jobs, p in self.known)
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedBlock) -> dict[str, float]:
         begun, orbits = thread_time(), part.orbits
