@@ -4,10 +4,9 @@ A block says all that is needed to solve it and depends on nothing but itself, s
 the same wherever and in whatever order blocks are solved.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from time import thread_time
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,18 +23,11 @@ from orbitdb.symbols.members import joined_words
 from orbitdb.symbols.words import unpack
 
 
-class Solver(Protocol):
-    """A method that turns admissible words of one order into orbits."""
-
-    def __call__(self, words: NDArray[np.uint8], stadium: Stadium) -> Orbits:
-        """Return what becomes of words, shape (N, p)."""
-
-
 @dataclass(frozen=True)
 class Method:
-    """A solver, and how many words make a block that takes it about half a second."""
+    """What turns words of one order, shape (N, p), into orbits, so many in about half a second."""
 
-    solve: Solver
+    solve: Callable[[NDArray[np.uint8], Stadium], Orbits]
     words: int
 
 
