@@ -87,7 +87,7 @@ def _class_rows(words: Sequence[str], p: int) -> Iterator[Row]:
         stabilisers = [each.stabiliser for each in families]
         joined = [joined_members(each.representative) for each in families]
     else:
-        found = symmetry.classify_packed(least_rotations(pack(from_strings(words)), p), p)
+        found = symmetry.classify(least_rotations(pack(from_strings(words)), p), p)
         stabilisers = found.stabiliser.tolist()
         joined = joined_words(found.representative, found.stabiliser, p)
     for mask, members in zip(stabilisers, joined, strict=True):

@@ -21,11 +21,6 @@ from orbitdb import export as files
 from orbitdb.column_files import ColumnBlock
 from orbitdb.errors import InputError
 
-KEYS = (
-    "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
-    "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error",
-    "length_error", "lyapunov_error", "symmetry", "solver",
-)  # fmt: skip
 CHOICE = ("--p", "2-5", "--status", "orbit,dynamical")
 NUMBERS = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual", "error")
 EXACT = {} if int(version("pandas").partition(".")[0]) >= 3 else {"float_precision": "round_trip"}
@@ -153,13 +148,6 @@ def test_marked_words_are_no_numbers_to_anybody(varied, cli):
     assert exported.out == cli("query", "--format", "csv", *chosen).out
     (row,) = json.loads(cli("query", "--code", table["code"].iloc[-1], "--json", "--db", str(varied)).out)
     assert f"w{row['code']}" == table["code"].iloc[-1]
-
-
-def test_what_is_exported_and_what_is_asked_for_have_the_same_columns(exported, varied, cli):
-    asked = cli("query", *CHOICE, "--format", "csv", "--db", str(varied)).out
-    streamed = cli("export", "--format", "csv", *CHOICE, "--db", str(varied)).out
-    assert streamed == asked
-    assert exported("csv").read_text().partition("\n")[0] == ",".join([*KEYS, "coordinates"])
 
 
 @pytest.mark.slow

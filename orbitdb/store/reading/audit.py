@@ -1,4 +1,4 @@
-"""Reading a catalogue in order to check it: class by class as stored, right or wrong, and as a whole."""
+"""Reading a catalogue in order to check it: class by class as stored, right or wrong."""
 
 import json
 from collections.abc import Iterable, Sequence

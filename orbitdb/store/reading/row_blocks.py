@@ -1,4 +1,4 @@
-"""The rows of a chosen subset, some at a time: what the words of a class share is read once a class."""
+"""The rows of a chosen subset, many at a time; what the words of a class share is read once."""
 
 import json
 from collections.abc import Callable, Iterator, Sequence
