@@ -21,7 +21,7 @@ from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.lives import counts_at, load_standings
-from orbitdb.store.reading.order import periods_without
+from orbitdb.store.reading.places import periods_without
 from orbitdb.symbols.words import least_rotation
 
 LIVES = [(0.386252501738, 0.473270308236), (0.605684335145, None)]
