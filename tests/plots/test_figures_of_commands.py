@@ -131,8 +131,22 @@ def test_labels_of_ticks_stand_apart(a, width):
 LONG = "time_reversal = 'self' and class_size > 0 and margin > 1e-9 and lambda_c < 99"
 
 
-@pytest.mark.parametrize("kind", slow_but(["sheet"], ["sheet", "birkhoff", "lengths", "entropy", "lyapunov"]))
-@pytest.mark.parametrize("where", slow_but([LONG], [None, LONG, "length < " + "9" * 200]))
+@pytest.mark.parametrize(
+    ("kind", "where"),
+    [
+        ("sheet", LONG),
+        *(
+            pytest.param(kind, where, marks=pytest.mark.slow)
+            for kind, where in (
+                ("sheet", None),
+                ("birkhoff", "length < " + "9" * 200),
+                ("lengths", LONG),
+                ("entropy", None),
+                ("lyapunov", LONG),
+            )
+        ),
+    ],
+)
 def test_titles_stay_in_their_figure(known, kind, where):
     chosen = Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,), where=where)
     made = subsets.OF_SUBSETS[kind](known, chosen, 9)
