@@ -27,8 +27,6 @@ These names are the public interface. Everything else may change between version
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from orbitdb.version import __version__
-
 if TYPE_CHECKING:
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue
@@ -41,6 +39,8 @@ if TYPE_CHECKING:
     from orbitdb.quantum.levels import Levels, levels
     from orbitdb.store.asking.selection import Selection
     from orbitdb.trajectories.ensemble import Reference, simulate
+
+__version__ = "0.2.0"
 
 __all__ = [
     "Candidate",

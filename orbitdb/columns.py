@@ -1,6 +1,7 @@
 """The columns: what every number and text in rows, files and JSON is, its unit, and what bounds its error.
 
-Said once, here, for the schema, the files, the command line, the terminal UI and the documentation.
+Said once, here, for the schema, the files, the command line, the terminal UI and the documentation. How a
+column is computed is said in `orbitdb/store/file/schema.py` (`SHARED`, `OF_WORD`).
 """
 
 from dataclasses import dataclass

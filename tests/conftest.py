@@ -15,6 +15,7 @@ if TYPE_CHECKING:  # the process that only starts those that test need not impor
     from orbitdb.filling.resuming import Progress
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for whatever is started, as `orbitdb.cli.main` does
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each of them would translate all that it imports again
 settings.register_profile("quick", deadline=None, max_examples=20)
 settings.register_profile("thorough", deadline=None, max_examples=60)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
@@ -64,6 +65,11 @@ class Outcome(NamedTuple):
     code: int
     out: str
     err: str
+
+    def says(self, code: int, *pieces: str) -> bool:
+        """Tell whether it ended with a code, no data, and one line that has some pieces in it."""
+        one = self.err.count("\n") == 1
+        return (self.code, self.out, one) == (code, "", True) and all(each in self.err for each in pieces)
 
 
 @pytest.fixture(scope="session")

@@ -8,7 +8,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.counted import Counted, count
 from orbitdb.catalogue.gaps import describe_lacking, describe_unfilled
 from orbitdb.catalogue.opened import OpenedCatalogue
-from orbitdb.column_blocks import ColumnBlock
+from orbitdb.column_files import ColumnBlock
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.conditions import COLUMNS, asks_of_lives

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue import subset_tables
-from orbitdb.column_blocks import Column, Lists
+from orbitdb.column_files import Column, Lists
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
 from orbitdb.extras import load

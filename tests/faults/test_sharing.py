@@ -117,23 +117,6 @@ def test_a_commit_holds_rows_and_cursor(filled, tmp_path, options):
     assert content(path) == content(filled)
 
 
-@pytest.mark.fuzz
-@pytest.mark.parametrize("jobs", [pytest.param("1", marks=pytest.mark.fuzz), "2"])
-def test_three_fills_at_once(tmp_path, jobs):
-    """They make the same new file, and fill the same periods, one of them at another a."""
-    path, expected = tmp_path / "shared.db", tmp_path / "expected.db"
-    arguments = ["fill", "--p", "6", "--jobs", jobs, "--db", path]
-    commands = [arguments, arguments, [*arguments, "--a", "1"]]
-    processes = [start(*each, command=small_blocks(32)) for each in commands]
-    for process in processes:
-        wait_until_ready(process)
-    all_end_well(*processes)
-    for a in ("1.6", "1"):
-        assert run("fill", "--p", "6", "--a", a, "--db", expected).returncode == 0
-    assert content(path) == content(expected)
-    assert run("verify", "--db", path).returncode == 0
-
-
 @pytest.mark.slow
 def test_two_processes_make_one_file(tmp_path):
     path = tmp_path / "new.db"

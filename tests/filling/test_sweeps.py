@@ -100,7 +100,7 @@ def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     """They are those of the orbits, and each period's moments are around the tilts of those before it."""
     for module in (
         "averages.swept_sum_rules",
-        "store.reading.whole_periods",
+        "catalogue.whole_periods",
         "filling.sweeps",
     ):
         monkeypatch.setattr(f"orbitdb.{module}.EXACT", 5)

@@ -43,7 +43,7 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
     CancelledError
         If nobody does.
     """
-    from orbitdb.store.reading.order import first_beginning, first_of_period
+    from orbitdb.store.reading.places import first_beginning, first_of_period
 
     period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0
     with pages.catalogue.reading() as connection:

@@ -74,7 +74,7 @@ class Pages:
 
     def position(self, word: str) -> int | None:
         """Return where a word, as a least rotation, stands."""
-        from orbitdb.store.reading.order import position_of
+        from orbitdb.store.reading.places import position_of
 
         with self.catalogue.reading() as connection:
             return position_of(connection, self.chosen, word)

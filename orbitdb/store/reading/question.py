@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from orbitdb.columns import kind_of
 from orbitdb.orbits.orbit import Status
-from orbitdb.store.asking.conditions import answering, conditions_of, parse_order, sort_key
+from orbitdb.store.asking.conditions import answering, conditions_of, parse_order
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.dividing import Divided, divide
 from orbitdb.store.asking.selection import Selection
@@ -26,7 +26,7 @@ from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tables import catalogue, classes, cycle, pruned
 from orbitdb.store.reading.chosen import Chosen, Masks
 from orbitdb.store.reading.fitting import fitting, stabilisers_of_classes
-from orbitdb.store.reading.order import in_order_of_words
+from orbitdb.store.reading.order import in_order_of_words, order_of_classes
 from orbitdb.symbols.members import places_of_elements
 from orbitdb.symbols.symmetry import ELEMENTS
 
@@ -120,15 +120,8 @@ def _query(
     sources = list(_sources(divided, named))
     rows = (sa.union_all(*sources) if len(sources) > 1 else sources[0]).subquery().c
     outputs = [rows.coded, *([rows.mask] if divided.of_words else []), *(rows[name] for name in columns)]
-    natural: list[sa.ColumnElement[Any]] = [rows.coded]
-    if Status.GEOMETRIC in divided.conditions.statuses or _has_long(connection):
-        number = sa.func.abs(rows.coded)
-        natural = [rows.p, rows.coded < 0, sa.case((number >= 4 * LONG, rows.least)), number]
-        keys = keys or {"p": False}
-    elif [*keys.items()][-1:] == [("p", False)]:
-        keys = dict([*keys.items()][:-1])  # as ids rise with the period
-    ordering = [*(sort_key(rows[name], falling) for name, falling in keys.items()), *natural]
-    return sa.select(*outputs).order_by(*ordering if keys else ())
+    mixed = Status.GEOMETRIC in divided.conditions.statuses or _has_long(connection)
+    return sa.select(*outputs).order_by(*order_of_classes(rows, keys, mixed))
 
 
 def _sources(divided: Divided, columns: Sequence[str]) -> Iterator[sa.Select[Any]]:

@@ -8,7 +8,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.column_blocks import Column, ColumnBlock, Lists
+from orbitdb.column_files import Column, ColumnBlock, Lists
 from orbitdb.columns import kind_of
 from orbitdb.store.asking.conditions import rules_of
 from orbitdb.store.file.schema import OF_WORD, SHARED
