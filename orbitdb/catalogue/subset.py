@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.billiard.stability import maslov_index
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue import subset_tables
 from orbitdb.column_files import Column, Lists
@@ -197,7 +198,7 @@ class Subset(ByValue):
     @property
     def maslov(self) -> Integers:
         """Maslov indices, 3p - walls."""
-        return 3 * self.p - self.walls
+        return maslov_index(self.p, self.walls)
 
     @property
     def lambda_d(self) -> Floats:

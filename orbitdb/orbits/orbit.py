@@ -218,7 +218,7 @@ class Orbit:
     @property
     def maslov(self) -> int | None:
         """Maslov index of one traversal, 3p - walls; None for a word without a class."""
-        return None if self.class_size is None else 3 * self.p - self.walls
+        return None if self.class_size is None else stability.maslov_index(self.p, self.walls)
 
     def amplitude(self, k: float, repetitions: int = 1) -> float | None:
         """Return what the orbit adds to the density of levels at k, one cyclic word counted.
