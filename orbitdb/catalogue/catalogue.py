@@ -176,7 +176,7 @@ class Catalogue(OpenedCatalogue):
         return describe_unfilled(known, chosen.periods, chosen.a, elsewhere)
 
     def lacking_births(self, selection: Selection, names: Sequence[str] = (), order: str = "p") -> str | None:
-        """Name in one line the chosen periods without stored births, if births matter; None if there are none.
+        """Name in one line the chosen periods without stored births, if births matter; else None.
 
         They matter where the subset, the columns that are shown of it, or its order depend on them.
         """
