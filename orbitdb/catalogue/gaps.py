@@ -1,4 +1,4 @@
-"""What is not there, in words: periods that are not filled, or in part, births that are not found.
+"""What is missing, in words: periods that are not filled, or only in part, and births.
 
 What is not filled is never shown as zero: whatever gives rows, counts or averages says so beside them.
 """
