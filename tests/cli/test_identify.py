@@ -119,7 +119,7 @@ def test_nothing_found_ends_with_1_and_says_so(cli, filled, arguments, told):
         ("--points -", "2.6,0\n-2.6,0", "too few points (2)"),
         ("--points -", "2.6,0\n-2.6\n2.6,0", "line 2 has not two numbers"),
         ("--points -", "x,y\n2.6,0\n-2.6,zero", "line 3: 'zero' is not a number"),
-        ("--points -", "2.6,0\nnan,0\n2.6,0", "no places"),
+        ("--points -", "2.6,0\nnan,0\n2.6,0", "not coordinates"),
         ("--points -", "[[2.6, 0], [", "line 1 is no json"),
         ("--points -", '{"x": 1, "y": 2}\n{"x": 1}', "an object has no x and y"),
         ("--points -", "[" * 100_000, "write x,y of one bounce a line"),
