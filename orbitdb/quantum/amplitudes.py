@@ -115,7 +115,7 @@ def orbit_terms(classes: Classes, longest: float, parity: Parity | None = None) 
 
 
 def _spatial(of: Classes) -> tuple[Integers, Integers]:
-    """Return how many spatial elements map each orbit to itself, and the first (x for one on it), or 0."""
+    """Return how many spatial elements map each orbit to itself, and the first of them (or 0)."""
     labels, which = np.unique(of.symmetry.astype(str), return_inverse=True)
     spatial = [SPATIAL[label] for label in labels.tolist()]
     kind = np.array([len(each) for each in spatial])[which]

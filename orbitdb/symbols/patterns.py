@@ -4,8 +4,8 @@ Where a pattern may go on in a word is a set of places, a bit each, three bits a
 symbol of the pattern after the other moves the sets of all words on, in a few operations on integers.
 """
 
-import re
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from typing import Protocol
 
 import numpy as np
@@ -77,8 +77,7 @@ class Like:
 
     def fits(self, word: str) -> bool:
         """Tell whether a word, as it is written, fits."""
-        parts = [re.compile(part.replace("_", ".")) for part in self.pattern.split("%")]
-        return _goes_through(parts, word) == self.wanted
+        return fnmatchcase(word, self.pattern.replace("%", "*").replace("_", "?")) == self.wanted
 
     def fitting(self, codes: Integers, p: int) -> Found:
         """Return which packed words of order p <= `MAX_KEYED`, as they are written, fit."""
@@ -92,20 +91,6 @@ class Like:
             if symbol != "_":
                 places &= where[symbol]
         return (places & 1 != 0) == self.wanted
-
-
-def _goes_through(parts: list[re.Pattern[str]], word: str) -> bool:
-    """Tell whether a word consists of some parts with anything in between, as early as they come."""
-    if len(parts) == 1:
-        return parts[0].fullmatch(word) is not None
-    *before, last = parts
-    found = before[0].match(word)
-    for part in before[1:]:
-        if found is None:
-            return False
-        found = part.search(word, found.end())
-    size = len(last.pattern)
-    return found is not None and found.end() + size <= len(word) and bool(last.match(word, len(word) - size))
 
 
 def _where(symbol: str, codes: Integers, p: int) -> Integers:

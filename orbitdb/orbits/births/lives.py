@@ -39,7 +39,9 @@ def existence(word: str) -> list[Life]:
     """
     symbols = parse(word)
     if len(symbols) > LONGEST:
-        raise InputError(f"a word of {len(symbols)} bounces is not followed in a: {LONGEST} are the most")
+        raise InputError(
+            f"a word of {len(symbols)} bounces is too long to follow over a: give at most {LONGEST}"
+        )
     if not is_primitive(symbols) or pruned_word(symbols, MIN_A) is not None:
         return []
     return find_changes(from_strings([class_of(symbols).representative])).lives()[0]
