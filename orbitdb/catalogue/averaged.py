@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
 
 _EDGES = 10
-"""Of windows that are decided on the spot: it takes up to half a second, at small a."""
+"""Length of the windows decided where no bounds are stored; it takes up to half a second, at small a."""
 
 _LARGEST_CUT = 1000
 _MOST_FACTORS = 100_000
@@ -214,7 +214,7 @@ def _uncounted(catalogue: "Catalogue", chosen: Selection) -> list[str]:
 
 
 def _lacking_divisors(periods: Sequence[int], chosen: Selection) -> list[str]:
-    """Say which sums over fixed points lack periods, and why these are not there."""
+    """Say which sums over fixed points lack periods, and why."""
     found = [(p, missing_divisors(p, periods)) for p in periods]
     return [
         f"p = {p}: the sums over fixed points lack p = {why_missing(gone, chosen)}"

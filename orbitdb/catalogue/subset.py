@@ -330,7 +330,7 @@ class Subset(ByValue):
         return axes.phase_space_axes(title, Stadium(self.selection.a), periods, ax)
 
     def _repr_html_(self) -> str:
-        """Show the first rows with small pictures, for notebooks; what was not read is solved on the spot."""
+        """Show the first rows with small pictures; orbits without coordinates are solved now."""
         from orbitdb.orbits.newton import solve_word
 
         shown = list(self[: subset_tables.MOST_ROWS])
