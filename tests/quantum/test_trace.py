@@ -35,6 +35,25 @@ def test_orbits_by_parity_add_up_to_all(classes):
     np.testing.assert_allclose(parts, whole, atol=1e-10 * np.abs(whole).max())
 
 
+def test_terms_are_the_amplitudes_of_single_orbits(catalogue):
+    classes, codes, _ = read_classes(catalogue, Selection(1.6))
+    terms, k = orbit_terms(classes, 24.0), 7.3
+    waves = (terms.amplitude * np.exp(1j * k * terms.length)).real
+    assert set(terms.repetitions) == {1, 2}
+    assert set(terms.repetitions * classes.maslov[terms.orbit] % 4) == {0, 1, 2, 3}
+    for wave, n, times in zip(waves, terms.orbit, terms.repetitions.tolist(), strict=True):
+        single = catalogue[codes[n]].amplitude(k, times)
+        assert wave == pytest.approx(classes.words[n] * single, abs=1e-12)
+
+
+def test_peaks_name_orbits_of_their_length(catalogue):
+    peaks = [peak for peak in catalogue.spectrum((9.0, 16.0)).peaks(3) if peak.code != "02"]
+    assert len({peak.length for peak in peaks}) > 3
+    for peak in peaks:
+        assert peak.total == pytest.approx(peak.repetitions * catalogue[peak.code].length)
+        assert abs(peak.length - peak.total) < 2 * math.pi / 30
+
+
 def test_bouncing_balls_by_parity_add_up_to_all():
     stadium, k = Stadium(0.7), np.linspace(2, 9, 50)
     parts = sum(_density(family(stadium, k, 20.0, parity)) for parity in Parity)
