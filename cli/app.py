@@ -11,6 +11,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from orbitdb import __version__
+from orbitdb.cli.options import with_groups
 
 ParsingError = typer.TyperException
 
@@ -151,10 +152,9 @@ def program(rooms: Sequence[str] = _ROOMS) -> typer.Typer:
     app.callback()(_options)
     for room in rooms:
         module = import_module(f"orbitdb.cli.commands.{room}")
+        command = with_groups(getattr(module, room))
         for name in (room, *_OTHER_NAMES.get(room, ())):
-            app.command(name, hidden=name != room, epilog=module.EXAMPLES)(getattr(module, room))
-    for command in app.registered_commands:
-        command.cls = Command
+            app.command(name, hidden=name != room, cls=Command, epilog=module.EXAMPLES)(command)
     return app
 
 

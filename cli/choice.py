@@ -1,9 +1,6 @@
 """The options that choose a subset of the catalogue, the same for all commands that have them."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields
-from functools import wraps
-from inspect import Parameter, Signature, signature
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -37,7 +34,7 @@ def _range_option(names: str) -> Any:
 class Choice:
     """The options that choose a subset of the catalogue, as they were typed; their help says what they take.
 
-    A command takes all of them by one parameter, ``choice: Choice``, and the decorator `with_choice`.
+    A command takes all of them by one parameter, ``choice: Choice`` (`orbitdb.cli.options.with_groups`).
     """
 
     p: options.Periods = None
@@ -140,22 +137,3 @@ class SweptChoice:
         chosen = Choice(**{each.name: getattr(self, each.name) for each in fields(self)}).at(a)
         swept_text(chosen)
         return chosen
-
-
-def with_choice(command: Callable[..., None]) -> Callable[..., None]:
-    """Show Typer the options of `Choice`, or of `SweptChoice`, in the place of a parameter ``choice``."""
-    parameters = list(signature(command).parameters.values())
-    place = [parameter.name for parameter in parameters].index("choice")
-    kind = parameters[place].annotation
-
-    @wraps(command)
-    def run(**given: Any) -> None:
-        command(choice=kind(**{each.name: given.pop(each.name) for each in fields(kind)}), **given)
-
-    parameters[place : place + 1] = [
-        Parameter(each.name, Parameter.KEYWORD_ONLY, default=each.default, annotation=each.type)
-        for each in fields(kind)
-    ]
-    shown = [parameter.replace(kind=Parameter.KEYWORD_ONLY) for parameter in parameters]
-    run.__signature__ = Signature(shown)  # type: ignore[attr-defined]  # what Typer reads
-    return run

@@ -5,16 +5,30 @@ import math
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR
-from typing import TYPE_CHECKING, Any
+from enum import StrEnum
+from typing import Any
 
-from orbitdb.cli.options import Format
 from orbitdb.cli.progress.line import aside
 from orbitdb.export import json_object, write_csv
 from orbitdb.numerals import as_sure, outward, upwards
 from orbitdb.plaintext import line, printable
 
-if TYPE_CHECKING:
-    from orbitdb.store.reading.fills import Fill
+
+class Format(StrEnum):
+    """How data is written to stdout."""
+
+    TABLE = "table"
+    CSV = "csv"
+    TSV = "tsv"
+    JSON = "json"
+    JSONL = "jsonl"
+    MARKDOWN = "markdown"
+    LATEX = "latex"
+
+
+FOR_PEOPLE = (Format.TABLE, Format.MARKDOWN, Format.LATEX)
+"""The formats with few columns and rounded numbers."""
+
 
 _DECIMALS = {
     "a": 6,
@@ -53,14 +67,6 @@ def note(message: str) -> None:
     """Tell the user something that is not data, in one line, if there is somebody to be told."""
     with aside(), contextlib.suppress(OSError):
         print(line(message), file=sys.stderr)
-
-
-def note_partial(fills: "Sequence[Fill]", a: float, left_out: bool = False) -> None:
-    """Say which periods are stored in part, if there are any."""
-    if fills:
-        from orbitdb.store.reading.fills import describe_partial
-
-        note(describe_partial(fills, a, left_out))
 
 
 def number(name: str, value: Any) -> str:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.choice import Choice, with_choice
+from orbitdb.cli.choice import Choice
 from orbitdb.cli.reading import meant
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
@@ -28,7 +28,6 @@ Examples:
 _PORT = 8000
 
 
-@with_choice
 def browse(
     *,
     context: typer.Context,

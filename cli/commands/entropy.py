@@ -2,11 +2,10 @@
 
 from orbitdb.cli import options
 from orbitdb.cli.arguments import several
-from orbitdb.cli.choice import Choice, with_choice
-from orbitdb.cli.options import Format
+from orbitdb.cli.choice import Choice
+from orbitdb.cli.output import Output, note_results, rows_of
 from orbitdb.cli.progress.line import progress
 from orbitdb.cli.reading import averaged, reading_all
-from orbitdb.cli.rows import write_results
 
 EXAMPLES = """
 Examples:
@@ -19,13 +18,11 @@ Examples:
 """
 
 
-@with_choice
 def entropy(
     *,
     a: options.StoredHalfLengths = None,
     choice: Choice,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: options.Database = None,
 ) -> None:
     """Compute the topological entropy of the chosen orbits, by period.
@@ -36,7 +33,7 @@ def entropy(
     """
     from orbitdb.store.reading.results import PROVED
 
-    form = options.chosen(format_, json)
     with progress("reading orbits"), reading_all(db, a, averaged(choice)) as (catalogue, stadiums):
         found = [catalogue.entropy(chosen) for chosen in stadiums]
-    write_results(found, several(a), form, hidden=PROVED)
+    note_results(found, several(a), output.table)
+    output.write(*rows_of(found, several(a), hidden=PROVED if output.table else ()))

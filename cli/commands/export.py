@@ -12,11 +12,12 @@ import typer
 from orbitdb import __version__
 from orbitdb.cli import options
 from orbitdb.cli.arguments import several
-from orbitdb.cli.choice import Choice, with_choice
+from orbitdb.cli.choice import Choice
+from orbitdb.cli.output import MarkWords, check_marks, with_marks
 from orbitdb.cli.progress.line import Progress, progress
 from orbitdb.cli.reading import note_gaps, note_nothing, reading_all
 from orbitdb.cli.render import note
-from orbitdb.cli.rows import KEYS, Reading, Row, in_order, with_a, with_marks
+from orbitdb.cli.rows import KEYS, Row, in_order, with_a
 from orbitdb.columns import OF_BOUNCES
 from orbitdb.errors import InputError
 
@@ -44,7 +45,6 @@ BOUNCE_COLUMNS = tuple(each.name for each in OF_BOUNCES)
 COORDINATES = "coordinates"
 
 
-@with_choice
 def export(
     *,
     context: typer.Context,
@@ -77,7 +77,7 @@ def export(
     form: Annotated[
         str | None, typer.Option("--format", help="csv, jsonl, parquet or npz, whatever the name ends in.")
     ] = None,
-    mark_words: options.MarkWords = False,
+    mark_words: MarkWords = False,
     force: options.Force = False,
     db: options.Database = None,
 ) -> None:
@@ -98,7 +98,7 @@ def export(
     else:
         kind = files.form_of(file, form)
         files.check_target(file, force)
-    options.check_marks(mark_words, kind)
+    check_marks(mark_words, kind)
     if bounces:
         options.refuse_idle(context, "with --bounces", "coordinates")
     otherwise: tuple[str, ...] = ("code",) if bounces else KEYS
@@ -108,9 +108,13 @@ def export(
         for chosen in stadiums:
             note_gaps(catalogue, chosen, names=names, order=order)
         by_columns = kind != "jsonl" and not (bounces or mark_words or len(stadiums) > 1)
-        read = _reading(catalogue, order, by_columns)
         shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
-        rows: Iterator[Any] = in_order(read, stadiums, (*names, *shown_last), order, limit)
+        wanted = (*names, *shown_last)
+        rows: Iterator[Any] = (
+            catalogue.row_blocks(stadiums[0], wanted, order, limit)
+            if by_columns
+            else in_order(catalogue, stadiums, wanted, order, limit)
+        )
         rows = _bounce_by_bounce(rows) if bounces else rows
         names += BOUNCE_COLUMNS if bounces else shown_last
         rows = with_marks(names, rows) if mark_words else rows
@@ -192,16 +196,6 @@ def _provenance(catalogue: "Catalogue", stadiums: "Sequence[Selection]", many: b
 
 def _described(stadiums: "Sequence[Selection]") -> str:
     return stadiums[0].describe([chosen.a for chosen in stadiums])
-
-
-def _reading(catalogue: "Catalogue", order: str, by_columns: bool) -> Reading:
-    """Return what reads rows at one a, or blocks of them by columns."""
-
-    def read(chosen: "Selection", names: tuple[str, ...], limit: int | None, offset: int) -> Iterator[Any]:
-        reading = catalogue.row_blocks if by_columns else catalogue.rows
-        return reading(chosen, names, order, limit, offset)
-
-    return read
 
 
 def _bounce_by_bounce(rows: Iterator[Row]) -> Iterator[Row]:

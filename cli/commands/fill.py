@@ -12,17 +12,7 @@ from orbitdb.cli.arguments import given_codes, primitive
 from orbitdb.cli.options import Database, HalfLength, count_option, takes_only
 from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import code_text, note
-from orbitdb.cli.storing import (
-    DryRun,
-    ExecutorOption,
-    Jobs,
-    Scheduler,
-    Solvers,
-    asked_periods,
-    bring,
-    show_steps,
-    written,
-)
+from orbitdb.cli.storing import DryRun, Solvers, asked_periods, bring, show_steps, written
 from orbitdb.errors import InputError
 from orbitdb.plaintext import several
 
@@ -42,6 +32,7 @@ Examples:
 
 
 def fill(
+    *,
     context: typer.Context,
     p: Annotated[
         str | None,
@@ -62,9 +53,7 @@ def fill(
     method: Annotated[
         str, typer.Option("--method", help="newton or relaxation (the paper's, slow).")
     ] = "newton",
-    jobs: Jobs = None,
-    executor: ExecutorOption = None,
-    scheduler: Scheduler = None,
+    solvers: Solvers,
     dry_run: DryRun = False,
     db: Database = None,
 ) -> None:
@@ -82,7 +71,6 @@ def fill(
         takes_only(context, "with --code", "code", "a", "method", "dry_run")
         _fill_words(given_codes(code), a, method, db, dry_run)
         return
-    solvers = Solvers.chosen(executor, scheduler, jobs)
     if p is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
     _fill_periods(asked_periods(context, p, first), a, geometric, method, solvers, db, dry_run)

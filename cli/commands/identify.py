@@ -1,6 +1,5 @@
 """``orbitdb identify``: orbits by a trajectory or a length."""
 
-from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,15 +9,15 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.arguments import parse_start, read_points
 from orbitdb.cli.choice import Choice
-from orbitdb.cli.options import Format, count_option, number_option
-from orbitdb.cli.reading import meant, note_gaps, reading
-from orbitdb.cli.render import code_text, note, write, write_facts
-from orbitdb.cli.rows import with_marks
+from orbitdb.cli.options import count_option, number_option
+from orbitdb.cli.output import MarkedOutput
+from orbitdb.cli.reading import known_catalogue, meant, note_gaps, reading
+from orbitdb.cli.render import code_text, note, write_facts
 from orbitdb.errors import InputError
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.identification import Candidate, Followed, Trajectory
+    from orbitdb.store.reading.identification import Followed, Trajectory
 
 EXAMPLES = """
 Examples:
@@ -49,6 +48,7 @@ _ON_SCREEN = 40
 
 
 def identify(
+    *,
     context: typer.Context,
     start: Annotated[
         str | None,
@@ -77,9 +77,7 @@ def identify(
         ),
     ] = None,
     a: options.StoredHalfLength = None,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
-    mark_words: options.MarkWords = False,
+    output: MarkedOutput,
     db: options.Database = None,
 ) -> None:
     """Find the orbits near a start, near the bounces of a trajectory, or of a length.
@@ -89,8 +87,6 @@ def identify(
     of the orbit. From a start it is followed ahead (bounce 1, 2, ...) and back (0, -1, ...). A length is
     that of stored orbits, repeated or not: total = repetitions x length.
     """
-    form = options.chosen(format_, json)
-    options.check_marks(mark_words, form)
     given = [
         name
         for name, value in (("start", start), ("points", points), ("length", length))
@@ -101,52 +97,39 @@ def identify(
     if start is None:
         options.refuse_idle(context, f"with --{given[0]}", "bounces")
     if length is not None:
-        count = _show_length(length, tolerance, limit, a, db, form, mark_words)
+        count = _show_length(length, tolerance, limit, a, db, output)
     else:
         asked = {"points": read_points(points)} if points is not None else {"start": parse_start(start or "")}
         asked |= {"tolerance": tolerance, "bounces": bounces, "limit": limit}
-        count = _show_trajectory(asked, a, db, form, mark_words)
+        count = _show_trajectory(asked, a, db, output)
     if not count:
         raise typer.Exit(1)
 
 
-def _show_trajectory(
-    asked: dict[str, Any], a: float | None, db: Path | None, form: Format, mark: bool
-) -> int:
+def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path | None, output: MarkedOutput) -> int:
     """Write the orbits that a trajectory shadows; return how many there are."""
-    found, at = _identify(asked, a, db)
-    if form is Format.TABLE:
+    from orbitdb.billiard.stadium import Stadium
+    from orbitdb.store.file.database import default_path
+    from orbitdb.store.reading.identification import identify_trajectory
+    from orbitdb.store.reading.lookup import find_or_solve
+
+    stadium = Stadium(meant(db or default_path(), a))
+    known = known_catalogue(db)
+    found = identify_trajectory(stadium, lambda word: find_or_solve(known, word, stadium.a), **asked)
+    if output.table:
         write_facts(_facts(found))
         if found.shadowed:
             print()
-    names = SHADOW_COLUMNS if form in options.FOR_PEOPLE else SHADOW_KEYS
-    shared = {"a": at, "sequence": found.sequence, "sequence_first": found.first}
+    names = SHADOW_COLUMNS if output.for_people else SHADOW_KEYS
+    shared = {"a": stadium.a, "sequence": found.sequence, "sequence_first": found.first}
     rows = (
-        tuple(shared[name] if name in shared else _of_shadow(each, name) for name in names)
+        [shared[name] if name in shared else _of_shadow(each, name) for name in names]
         for each in found.shadowed
     )
-    count = write(names, with_marks(names, rows) if mark else rows, form)
+    count = output.write(names, rows)
     _note_ends(found, asked)
     _note_count(found, count)
     return count
-
-
-def _identify(asked: dict[str, Any], a: float | None, db: Path | None) -> tuple["Trajectory", float]:
-    """Return what is found of a trajectory, with a catalogue or without one, and the a that is meant."""
-    from orbitdb.billiard.stadium import Stadium
-    from orbitdb.orbits.newton import solve_word
-    from orbitdb.store.file.database import check_file, default_path
-    from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.identification import identify_trajectory
-
-    path = db or default_path()
-    stadium = Stadium(meant(path, a))
-    if check_file(path) is None:
-        if db is not None:
-            note(f"no catalogue at {path}: solved on the spot")
-        return identify_trajectory(stadium, lambda word: solve_word(word, stadium), **asked), stadium.a
-    with closing(Catalogue(path, stadium.a)) as opened, opened.at_one_moment() as catalogue:
-        return catalogue.identify(**asked), stadium.a
 
 
 def _facts(found: "Trajectory") -> list[tuple[str, str]]:
@@ -190,21 +173,20 @@ def _show_length(
     limit: int | None,
     a: float | None,
     db: Path | None,
-    form: Format,
-    mark: bool,
+    output: MarkedOutput,
 ) -> int:
     """Write the stored orbits that have a length; return how many there are."""
     from orbitdb.numerals import exact
     from orbitdb.orbits.orbit import Status
     from orbitdb.store.reading.fills import describe_fills
 
-    names = LENGTH_COLUMNS if form in options.FOR_PEOPLE else LENGTH_KEYS
-    most = _ON_SCREEN if limit is None and form is Format.TABLE else limit
+    names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
+    most = _ON_SCREEN if limit is None and output.table else limit
     with reading(db, a, Choice()) as (catalogue, chosen):
         note_gaps(catalogue, replace(chosen, statuses=(Status.ORBIT,)))
         found = catalogue.identify(length=length, tolerance=tolerance)
-        rows = (tuple(_of_candidate(each, name, chosen.a) for name in names) for each in found[:most])
-        count = write(names, with_marks(names, rows) if mark else rows, form)
+        rows = ([chosen.a if name == "a" else getattr(each, name) for name in names] for each in found[:most])
+        count = output.write(names, rows)
         fills = catalogue.fills(chosen.a)
         among = describe_fills(fills, chosen.a) if fills else f"single words at a = {exact(chosen.a)}"
     more = f"; {count} shown, --limit {len(found)} shows all" if count < len(found) else ""
@@ -213,7 +195,3 @@ def _show_length(
         note(f"{candidates} among {among}, one a symmetry class{more}; "
              "longer periods may have it, too")  # fmt: skip
     return count
-
-
-def _of_candidate(each: "Candidate", name: str, a: float) -> Any:
-    return a if name == "a" else getattr(each, name)

@@ -1,15 +1,15 @@
 """``orbitdb levels``: the quantum levels of the stadium."""
 
-from contextlib import closing
+from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Format
+from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
-from orbitdb.cli.render import note, write
+from orbitdb.cli.render import note
 from orbitdb.cli.storing import WORTH_PROCESSES, Jobs, Solvers, bring
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
@@ -43,8 +43,7 @@ def levels(
     a: options.HalfLength = 1.6,
     jobs: Jobs = None,
     store: Annotated[bool, typer.Option(help="Keep the levels in the catalogue.")] = True,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: options.Database = None,
 ) -> None:
     """Find all levels of the quantum stadium in a range of k, each with an estimate of its error.
@@ -73,7 +72,7 @@ def levels(
         for gap in missing_levels(known[each], low, high)
         for task in windows(stadium, each, *gap)
     ]
-    for found in _solve(tasks, Solvers.chosen(None, None, jobs), path if store else None, k):
+    for found in _solve(tasks, Solvers(jobs), path if store else None, k):
         known[found.parity].append(found)
     parts = [each for windows_of in known.values() for each in windows_of]
     rows = sorted(
@@ -82,7 +81,7 @@ def levels(
         for level, error in zip(each.k.tolist(), each.error.tolist(), strict=True)
         if low <= level < high
     )
-    write(COLUMNS, rows, options.chosen(format_, json))
+    output.write(COLUMNS, rows)
     _note_counts(stadium.a, known, low, high)
     if not rows:
         raise typer.Exit(1)
@@ -138,6 +137,8 @@ def _solve(tasks: "list[LevelTask]", solvers: Solvers, path: Path | None, k: str
 
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.quantum.weyl import Weyl
+    from orbitdb.store.writing.records import keep_levels
+    from orbitdb.store.writing.writer import Writer
 
     if not tasks:
         return []
@@ -145,24 +146,16 @@ def _solve(tasks: "list[LevelTask]", solvers: Solvers, path: Path | None, k: str
     ends = np.array([[task.low, task.high] for task in tasks])
     smooth = Weyl.of(Stadium(tasks[0].a), None).number(ends) @ (-0.25, 0.25)
     worth = WORTH_PROCESSES if smooth.sum() > _WORTH and len(tasks) > 1 else 1
-    writer = None
-    if path is not None:
-        from orbitdb.store.writing.records import keep_levels
-        from orbitdb.store.writing.writer import Writer
-
-        writer = Writer(path, {"command": "levels", "k": k, "a": tasks[0].a})
-    try:
-        with progress("levels") as shown, solvers.at_work(worth, 1) as workers:
-            shown.tell("levels", 0, len(tasks), counted=False)
-            for done, solved in enumerate(workers.solved(tasks), 1):
-                found.append(solved)
-                if writer is not None:
-                    keep_levels(writer, solved)
-                text = f"levels {solved.parity} to k = {solved.high:.4g}"
-                shown.tell(text, done, len(tasks), counted=False)
-    finally:
-        if writer is not None:
-            writer.close()
+    asked = {"command": "levels", "k": k, "a": tasks[0].a}
+    kept = nullcontext() if path is None else closing(Writer(path, asked))
+    with kept as writer, progress("levels") as shown, solvers.at_work(worth, 1) as workers:
+        shown.tell("levels", 0, len(tasks), counted=False)
+        for done, solved in enumerate(workers.solved(tasks), 1):
+            found.append(solved)
+            if writer is not None:
+                keep_levels(writer, solved)
+            text = f"levels {solved.parity} to k = {solved.high:.4g}"
+            shown.tell(text, done, len(tasks), counted=False)
     return found
 
 

@@ -1,19 +1,15 @@
 """``orbitdb lyapunov``: the average Lyapunov exponents over a chosen subset of orbits."""
 
-import sys
-from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.arguments import several
-from orbitdb.cli.choice import Choice, with_choice
-from orbitdb.cli.options import Format
+from orbitdb.cli.choice import Choice
+from orbitdb.cli.output import Output, note_results, rows_of
 from orbitdb.cli.progress.line import progress
 from orbitdb.cli.reading import averaged, reading_all
-from orbitdb.cli.render import write
-from orbitdb.cli.rows import write_results
 from orbitdb.numerals import concise
 
 EXAMPLES = """
@@ -29,7 +25,6 @@ Examples:
 """
 
 
-@with_choice
 def lyapunov(
     *,
     a: options.StoredHalfLengths = None,
@@ -43,8 +38,7 @@ def lyapunov(
             "--cut", help="One zeta average over all pseudo-cycles of lambda up to this, instead."
         ),
     ] = None,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: options.Database = None,
 ) -> None:
     """Compute the average Lyapunov exponents over the chosen orbits, by period.
@@ -55,7 +49,6 @@ def lyapunov(
     of the error, in brackets behind the last digits in a table. The trajectory values are those that
     'orbitdb simulate' has stored.
     """
-    form, many = options.chosen(format_, json), several(a)
     with progress("averaging") as shown, reading_all(db, a, averaged(choice)) as (catalogue, stadiums):
         from orbitdb.store.reading.averaged import lyapunov as average
 
@@ -63,34 +56,24 @@ def lyapunov(
             shown.tell("summing pseudo-cycles", done, 1.0, counted=False)
 
         found = [average(catalogue, chosen, weight, cut, tell) for chosen in stadiums]
-    if form is Format.TABLE and cut is None:
-        write_results(found, many, form, write=_write_blocks)
-    else:
-        write_results(found, many, form)
-
-
-_METHODS = ("pair", "zeta", "sum_rule")
-_EXPONENTS = ("lambda_d", "lambda_c")
-
-
-def _write_blocks(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
-    """Write averages to stdout, by period, z0 in the first block.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Those of the other formats.
-    rows : sequence of sequences
-        Theirs; None where an average does not stand.
-    """
+    note_results(found, several(a), output.table)
+    names, rows = rows_of(found, several(a))
+    if not output.table or cut is not None:
+        output.write(names, rows)
+        return
     columns = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
-    for number, exponent in enumerate(_EXPONENTS):
-        block = {name: columns[name] for name in ("a", "p", exponent) if name in columns}
-        block |= {method: columns[f"{exponent}_{method}"] for method in _METHODS}
-        errors = columns[f"{exponent}_sum_rule_error"]
-        block["sum_rule"] = list(map(concise, block["sum_rule"], errors))
-        if number:
-            sys.stdout.write("\n")
-        else:
-            block["z0"] = columns["z0"]
-        write(list(block), list(zip(*block.values(), strict=True)), Format.TABLE)
+    output.write(*_block(columns, "lambda_d", "z0"))
+    print()
+    output.write(*_block(columns, "lambda_c"))
+
+
+def _block(
+    columns: dict[str, list[Any]], exponent: str, *further: str
+) -> tuple[list[str], list[tuple[Any, ...]]]:
+    """Return the part of the table that one exponent has, the error in brackets behind the sum rule."""
+    block = {name: columns[name] for name in ("a", "p", exponent) if name in columns}
+    block |= {method: columns[f"{exponent}_{method}"] for method in ("pair", "zeta")}
+    sums = f"{exponent}_sum_rule"
+    block["sum_rule"] = list(map(concise, columns[sums], columns[f"{sums}_error"]))
+    block |= {name: columns[name] for name in further}
+    return list(block), list(zip(*block.values(), strict=True))

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.choice import Choice, with_choice
+from orbitdb.cli.choice import Choice
 from orbitdb.cli.options import USUAL_A
 from orbitdb.cli.progress.line import progress
-from orbitdb.cli.reading import averaged, meant, reading
+from orbitdb.cli.reading import averaged, known_catalogue, meant, reading
 from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
 
@@ -66,7 +66,6 @@ _OF_CLASSES = (Kind.ENTROPY, Kind.LYAPUNOV, Kind.LENGTHS)
 """Figures of averages, and of the lengths that they are made of."""
 
 
-@with_choice
 def plot(
     *,
     context: typer.Context,
@@ -203,14 +202,11 @@ def _orbit(code: str, a: float | None, db: Path | None) -> "Orbit":
         If it has none.
     """
     from orbitdb.cli.arguments import primitive
-    from orbitdb.store.file.database import check_file, default_path
+    from orbitdb.store.file.database import default_path
     from orbitdb.store.reading.lookup import find_or_solve
-    from orbitdb.symbols.words import parse, primitive_root
 
-    path = db or default_path()
-    at = meant(path, a)
-    found = find_or_solve(None if check_file(path) is None else path, primitive_root(parse(code)), at)
+    at = meant(db or default_path(), a)
+    found = find_or_solve(known_catalogue(db), primitive(code), at)
     if found.coordinates is None:
         raise InputError(f"{code_text(found.code)} at a = {at:g} cannot be drawn: {found.status.sentence}")
-    primitive(code)  # tells of a code that repeats a shorter one
     return found

@@ -10,10 +10,10 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.commands.levels import read_parities, read_range
-from orbitdb.cli.options import Format
+from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
 from orbitdb.cli.reading import reading
-from orbitdb.cli.render import note, write
+from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 
 EXAMPLES = """
@@ -55,8 +55,7 @@ def spectrum(
         bool, typer.Option("--peaks", help="List the peaks, and the orbits behind each.")
     ] = False,
     a: options.StoredHalfLength = None,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: options.Database = None,
 ) -> None:
     """Show the length spectrum: the Fourier transform of the density of levels, and what orbits give of it.
@@ -75,13 +74,12 @@ def spectrum(
         found = catalogue.spectrum(
             (low, high), points=points, k_max=k_max, levels=given, parity=parity, a=chosen.a
         )
-    form = options.chosen(format_, json)
     if peaks:
-        write(PEAKS, found.peaks(), form)
+        output.write(PEAKS, found.peaks())
     else:
         from orbitdb.quantum.spectrum import COLUMNS
 
-        write(COLUMNS, found.rows(), form)
+        output.write(COLUMNS, found.rows())
     for said in found.notes():
         note(said)
 

@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Format
-from orbitdb.cli.render import note, write
+from orbitdb.cli.output import Output
+from orbitdb.cli.render import note
 
 EXAMPLES = """
 Examples:
@@ -19,10 +19,10 @@ Examples:
 
 
 def sql(
+    *,
     statement: Annotated[str, typer.Argument(metavar="SELECT", help="One SELECT, in quotes.")],
     parameters: options.Parameters = None,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: options.Database = None,
 ) -> None:
     """Answer one SELECT of SQL, over every a in the catalogue.
@@ -40,6 +40,6 @@ def sql(
         names, rows = run_statement(catalogue, statement, values)
         if (told := hint(statement)) is not None:
             note(told)
-        if not write(names, rows, options.chosen(format_, json)):
+        if not output.write(names, rows):
             note("no rows")
             raise typer.Exit(1)

@@ -9,22 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from orbitdb.cli import options
-from orbitdb.cli.choice import SweptChoice, with_choice
-from orbitdb.cli.options import Database, Format, HalfLength, count_option
+from orbitdb.cli.choice import SweptChoice
+from orbitdb.cli.options import Database, HalfLength, count_option
+from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
-from orbitdb.cli.render import note, write
-from orbitdb.cli.storing import (
-    DryRun,
-    ExecutorOption,
-    Jobs,
-    Scheduler,
-    Solvers,
-    asked_periods,
-    bring,
-    show_steps,
-    written,
-)
+from orbitdb.cli.render import note
+from orbitdb.cli.storing import DryRun, Solvers, asked_periods, bring, show_steps, written
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
@@ -45,7 +35,6 @@ Examples:
 COLUMNS = ("p", "N_t", "N_c", "classes", "boundary", "unresolved", "seconds", "processor_seconds")
 
 
-@with_choice
 def sweep(
     *,
     context: typer.Context,
@@ -56,12 +45,9 @@ def sweep(
     first: Annotated[int, count_option("--from", help="The lowest period to sweep.")] = 2,
     a: HalfLength = 1.6,
     choice: SweptChoice,
-    jobs: Jobs = None,
-    executor: ExecutorOption = None,
-    scheduler: Scheduler = None,
+    solvers: Solvers,
     dry_run: DryRun = False,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: Database = None,
 ) -> None:
     """Count the orbits of periods and add up what their averages need, without storing a row.
@@ -75,11 +61,9 @@ def sweep(
     from orbitdb.store.file.database import default_path
 
     chosen = choice.at(Stadium(a).a)
-    solvers = Solvers.chosen(executor, scheduler, jobs)
-    form = options.chosen(format_, json)
     path, periods = db or default_path(), asked_periods(context, p, first)
     if _sweep(path, chosen, periods, solvers, dry_run):
-        _write(path, chosen, periods, form)
+        _write(path, chosen, periods, output)
 
 
 def _sweep(path: Path, chosen: "Selection", periods: Sequence[int], solvers: Solvers, dry_run: bool) -> bool:
@@ -107,7 +91,7 @@ def _sweep(path: Path, chosen: "Selection", periods: Sequence[int], solvers: Sol
     return True
 
 
-def _write(path: Path, chosen: "Selection", periods: Sequence[int], form: Format) -> None:
+def _write(path: Path, chosen: "Selection", periods: Sequence[int], output: Output) -> None:
     """Write one row a period; say of which orbits they are, if not of all."""
     from orbitdb.orbits.orbit import Status
     from orbitdb.store.asking.sweepable import swept_text
@@ -123,4 +107,4 @@ def _write(path: Path, chosen: "Selection", periods: Sequence[int], form: Format
         counts = each.tally
         statuses = counts.words, counts.n_c, counts.classes, counts.boundary, counts.unresolved
         rows.append((each.p, *statuses, round(each.seconds, 2), round(each.processor, 2), *subset))
-    write((*COLUMNS, "selection") if subset else COLUMNS, rows, form)
+    output.write((*COLUMNS, "selection") if subset else COLUMNS, rows)

@@ -3,9 +3,8 @@
 from orbitdb.cli import options
 from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
-from orbitdb.cli.options import Format
+from orbitdb.cli.output import Output, note_results, rows_of
 from orbitdb.cli.reading import reading_all
-from orbitdb.cli.rows import write_results
 
 EXAMPLES = """
 Examples:
@@ -19,10 +18,10 @@ Examples:
 
 
 def table(
+    *,
     a: options.StoredHalfLengths = None,
     p: options.Periods = None,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: options.Database = None,
 ) -> None:
     """Show the paper's Table 1 for the filled periods: numbers of sequences and orbits, and the entropy.
@@ -33,4 +32,5 @@ def table(
     """
     with reading_all(db, a, Choice(p=p)) as (catalogue, stadiums):
         found = [catalogue.table(chosen) for chosen in stadiums]
-    write_results(found, several(a), options.chosen(format_, json))
+    note_results(found, several(a), output.table)
+    output.write(*rows_of(found, several(a)))

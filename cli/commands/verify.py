@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.choice import Choice, with_choice
-from orbitdb.cli.options import Format
+from orbitdb.cli.choice import Choice
+from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
-from orbitdb.cli.render import note, note_partial, write
+from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs, Solvers
 from orbitdb.errors import InputError, StoreError
 from orbitdb.plaintext import several
@@ -39,7 +39,6 @@ _WORK = 8
 COLUMNS = ("check", "rows", "failures", "worst", "share", "first")
 
 
-@with_choice
 def verify(
     *,
     context: typer.Context,
@@ -71,8 +70,7 @@ def verify(
         typer.Option("--births", help="Prove that no birth or death is missing for a from 0.02 to 1000."),
     ] = False,
     jobs: Jobs = None,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: options.Database = None,
 ) -> None:
     """Compute the catalogue again from its words alone and compare.
@@ -86,6 +84,7 @@ def verify(
     from orbitdb.store.file.database import default_path
     from orbitdb.store.file.guard import TamperedError
     from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.store.reading.fills import describe_partial
     from orbitdb.verification.check import Check
     from orbitdb.verification.verify import report
     from orbitdb.verification.verify import verify as steps
@@ -94,18 +93,18 @@ def verify(
         raise InputError("--again proves certified rows again: it goes with --rigorous")
     if sample is None and not restarts:
         options.refuse_idle(context, "without --sample or --restarts", "seed")
-    start, form = time.monotonic(), options.chosen(format_, json)
+    start = time.monotonic()
     try:
         catalogue = Catalogue(db)
     except TamperedError as error:
         broken = Check("schema", error.parts, len(error.faults), first=error.faults[0])
         note(str(error))
-        _report([broken], db or default_path(), start, restarts, form)
+        _report([broken], db or default_path(), start, restarts, output)
         return
     partial: dict[float, list[Fill]] = {}
     unfilled: list[str] = []
 
-    solvers = Solvers.chosen(None, None, jobs)
+    solvers = Solvers(jobs)
 
     def work() -> "Generator[Step]":
         with catalogue.at_one_moment() as still:
@@ -129,18 +128,19 @@ def verify(
     with closing(work()) as steps_taken:  # with whom it has set to work, if it ends before its time
         found = report(_watched(steps_taken))
     for each, fills in partial.items():
-        note_partial(fills, each)
+        if fills:
+            note(describe_partial(fills, each))
     for gap in unfilled:
         note(gap)
-    _report(found, catalogue.path, start, restarts, form)
+    _report(found, catalogue.path, start, restarts, output)
 
 
 _KEYS = ("name", *COLUMNS[1:])
 
 
-def _report(found: "list[Check]", path: Path, start: float, restarts: int, form: Format) -> None:
+def _report(found: "list[Check]", path: Path, start: float, restarts: int, output: Output) -> None:
     """Write what was found, say in one line what came of it, and leave with code 1 if it is not good."""
-    write(COLUMNS, ([getattr(check, key) for key in _KEYS] for check in found), form)
+    output.write(COLUMNS, ([getattr(check, key) for key in _KEYS] for check in found))
     rows = {check.name: check.rows for check in found}
     classes = rows.get("values", 0)
     if (unsettled := restarts * rows.get("statuses", 0) - rows.get("restarts", 0)) > 0:

@@ -9,8 +9,7 @@ import sqlite3
 
 import pytest
 
-from orbitdb.cli.options import Format
-from orbitdb.cli.render import write
+from orbitdb.cli.render import Format, write
 from orbitdb.cli.tui.statistics.averages_screen import _described
 from orbitdb.numerals import concise, with_error
 from orbitdb.trajectories.ensemble import Reference
