@@ -128,18 +128,20 @@ def _told(a: float, path: Path) -> float:
 
 
 def note_gaps(
-    catalogue: "Catalogue", chosen: "Selection", names: Sequence[str] = (), order: str = "p"
+    catalogue: "Catalogue", *stadiums: "Selection", names: Sequence[str] = (), order: str = "p"
 ) -> None:
     """Say which chosen periods are stored in part, are not filled, or lack births that matter."""
     from orbitdb.store.reading.averaged import gaps
 
-    for told in gaps(catalogue, chosen, names=names, order=order):
-        note(told)
+    for chosen in stadiums:
+        for told in gaps(catalogue, chosen, names=names, order=order):
+            note(told)
 
 
-def note_nothing(catalogue: "Catalogue", chosen: "Selection", more: str = "") -> None:
+def note_nothing(catalogue: "Catalogue", *stadiums: "Selection", more: str = "") -> None:
     """Say that a subset is empty, if any of its periods is filled: of others that is not known."""
     from orbitdb.store.reading.averaged import nothing
 
-    for told in nothing(catalogue, chosen):
-        note(f"{told}{more}")
+    for chosen in stadiums:
+        for told in nothing(catalogue, chosen):
+            note(f"{told}{more}")

@@ -11,7 +11,7 @@ import pytest
 from terminal import ended, spawn
 
 from orbitdb.cli.arguments import lengths
-from orbitdb.cli.commands.bounds import balls_of
+from orbitdb.cli.commands.make.bounds import balls_of
 from orbitdb.errors import InputError
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue

@@ -183,10 +183,10 @@ def test_a_table_shows_forty_rows_and_how_many_there_are(cli):
 
 
 def test_columns_are_told_once_and_everywhere(cli):
-    from orbitdb.cli.commands.identify import LENGTH_KEYS, SHADOW_KEYS
-    from orbitdb.cli.commands.levels import COLUMNS as LEVEL_KEYS
-    from orbitdb.cli.commands.query import WORD_KEYS
-    from orbitdb.cli.commands.spectrum import PEAKS
+    from orbitdb.cli.commands.ask.identify import LENGTH_KEYS, SHADOW_KEYS
+    from orbitdb.cli.commands.ask.query import WORD_KEYS
+    from orbitdb.cli.commands.average.spectrum import PEAKS
+    from orbitdb.cli.commands.make.levels import COLUMNS as LEVEL_KEYS
     from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS
     from orbitdb.quantum.spectrum import COLUMNS as SPECTRUM_KEYS
     from orbitdb.store.asking.conditions import COLUMNS

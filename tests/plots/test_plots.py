@@ -182,10 +182,10 @@ def test_the_command_draws_every_kind(varied, tmp_path, cli, arguments):
 
 def test_a_sheet_is_as_large_as_its_orbits(varied):
     """A radius is 0.26 inches, both ways; a title has room above a single one, too."""
-    from orbitdb.cli.figures.subsets import OF_SUBSETS
+    from drawing import draw
 
     for p, count in ((2, 1), (5, 15)):
-        made = OF_SUBSETS["sheet"](Catalogue(varied), choose(p=p), 99)
+        made = draw("sheet", Catalogue(varied), choose(p=p), 99)
         (wide, high), (ax,) = made.get_size_inches(), made.axes
         (left, right), (low, top) = ax.get_xlim(), ax.get_ylim()
         assert len(ax.texts) == count

@@ -13,7 +13,7 @@ import typer
 from processes import COMMAND
 
 from orbitdb.cli.app import program
-from orbitdb.cli.commands.browse import _typed_again
+from orbitdb.cli.commands.ask.browse import _typed_again
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.catalogue import Catalogue
 

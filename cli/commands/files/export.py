@@ -105,8 +105,7 @@ def export(
     names = otherwise if columns is None else parse_columns(columns)
     names = with_a(names) if several(a) else names
     with reading_all(db, a, choice) as (catalogue, stadiums):
-        for chosen in stadiums:
-            note_gaps(catalogue, chosen, names=names, order=order)
+        note_gaps(catalogue, *stadiums, names=names, order=order)
         by_columns = kind != "jsonl" and not (bounces or mark_words or len(stadiums) > 1)
         shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
         wanted = (*names, *shown_last)
@@ -137,8 +136,7 @@ def _note_nothing(catalogue: "Catalogue", stadiums: "Sequence[Selection]", limit
     """Say why nothing is written: there are no rows, none are asked for, or none of them has bounces."""
     total = sum(map(catalogue.count, stadiums))
     if not total:
-        for chosen in stadiums:
-            note_nothing(catalogue, chosen, ": nothing is written")
+        note_nothing(catalogue, *stadiums, more=": nothing is written")
         return
     told = stadiums[0].describe([chosen.a for chosen in stadiums], total)
     if limit == 0:

@@ -9,7 +9,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.choice import Choice
-from orbitdb.cli.commands.levels import read_parities, read_range
+from orbitdb.cli.commands.make.levels import read_parities, read_range
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
 from orbitdb.cli.reading import reading

@@ -103,15 +103,13 @@ def query(
     names = _columns(columns, output, several(a))
     shown = _ON_SCREEN if output.table and limit is None else limit
     with reading_all(db, a, choice) as (catalogue, stadiums):
-        for chosen in stadiums:
-            note_gaps(catalogue, chosen, names=names, order=order)
+        note_gaps(catalogue, *stadiums, names=names, order=order)
         count = output.write(names, in_order(catalogue, stadiums, names, order, shown, offset))
         cut = offset or count == shown
         counted = cut and (output.table or not count)
         total = sum(map(catalogue.count, stadiums)) if counted else count
         if not total:
-            for chosen in stadiums:
-                note_nothing(catalogue, chosen)
+            note_nothing(catalogue, *stadiums)
     if total and output.table:
         rest = "" if offset else f", --limit {total} shows all"
         more = f"; {count} shown{rest}" if total > count else ""
