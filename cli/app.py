@@ -18,8 +18,8 @@ ParsingError = typer.TyperException
 PANELS = {
     "Make data": {
         "fill": "Fill periods: every sequence, its status and its orbit",
-        "births": "Find for which a every word is an orbit",
-        "sweep": "Count and average further periods, storing no rows",
+        "births": "Find the values of a at which each word is an orbit",
+        "sweep": "Count and average further periods without storing rows",
         "simulate": "Average over random trajectories, for comparison",
         "bounds": "Prove bounds on the topological entropy",
         "levels": "Find the levels of the quantum stadium",
@@ -27,15 +27,15 @@ PANELS = {
     "Ask": {
         "query": "Show one orbit by its code, or rows of the catalogue",
         "browse": "Browse the catalogue in the terminal",
-        "identify": "Find orbits by a start, by bounces or by a length",
-        "sql": "Answer one SELECT over the views of the catalogue",
+        "identify": "Find orbits by a starting point, by bounces or by length",
+        "sql": "Run one SELECT over the catalogue",
         "columns": "Explain the columns: unit, error bound, meaning",
     },
     "Average": {
         "table": "Show the paper's Table 1, for any a",
         "entropy": "Compute the topological entropy, by period",
         "lyapunov": "Compute average Lyapunov exponents, by period",
-        "spectrum": "Lay quantum levels beside the orbits: lengths and peaks",
+        "spectrum": "Compare the length spectra of quantum levels and orbits",
     },
     "Files and figures": {
         "export": "Write rows to csv, jsonl, parquet or npz",

@@ -22,7 +22,9 @@ Symmetry = Annotated[
 ]
 Contains = Annotated[
     str | None,
-    typer.Option("--contains", metavar="SYMBOLS", help="Words with these symbols in a row, in any rotation."),
+    typer.Option(
+        "--contains", metavar="SYMBOLS", help="Words that contain these symbols in a row, in any rotation."
+    ),
 ]
 
 
@@ -42,7 +44,7 @@ class Choice:
         str | None,
         typer.Option(
             "--status",
-            help="orbit, geometric, dynamical, boundary or unresolved; several with commas; all.",
+            help="orbit, geometric, dynamical, boundary or unresolved; several separated by commas, or all.",
             autocompletion=options.offered_statuses,
         ),
     ] = None
@@ -52,13 +54,13 @@ class Choice:
     exists: Annotated[
         list[float] | None,
         options.number_option(
-            "--exists", help="Words that are orbits at this a, by their births; repeatable."
+            "--exists", help="Words that are orbits at this a, according to their births; repeatable."
         ),
     ] = None
     not_at: Annotated[
         list[float] | None,
         options.number_option(
-            "--not-at", help="Words that are no orbits at this a, by their births; repeatable."
+            "--not-at", help="Words that are not orbits at this a, according to their births; repeatable."
         ),
     ] = None
     bounds: Annotated[

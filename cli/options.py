@@ -124,14 +124,12 @@ Database = Annotated[
 USUAL_A = 1.6
 """The paper's stadium."""
 
-HalfLength = Annotated[
-    float, number_option("--a", help="Half length of a straight wall, whatever the catalogue holds.")
-]
+HalfLength = Annotated[float, number_option("--a", help="Half length of a straight wall.")]
 StoredHalfLength = Annotated[
     float | None,
     number_option(
         "--a",
-        help="Half length of a straight wall [default: the catalogue's only one, else 1.6].",
+        help="Half length of a straight wall [default: the only one stored, else 1.6].",
         offers=offered_half_lengths,
     ),
 ]
@@ -140,14 +138,14 @@ StoredHalfLengths = Annotated[
     typer.Option(
         "--a",
         metavar="NUMBER|all",
-        help="Half length of a straight wall [default: the catalogue's only one, else 1.6]; "
+        help="Half length of a straight wall [default: the only one stored, else 1.6]; "
         "repeatable, a grid FROM:TO:COUNT, or all that are stored.",
         autocompletion=offered_several_half_lengths,
     ),
 ]
 Parameters = Annotated[
     list[str] | None,
-    typer.Option("-P", metavar="NAME=VALUE", help="What :name in SQL stands for; repeatable."),
+    typer.Option("-P", metavar="NAME=VALUE", help="The value of :name in the SQL; repeatable."),
 ]
 
 
@@ -158,13 +156,15 @@ def column_option(*flags: str, help: str) -> Any:
 
 Words = Annotated[
     list[str] | None,
-    typer.Argument(metavar="[WORD]...", help="Words in any rotation, stored or not; - reads lines of stdin."),
+    typer.Argument(
+        metavar="[WORD]...", help="Words in any rotation, stored or not; - reads them from stdin."
+    ),
 ]
 Codes = Annotated[list[str] | None, typer.Option("--code", help="The same as WORD; repeatable.")]
 """With `Words`, what `orbitdb.cli.codes.given_codes` reads."""
 
 Periods = Annotated[str | None, typer.Option("--p", metavar="PERIODS", help="Periods: 11, 2-8 or 2,3,5-7.")]
-Force = Annotated[bool, typer.Option("--force", help="Replace the file if there is one.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")]
 
 
 def takes_only(context: typer.Context, asked: str, *names: str) -> None:

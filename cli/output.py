@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 MarkWords = Annotated[
     bool,
     typer.Option(
-        "--mark-words", help="In csv and tsv, write words as w01023, so that no program reads a number."
+        "--mark-words", help="In csv and tsv, write words as w01023, so that they are not read as numbers."
     ),
 ]
 
@@ -30,7 +30,10 @@ class Output:
         If they contradict one another.
     """
 
-    format_: Annotated[Format, typer.Option("--format", help="How to write the result.")] = Format.TABLE
+    format_: Annotated[
+        Format,
+        typer.Option("--format", metavar="FORMAT", help="table, csv, tsv, json, jsonl, markdown or latex."),
+    ] = Format.TABLE
     json: Annotated[bool, typer.Option("--json", help="The same as --format json.")] = False
 
     def __post_init__(self) -> None:

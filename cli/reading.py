@@ -72,7 +72,7 @@ def averaged(choice: Choice) -> Choice:
         If they ask for every status: averages are over those that have a length.
     """
     if choice.status is not None and choice.status.strip() == "all":
-        raise InputError("averages and lengths are of orbits (and boundary): leave out --status all")
+        raise InputError("only orbits (and boundary) have averages and lengths: leave out --status all")
     return choice
 
 

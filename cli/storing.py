@@ -35,7 +35,7 @@ def bring(path: Path) -> "Migration":
     with progress("bringing the catalogue to the newest schema"):
         done = migrate(path)
     if done.backup is not None:
-        note(f"{path}: schema {done.before} -> {done.after}; as it was, it is kept in {done.backup}")
+        note(f"{path}: schema {done.before} -> {done.after}; a copy of the old file is in {done.backup}")
     return done
 
 
@@ -62,7 +62,7 @@ def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]
         if (least := min(low, high)) < _LEAST:
             raise InputError(f"period {least}: the least period is {_LEAST}")
         if (most := max(low, high)) > MAX_PERIOD:
-            raise InputError(f"period {most}: fill periods of {MAX_PERIOD} or less")
+            raise InputError(f"period {most}: the highest period is {MAX_PERIOD}")
         if low > high:
             raise InputError(f"periods {low} to {high} run backwards: give --from {high} or less")
     return tuple(sorted({p for low, high in spans for p in range(low, high + 1)}))
@@ -98,7 +98,7 @@ class Executor(StrEnum):
 
 
 Jobs = Annotated[
-    int | None, count_option("--jobs", help="Processes that solve [default: all cores where it pays].")
+    int | None, count_option("--jobs", help="Worker processes [default: all cores if there is enough work].")
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would be done.")]
 

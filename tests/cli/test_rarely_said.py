@@ -107,12 +107,12 @@ def test_verify_says_what_it_has_not_compared(cli, tmp_path, monkeypatch):
                           ([], "the sums of 2 swept periods were")):  # fmt: skip
         done = cli("verify", *periods)
         assert done.code == 0
-        assert done.err.splitlines()[0] == f"{what} not computed again: those of whole periods up to 2 are"
+        assert done.err.splitlines()[0] == f"{what} not computed again: only whole periods up to 2 are"
     monkeypatch.setattr(recomputation, "_SETTLED", 0.0)
     cli("fill", "--p", "3")
     done = cli("verify", "--p", "3", "--restarts", "2")
     assert done.code == 0
-    assert "4 restarts did not come to rest and tell nothing\n" in done.err
+    assert "4 restarts did not converge and prove nothing\n" in done.err
 
 
 def test_methods_that_differ_for_no_reason_end_with_1(cli, monkeypatch):
@@ -141,7 +141,7 @@ def test_a_folder_that_is_gone_and_files_that_cannot_be_read(cli, tmp_path, monk
         return cli("table")
 
     gone = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
-    assert fail(gone) == (3, "", "orbitdb: the current folder is not there any more: go to another\n")
+    assert fail(gone) == (3, "", "orbitdb: the current folder no longer exists: change to another\n")
     broken = OSError(errno.EIO, "Input/output error")
     outcome = fail(broken)
     assert outcome.code == 3

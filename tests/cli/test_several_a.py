@@ -67,7 +67,7 @@ def test_an_orbit_is_followed_in_a(cli, varied):
 @pytest.mark.parametrize(
     ("command", "said"),
     [
-        ("table --a all --a 1", "--a all is every a that is stored: leave out the others, or name each"),
+        ("table --a all --a 1", "--a all already means every stored a: leave out the others, or name each"),
         ("query --a 1 --a x", "--a: 'x' is not a number"),
         ("entropy --a 1:2", "--a '1:2': give one a, or a grid FROM:TO:COUNT such as 0.3:10:40"),
         ("lyapunov --a 0", "--a: a = 0.0 is not a half length: give a number from 1e-06 to 1e+06"),

@@ -35,10 +35,11 @@ def browse(
     a: options.StoredHalfLength = None,
     choice: Choice,
     web: Annotated[
-        bool, typer.Option("--web", help="Show it in a browser on this machine, at the address it prints.")
+        bool, typer.Option("--web", help="Show it in a browser on this machine; the address is printed.")
     ] = False,
     port: Annotated[
-        int, options.count_option("--port", least=0, most=65535, help="Of that address; 0 for any free one.")
+        int,
+        options.count_option("--port", least=0, most=65535, help="Port of that address; 0 for any free one."),
     ] = _PORT,
     db: options.Database = None,
 ) -> None:

@@ -22,11 +22,11 @@ _GAP = "  "
 
 
 def columns(*, output: Output) -> None:
-    """Explain the columns: unit, what bounds the error, meaning.
+    """Explain the columns: their unit, the bound on their error, their meaning.
 
-    Those of a word and of its orbit are what -c, --order and --where name; those of a bounce are what
-    --bounces writes; those of an answer come with query --code, those of a trajectory and of a length
-    with identify. A number is no farther from the true one than its bound says.
+    -c, --order and --where take the columns of a word and of its orbit, and --bounces writes those of a
+    bounce. query --code gives those of an answer, identify those of a trajectory and of a length. The error
+    of a number is never larger than its bound.
     """
     if output.table:
         _write_table([each for _, group in GROUPS for each in group])

@@ -53,39 +53,45 @@ def identify(
     start: Annotated[
         str | None,
         typer.Option(
-            "--start", metavar="X,Y,ANGLE", help="A point in the stadium, and the path's angle (radians)."
+            "--start",
+            metavar="X,Y,ANGLE",
+            help="A point in the stadium, and the direction of the path in radians.",
         ),
     ] = None,
     points: Annotated[
         str | None,
-        typer.Option("--points", metavar="PATH", help="Bounces x,y, one a line, csv or json; - reads stdin."),
+        typer.Option(
+            "--points", metavar="PATH", help="A file of bounces x,y, one a line, csv or json; - reads stdin."
+        ),
     ] = None,
-    length: Annotated[float | None, number_option("--length", help="A length, in radii.")] = None,
+    length: Annotated[
+        float | None, number_option("--length", help="A length, in units of the radius.")
+    ] = None,
     tolerance: Annotated[
         float | None,
-        number_option("--tolerance", help="How far off [default: bounces 0.01, a length 0.001]."),
+        number_option("--tolerance", help="Tolerance [default: 0.01 for bounces, 0.001 for a length]."),
     ] = None,
     bounces: Annotated[
-        int | None, count_option("--bounces", help="Bounces from --start, each way [default: 60].")
+        int | None, count_option("--bounces", help="Bounces to follow from --start, each way [default: 60].")
     ] = None,
     limit: Annotated[
         int | None,
         count_option(
             "--limit",
             least=0,
-            help=f"Rows at most [default: 10; of a length {_ON_SCREEN} in a table, else all].",
+            help=f"Most rows to show [default: 10; for a length {_ON_SCREEN} in a table, else all].",
         ),
     ] = None,
     a: options.StoredHalfLength = None,
     output: MarkedOutput,
     db: options.Database = None,
 ) -> None:
-    """Find the orbits near a start, near the bounces of a trajectory, or of a length.
+    """Find orbits near a starting point, near the bounces of a trajectory, or of a given length.
 
-    A trajectory becomes symbols, with the periodic orbits that it shadows, stored or solved on the
-    spot, those it goes round most often first: for bounces first to last it stays within the tolerance
-    of the orbit. From a start it is followed ahead (bounce 1, 2, ...) and back (0, -1, ...). A length is
-    that of stored orbits, repeated or not: total = repetitions x length.
+    A trajectory is written in symbols, followed by the periodic orbits that it shadows, stored or not: from
+    bounce first to bounce last, it stays within the tolerance of the orbit. Those that it goes round most
+    often come first. From a starting point it is followed ahead (bounce 1, 2, ...) and back (0, -1, ...).
+    A length is compared with stored orbits and their repetitions: total = repetitions x length.
     """
     given = [
         name
@@ -152,7 +158,7 @@ def _note_ends(found: "Trajectory", asked: dict[str, Any]) -> None:
     last = found.first + len(found.sequence) - 1
     wanted = asked["bounces"] or BOUNCES
     if last < wanted or found.first > 1 - wanted:
-        note(f"followed from bounce {found.first} to {last}: farther, doubles do not tell where it goes")
+        note(f"followed from bounce {found.first} to {last}: after that, doubles cannot say where it goes")
 
 
 def _note_count(found: "Trajectory", count: int) -> None:
@@ -162,7 +168,7 @@ def _note_count(found: "Trajectory", count: int) -> None:
         orbits = "orbit is" if found.total == 1 else "orbits are"
         note(f"{found.total} {orbits} shadowed{more}")
     elif found.sequence and set(found.sequence) <= {"0", "2"}:
-        note("no orbit: it runs up and down between the walls, with the bouncing-ball family 02")
+        note("no orbit: it bounces between the straight walls, like the bouncing-ball family 02")
     else:
         note("no orbit is shadowed for two bounces; a larger --tolerance finds those farther away")
 
@@ -192,6 +198,6 @@ def _show_length(
     more = f"; {count} shown, --limit {len(found)} shows all" if count < len(found) else ""
     candidates = several(len(found), "candidate") if found else "no candidates"
     if fills or found:  # else another note says that nothing was searched
-        note(f"{candidates} among {among}, one a symmetry class{more}; "
-             "longer periods may have it, too")  # fmt: skip
+        note(f"{candidates} among {among}, one per symmetry class{more}; "
+             "longer periods may have this length, too")  # fmt: skip
     return count

@@ -70,28 +70,29 @@ def query(
     a: options.StoredHalfLengths = None,
     choice: Choice,
     order: Annotated[
-        str, options.column_option("--order", help="Columns to sort by; a falling one ends in desc.")
+        str, options.column_option("--order", help="Columns to sort by; desc behind one sorts it downwards.")
     ] = "p",
     limit: Annotated[
         int | None,
         options.count_option(
-            "--limit", least=0, help=f"Rows at most [default: {_ON_SCREEN} in a table, else all]."
+            "--limit", least=0, help=f"Most rows to show [default: {_ON_SCREEN} in a table, else all]."
         ),
     ] = None,
-    offset: Annotated[int, options.count_option("--offset", least=0, help="Rows to pass over first.")] = 0,
+    offset: Annotated[int, options.count_option("--offset", least=0, help="Rows to skip first.")] = 0,
     columns: Annotated[
-        str | None, options.column_option("-c", "--columns", help="Columns to show, with commas between.")
+        str | None, options.column_option("-c", "--columns", help="Columns to show, separated by commas.")
     ] = None,
     bounces: Annotated[
-        bool, typer.Option("--bounces", help="With --code, one row a bounce: x, y, arc length, sine.")
+        bool, typer.Option("--bounces", help="With --code, show one row per bounce: x, y, arc length, sine.")
     ] = False,
     output: MarkedOutput,
     db: options.Database = None,
 ) -> None:
-    """Ask for an orbit by its code, or for rows of the catalogue.
+    """Show an orbit by its code, or rows of the catalogue.
 
-    A word that is not stored is solved on the spot. The rows are symbol sequences as least
-    rotations, of every status but geometric; --status geometric shows those, --status orbit the orbits.
+    A word that is not stored is solved on the spot. Each row is a symbol sequence, written as its least
+    rotation. You see every status but geometric: ask for that with --status geometric, or for orbits only
+    with --status orbit.
     """
     if words or code:
         options.takes_only(context, "with --code", "words", "code", "a", "columns", "bounces", "mark_words")

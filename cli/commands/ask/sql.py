@@ -25,10 +25,10 @@ def sql(
     output: Output,
     db: options.Database = None,
 ) -> None:
-    """Answer one SELECT of SQL, over every a in the catalogue.
+    """Run one SELECT statement over the catalogue, at every a.
 
-    It may read the views catalogue (see 'orbitdb columns') and life, and nothing else, for a minute at
-    most; nothing can be written. code('310') finds a word in any rotation.
+    It can read the views catalogue (see 'orbitdb columns') and life, and nothing else. It cannot write, and
+    it may take a minute at most. code('310') finds a word in any rotation.
     """
     from orbitdb.store.asking.codes import hint
     from orbitdb.store.asking.parsing import parse_parameter

@@ -27,9 +27,9 @@ def entropy(
 ) -> None:
     """Compute the topological entropy of the chosen orbits, by period.
 
-    N: points on orbits of period p and its divisors; K_0 = ln N / p; h_zeta: from the leading zero of
-    the zeta function cut off at p, which converges much faster, with its change from p - 1, which is no
-    error. The proved bounds are those that 'orbitdb bounds' has stored, or some found on the spot.
+    N: points on orbits of period p or a divisor of p; K_0 = ln N / p; h_zeta: from the leading zero of
+    the zeta function truncated at p, which converges much faster, with its change from p - 1, which is no
+    error bound. The proved bounds come from 'orbitdb bounds', or are found on the spot.
     """
     from orbitdb.store.reading.results import PROVED
 

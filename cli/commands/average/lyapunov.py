@@ -30,12 +30,12 @@ def lyapunov(
     a: options.StoredHalfLengths = None,
     choice: Choice,
     weight: Annotated[
-        str, typer.Option("--weight", help="exp: e^-lambda, as in the paper; det: 1/|det(1 - M)|.")
+        str, typer.Option("--weight", help="exp for e^-lambda, as in the paper, or det for 1/|det(1 - M)|.")
     ] = "exp",
     cut: Annotated[
         float | None,
         options.number_option(
-            "--cut", help="One zeta average over all pseudo-cycles of lambda up to this, instead."
+            "--cut", help="Instead, take one zeta average over all pseudo-cycles with lambda up to this."
         ),
     ] = None,
     output: Output,
@@ -43,11 +43,11 @@ def lyapunov(
 ) -> None:
     """Compute the average Lyapunov exponents over the chosen orbits, by period.
 
-    lambda_d and lambda_c: the paper's eqs. (5) and (6), per bounce and per length; pair: means of
-    neighbouring periods; zeta: from the zeta function cut off at p, with its zero z0 (1 if nothing is
-    missing); sum_rule: all orbits up to p with weights e^-lambda, held to exact means, with an estimate
-    of the error, in brackets behind the last digits in a table. The trajectory values are those that
-    'orbitdb simulate' has stored.
+    lambda_d and lambda_c: the paper's eqs. (5) and (6), per bounce and per length. pair: means of
+    neighbouring periods. zeta: from the zeta function truncated at p, with its zero z0 (1 if no orbit is
+    missing). sum_rule: all orbits up to p with weights e^-lambda, constrained by exact means; a table has an
+    estimate of its error in brackets behind the last digits. The trajectory values come from
+    'orbitdb simulate'.
     """
     with progress("averaging") as shown, reading_all(db, a, averaged(choice)) as (catalogue, stadiums):
         from orbitdb.store.reading.averaged import lyapunov as average

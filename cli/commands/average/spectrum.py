@@ -32,9 +32,9 @@ def spectrum(
     *,
     context: typer.Context,
     lengths: Annotated[
-        str, typer.Option("--range", metavar="FROM:TO", help="Lengths, in units of the radius.")
+        str, typer.Option("--range", metavar="FROM:TO", help="Range of lengths, in units of the radius.")
     ] = "1:12",
-    points: Annotated[int, options.count_option("--points", help="At how many lengths.", least=2)] = 500,
+    points: Annotated[int, options.count_option("--points", help="Number of lengths.", least=2)] = 500,
     parity: Annotated[str | None, typer.Option("--parity", help="ee, eo, oe or oo [default: all].")] = None,
     k_max: Annotated[
         float | None,
@@ -45,20 +45,20 @@ def spectrum(
         typer.Option(
             "--levels",
             metavar="FILE",
-            help="Levels k, one a line, or csv with a column k [default: those of the catalogue].",
+            help="File of levels k, one a line, or csv with a column k [default: those of the catalogue].",
         ),
     ] = None,
     energies: Annotated[
-        bool, typer.Option("--energies", help="The file has energies k^2 (in csv the column energy).")
+        bool, typer.Option("--energies", help="The file holds energies k^2 (in csv, a column energy).")
     ] = False,
     peaks: Annotated[
-        bool, typer.Option("--peaks", help="List the peaks, and the orbits behind each.")
+        bool, typer.Option("--peaks", help="List the peaks and the orbits behind them.")
     ] = False,
     a: options.StoredHalfLength = None,
     output: Output,
     db: options.Database = None,
 ) -> None:
-    """Show the length spectrum: the Fourier transform of the density of levels, and what orbits give of it.
+    """Show the length spectrum: the Fourier transform of the density of levels, and the orbits' share in it.
 
     Peaks lie at the lengths of orbits. The window is sin^4(pi k / k_max).
     """
@@ -102,7 +102,7 @@ def read_file(path: Path, energies: bool, parity: str | None) -> list[float]:
         heading = [each.strip() for each in rows.pop(0)]
         if name not in heading:
             raise InputError(
-                f"{path}: its heading has no column {name}: name one so, or leave the heading out"
+                f"{path}: its heading has no column {name}: rename one, or leave out the heading"
             )
         place = heading.index(name)
         sort = heading.index("parity") if "parity" in heading and parity is not None else None

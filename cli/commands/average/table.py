@@ -26,8 +26,8 @@ def table(
 ) -> None:
     """Show the paper's Table 1 for the filled periods: numbers of sequences and orbits, and the entropy.
 
-    N_t: sequences left by the geometric rules; N_c: orbits; N: points of period p and its divisors;
-    K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
+    N_t: sequences that the geometric rules allow; N_c: orbits; N: points on orbits of period p or a divisor
+    of p; K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
     Periods that are not filled at this a are counted from births, if 'orbitdb births' has found them.
     """
     with reading_all(db, a, Choice(p=p)) as (catalogue, stadiums):

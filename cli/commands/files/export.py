@@ -51,7 +51,8 @@ def export(
     file: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[FILE]", help="Ends in .csv, .jsonl, .parquet or .npz; none or -: stdout, with --format."
+            metavar="[FILE]",
+            help="A name ending in .csv, .jsonl, .parquet or .npz; none or - writes to stdout.",
         ),
     ] = None,
     output: Annotated[
@@ -60,31 +61,32 @@ def export(
     a: options.StoredHalfLengths = None,
     choice: Choice,
     order: Annotated[
-        str, options.column_option("--order", help="Columns to sort by; a falling one ends in desc.")
+        str, options.column_option("--order", help="Columns to sort by; desc behind one sorts it downwards.")
     ] = "p",
     limit: Annotated[
-        int | None, options.count_option("--limit", least=0, help="Symbol sequences at most.")
+        int | None, options.count_option("--limit", least=0, help="Most symbol sequences to write.")
     ] = None,
     columns: Annotated[
-        str | None, options.column_option("-c", "--columns", help="Columns to write, with commas between.")
+        str | None, options.column_option("-c", "--columns", help="Columns to write, separated by commas.")
     ] = None,
     coordinates: Annotated[
-        bool, typer.Option("--coordinates", help="Write the coordinates of every bounce, too.")
+        bool, typer.Option("--coordinates", help="Also write the coordinates of every bounce.")
     ] = False,
     bounces: Annotated[
-        bool, typer.Option("--bounces", help="Write one row a bounce: x, y, arc length, sine of the angle.")
+        bool, typer.Option("--bounces", help="Write one row per bounce: x, y, arc length, sine of the angle.")
     ] = False,
     form: Annotated[
-        str | None, typer.Option("--format", help="csv, jsonl, parquet or npz, whatever the name ends in.")
+        str | None,
+        typer.Option("--format", help="csv, jsonl, parquet or npz, if the name does not end in it."),
     ] = None,
     mark_words: MarkWords = False,
     force: options.Force = False,
     db: options.Database = None,
 ) -> None:
-    """Write symbol sequences and what is known of them to a file, every number in full.
+    """Write symbol sequences and all that is known of them to a file, with every digit.
 
-    Where they come from is noted in the file (parquet, npz) or in FILE-metadata.json beside it, with
-    the periods among them that a fill had stored in part only.
+    The file (parquet, npz), or FILE-metadata.json beside it, says where the rows come from and which of
+    their periods were only partly filled.
     """
     from orbitdb import export as files
     from orbitdb.store.asking.conditions import parse_columns
@@ -140,7 +142,7 @@ def _note_nothing(catalogue: "Catalogue", stadiums: "Sequence[Selection]", limit
         return
     told = stadiums[0].describe([chosen.a for chosen in stadiums], total)
     if limit == 0:
-        note(f"{told}, of which --limit 0 takes none: nothing is written")
+        note(f"{told}, and --limit 0 leaves none of them: nothing is written")
         return
     first = "" if limit is None or limit >= total else f"the first {limit} of "
     have = "has" if total == 1 or (first and limit == 1) else "have"

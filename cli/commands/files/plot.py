@@ -45,9 +45,9 @@ Figures:
   sheet     all classes of a period
   birkhoff  the bounces in phase space
   lengths   how many orbits are no longer than L, and their density
-  births    how many words are orbits at every a ('orbitdb births' first)
+  births    how many words are orbits at each a (run 'orbitdb births' first)
   spectrum  the length spectrum of levels beside that of the orbits
-  staircase the number of levels, and its fluctuations ('orbitdb levels' first)
+  staircase the levels below k, and their fluctuations ('orbitdb levels' first)
 """
 
 
@@ -84,28 +84,32 @@ _TAKES = {
 def plot(
     *,
     context: typer.Context,
-    kind: Annotated[Kind, typer.Argument(help="What to draw.")],
+    kind: Annotated[Kind, typer.Argument(metavar="FIGURE", help="One of those below.")],
     words: options.Words = None,
     output: Annotated[
         Path,
         typer.Option(
-            "-o", "--output", metavar="FILE", help="Ends in .png, .svg or .pdf; -: stdout, with --format."
+            "-o", "--output", metavar="FILE", help="A name ending in .png, .svg or .pdf; - writes to stdout."
         ),
     ],
     code: options.Codes = None,
     a: options.StoredHalfLength = None,
     choice: Choice,
-    over_a: Annotated[bool, typer.Option("--over-a", help="The entropy against a, not the period.")] = False,
-    limit: Annotated[int, options.count_option("--limit", least=1, help="Orbits on a sheet at most.")] = 120,
+    over_a: Annotated[
+        bool, typer.Option("--over-a", help="Draw the entropy against a, not against the period.")
+    ] = False,
+    limit: Annotated[
+        int, options.count_option("--limit", least=1, help="Most orbits to draw on a sheet.")
+    ] = 120,
     form: Annotated[
-        str | None, typer.Option("--format", help="png, svg or pdf, whatever the name ends in.")
+        str | None, typer.Option("--format", help="png, svg or pdf, if the name does not end in it.")
     ] = None,
     force: options.Force = False,
     db: options.Database = None,
 ) -> None:
     """Draw an orbit, or a figure of the chosen subset, into a file.
 
-    orbit, reverse and life draw the orbit of one WORD.
+    orbit, reverse and life draw the orbit of one WORD; the others draw a subset.
     """
     from orbitdb.export import FIGURES, STDOUT, check_target, complete, form_of
 

@@ -50,7 +50,8 @@ def bench(
     kind: Annotated[
         Kind,
         typer.Option(
-            "--kind", help="Methods against each other; stages of a fill; hard cases; what methods decide."
+            "--kind",
+            help="Compare methods, time the stages of a fill, solve hard cases, or compare statuses.",
         ),
     ] = Kind.METHODS,
     a: options.HalfLength = 1.6,
@@ -58,19 +59,19 @@ def bench(
     picture: Annotated[
         Path | None,
         typer.Option(
-            "--plot", metavar="FILE", help="Draw the work-precision diagram, too (.png, .svg, .pdf)."
+            "--plot", metavar="FILE", help="Also draw the work-precision diagram (.png, .svg, .pdf)."
         ),
     ] = None,
     output: Output,
 ) -> None:
-    """Measure run time against error, how it grows, what becomes of hard cases, or how methods agree.
+    """Measure run time against error, time the stages of a fill, solve hard cases, or compare methods.
 
     methods: Newton's method, the paper's relaxation, scipy.optimize.root and ball arithmetic on all
-    classes of one period (default 9), with their true errors; stages: the way from a period to its
-    orbits, by period (default 2-11); stress: what is asked, the error found, the time; statuses: what
-    Newton's method in doubles and the relaxation say of every class against what ball arithmetic proves,
-    by period (default 2-8), every word that differs on stderr with the reason. The relaxation takes
-    seconds at a = 1.6, and half an hour at a = 10. No catalogue is read or written.
+    classes of one period (default 9), with their true errors. stages: the run time of every step from a
+    period to its orbits (default 2-11). stress: hard cases, the error found, and the time. statuses: the
+    status of every class by Newton's method in doubles and by the relaxation, compared with the one that
+    ball arithmetic proves (default 2-8); stderr names every word that differs, with the reason. The
+    relaxation takes seconds at a = 1.6, and half an hour at a = 10. bench does not use the catalogue.
     """
     from orbitdb.billiard.stadium import Stadium
 

@@ -28,11 +28,11 @@ _FEW = 4
 
 
 def info(*, output: Output, db: options.Database = None) -> None:
-    """Show where the catalogue is, what is filled, and what that took in time and room.
+    """Show where the catalogue is, what is filled, and the time and disk space that it took.
 
-    stored: sequences so far; seconds: as they passed. csv, tsv and json have enumerating, solving and
-    storing besides, the seconds of processors. Of periods that are swept no rows are stored; solving has
-    all of it. selection: of which orbits, where chosen ones are swept.
+    stored: sequences so far; seconds: elapsed time. csv, tsv and json also have enumerating, solving and
+    storing, in seconds of processor time. A swept period stores no rows, and its processor time is all under
+    solving. selection: the subset, where only chosen orbits are swept.
     """
     from orbitdb.store.reading.catalogue import Catalogue
 

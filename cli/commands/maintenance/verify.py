@@ -49,25 +49,27 @@ def verify(
     choice: Choice,
     sample: Annotated[
         int | None,
-        options.count_option("--sample", least=1, help="Look at so many classes, drawn at random."),
+        options.count_option("--sample", least=1, help="Check only this many classes, drawn at random."),
     ] = None,
     restarts: Annotated[
         int,
         options.count_option(
-            "--restarts", least=0, most=1000, help="Solve every word again from so many random starts."
+            "--restarts", least=0, most=1000, help="Solve every word again from this many random starts."
         ),
     ] = 0,
-    seed: Annotated[int, options.count_option("--seed", least=0, help="Of sample and restarts.")] = 0,
+    seed: Annotated[
+        int, options.count_option("--seed", least=0, help="Seed for --sample and --restarts.")
+    ] = 0,
     rigorous: Annotated[
         bool,
         typer.Option("--rigorous", help="Prove every row in ball arithmetic and store the certificate."),
     ] = False,
     again: Annotated[
-        bool, typer.Option("--again", help="With --rigorous: prove what has a certificate, too.")
+        bool, typer.Option("--again", help="With --rigorous, prove certified rows again.")
     ] = False,
     births: Annotated[
         bool,
-        typer.Option("--births", help="Prove that no birth or death is missing for a from 0.02 to 1000."),
+        typer.Option("--births", help="Prove that no birth or death is missing between a = 0.02 and 1000."),
     ] = False,
     jobs: Jobs = None,
     output: Output,
@@ -75,10 +77,10 @@ def verify(
 ) -> None:
     """Compute the catalogue again from its words alone and compare.
 
-    One line a promise: rows looked at, rows that break it, the worst deviation found, its share of what
-    rounding and the row's error bound allow (above 1 is a failure), and the first row that is wrong.
-    The exit code is 1 if there is one. Counts are checked for whole periods, rows for the chosen ones;
-    of a period that is partial, what is stored.
+    Each line is one check: the rows that it looked at, its failures, the worst deviation, the share of this
+    in what rounding and the error bound of the row allow (above 1 is a failure), and the first row that
+    fails. The exit code is 1 if a check fails. Counts are checked for whole periods, rows for the chosen
+    ones; in a partly filled period, those that are stored.
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.file.database import default_path
@@ -144,27 +146,27 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, outpu
     rows = {check.name: check.rows for check in found}
     classes = rows.get("values", 0)
     if (unsettled := restarts * rows.get("statuses", 0) - rows.get("restarts", 0)) > 0:
-        note(f"{unsettled} restarts did not come to rest and tell nothing")
+        note(f"{unsettled} restarts did not converge and prove nothing")
     broken = [check.name for check in found if check.failures]
     if broken:
         from orbitdb.verification.verify import PROMISES
 
         for name in broken:
-            note(f"{name}: not every row keeps that {PROMISES[name]}")
+            note(f"{name}: it does not always hold that {PROMISES[name]}")
         raise typer.Exit(1)
     changes, proved, levels = (rows.get(name, 0) for name in ("births", "entropy", "levels"))
     if lives := rows.get("lives", 0) + rows.get("undecided", 0):
-        note(
-            f"no birth or death of {rows.get('lives', 0)} of {lives} classes is missing from a = 0.02 to 1000"
-        )
+        note(f"{rows.get('lives', 0)} of {lives} classes lack no birth or death between a = 0.02 and 1000")
     swept = rows.get("sweeps", 0)
     if not any((classes, changes, swept, proved, levels)):
-        note(f"nothing to look at in {path}: the file is sound, but no class is stored that was asked for")
+        note(f"nothing to check in {path}: the file is sound, but it has none of the classes that you chose")
         raise typer.Exit(1)
     if anew := swept - rows.get("sums", 0):
         note(_of_sums(anew))
     if (foreign := rows.get("statuses", 0) - rows.get("bits", 0)) > 0:
-        note(f"{foreign} rows are of another method, version or machine: their last bits were not compared")
+        note(
+            f"{foreign} rows come from another method, version or machine: their last bits were not compared"
+        )
     seen = {("class", "classes"): classes, ("birth or death", "births and deaths"): changes,
             ("swept period", "swept periods"): swept,
             ("bound on the entropy", "bounds on the entropy"): proved,
@@ -191,7 +193,7 @@ def _of_sums(count: int) -> str:
     from orbitdb.verification.sweeps import SWEPT_ANEW
 
     what = "the sums of a swept period were" if count == 1 else f"the sums of {count} swept periods were"
-    return f"{what} not computed again: those of whole periods up to {SWEPT_ANEW} are"
+    return f"{what} not computed again: only whole periods up to {SWEPT_ANEW} are"
 
 
 def _watched(steps: "Iterable[Step]") -> "Iterator[Step]":

@@ -37,7 +37,7 @@ _WEIGHT = 10
 def births(
     *,
     context: typer.Context,
-    p: Annotated[
+    asked: Annotated[
         str | None,
         typer.Option(
             "--p", metavar="PERIODS", help="The highest period to find births of, or periods such as 2-8."
@@ -45,20 +45,21 @@ def births(
     ] = None,
     first: Annotated[int, count_option("--from", help="The lowest period to find births of.")] = 2,
     deaths: Annotated[
-        bool, typer.Option("--deaths", help="Show the lives that end, one a line, in place of the periods.")
+        bool, typer.Option("--deaths", help="Show the lives that end, one a line, instead of the periods.")
     ] = False,
     jobs: Annotated[
         int | None,
-        count_option("--jobs", help="Processes that find them [default: all cores where it pays]."),
+        count_option("--jobs", help="Worker processes [default: all cores if there is enough work]."),
     ] = None,
     output: Output,
     db: options.Database = None,
 ) -> None:
-    """Find where in a all words begin and cease to be orbits, and store it: one line a period.
+    """Find the values of a at which each word begins or ceases to be an orbit.
 
-    classes: symmetry classes; births: how often one begins to be an orbit; deaths: classes that cease to
-    be one at least once; always: classes that are orbits from a = 0 on; least, largest: first and last
-    birth. Goes on where it was stopped; without --p it shows what is stored.
+    The result is stored and shown, one row per period. classes: symmetry classes; births: how often one
+    begins to be an orbit; deaths: classes that cease to be orbits at least once; always: classes that are
+    orbits from a = 0 on; least, largest: the first and the last birth. An interrupted run goes on where it
+    stopped. Without --p, you see what is stored.
     """
     from orbitdb.store.file.database import default_path
     from orbitdb.store.reading.catalogue import Catalogue
@@ -66,11 +67,11 @@ def births(
 
     path = db or default_path()
     periods: Sequence[int]
-    if p is None:
+    if asked is None:
         options.refuse_idle(context, "without --p", "jobs")
         periods = range(first, MAX_PERIOD + 1)
     else:
-        periods = asked_periods(context, p, first)
+        periods = asked_periods(context, asked, first)
         _fill(periods, path, Solvers(jobs))
     with closing(Catalogue(path)) as opened, opened.at_one_moment() as catalogue:
         found = [each for each in catalogue.birth_fills() if each.p in periods]
@@ -82,7 +83,7 @@ def births(
     rows = [[getattr(each, name) for name in COLUMNS] for each in found]
     if deaths and rows:
         output.write(LIFE_COLUMNS, ended)
-        note(f"{len(ended)} lives end, of {sum(each.classes or 0 for each in found)} classes")
+        note(f"{len(ended)} lives end, among {sum(each.classes or 0 for each in found)} classes")
     elif not output.write(LIFE_COLUMNS if deaths else COLUMNS, rows):
         note(f"no births in {path}: 'orbitdb births --p 11' finds them")
         raise typer.Exit(1)

@@ -59,22 +59,20 @@ def bounds(
         int | None,
         options.count_option(
             "--window",
-            help="Edges of the longest windows [default: 14, or as many as it takes].",
+            help="Edges of the longest windows [default: 14, or as many as needed].",
             least=2,
             most=40,
         ),
     ] = None,
     width: Annotated[
-        float | None, options.number_option("--width", help="Until the bounds are as close as this.")
+        float | None, options.number_option("--width", help="Stop when the bounds are this close.")
     ] = None,
     seconds: Annotated[
-        float | None, options.number_option("--time", help="Until about so many seconds have passed.")
+        float | None, options.number_option("--time", help="Stop after about this many seconds.")
     ] = None,
     prove: Annotated[
         bool,
-        typer.Option(
-            "--prove", help="Decide every window in ball arithmetic, too; bounds are of what that proves."
-        ),
+        typer.Option("--prove", help="Check every decision in ball arithmetic, and use only what it proves."),
     ] = False,
     jobs: Jobs = None,
     store: Annotated[
@@ -84,13 +82,13 @@ def bounds(
     output: Output,
     db: options.Database = None,
 ) -> None:
-    """Enclose the topological entropy (per bounce) between proved bounds; no orbit is needed.
+    """Prove bounds on the topological entropy per bounce; no orbits are needed.
 
-    One row a length of windows, stretches of a code that are decided for every continuation at once:
-    windows so far (mirror images and reversals not counted) and those of this length still undecided.
-    All numbers are rounded outward. What is given first ends it: --window, --width or --time. Of a grid the
-    last row of each a is shown, and --time is for each a. Where there is a catalogue the bounds are kept in
-    it, and shown beside entropies from orbits from then on.
+    Windows are stretches of a code that are decided for all their continuations at once. Each row has one
+    length of windows: their number so far (mirror images and reversals count once), and how many of this
+    length are undecided. All numbers are rounded outward. The first of --window, --width and --time that is
+    reached ends the search. For a grid, you see the last row of each a, and --time applies to each a. If
+    there is a catalogue, it keeps the bounds, and 'orbitdb entropy' shows them.
     """
     from orbitdb.filling.enclosures import EnclosureTask
 

@@ -34,7 +34,7 @@ Examples:
 def fill(
     *,
     context: typer.Context,
-    p: Annotated[
+    asked: Annotated[
         str | None,
         typer.Option("--p", metavar="PERIODS", help="The highest period to fill, or periods such as 2-8."),
     ] = None,
@@ -42,12 +42,12 @@ def fill(
     a: HalfLength = 1.6,
     code: Annotated[
         list[str] | None,
-        typer.Option("--code", help="Store this word only; repeatable; - reads lines of stdin."),
+        typer.Option("--code", help="Store this word only; repeatable; - reads words from stdin."),
     ] = None,
     geometric: Annotated[
         bool,
         typer.Option(
-            "--geometric", help="Keep the geometrically pruned words, too, with the rules they break."
+            "--geometric", help="Also keep the geometrically pruned words, with the rules they break."
         ),
     ] = False,
     method: Annotated[
@@ -59,7 +59,7 @@ def fill(
 ) -> None:
     """Fill a catalogue: all symbol sequences of every period, and the orbits among them.
 
-    Goes on where it was stopped; periods that are done are passed over.
+    A fill that was interrupted goes on where it stopped; finished periods are skipped.
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.filling.blocks import METHODS
@@ -71,9 +71,9 @@ def fill(
         takes_only(context, "with --code", "code", "a", "method", "dry_run")
         _fill_words(given_codes(code), a, method, db, dry_run)
         return
-    if p is None:
+    if asked is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
-    _fill_periods(asked_periods(context, p, first), a, geometric, method, solvers, db, dry_run)
+    _fill_periods(asked_periods(context, asked, first), a, geometric, method, solvers, db, dry_run)
 
 
 def _fill_periods(

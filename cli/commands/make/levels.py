@@ -35,10 +35,12 @@ _WORTH = 200
 
 def levels(
     *,
-    k: Annotated[str, typer.Option("--k", metavar="FROM:TO", help="The range of wavenumbers, in 1/radius.")],
+    k: Annotated[
+        str, typer.Option("--k", metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")
+    ],
     parity: Annotated[
         str | None,
-        typer.Option("--parity", help="ee, eo, oe or oo, several with commas [default: all four]."),
+        typer.Option("--parity", help="ee, eo, oe or oo, several separated by commas [default: all four]."),
     ] = None,
     a: options.HalfLength = 1.6,
     jobs: Jobs = None,
@@ -48,9 +50,9 @@ def levels(
 ) -> None:
     """Find all levels of the quantum stadium in a range of k, each with an estimate of its error.
 
-    k^2 are the eigenvalues of minus the Laplacian, with functions that are 0 on the boundary. A parity is
-    two letters, even or odd under x -> -x and then under y -> -y. Levels that the catalogue holds are not
-    computed again, so that a run that was ended goes on where it was.
+    k^2 are the eigenvalues of minus the Laplacian, for functions that vanish on the boundary. A parity has
+    two letters: even or odd under x -> -x, then under y -> -y. Levels that the catalogue already has are not
+    computed again, so an interrupted run goes on where it stopped.
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.quantum.levels import windows
@@ -120,7 +122,7 @@ def read_parities(text: str | None) -> "list[Parity]":
     try:
         return list(dict.fromkeys(Parity(each.strip()) for each in text.split(",")))
     except ValueError:
-        raise InputError(f"--parity {text!r:.40}: use ee, eo, oe, oo, with commas between") from None
+        raise InputError(f"--parity {text!r:.40}: use ee, eo, oe or oo, separated by commas") from None
 
 
 def _known(path: Path, a: float, parities: "list[Parity]") -> "dict[Parity, list[Levels]]":
@@ -176,4 +178,4 @@ def _note_counts(a: float, known: "dict[Parity, list[Levels]]", low: float, high
         off = float((count - Weyl.of(Stadium(a), parity).number(places)).mean())
         worst = f", errors up to {error[here].max():.0e}" if here.any() else ""
         count_of = several(int(here.sum()), "level", "levels")
-        note(f"{parity}: {count_of}, none missing; on the mean {off:+.2f} from Weyl's law{worst}")
+        note(f"{parity}: {count_of}, none missing; on average {off:+.2f} from Weyl's law{worst}")

@@ -42,7 +42,8 @@ def simulate(
     ] = 20_000_000,
     seed: Annotated[int, options.count_option("--seed", help="The same seed gives the same result.")] = 0,
     legwise: Annotated[
-        bool, typer.Option("--legwise", help="Leg by leg, with exact means: far smaller errors.")
+        bool,
+        typer.Option("--legwise", help="Sample leg by leg and use exact means, for much smaller errors."),
     ] = False,
     store: Annotated[bool, typer.Option(help="Keep the result in the catalogue.")] = True,
     output: Output,
@@ -50,8 +51,8 @@ def simulate(
 ) -> None:
     """Average over random trajectories: Lyapunov exponents and mean free path, with standard errors.
 
-    The result is stored, and shown beside averages over orbits from then on. With --legwise only the
-    small part of lambda is sampled whose exact mean is not known.
+    The result is stored, and 'orbitdb lyapunov' shows it beside averages over orbits. With --legwise, only
+    the small part of lambda whose exact mean is unknown is sampled.
     """
     from orbitdb.averages.exact_means import exact_means
     from orbitdb.billiard.stadium import Stadium
