@@ -10,7 +10,7 @@ from orbitdb.cli.render import FOR_PEOPLE, Format, note, write
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.results import Result
+    from orbitdb.catalogue.results import Result
 
 MarkWords = Annotated[
     bool,

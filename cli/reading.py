@@ -14,8 +14,8 @@ from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 
 if TYPE_CHECKING:
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.catalogue import Catalogue
 
 
 @contextmanager
@@ -41,7 +41,7 @@ def reading_all(
 def _opened(
     db: Path | None, values: Sequence[float] | None, every: bool, choice: Choice
 ) -> "Iterator[tuple[Catalogue, tuple[Selection, ...]]]":
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
     chosen = choice.at(values[0] if values else USUAL_A)  # reports a wrong option first
     with closing(Catalogue(db, values[0] if values else None)) as opened, opened.at_one_moment() as catalogue:
@@ -101,7 +101,7 @@ def all_meant(path: Path, asked: Sequence[str] | None) -> tuple[float, ...]:
         return values
     if not asked:
         return (meant(path, None),)
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
     with closing(Catalogue(path)) as catalogue:
         return arguments.stored(catalogue)
@@ -131,7 +131,7 @@ def note_gaps(
     catalogue: "Catalogue", *stadiums: "Selection", names: Sequence[str] = (), order: str = "p"
 ) -> None:
     """Say which chosen periods are stored in part, are not filled, or lack births that matter."""
-    from orbitdb.store.reading.averaged import gaps
+    from orbitdb.catalogue.gaps import gaps
 
     for chosen in stadiums:
         for told in gaps(catalogue, chosen, names=names, order=order):
@@ -140,7 +140,7 @@ def note_gaps(
 
 def note_nothing(catalogue: "Catalogue", *stadiums: "Selection", more: str = "") -> None:
     """Say that a subset is empty, if any of its periods is filled: of others that is not known."""
-    from orbitdb.store.reading.averaged import nothing
+    from orbitdb.catalogue.gaps import nothing
 
     for chosen in stadiums:
         for told in nothing(catalogue, chosen):

@@ -6,8 +6,8 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.catalogue import Catalogue
 
 KEYS = (
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",

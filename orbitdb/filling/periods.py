@@ -15,6 +15,7 @@ from orbitdb.filling.resuming import Progress, resume
 from orbitdb.filling.workers import HERE, Workers
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.file.tables import fill
+from orbitdb.store.reading.fills import status_counts
 from orbitdb.store.writing import classes
 from orbitdb.store.writing.cursors import Cursor, close, open_cursor
 from orbitdb.store.writing.writer import Writer
@@ -95,7 +96,7 @@ class _Fill:
 
     def close(self, cursor: Cursor) -> None:
         with self.writer.reading() as connection:  # it takes long: others may write meanwhile
-            found = classes.count_statuses(connection, cursor.row["stadium"], cursor.p)
+            found = status_counts(connection, cursor.row["stadium"], cursor.p).get(cursor.p, {})
         counts = self._counts(cursor.p, found)
         with self.writer.writing() as connection:
             close(connection, cursor, counts)

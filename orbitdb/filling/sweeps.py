@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from orbitdb.averages.swept_sum_rules import EXACT, next_tilts
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.resuming import Progress, resume
 from orbitdb.filling.swept_blocks import SweptSums, cut_into_swept_blocks
 from orbitdb.filling.workers import HERE, Workers
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import swept_text
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.sweeps import moments_of
 from orbitdb.store.writing.cursors import Cursor, close, is_open
 from orbitdb.store.writing.sweeps import add_sums, add_up, open_sweep, tilts_of

@@ -60,12 +60,6 @@ def test_a_command_loads_what_it_needs(filled, monkeypatch):
     }
 
 
-def test_every_command_is_found_in_its_module():
-    for command in program().registered_commands:
-        (own,) = program([command.name]).registered_commands
-        assert own.name == command.name
-
-
 @pytest.mark.parametrize("typed", ["colums", "--versio", "table --colour"])
 def test_a_slip_is_told_as_where_all_commands_are_loaded(cli, typed):
     told = cli(*typed.split())

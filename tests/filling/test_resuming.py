@@ -136,7 +136,7 @@ WAYS = st.sampled_from(["closed", "raised", "killed"])
 
 @pytest.mark.parametrize("name", WORKS)
 @given(cuts=st.lists(st.tuples(WAYS, st.integers(0, 100)), min_size=1, max_size=4))
-@settings(max_examples=6)
+@settings(max_examples=settings().max_examples // 6)
 def test_what_is_cut_at_any_moment_goes_on(
     empty: Path, in_one_go: dict[str, Stored], name: str, cuts: list[tuple[str, int]]
 ) -> None:

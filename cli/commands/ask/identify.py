@@ -17,7 +17,7 @@ from orbitdb.errors import InputError
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.identification import Followed, Trajectory
+    from orbitdb.catalogue.identification import Followed, Trajectory
 
 EXAMPLES = """
 Examples:
@@ -115,8 +115,8 @@ def identify(
 def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path | None, output: MarkedOutput) -> int:
     """Write the orbits that a trajectory shadows; return how many there are."""
     from orbitdb.billiard.stadium import Stadium
+    from orbitdb.catalogue.identification import identify_trajectory
     from orbitdb.store.file.database import default_path
-    from orbitdb.store.reading.identification import identify_trajectory
     from orbitdb.store.reading.lookup import find_or_solve
 
     stadium = Stadium(meant(db or default_path(), a))
@@ -182,9 +182,9 @@ def _show_length(
     output: MarkedOutput,
 ) -> int:
     """Write the stored orbits that have a length; return how many there are."""
+    from orbitdb.catalogue.gaps import describe_fills
     from orbitdb.numerals import exact
     from orbitdb.orbits.orbit import Status
-    from orbitdb.store.reading.fills import describe_fills
 
     names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
     most = _ON_SCREEN if limit is None and output.table else limit

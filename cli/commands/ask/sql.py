@@ -30,14 +30,14 @@ def sql(
     It can read the views catalogue (see 'orbitdb columns') and life, and nothing else. It cannot write, and
     it may take a minute at most. code('310') finds a word in any rotation.
     """
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.codes import hint
     from orbitdb.store.asking.parsing import parse_parameter
-    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.statements import run_statement
 
     values = dict(parse_parameter(parameter) for parameter in parameters or ())
-    with closing(Catalogue(db)) as opened, opened.at_one_moment() as catalogue:
-        names, rows = run_statement(catalogue, statement, values)
+    with closing(Catalogue(db)) as catalogue, catalogue.reading() as connection:
+        names, rows = run_statement(connection, statement, values)
         if (told := hint(statement)) is not None:
             note(told)
         if not output.write(names, rows):

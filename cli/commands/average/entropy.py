@@ -31,7 +31,7 @@ def entropy(
     the zeta function truncated at p, which converges much faster, with its change from p - 1, which is no
     error bound. The proved bounds come from 'orbitdb bounds', or are found on the spot.
     """
-    from orbitdb.store.reading.results import PROVED
+    from orbitdb.catalogue.results import PROVED
 
     with progress("reading orbits"), reading_all(db, a, averaged(choice)) as (catalogue, stadiums):
         found = [catalogue.entropy(chosen) for chosen in stadiums]

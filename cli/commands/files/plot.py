@@ -21,8 +21,8 @@ from orbitdb.errors import InputError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.catalogue import Catalogue
 
 EXAMPLES = """
 Examples:

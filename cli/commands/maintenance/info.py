@@ -8,7 +8,7 @@ from orbitdb.cli.render import write_facts
 from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.reading.records import Enclosure
     from orbitdb.store.reading.sweeps import Sweep
 
@@ -34,7 +34,7 @@ def info(*, output: Output, db: options.Database = None) -> None:
     storing, in seconds of processor time. A swept period stores no rows, and its processor time is all under
     solving. selection: the subset, where only chosen orbits are swept.
     """
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
     with Catalogue(db).at_one_moment() as catalogue:
         rows = [row for a in catalogue.a_values() for row in _periods(catalogue, a)]
@@ -90,12 +90,13 @@ def _swept(a: float, sweep: "Sweep") -> tuple[Any, ...]:
 
 def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
     """Return where the catalogue is and what it takes, in words."""
+    from orbitdb.catalogue.gaps import written_periods
     from orbitdb.filling.estimate import gigabytes
     from orbitdb.store.file.schema import SCHEMA_VERSION
-    from orbitdb.store.reading.fills import written_periods
     from orbitdb.store.reading.records import room
 
-    taken = room(catalogue)
+    with catalogue.reading() as connection:
+        taken = room(connection)
     facts = [
         ("catalogue", str(catalogue.path.resolve())),
         ("schema", str(SCHEMA_VERSION)),

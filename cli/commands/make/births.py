@@ -16,7 +16,7 @@ from orbitdb.cli.render import note
 from orbitdb.cli.storing import Solvers, asked_periods, bring, show_steps, written
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 EXAMPLES = """
 Examples:
@@ -61,8 +61,8 @@ def births(
     orbits from a = 0 on; least, largest: the first and the last birth. An interrupted run goes on where it
     stopped. Without --p, you see what is stored.
     """
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.file.database import default_path
-    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.symbols.enumeration import MAX_PERIOD
 
     path = db or default_path()
@@ -109,7 +109,6 @@ def _ended(catalogue: "Catalogue", periods: Sequence[int]) -> list[tuple[object,
 def _fill(periods: Sequence[int], path: Path, solvers: Solvers) -> None:
     from orbitdb.filling.birth_blocks import BLOCK
     from orbitdb.filling.births import fill_births
-    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.symbols.counting import count_admissible
 
     start, span = time.monotonic(), f"births, p = {written(periods)}"

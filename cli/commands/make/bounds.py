@@ -186,7 +186,7 @@ def _keeping(db: Path | None, store: bool | None, prove: bool, asked: dict[str, 
                 "brings it to the newest"
             )
         return
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.writing.records import keep_bounds
     from orbitdb.store.writing.writer import Writer
 

@@ -56,8 +56,8 @@ def simulate(
     """
     from orbitdb.averages.exact_means import exact_means
     from orbitdb.billiard.stadium import Stadium
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.file.database import default_path
-    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.writing.records import add_reference
     from orbitdb.store.writing.writer import Writer
     from orbitdb.trajectories.ensemble import simulate as simulate_bounces
