@@ -107,6 +107,7 @@ def _ended(catalogue: "Catalogue", periods: Sequence[int]) -> list[tuple[object,
 
 
 def _fill(periods: Sequence[int], path: Path, solvers: Solvers) -> None:
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.birth_blocks import BLOCK
     from orbitdb.filling.births import fill_births
     from orbitdb.symbols.counting import count_admissible
