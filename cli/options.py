@@ -149,11 +149,18 @@ Parameters = Annotated[
 ]
 
 
-def column_option(*flags: str, help: str) -> Any:
-    """Return an option that takes names of columns, of which a shell offers those that are known."""
-    return typer.Option(*flags, help=help, autocompletion=offered_columns)
-
-
+Order = Annotated[
+    str,
+    typer.Option(
+        "--order",
+        help="Columns to sort by; desc behind one sorts it downwards.",
+        autocompletion=offered_columns,
+    ),
+]
+Columns = Annotated[
+    str | None,
+    typer.Option("-c", "--columns", help="Columns, separated by commas.", autocompletion=offered_columns),
+]
 Words = Annotated[
     list[str] | None,
     typer.Argument(

@@ -69,9 +69,7 @@ def query(
     code: options.Codes = None,
     a: options.StoredHalfLengths = None,
     choice: Choice,
-    order: Annotated[
-        str, options.column_option("--order", help="Columns to sort by; desc behind one sorts it downwards.")
-    ] = "p",
+    order: options.Order = "p",
     limit: Annotated[
         int | None,
         options.count_option(
@@ -79,9 +77,7 @@ def query(
         ),
     ] = None,
     offset: Annotated[int, options.count_option("--offset", least=0, help="Rows to skip first.")] = 0,
-    columns: Annotated[
-        str | None, options.column_option("-c", "--columns", help="Columns to show, separated by commas.")
-    ] = None,
+    columns: options.Columns = None,
     bounces: Annotated[
         bool, typer.Option("--bounces", help="With --code, show one row per bounce: x, y, arc length, sine.")
     ] = False,
@@ -101,7 +97,11 @@ def query(
         return
     if bounces:
         raise InputError("--bounces goes with --code; 'orbitdb export --bounces' writes those of many orbits")
-    names = _columns(columns, output, several(a))
+    from orbitdb.store.asking.conditions import parse_columns
+
+    usual = TABLE_COLUMNS if output.for_people else KEYS
+    names = usual if columns is None else parse_columns(columns)
+    names = with_a(names) if several(a) else names
     shown = _ON_SCREEN if output.table and limit is None else limit
     with reading_all(db, a, choice) as (catalogue, stadiums):
         note_gaps(catalogue, *stadiums, names=names, order=order)
@@ -117,15 +117,6 @@ def query(
         note(f"{stadiums[0].describe([each.a for each in stadiums], total)}{more}")
     if not count:
         raise typer.Exit(1)
-
-
-def _columns(text: str | None, output: MarkedOutput, many: bool) -> tuple[str, ...]:
-    """Return the columns that are asked for, a among them where there are rows of several."""
-    from orbitdb.store.asking.conditions import parse_columns
-
-    usual = TABLE_COLUMNS if output.for_people else KEYS
-    names = usual if text is None else parse_columns(text)
-    return with_a(names) if many else names
 
 
 def _show_words(

@@ -60,15 +60,11 @@ def export(
     ] = None,
     a: options.StoredHalfLengths = None,
     choice: Choice,
-    order: Annotated[
-        str, options.column_option("--order", help="Columns to sort by; desc behind one sorts it downwards.")
-    ] = "p",
+    order: options.Order = "p",
     limit: Annotated[
         int | None, options.count_option("--limit", least=0, help="Most symbol sequences to write.")
     ] = None,
-    columns: Annotated[
-        str | None, options.column_option("-c", "--columns", help="Columns to write, separated by commas.")
-    ] = None,
+    columns: options.Columns = None,
     coordinates: Annotated[
         bool, typer.Option("--coordinates", help="Also write the coordinates of every bounce.")
     ] = False,
