@@ -1,6 +1,6 @@
 """The options that choose a subset of the catalogue, the same for all commands that have them."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -84,27 +84,23 @@ class Choice:
         InputError
             If an option cannot be read.
         """
-        from orbitdb.billiard.stadium import Stadium
-        from orbitdb.store.asking import parsing
-        from orbitdb.store.asking.selection import Selection, SelectionError
-        from orbitdb.symbols.words import parse
+        from orbitdb.store.asking.criteria import choose
+        from orbitdb.store.asking.parsing import parse_bounds, parse_parameter
+        from orbitdb.store.asking.selection import SelectionError
 
-        parameters = dict(parsing.parse_parameter(parameter) for parameter in self.parameters or ())
+        parameters = dict(map(parse_parameter, self.parameters or ()))
         if parameters and self.where is None:
             raise SelectionError("-P says what a name in --where stands for: give --where, or leave out -P")
-        return Selection(
-            a=Stadium(a).a,
-            periods=() if self.p is None else parsing.parse_periods(self.p),
-            statuses=() if self.status is None else parsing.parse_statuses(self.status),
-            time_reversal=None if self.reversal is None else parsing.parse_reversal(self.reversal),
-            symmetry=None if self.symmetry is None else parsing.parse_symmetry(self.symmetry),
-            contains=None if self.contains is None else parse(self.contains),
-            exists=parsing.parse_exists(self.exists or ()),
-            not_at=parsing.parse_exists(self.not_at or ()),
-            ranges=parsing.parse_bounds(self.bounds or ()),
-            where=self.where,
+        names = ("p", "status", "symmetry", "contains", "where")
+        chosen = choose(
+            a,
+            **{name: getattr(self, name) for name in names},
+            time_reversal=self.reversal,
+            exists=self.exists or (),
+            not_at=self.not_at or (),
             parameters=parameters,
         )
+        return replace(chosen, ranges=parse_bounds(self.bounds or ()))
 
 
 def _hidden(*flags: str) -> Any:

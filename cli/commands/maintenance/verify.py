@@ -3,6 +3,7 @@
 import time
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import closing
+from dataclasses import astuple
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,7 +21,6 @@ from orbitdb.plaintext import several
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.fills import Fill
     from orbitdb.verification.check import Check, Step
 
 EXAMPLES = """
@@ -103,18 +103,17 @@ def verify(
         note(str(error))
         _report([broken], db or default_path(), start, restarts, output)
         return
-    partial: dict[float, list[Fill]] = {}
-    unfilled: list[str] = []
-
     solvers = Solvers(jobs)
+    missing: list[str] = []
 
     def work() -> "Generator[Step]":
         with catalogue.at_one_moment() as still:
             stadiums = still.a_values() if a is None else [Stadium(a).a]
             chosen = [choice.at(each) for each in stadiums]
-            partial.update((selection.a, still.partial(selection)) for selection in chosen)
+            partial = {each.a: still.partial(each) for each in chosen}
+            missing.extend(describe_partial(fills, at) for at, fills in partial.items() if fills)
             if a is not None or choice.p is not None:
-                unfilled.extend(filter(None, (_unfilled(still, each) for each in chosen)))
+                missing.extend(filter(None, (_unfilled(still, each) for each in chosen)))
             known = sum(
                 fill.words for each in chosen for fill in still.fills(each.a) if each.includes(fill.p)
             )
@@ -129,20 +128,14 @@ def verify(
 
     with closing(work()) as steps_taken:  # with whom it has set to work, if it ends before its time
         found = report(_watched(steps_taken))
-    for each, fills in partial.items():
-        if fills:
-            note(describe_partial(fills, each))
-    for gap in unfilled:
+    for gap in missing:
         note(gap)
     _report(found, catalogue.path, start, restarts, output)
 
 
-_KEYS = ("name", *COLUMNS[1:])
-
-
 def _report(found: "list[Check]", path: Path, start: float, restarts: int, output: Output) -> None:
     """Write what was found, say in one line what came of it, and leave with code 1 if it is not good."""
-    output.write(COLUMNS, ([getattr(check, key) for key in _KEYS] for check in found))
+    output.write(COLUMNS, map(astuple, found))
     rows = {check.name: check.rows for check in found}
     classes = rows.get("values", 0)
     if (unsettled := restarts * rows.get("statuses", 0) - rows.get("restarts", 0)) > 0:
@@ -162,7 +155,10 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, outpu
         note(f"nothing to check in {path}: the file is sound, but it has none of the classes that you chose")
         raise typer.Exit(1)
     if anew := swept - rows.get("sums", 0):
-        note(_of_sums(anew))
+        from orbitdb.verification.sweeps import SWEPT_ANEW
+
+        what = "the sums of a swept period were" if anew == 1 else f"the sums of {anew} swept periods were"
+        note(f"{what} not computed again: only whole periods up to {SWEPT_ANEW} are")
     if (foreign := rows.get("statuses", 0) - rows.get("bits", 0)) > 0:
         note(
             f"{foreign} rows come from another method, version or machine: their last bits were not compared"
@@ -186,14 +182,6 @@ def _unfilled(catalogue: "Catalogue", chosen: "Selection") -> str | None:
 
     rest = without(chosen, swept) if swept else chosen
     return None if rest is None else catalogue.unfilled(rest)
-
-
-def _of_sums(count: int) -> str:
-    """Say which sums of sweeps nothing was compared with."""
-    from orbitdb.verification.sweeps import SWEPT_ANEW
-
-    what = "the sums of a swept period were" if count == 1 else f"the sums of {count} swept periods were"
-    return f"{what} not computed again: only whole periods up to {SWEPT_ANEW} are"
 
 
 def _watched(steps: "Iterable[Step]") -> "Iterator[Step]":
