@@ -11,27 +11,15 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from orbitdb import __version__
+from orbitdb.cli.options import with_groups
 
 ParsingError = typer.TyperException
-
-_ROOMS = (
-    "fill", "sweep", "births", "query", "identify", "browse", "table", "entropy", "lyapunov", "bounds",
-    "simulate", "levels", "spectrum", "plot", "export", "sql", "columns", "verify", "bench", "info",
-    "migrate",
-)  # fmt: skip
-"""The modules of `orbitdb.cli.commands`, each with the command of its name and `EXAMPLES` of it."""
-
-_OTHER_NAMES = {"browse": ("tui",)}
-
-_ROOM_OF = {name: room for room in _ROOMS for name in (room, *_OTHER_NAMES.get(room, ()))}
-"""By command."""
-
 
 PANELS = {
     "Make data": {
         "fill": "Fill periods: every sequence, its status and its orbit",
-        "births": "Find for which a every word is an orbit",
-        "sweep": "Count and average further periods, storing no rows",
+        "births": "Find the values of a at which each word is an orbit",
+        "sweep": "Count and average further periods without storing rows",
         "simulate": "Average over random trajectories, for comparison",
         "bounds": "Prove bounds on the topological entropy",
         "levels": "Find the levels of the quantum stadium",
@@ -39,15 +27,15 @@ PANELS = {
     "Ask": {
         "query": "Show one orbit by its code, or rows of the catalogue",
         "browse": "Browse the catalogue in the terminal",
-        "identify": "Find orbits by a start, by bounces or by a length",
-        "sql": "Answer one SELECT over the views of the catalogue",
+        "identify": "Find orbits by a starting point, by bounces or by length",
+        "sql": "Run one SELECT over the catalogue",
         "columns": "Explain the columns: unit, error bound, meaning",
     },
     "Average": {
         "table": "Show the paper's Table 1, for any a",
         "entropy": "Compute the topological entropy, by period",
         "lyapunov": "Compute average Lyapunov exponents, by period",
-        "spectrum": "Lay quantum levels beside the orbits: lengths and peaks",
+        "spectrum": "Compare the length spectra of quantum levels and orbits",
     },
     "Files and figures": {
         "export": "Write rows to csv, jsonl, parquet or npz",
@@ -60,23 +48,25 @@ PANELS = {
 }
 """The commands by panel, in their order, each with one line; commands that are not here work unlisted."""
 
-_CHOOSING = {
-    "p", "status", "reversal", "symmetry", "contains", "exists", "not_at", "bounds", "where", "parameters",
+_ROOMS = dict(zip(PANELS, ("make", "ask", "average", "files", "maintenance"), strict=True))
+_MODULES = {name: f"{_ROOMS[panel]}.{name}" for panel, names in PANELS.items() for name in names}
+_UNLISTED = {"bench": "maintenance.bench", "migrate": "maintenance.migrate", "tui": "ask.browse"}
+_MODULES |= _UNLISTED
+"""The modules in `orbitdb.cli.commands` by command; each has its function, and `EXAMPLES` of it."""
+
+_OPTIONS = {
+    "Catalogue": ("a", "db"),
+    "Choose": (
+        "p", "status", "reversal", "symmetry", "contains", "exists", "not_at", "bounds", "where",
+        "parameters",
+    ),
+    "Output": (
+        "order", "limit", "offset", "columns", "coordinates", "bounces", "format_", "form", "json",
+        "mark_words", "output", "force",
+    ),
+    "Other": ("help",),
 }  # fmt: skip
-_WRITING = {
-    "order", "limit", "offset", "columns", "coordinates", "bounces", "format_", "form", "json", "mark_words",
-    "output", "force",
-}  # fmt: skip
-_CATALOGUE = {"a", "db"}
-
-_ORDER = ("Options", "Catalogue", "Choose", "Output", "Other")
-
-
-def _panel_of(name: str) -> str:
-    for panel, names in (("Choose", _CHOOSING), ("Output", _WRITING), ("Catalogue", _CATALOGUE)):
-        if name in names:
-            return panel
-    return "Other" if name == "help" else "Options"
+"""The options that have panels of their own behind those that only one command has."""
 
 
 class Command(TyperCommand):
@@ -96,13 +86,15 @@ class Command(TyperCommand):
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write arguments, then options by panel."""
-        panels: dict[str, list[tuple[str, str]]] = {}
+        panel_of = {name: panel for panel, names in _OPTIONS.items() for name in names}
+        panels: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
+        panels |= {panel: [] for panel in _OPTIONS}
         for each in self.get_params(ctx):
-            if (told := each.get_help_record(ctx)) is not None:
+            if (record := each.get_help_record(ctx)) is not None:
                 option = each.param_type_name == "option"
-                panels.setdefault(_panel_of(each.name or "") if option else "Arguments", []).append(told)
-        for panel in ("Arguments", *_ORDER):
-            _write(formatter, panel, panels.get(panel, ()))
+                panels[panel_of.get(each.name or "", "Options") if option else "Arguments"].append(record)
+        for panel, records in panels.items():
+            _write(formatter, panel, records)
 
 
 class Group(TyperGroup):
@@ -138,8 +130,8 @@ logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its fo
 logging.getLogger("sqlalchemy.pool").setLevel(logging.CRITICAL)  # a Ctrl-C as a file is closed it tells, too
 
 
-def program(rooms: Sequence[str] = _ROOMS) -> typer.Typer:
-    """Return the program with the commands of some modules, by default all."""
+def program(commands: Sequence[str] = tuple(_MODULES)) -> typer.Typer:
+    """Return the program with some commands, by default all."""
     app = typer.Typer(
         name="orbitdb",
         cls=Group,
@@ -149,19 +141,17 @@ def program(rooms: Sequence[str] = _ROOMS) -> typer.Typer:
         pretty_exceptions_enable=False,
     )
     app.callback()(_options)
-    for room in rooms:
-        module = import_module(f"orbitdb.cli.commands.{room}")
-        for name in (room, *_OTHER_NAMES.get(room, ())):
-            app.command(name, hidden=name != room, epilog=module.EXAMPLES)(getattr(module, room))
-    for command in app.registered_commands:
-        command.cls = Command
+    for name in commands:
+        module = import_module(f"orbitdb.cli.commands.{_MODULES[name]}")
+        command = with_groups(getattr(module, _MODULES[name].partition(".")[2]))
+        app.command(name, hidden=name in _UNLISTED, cls=Command, epilog=module.EXAMPLES)(command)
     return app
 
 
 @cache
-def _command(rooms: tuple[str, ...]) -> Any:
+def _command(names: tuple[str, ...]) -> Any:
     """Return what runs command lines; built once, however many of them one process runs."""
-    return typer.main.get_command(program(rooms))
+    return typer.main.get_command(program(names))
 
 
 def call(arguments: Sequence[str]) -> Any:
@@ -174,8 +164,7 @@ def call(arguments: Sequence[str]) -> Any:
     KeyboardInterrupt
         On Ctrl-C, or the end of an input that is waited for.
     """
-    room = _ROOM_OF.get(arguments[0])
-    command = _command(_ROOMS if room is None else (room,))
+    command = _command((arguments[0],) if arguments[0] in _MODULES else tuple(_MODULES))
     try:
         return command(arguments, prog_name="orbitdb", standalone_mode=False)
     except typer.Abort as end:

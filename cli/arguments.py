@@ -70,7 +70,7 @@ def named(asked: Sequence[str] | None) -> tuple[float, ...] | None:
         return None
     if ALL in asked:
         if len(asked) > 1:
-            raise InputError(f"--a {ALL} is every a that is stored: leave out the others, or name each")
+            raise InputError(f"--a {ALL} already means every stored a: leave out the others, or name each")
         return None
     return tuple(dict.fromkeys(a for text in asked for a in lengths(text)))
 

@@ -1,9 +1,6 @@
 """The options that choose a subset of the catalogue, the same for all commands that have them."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
-from functools import wraps
-from inspect import Parameter, Signature, signature
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -25,7 +22,9 @@ Symmetry = Annotated[
 ]
 Contains = Annotated[
     str | None,
-    typer.Option("--contains", metavar="SYMBOLS", help="Words with these symbols in a row, in any rotation."),
+    typer.Option(
+        "--contains", metavar="SYMBOLS", help="Words that contain these symbols in a row, in any rotation."
+    ),
 ]
 
 
@@ -37,7 +36,7 @@ def _range_option(names: str) -> Any:
 class Choice:
     """The options that choose a subset of the catalogue, as they were typed; their help says what they take.
 
-    A command takes all of them by one parameter, ``choice: Choice``, and the decorator `with_choice`.
+    A command takes all of them by one parameter, ``choice: Choice`` (`orbitdb.cli.options.with_groups`).
     """
 
     p: options.Periods = None
@@ -45,7 +44,7 @@ class Choice:
         str | None,
         typer.Option(
             "--status",
-            help="orbit, geometric, dynamical, boundary or unresolved; several with commas; all.",
+            help="orbit, geometric, dynamical, boundary or unresolved; several separated by commas, or all.",
             autocompletion=options.offered_statuses,
         ),
     ] = None
@@ -55,13 +54,13 @@ class Choice:
     exists: Annotated[
         list[float] | None,
         options.number_option(
-            "--exists", help="Words that are orbits at this a, by their births; repeatable."
+            "--exists", help="Words that are orbits at this a, according to their births; repeatable."
         ),
     ] = None
     not_at: Annotated[
         list[float] | None,
         options.number_option(
-            "--not-at", help="Words that are no orbits at this a, by their births; repeatable."
+            "--not-at", help="Words that are not orbits at this a, according to their births; repeatable."
         ),
     ] = None
     bounds: Annotated[
@@ -85,27 +84,23 @@ class Choice:
         InputError
             If an option cannot be read.
         """
-        from orbitdb.billiard.stadium import Stadium
-        from orbitdb.store.asking import parsing
-        from orbitdb.store.asking.selection import Selection, SelectionError
-        from orbitdb.symbols.words import parse
+        from orbitdb.store.asking.criteria import choose
+        from orbitdb.store.asking.parsing import parse_bounds, parse_parameter
+        from orbitdb.store.asking.selection import SelectionError
 
-        parameters = dict(parsing.parse_parameter(parameter) for parameter in self.parameters or ())
+        parameters = dict(map(parse_parameter, self.parameters or ()))
         if parameters and self.where is None:
             raise SelectionError("-P says what a name in --where stands for: give --where, or leave out -P")
-        return Selection(
-            a=Stadium(a).a,
-            periods=() if self.p is None else parsing.parse_periods(self.p),
-            statuses=() if self.status is None else parsing.parse_statuses(self.status),
-            time_reversal=None if self.reversal is None else parsing.parse_reversal(self.reversal),
-            symmetry=None if self.symmetry is None else parsing.parse_symmetry(self.symmetry),
-            contains=None if self.contains is None else parse(self.contains),
-            exists=parsing.parse_exists(self.exists or ()),
-            not_at=parsing.parse_exists(self.not_at or ()),
-            ranges=parsing.parse_bounds(self.bounds or ()),
-            where=self.where,
+        names = ("p", "status", "symmetry", "contains", "where")
+        chosen = choose(
+            a,
+            **{name: getattr(self, name) for name in names},
+            time_reversal=self.reversal,
+            exists=self.exists or (),
+            not_at=self.not_at or (),
             parameters=parameters,
         )
+        return replace(chosen, ranges=parse_bounds(self.bounds or ()))
 
 
 def _hidden(*flags: str) -> Any:
@@ -140,22 +135,3 @@ class SweptChoice:
         chosen = Choice(**{each.name: getattr(self, each.name) for each in fields(self)}).at(a)
         swept_text(chosen)
         return chosen
-
-
-def with_choice(command: Callable[..., None]) -> Callable[..., None]:
-    """Show Typer the options of `Choice`, or of `SweptChoice`, in the place of a parameter ``choice``."""
-    parameters = list(signature(command).parameters.values())
-    place = [parameter.name for parameter in parameters].index("choice")
-    kind = parameters[place].annotation
-
-    @wraps(command)
-    def run(**given: Any) -> None:
-        command(choice=kind(**{each.name: given.pop(each.name) for each in fields(kind)}), **given)
-
-    parameters[place : place + 1] = [
-        Parameter(each.name, Parameter.KEYWORD_ONLY, default=each.default, annotation=each.type)
-        for each in fields(kind)
-    ]
-    shown = [parameter.replace(kind=Parameter.KEYWORD_ONLY) for parameter in parameters]
-    run.__signature__ = Signature(shown)  # type: ignore[attr-defined]  # what Typer reads
-    return run

@@ -55,6 +55,16 @@ def leave(code: int) -> NoReturn:
     sys.exit(code)
 
 
+_pressed: list[float] = []
+"""When Ctrl-C was heeded, in seconds."""
+
+_told: list[int] = []
+"""The signal that has told the process to end."""
+
+_heeded: list[int] = []
+"""The signals that may do so."""
+
+
 def end_as_users_expect() -> None:
     """Take Ctrl-C once however often it is pressed, heed SIGTERM, and end quietly before ``| head``.
 
@@ -64,8 +74,8 @@ def end_as_users_expect() -> None:
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
-    _terminate.heeded = [n for n in TERMINATING if signal.getsignal(n) == signal.SIG_DFL]
-    _terminate.act(_terminate)
+    _heeded[:] = [number for number in TERMINATING if signal.getsignal(number) == signal.SIG_DFL]
+    _act_on_terminating(_terminate)
     sys.unraisablehook = _unraisable
 
 
@@ -76,42 +86,25 @@ def end_undisturbed() -> None:
     reads its output.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _terminate.act(signal.SIG_DFL)
+    _act_on_terminating(signal.SIG_DFL)
 
 
-class _InterruptOnce:
-    def __init__(self) -> None:
-        self.last = -_PATIENCE
-        self.pressed = False
-
-    def __call__(self, number: int, frame: FrameType | None) -> None:
-        now = time.monotonic()
-        if now - self.last >= _PATIENCE:
-            self.last = now
-            self.pressed = True
-            raise KeyboardInterrupt
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    now = time.monotonic()
+    if not _pressed or now - _pressed[-1] >= _PATIENCE:
+        _pressed.append(now)
+        raise KeyboardInterrupt
 
 
-_interrupt = _InterruptOnce()
+def _terminate(number: int, frame: FrameType | None) -> None:
+    _act_on_terminating(signal.SIG_IGN)
+    _told.append(number)
+    raise Terminated(number)
 
 
-class _TerminateOnce:
-    def __init__(self) -> None:
-        self.number: int | None = None
-        self.heeded: list[int] = []
-
-    def act(self, action: Callable[[int, FrameType | None], None] | signal.Handlers) -> None:
-        """Do this from now on when a signal says to end."""
-        for number in self.heeded:
-            signal.signal(number, action)
-
-    def __call__(self, number: int, frame: FrameType | None) -> None:
-        self.act(signal.SIG_IGN)
-        self.number = number
-        raise Terminated(number)
-
-
-_terminate = _TerminateOnce()
+def _act_on_terminating(action: Callable[[int, FrameType | None], None] | signal.Handlers) -> None:
+    for number in _heeded:
+        signal.signal(number, action)
 
 
 def _unraisable(told: "sys.UnraisableHookArgs") -> None:
@@ -129,9 +122,9 @@ def ending() -> KeyboardInterrupt | Terminated | None:
     Either may be lost on its way: NumPy clears whatever is raised while it looks for attributes, and Python
     what is raised while objects are collected.
     """
-    if _terminate.number is not None:
-        return Terminated(_terminate.number)
-    return KeyboardInterrupt() if _interrupt.pressed else None
+    if _told:
+        return Terminated(_told[0])
+    return KeyboardInterrupt() if _pressed else None
 
 
 def go_on() -> None:

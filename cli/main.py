@@ -52,7 +52,7 @@ def run() -> None:
 
 def _run(arguments: list[str]) -> int:
     if any("\0" in argument for argument in arguments):
-        return _say("an argument has a NUL character in it", USAGE)
+        return _say("an argument contains a NUL character", USAGE)
     try:
         from orbitdb.cli.app import call
 
@@ -114,13 +114,13 @@ def _advice(error: "ParsingError") -> str:
     """Return what to do about arguments that cannot be read."""
     context = getattr(error, "ctx", None)
     if context is not None and context.parent is None and hasattr(error, "option_name"):
-        return "options stand behind a command, as in 'orbitdb table --db PATH'"
+        return "options go after the command, as in 'orbitdb table --db PATH'"
     return "--help shows the options"
 
 
 def _unwritten(error: OSError) -> int:
     if error.filename is None and error.errno == errno.ENOENT:
-        return _say("the current folder is not there any more: go to another", NO_DATABASE)
+        return _say("the current folder no longer exists: change to another", NO_DATABASE)
     where = error.filename or "the output"
     if error.errno in DISK_TROUBLE:
         return _say(f"{where} cannot be written ({error.strerror})", NO_DATABASE)

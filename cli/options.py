@@ -1,7 +1,9 @@
-"""Options that several commands share, and what a shell offers behind them."""
+"""Options that several commands share, one by one or in groups, and what a shell offers for them."""
 
 from collections.abc import Callable, Iterable, Iterator
-from enum import StrEnum
+from dataclasses import fields, is_dataclass
+from functools import wraps
+from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -13,20 +15,28 @@ from orbitdb.numerals import real, whole
 Number = TypeVar("Number", int, float)
 
 
-class Format(StrEnum):
-    """How data is written to stdout."""
+def with_groups(command: Callable[..., None]) -> Callable[..., None]:
+    """Show Typer the fields of a dataclass as options, in the place of each parameter of that type."""
+    groups: dict[str, Any] = {}
+    shown = []
+    for each in signature(command).parameters.values():
+        if is_dataclass(each.annotation):
+            groups[each.name] = each.annotation
+            shown += [
+                Parameter(field.name, Parameter.KEYWORD_ONLY, default=field.default, annotation=field.type)
+                for field in fields(each.annotation)
+            ]
+        else:
+            shown.append(each.replace(kind=Parameter.KEYWORD_ONLY))
 
-    TABLE = "table"
-    CSV = "csv"
-    TSV = "tsv"
-    JSON = "json"
-    JSONL = "jsonl"
-    MARKDOWN = "markdown"
-    LATEX = "latex"
+    @wraps(command)
+    def run(**given: Any) -> None:
+        for name, kind in groups.items():
+            given[name] = kind(**{field.name: given.pop(field.name) for field in fields(kind)})
+        command(**given)
 
-
-FOR_PEOPLE = (Format.TABLE, Format.MARKDOWN, Format.LATEX)
-"""The formats with few columns and rounded numbers."""
+    run.__signature__ = Signature(shown)  # type: ignore[attr-defined]  # what Typer reads
+    return run
 
 
 def offered_columns(incomplete: str) -> Iterator[tuple[str, str]]:
@@ -114,14 +124,12 @@ Database = Annotated[
 USUAL_A = 1.6
 """The paper's stadium."""
 
-HalfLength = Annotated[
-    float, number_option("--a", help="Half length of a straight wall, whatever the catalogue holds.")
-]
+HalfLength = Annotated[float, number_option("--a", help="Half length of a straight wall.")]
 StoredHalfLength = Annotated[
     float | None,
     number_option(
         "--a",
-        help="Half length of a straight wall [default: the catalogue's only one, else 1.6].",
+        help="Half length of a straight wall [default: the only one stored, else 1.6].",
         offers=offered_half_lengths,
     ),
 ]
@@ -130,66 +138,40 @@ StoredHalfLengths = Annotated[
     typer.Option(
         "--a",
         metavar="NUMBER|all",
-        help="Half length of a straight wall [default: the catalogue's only one, else 1.6]; "
+        help="Half length of a straight wall [default: the only one stored, else 1.6]; "
         "repeatable, a grid FROM:TO:COUNT, or all that are stored.",
         autocompletion=offered_several_half_lengths,
     ),
 ]
-OutputFormat = Annotated[Format, typer.Option("--format", help="How to write the result.")]
-Json = Annotated[bool, typer.Option("--json", help="The same as --format json.")]
 Parameters = Annotated[
     list[str] | None,
-    typer.Option("-P", metavar="NAME=VALUE", help="What :name in SQL stands for; repeatable."),
+    typer.Option("-P", metavar="NAME=VALUE", help="The value of :name in the SQL; repeatable."),
 ]
 
 
-def column_option(*flags: str, help: str) -> Any:
-    """Return an option that takes names of columns, of which a shell offers those that are known."""
-    return typer.Option(*flags, help=help, autocompletion=offered_columns)
-
-
+Order = Annotated[
+    str,
+    typer.Option(
+        "--order",
+        help="Columns to sort by; desc behind one sorts it downwards.",
+        autocompletion=offered_columns,
+    ),
+]
+Columns = Annotated[
+    str | None,
+    typer.Option("-c", "--columns", help="Columns, separated by commas.", autocompletion=offered_columns),
+]
 Words = Annotated[
     list[str] | None,
-    typer.Argument(metavar="[WORD]...", help="Words in any rotation, stored or not; - reads lines of stdin."),
+    typer.Argument(
+        metavar="[WORD]...", help="Words in any rotation, stored or not; - reads them from stdin."
+    ),
 ]
 Codes = Annotated[list[str] | None, typer.Option("--code", help="The same as WORD; repeatable.")]
 """With `Words`, what `orbitdb.cli.codes.given_codes` reads."""
 
-MarkWords = Annotated[
-    bool,
-    typer.Option(
-        "--mark-words", help="In csv and tsv, write words as w01023, which no program takes for a number."
-    ),
-]
 Periods = Annotated[str | None, typer.Option("--p", metavar="PERIODS", help="Periods: 11, 2-8 or 2,3,5-7.")]
-
-
-def chosen(format_: Format, json: bool) -> Format:
-    """Return the output format.
-
-    Raises
-    ------
-    InputError
-        If two are asked for.
-    """
-    if json and format_ not in (Format.TABLE, Format.JSON):
-        raise InputError(f"--json and --format {format_} contradict one another: leave one of them out")
-    return Format.JSON if json else format_
-
-
-def check_marks(mark_words: bool, form: str) -> None:
-    """Refuse marks before words in a format that keeps texts as they are.
-
-    Raises
-    ------
-    InputError
-        If they are asked for there.
-    """
-    if mark_words and form not in (Format.CSV, Format.TSV):
-        raise InputError(f"--mark-words is for csv and tsv: {form} keeps words as they are, leave it out")
-
-
-Force = Annotated[bool, typer.Option("--force", help="Replace the file if there is one.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")]
 
 
 def takes_only(context: typer.Context, asked: str, *names: str) -> None:

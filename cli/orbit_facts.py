@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 
-from orbitdb.cli.options import Format
-from orbitdb.cli.render import LONG_CODE, code_text, number, write
+from orbitdb.cli.render import LONG_CODE, Format, code_text, number, write
 from orbitdb.numerals import with_bound
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import several

@@ -21,12 +21,11 @@ if TYPE_CHECKING:
 @contextmanager
 def reading(db: Path | None, a: float | None, choice: Choice) -> "Iterator[tuple[Catalogue, Selection]]":
     """Give a catalogue as it is at one moment, and the subset chosen by options at the a that is meant."""
-    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.billiard.stadium import Stadium
 
-    chosen = choice.at(USUAL_A if a is None else a)  # reports a wrong option first
-    with closing(Catalogue(db, a)) as opened, opened.at_one_moment() as catalogue:
-        _note_rotations(chosen)
-        yield catalogue, replace(chosen, a=_told(catalogue.a, catalogue.path) if a is None else catalogue.a)
+    values = None if a is None else (Stadium(a).a,)
+    with _opened(db, values, False, choice) as (catalogue, (chosen,)):
+        yield catalogue, chosen
 
 
 @contextmanager
@@ -34,14 +33,21 @@ def reading_all(
     db: Path | None, asked: Sequence[str] | None, choice: Choice
 ) -> "Iterator[tuple[Catalogue, tuple[Selection, ...]]]":
     """Give a catalogue as it is at one moment, and the subset chosen by options at every a that is meant."""
+    with _opened(db, arguments.named(asked), bool(asked), choice) as found:
+        yield found
+
+
+@contextmanager
+def _opened(
+    db: Path | None, values: Sequence[float] | None, every: bool, choice: Choice
+) -> "Iterator[tuple[Catalogue, tuple[Selection, ...]]]":
     from orbitdb.catalogue.catalogue import Catalogue
 
-    values = arguments.named(asked)
-    chosen = choice.at(values[0] if values else USUAL_A)  # so that a wrong option is told first
+    chosen = choice.at(values[0] if values else USUAL_A)  # reports a wrong option first
     with closing(Catalogue(db, values[0] if values else None)) as opened, opened.at_one_moment() as catalogue:
         _note_rotations(chosen)
         if values is None:
-            values = arguments.stored(catalogue) if asked else (_told(catalogue.a, catalogue.path),)
+            values = arguments.stored(catalogue) if every else (_told(catalogue.a, catalogue.path),)
         yield catalogue, tuple(replace(chosen, a=a) for a in values)
 
 
@@ -66,8 +72,20 @@ def averaged(choice: Choice) -> Choice:
         If they ask for every status: averages are over those that have a length.
     """
     if choice.status is not None and choice.status.strip() == "all":
-        raise InputError("averages and lengths are of orbits (and boundary): leave out --status all")
+        raise InputError("only orbits (and boundary) have averages and lengths: leave out --status all")
     return choice
+
+
+def known_catalogue(db: Path | None) -> Path | None:
+    """Return where the catalogue is, None where there is none; say so if it was named."""
+    from orbitdb.store.file.database import check_file, default_path
+
+    path = db or default_path()
+    if check_file(path) is not None:
+        return path
+    if db is not None:
+        note(f"no catalogue at {path}: solved on the spot")
+    return None
 
 
 def all_meant(path: Path, asked: Sequence[str] | None) -> tuple[float, ...]:
@@ -110,18 +128,20 @@ def _told(a: float, path: Path) -> float:
 
 
 def note_gaps(
-    catalogue: "Catalogue", chosen: "Selection", names: Sequence[str] = (), order: str = "p"
+    catalogue: "Catalogue", *stadiums: "Selection", names: Sequence[str] = (), order: str = "p"
 ) -> None:
     """Say which chosen periods are stored in part, are not filled, or lack births that matter."""
     from orbitdb.catalogue.gaps import gaps
 
-    for told in gaps(catalogue, chosen, names=names, order=order):
-        note(told)
+    for chosen in stadiums:
+        for told in gaps(catalogue, chosen, names=names, order=order):
+            note(told)
 
 
-def note_nothing(catalogue: "Catalogue", chosen: "Selection", more: str = "") -> None:
+def note_nothing(catalogue: "Catalogue", *stadiums: "Selection", more: str = "") -> None:
     """Say that a subset is empty, if any of its periods is filled: of others that is not known."""
     from orbitdb.catalogue.gaps import nothing
 
-    for told in nothing(catalogue, chosen):
-        note(f"{told}{more}")
+    for chosen in stadiums:
+        for told in nothing(catalogue, chosen):
+            note(f"{told}{more}")

@@ -5,16 +5,30 @@ import math
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR
-from typing import TYPE_CHECKING, Any
+from enum import StrEnum
+from typing import Any
 
-from orbitdb.cli.options import Format
 from orbitdb.cli.progress.line import aside
 from orbitdb.export import json_object, write_csv
 from orbitdb.numerals import as_sure, outward, upwards
 from orbitdb.plaintext import line, printable
 
-if TYPE_CHECKING:
-    from orbitdb.store.reading.fills import Fill
+
+class Format(StrEnum):
+    """How data is written to stdout."""
+
+    TABLE = "table"
+    CSV = "csv"
+    TSV = "tsv"
+    JSON = "json"
+    JSONL = "jsonl"
+    MARKDOWN = "markdown"
+    LATEX = "latex"
+
+
+FOR_PEOPLE = (Format.TABLE, Format.MARKDOWN, Format.LATEX)
+"""The formats with few columns and rounded numbers."""
+
 
 _DECIMALS = {
     "a": 6,
@@ -53,14 +67,6 @@ def note(message: str) -> None:
     """Tell the user something that is not data, in one line, if there is somebody to be told."""
     with aside(), contextlib.suppress(OSError):
         print(line(message), file=sys.stderr)
-
-
-def note_partial(fills: "Sequence[Fill]", a: float, left_out: bool = False) -> None:
-    """Say which periods are stored in part, if there are any."""
-    if fills:
-        from orbitdb.catalogue.gaps import describe_partial
-
-        note(describe_partial(fills, a, left_out))
 
 
 def number(name: str, value: Any) -> str:
@@ -104,12 +110,10 @@ def repeats(word: str, root: str) -> str:
 
 def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
     """Write rows to stdout, and return how many there were."""
-    if form is Format.TABLE:
-        return _write_table(columns, rows)
-    if form in (Format.MARKDOWN, Format.LATEX):
+    if form in FOR_PEOPLE:
         texts, left = _cells(columns, rows)
-        lines = (_markdown if form is Format.MARKDOWN else _latex)(columns, texts, left)
-        sys.stdout.writelines(f"{line}\n" for line in lines if texts)
+        lines = {Format.TABLE: _table, Format.MARKDOWN: _markdown, Format.LATEX: _latex}[form]
+        sys.stdout.writelines(f"{line}\n" for line in lines(columns, texts, left) if texts)
         return len(texts)
     if form in (Format.JSON, Format.JSONL):
         return _write_json(columns, rows, form)
@@ -127,22 +131,6 @@ def _write_json(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: For
     if count or array:
         sys.stdout.write(closing if count else "[]\n")
     return count
-
-
-def _write_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> int:
-    """Write aligned columns, numbers to the right, as wide as their content; nothing without rows."""
-    texts, left = _cells(columns, rows)
-    if not texts:
-        return 0
-    lines = [list(columns), *texts]
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    for values in lines:
-        cells = (
-            text.ljust(width) if of_texts else text.rjust(width)
-            for text, width, of_texts in zip(values, widths, left, strict=True)
-        )
-        sys.stdout.write("  ".join(cells).rstrip() + "\n")
-    return len(texts)
 
 
 def _cells(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[list[list[str]], list[bool]]:
@@ -181,38 +169,37 @@ def write_facts(facts: Sequence[tuple[str, str]]) -> None:
         sys.stdout.write(f"{name.ljust(width)}  {printable(text)}\n")
 
 
-_IN_LATEX = {
+def _table(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool]) -> Iterator[str]:
+    """Yield aligned columns as wide as their content; those of texts, which `left` marks, to the left."""
+    lines = [names, *rows]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    for values in lines:
+        cells = (
+            text.ljust(width) if of_texts else text.rjust(width)
+            for text, width, of_texts in zip(values, widths, left, strict=True)
+        )
+        yield "  ".join(cells).rstrip()
+
+
+_IN_LATEX = str.maketrans({
     "\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}",
     **{sign: f"\\{sign}" for sign in "_&%#${}"},
-}  # fmt: skip
-_IN_MARKDOWN = {sign: f"\\{sign}" for sign in "\\`*_{}[]<>|"}
+})  # fmt: skip
+_IN_MARKDOWN = str.maketrans({sign: f"\\{sign}" for sign in "\\`*_{}[]<>|"})
 
 
 def _markdown(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool]) -> Iterator[str]:
-    """Yield the lines of a table in Markdown; columns of texts, which `left` marks, to the left."""
-    yield _pipes(_escaped(names, _IN_MARKDOWN))
-    yield _pipes([":--" if of_texts else "--:" for of_texts in left])
-    yield from (_pipes(_escaped(row, _IN_MARKDOWN)) for row in rows)
+    """Yield the lines of a table in Markdown."""
+    heading, *lines = [[text.translate(_IN_MARKDOWN) for text in row] for row in (names, *rows)]
+    sides = [":--" if of_texts else "--:" for of_texts in left]
+    for texts in (heading, sides, *lines):
+        yield f"| {' | '.join(texts)} |"
 
 
 def _latex(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool]) -> Iterator[str]:
     """Yield the lines of a tabular in LaTeX, which needs no package."""
+    heading, *lines = [
+        " & ".join(text.translate(_IN_LATEX) for text in row) + r" \\" for row in (names, *rows)
+    ]
     yield rf"\begin{{tabular}}{{{''.join('l' if of_texts else 'r' for of_texts in left)}}}"
-    yield r"\hline"
-    yield _ampersands(names)
-    yield r"\hline"
-    yield from map(_ampersands, rows)
-    yield r"\hline"
-    yield r"\end{tabular}"
-
-
-def _pipes(texts: Sequence[str]) -> str:
-    return f"| {' | '.join(texts)} |"
-
-
-def _ampersands(texts: Sequence[str]) -> str:
-    return " & ".join(_escaped(texts, _IN_LATEX)) + r" \\"
-
-
-def _escaped(texts: Sequence[str], signs: dict[str, str]) -> list[str]:
-    return ["".join(signs.get(sign, sign) for sign in text) for text in texts]
+    yield from (r"\hline", heading, r"\hline", *lines, r"\hline", r"\end{tabular}")

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,9 +16,10 @@ from orbitdb.cli.options import count_option, refuse_idle
 from orbitdb.cli.progress.line import Progress, progress
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
+from orbitdb.numerals import whole
 
 if TYPE_CHECKING:
-    from orbitdb.filling.cluster import Cluster, Size
+    from orbitdb.filling.cluster import Size
     from orbitdb.filling.resuming import Progress as Step
     from orbitdb.filling.workers import Workers
     from orbitdb.store.file.migrate import Migration
@@ -34,7 +35,7 @@ def bring(path: Path) -> "Migration":
     with progress("bringing the catalogue to the newest schema"):
         done = migrate(path)
     if done.backup is not None:
-        note(f"{path}: schema {done.before} -> {done.after}; as it was, it is kept in {done.backup}")
+        note(f"{path}: schema {done.before} -> {done.after}; a copy of the old file is in {done.backup}")
     return done
 
 
@@ -44,49 +45,33 @@ def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]
     Raises
     ------
     InputError
-        If they cannot be read, or one of them cannot be filled.
+        If they cannot be read, run backwards, or one of them cannot be filled.
     """
     from orbitdb.store.asking.parsing import parse_periods
+    from orbitdb.symbols.enumeration import MAX_PERIOD
 
     if "-" in p[1:] or "," in p:
         refuse_idle(context, f"with --p {p}", "first")
-        return _all_of(parse_periods(p))
-    return _all_of(((first, _highest(p)),))
+        spans = parse_periods(p)
+    else:
+        try:
+            spans = ((first, whole(p)),)
+        except ValueError:
+            raise InputError(f"--p {p!r:.40}: write periods as 11, 2-8 or 2,3,5-7") from None
+    for low, high in spans:
+        if (least := min(low, high)) < _LEAST:
+            raise InputError(f"period {least}: the least period is {_LEAST}")
+        if (most := max(low, high)) > MAX_PERIOD:
+            raise InputError(f"period {most}: the highest period is {MAX_PERIOD}")
+        if low > high:
+            raise InputError(f"periods {low} to {high} run backwards: give --from {high} or less")
+    return tuple(sorted({p for low, high in spans for p in range(low, high + 1)}))
 
 
 def written(periods: Sequence[int]) -> str:
     """Write periods in rising order, as a range if none is left out."""
     gapless = len(periods) == periods[-1] - periods[0] + 1
     return f"{periods[0]}..{periods[-1]}" if gapless else ", ".join(map(str, periods))
-
-
-def _highest(text: str) -> int:
-    from orbitdb.numerals import whole
-
-    try:
-        return whole(text)
-    except ValueError:
-        raise InputError(f"--p {text!r:.40}: write periods as 11, 2-8 or 2,3,5-7") from None
-
-
-def _all_of(spans: Sequence[tuple[int, int]]) -> tuple[int, ...]:
-    """Return periods to fill in rising order.
-
-    Raises
-    ------
-    InputError
-        If one of them cannot be filled, or a range runs backwards.
-    """
-    from orbitdb.symbols.enumeration import MAX_PERIOD
-
-    for first, last in spans:
-        if (least := min(first, last)) < _LEAST:
-            raise InputError(f"period {least}: the least period is {_LEAST}")
-        if (most := max(first, last)) > MAX_PERIOD:
-            raise InputError(f"period {most}: fill periods of {MAX_PERIOD} or less")
-        if first > last:
-            raise InputError(f"periods {first} to {last} run backwards: give --from {last} or less")
-    return tuple(sorted({p for first, last in spans for p in range(first, last + 1)}))
 
 
 def show_steps(
@@ -113,57 +98,45 @@ class Executor(StrEnum):
 
 
 Jobs = Annotated[
-    int | None, count_option("--jobs", help="Processes that solve [default: all cores where it pays].")
-]
-ExecutorOption = Annotated[
-    Executor | None,
-    typer.Option("--executor", help="Solve in processes here [default], or on a dask cluster."),
-]
-Scheduler = Annotated[
-    str | None,
-    typer.Option(
-        "--scheduler", metavar="ADDRESS|FILE", help="The scheduler of the dask cluster, or its file."
-    ),
+    int | None, count_option("--jobs", help="Worker processes [default: all cores if there is enough work].")
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would be done.")]
 
 
 @dataclass(frozen=True)
 class Solvers:
-    """Where a fill is solved.
+    """The options that say where is solved: in processes here, or on a dask cluster.
 
-    Attributes
-    ----------
-    jobs : int or None
-        Number of processes here; None for as many as pay.
-    scheduler : str or None
-        The dask cluster that solves instead: address of its scheduler, or the scheduler's file.
+    Raises
+    ------
+    InputError
+        If they contradict one another, or say too little.
     """
 
-    jobs: int | None
-    scheduler: str | None
+    jobs: Jobs = None
+    executor: Annotated[
+        Executor | None,
+        typer.Option("--executor", help="Solve in processes here [default], or on a dask cluster."),
+    ] = None
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler", metavar="ADDRESS|FILE", help="The scheduler of the dask cluster, or its file."
+        ),
+    ] = None
 
-    @classmethod
-    def chosen(cls, executor: Executor | None, scheduler: str | None, jobs: int | None) -> Self:
-        """Return what the options say; an address alone means dask.
-
-        Raises
-        ------
-        InputError
-            If they contradict one another, or say too little.
-        """
-        if scheduler is not None and executor is Executor.PROCESSES:
+    def __post_init__(self) -> None:
+        if self.scheduler is not None and self.executor is Executor.PROCESSES:
             raise InputError("--scheduler is for --executor dask: leave one of them out")
-        if scheduler is None and executor is Executor.DASK:
+        if self.scheduler is None and self.executor is Executor.DASK:
             raise InputError(
                 "--executor dask: say where its scheduler is, such as --scheduler tcp://host:8786, or "
                 "--scheduler scheduler.json, its file"
             )
-        if scheduler is not None and jobs is not None:
+        if self.scheduler is not None and self.jobs is not None:
             raise InputError("--jobs counts processes here, a dask cluster has its own: leave out --jobs")
-        if jobs is not None and not 1 <= jobs <= MOST_JOBS:
-            raise InputError(f"{jobs} jobs: give a number from 1 to {MOST_JOBS}")
-        return cls(jobs, scheduler)
+        if self.jobs is not None and not 1 <= self.jobs <= MOST_JOBS:
+            raise InputError(f"{self.jobs} jobs: give a number from 1 to {MOST_JOBS}")
 
     def number(self) -> int:
         """Return how many processes a fill may count on; a cluster has always enough of them."""
@@ -180,7 +153,10 @@ class Solvers:
         from orbitdb.filling.workers import HERE, Processes, cores
 
         if self.scheduler is not None:
-            with with_other_processes(), _quiet_dask(), _cluster(self.scheduler) as cluster:
+            from orbitdb.filling.cluster import Cluster
+
+            with with_other_processes(), _quiet_dask(), Cluster(self.scheduler) as cluster:
+                note(f"{self.scheduler}: {_told(cluster.size())}")
                 yield cluster
             return
         count = self.jobs or (cores() if sequences >= WORTH_PROCESSES else 1)
@@ -190,16 +166,6 @@ class Solvers:
         with with_other_processes(), Processes(count) as processes:
             processes.start()
             yield processes
-
-
-@contextmanager
-def _cluster(scheduler: str) -> "Iterator[Cluster]":
-    """Connect to a cluster and say what it has."""
-    from orbitdb.filling.cluster import Cluster
-
-    with Cluster(scheduler) as cluster:
-        note(f"{scheduler}: {_told(cluster.size())}")
-        yield cluster
 
 
 def _told(size: "Size") -> str:

@@ -3,6 +3,7 @@
 from matplotlib.figure import Figure
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.render import code_text
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots import paths
 from orbitdb.plots.style import BLUE, ORANGE, explain, figure
@@ -17,6 +18,7 @@ def draw_orbit(found: Orbit) -> Figure:
         assert found.points is not None
         paths.draw_orbit(ax, Stadium(found.a), found.points)
         ax.set_title(_caption(found))
+        made.set_label(f"orbit {code_text(found.code)} at a = {found.a:g}")
         explain(made, ax)
     return made
 
@@ -31,6 +33,7 @@ def draw_reverse(found: Orbit) -> Figure:
         assert found.points is not None
         paths.draw_orbit(above, Stadium(found.a), found.points)
         above.set_title(f"(a) {_caption(found)}")
+        made.set_label(f"orbit {code_text(found.code)} at a = {found.a:g}")
         paths.draw_orbit(below, Stadium(found.a), found.points[::-1], BLUE if same else ORANGE)
         below.set_title(f"(b) its time reverse {short(reverse)}: {kind}")
         explain(made, above)

@@ -8,6 +8,7 @@ from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.figures.orbits import short
+from orbitdb.cli.render import code_text
 from orbitdb.entropy.letters import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.orbits.newton import solve_word
@@ -44,6 +45,7 @@ def draw_births(catalogue: Catalogue, chosen: Selection) -> Figure:
         births.draw_entropies(middle, entropies, a, geometric_entropy())
         births.draw_changes(below, {p: places[p].a[places[p].a > 0] for p in shown[-2:]}, a)
         below.set_xlabel("$a$")
+        made.set_label("births and deaths of orbits")
     return made
 
 
@@ -73,6 +75,7 @@ def draw_life(found: Orbit) -> Figure:
         births.draw_followed(middle, a, numbers[:, 0], "length $L$", ends, BLUE)
         births.draw_followed(below, a, numbers[:, 1], r"$\lambda$", ends, ORANGE)
         below.set_xlabel("$a$")
+        made.set_label(f"life of {code_text(found.code)}")
         explain(made, above, middle)
     return made
 
@@ -126,6 +129,7 @@ def draw_over_a(catalogue: Catalogue, chosen: Selection) -> Figure:
     curves = {p: (places, found) for p, found in entropies_from_births(catalogue, chosen, places).items()}
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
+        made.set_label("topological entropy over a")
         draw_entropy_over_a(ax, a, lower, upper, curves, geometric_entropy())
         explain(made, ax)
     return made

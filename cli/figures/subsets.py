@@ -1,7 +1,7 @@
 """Figures of chosen subsets, from what the catalogue holds of them."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +27,8 @@ from orbitdb.store.asking.selection import Selection
 _NOTHING = ": nothing to draw"
 
 
-def _draw_entropy(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
+def draw_entropy(catalogue: Catalogue, chosen: Selection) -> Figure:
+    """Draw K_0 and h_zeta by period, with the proved bounds."""
     found = _told(catalogue.entropy(chosen))
     p, shown = _series(found)
     with figure(6.4, 4.2) as made:
@@ -38,7 +39,8 @@ def _draw_entropy(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figur
     return made
 
 
-def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
+def draw_lyapunov(catalogue: Catalogue, chosen: Selection) -> Figure:
+    """Draw the exponents per bounce and per length by period, by every method."""
     found = _told(catalogue.lyapunov(chosen))
     p, shown = _series(found)
     held = not np.isnan(shown["lambda_d_sum_rule"]).all()
@@ -104,11 +106,12 @@ def _labelled(made: Figure, chosen: Selection, periods: Sequence[int]) -> str:
 
 def _nothing(catalogue: Catalogue, chosen: Selection) -> typer.Exit:
     """Say that there is nothing to draw; return how the command ends then."""
-    note_nothing(catalogue, chosen, _NOTHING)
+    note_nothing(catalogue, chosen, more=_NOTHING)
     return typer.Exit(1)
 
 
-def _draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
+def draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
+    """Draw one orbit of each class of a period, the first ones if there are more than the limit."""
     if not chosen.periods:
         raise InputError("name a period for the sheet, such as --p 5")
     note_gaps(catalogue, chosen)
@@ -128,11 +131,13 @@ def _draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
     with figure(max(4.0, columns * wide * unit), rows * high * unit + 0.6) as made:
         ax = made.add_subplot()
         paths.draw_sheet(ax, stadium, drawn, labels, columns)
+        made.set_label(chosen.describe())
         entitle(made, f"Classes of {chosen.describe()}: least word (class size)")
     return made
 
 
-def _draw_birkhoff(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
+def draw_birkhoff(catalogue: Catalogue, chosen: Selection) -> Figure:
+    """Draw the bounces in phase space, coloured by lambda."""
     stadium = Stadium(chosen.a)
     note_gaps(catalogue, chosen)
     subset = catalogue.select(chosen, coordinates=True)
@@ -148,11 +153,13 @@ def _draw_birkhoff(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
         ax = made.add_subplot()
         dots = curves.draw_birkhoff(ax, stadium, *map(np.concatenate, (place, sine, colour)))
         made.colorbar(dots, ax=ax, label=r"$\lambda_d$ (per bounce)", pad=0.01, extend="both")
+        made.set_label(chosen.describe())
         entitle(made, chosen.describe())
     return made
 
 
-def _draw_lengths(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figure:
+def draw_lengths(catalogue: Catalogue, chosen: Selection) -> Figure:
+    """Draw how many orbits are no longer than L, and their density."""
     note_gaps(catalogue, chosen)
     found = catalogue.classes(chosen)
     if not len(found):
@@ -166,17 +173,8 @@ def _draw_lengths(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figur
         drawn = curves.draw_density(below, found.p, found.length, found.chosen)
         made.colorbar(drawn, ax=below, label="orbits per unit of $L/R$", pad=0.01)
         above.set(xlabel="")
+        made.set_label(chosen.describe())
         entitle(made, chosen.describe())
         if complete is not None:
             explain(made, above)
     return made
-
-
-OF_SUBSETS: dict[str, Callable[[Catalogue, Selection, int], Figure]] = {
-    "entropy": _draw_entropy,
-    "lyapunov": _draw_lyapunov,
-    "sheet": _draw_sheet,
-    "birkhoff": _draw_birkhoff,
-    "lengths": _draw_lengths,
-}
-"""How each figure of a subset is drawn, with at most so many orbits on a sheet."""

@@ -16,7 +16,7 @@ from types import FrameType
 from typing import TextIO
 
 from orbitdb.cli.interrupts import go_on
-from orbitdb.cli.progress.pace import Pace, State, frame, in_ascii
+from orbitdb.cli.progress.pace import Pace, frame, in_ascii
 
 _PATIENCE = 0.5
 """Seconds until the line appears: shorter work needs none."""
@@ -29,7 +29,7 @@ class Progress:
     """Is told how far the work is, and shows it to nobody."""
 
     def tell(self, text: str, done: float = 0.0, total: float = 0.0, counted: bool = True) -> None:
-        """Take note of how far the work is, as in `State`, unless it is to end here.
+        """Take note of how far the work is, as in `Pace`, unless it is to end here.
 
         Raises
         ------
@@ -91,7 +91,7 @@ class _Line(Progress):
     def tell(self, text: str, done: float = 0.0, total: float = 0.0, counted: bool = True) -> None:
         """Take note of how far the work is; the next frame shows it."""
         super().tell(text, done, total, counted)
-        self._pace.tell(State(text, done, total, counted), time.monotonic())
+        self._pace.tell(time.monotonic(), text, done, total, counted)
 
     @contextmanager
     def shown(self) -> Iterator[None]:

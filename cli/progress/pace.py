@@ -2,7 +2,6 @@
 
 import math
 from collections import deque
-from dataclasses import dataclass
 
 from orbitdb.plaintext import printable
 
@@ -19,9 +18,8 @@ _NARROWEST, _WIDEST = 8, 40
 _DONE, _HALF, _TO_COME = "━╾─"
 
 
-@dataclass(frozen=True)
-class State:
-    """How far a piece of work is.
+class Pace:
+    """How far work is, and how fast it has been lately.
 
     Attributes
     ----------
@@ -33,38 +31,25 @@ class State:
         Whether these are numbers of things, so that their rate tells something.
     """
 
-    text: str = ""
-    done: float = 0.0
-    total: float = 0.0
-    counted: bool = True
+    def __init__(self, text: str) -> None:
+        self.text, self.done, self.total, self.counted = text, 0.0, 0.0, True
+        self._marks: deque[tuple[float, float]] = deque()
+
+    def tell(
+        self, now: float, text: str, done: float = 0.0, total: float = 0.0, counted: bool = True
+    ) -> None:
+        """Take note of how far the work is at a moment; a new total is new work."""
+        if total != self.total or done < self.done:
+            self._marks.clear()
+        self._marks.append((now, done))
+        while len(self._marks) > _STEPS and self._marks[1][0] < now - _MEMORY:
+            self._marks.popleft()
+        self.text, self.done, self.total, self.counted = text, done, total, counted
 
     @property
     def share(self) -> float:
         """The part that is done, of a known total."""
         return min(max(self.done / self.total, 0.0), 1.0)
-
-
-class Pace:
-    """How far work is, and how fast it has been lately.
-
-    Parameters
-    ----------
-    text : str
-        What is at work.
-    """
-
-    def __init__(self, text: str) -> None:
-        self.state = State(text)
-        self._marks: deque[tuple[float, float]] = deque()
-
-    def tell(self, state: State, now: float) -> None:
-        """Take note of how far the work is at a moment; a new total is new work."""
-        if state.total != self.state.total or state.done < self.state.done:
-            self._marks.clear()
-        self._marks.append((now, state.done))
-        while len(self._marks) > _STEPS and self._marks[1][0] < now - _MEMORY:
-            self._marks.popleft()
-        self.state = state
 
     def rest(self, seconds: float) -> None:
         """Leave out a time in which nothing was done."""
@@ -79,12 +64,12 @@ class Pace:
     def left(self, now: float) -> float | None:
         """Return the seconds that are left; None if nobody knows yet."""
         rate, marks = self.rate(), tuple(self._marks)
-        if rate <= 0 or self.state.done >= self.state.total:
+        if rate <= 0 or self.done >= self.total:
             return None
         (began, at_first), (last, done) = marks[0], marks[-1]
-        if done - at_first < _TELLING * self.state.total and last - began < _LONG:
+        if done - at_first < _TELLING * self.total and last - began < _LONG:
             return None
-        return max(1.0, (self.state.total - self.state.done) / rate - (now - marks[-1][0]))
+        return max(1.0, (self.total - self.done) / rate - (now - marks[-1][0]))
 
 
 def frame(pace: Pace, now: float, elapsed: float, room: int) -> str:
@@ -100,13 +85,12 @@ def frame(pace: Pace, now: float, elapsed: float, room: int) -> str:
     room : int
         Columns that the line may take.
     """
-    state = pace.state
-    text = printable(state.text)
+    text = printable(pace.text)
     facts, shown = [clock(elapsed)], [text]
-    if state.total > 0:
+    if pace.total > 0:
         facts = _facts(pace, now)
         columns = min(_WIDEST, room // 3, room - len("  ".join([text, "", facts[0]])))
-        shown += [_bar(state.share, columns)] if columns >= _NARROWEST else []
+        shown += [_bar(pace.share, columns)] if columns >= _NARROWEST else []
     while len(facts) > 1 and len("  ".join([*shown, *facts])) > room:
         facts.pop()
     return "  ".join(part for part in [*shown, *facts] if part)[: max(room, 0)]
@@ -114,14 +98,14 @@ def frame(pace: Pace, now: float, elapsed: float, room: int) -> str:
 
 def _facts(pace: Pace, now: float) -> list[str]:
     """Return what there is to say of work whose total is known, what matters most first."""
-    state, left, rate = pace.state, pace.left(now), pace.rate()
-    facts = [f"{math.floor(100 * state.share):3d}%"]
+    left, rate = pace.left(now), pace.rate()
+    facts = [f"{math.floor(100 * pace.share):3d}%"]
     if left is not None:
         facts.append(f"{clock(left)} left".rjust(len("12:34 left")))
-    if state.counted and rate > 0:
+    if pace.counted and rate > 0:
         facts.append(f"{_rounded(rate)}/s")
-    if state.counted:
-        facts.append(f"{state.done:,.0f} of {state.total:,.0f}")
+    if pace.counted:
+        facts.append(f"{pace.done:,.0f} of {pace.total:,.0f}")
     return facts
 
 

@@ -9,8 +9,7 @@ import sqlite3
 
 import pytest
 
-from orbitdb.cli.options import Format
-from orbitdb.cli.render import write
+from orbitdb.cli.render import Format, write
 from orbitdb.numerals import concise, with_error
 
 KEYS = [f"lambda_{kind}_sum_rule{end}" for end in ("", "_error") for kind in ("d", "c")]

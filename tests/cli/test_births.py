@@ -113,7 +113,7 @@ def test_a_life_that_ends_is_a_line(cli, tmp_path):
                 "INSERT INTO change (cycle, number, a, error, kind, run) VALUES (?, ?, ?, ?, ?, ?)", row
             )
     ended = cli("births", "--deaths", "--json")
-    assert ended.err == "3 lives end, of 11 classes\n"
+    assert ended.err == "3 lives end, among 11 classes\n"
     assert [list(row.values()) for row in json.loads(ended.out)] == [
         [3, "013", 4, 0.0, 2.0, 2e-15, None],
         [4, "0132", 4, 0.0, 3.0, 3e-15, 5.0],
@@ -133,7 +133,7 @@ def test_a_life_that_ends_is_a_line(cli, tmp_path):
 @pytest.mark.slow
 def test_lives_that_end_are_listed(cli):
     ended = cli("births", "--from", "9", "--p", "9", "--deaths", "--json")
-    assert ended.err.splitlines()[-1] == "2 lives end, of 866 classes"
+    assert ended.err.splitlines()[-1] == "2 lives end, among 866 classes"
     rows = json.loads(ended.out)
     assert [row["word"] for row in rows] == ["010203113", "010233113"]
     assert {(round(row["dies"], 9), round(row["reborn"], 9)) for row in rows} == {(0.473270308, 0.605684335)}

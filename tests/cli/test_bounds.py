@@ -12,7 +12,7 @@ from terminal import ended, spawn
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.arguments import lengths
-from orbitdb.cli.commands.bounds import Balls
+from orbitdb.cli.commands.make.bounds import balls_of
 from orbitdb.errors import InputError
 
 WHY = "the time, the length of windows or the memory was not enough\n"
@@ -50,10 +50,8 @@ def test_prove_tells_what_is_proved_and_bounds_are_those_of_it(cli):
 
 
 def test_what_balls_leave_open_at_every_a_is_counted():
-    balls = Balls()
-    for proved, left_open in ((2, 1), (4, 3)):
-        balls.add(SimpleNamespace(proved=proved, left_open=left_open, seconds=0.75))
-    assert balls.describe() == "balls prove 6 of 10 windows that doubles decide, 4 left open; 1.5 s"
+    proofs = [SimpleNamespace(proved=n, left_open=m, seconds=0.75) for n, m in ((2, 1), (4, 3))]
+    assert balls_of(proofs) == "balls prove 6 of 10 windows that doubles decide, 4 left open; 1.5 s"
 
 
 def test_a_width_that_is_not_reached_is_told(cli):

@@ -18,10 +18,10 @@ def of(function: Callable[..., Any], name: str) -> str:
 
 
 A = repr(Stadium().a)
-ANY_STORED = f"the catalogue's only one, else {A}"
+ANY_STORED = f"the only one stored, else {A}"
 ALWAYS = {"--db": "ORBITDB_DB, or the user's data folder", "--format": "table"}
 """Wherever there is such an option; the format of a file has no default."""
-CORES = {"--jobs": "all cores where it pays"}
+CORES = {"--jobs": "all cores if there is enough work"}
 ORDER = {"--order": of(Catalogue.select, "order")}
 
 OWN = {
@@ -31,16 +31,16 @@ OWN = {
     "query": {**ORDER, "--a": ANY_STORED, "--limit": "40 in a table, else all", "--offset": "0"},
     "identify": {
         "--a": ANY_STORED,
-        "--limit": f"{SHOWN}; of a length 40 in a table, else all",
+        "--limit": f"{SHOWN}; for a length 40 in a table, else all",
         "--bounces": str(BOUNCES),
-        "--tolerance": f"bounces {NEAR:g}, a length {SAME_LENGTH:g}",
+        "--tolerance": f"{NEAR:g} for bounces, {SAME_LENGTH:g} for a length",
     },
     "browse": {"--a": ANY_STORED, "--port": "8000"},
     "tui": {"--a": ANY_STORED, "--port": "8000"},
     "table": {"--a": ANY_STORED},
     "entropy": {"--a": ANY_STORED},
     "lyapunov": {"--a": ANY_STORED, "--weight": "exp"},
-    "bounds": {**CORES, "--a": A, "--window": "14, or as many as it takes", "--store": "if there is one"},
+    "bounds": {**CORES, "--a": A, "--window": "14, or as many as needed", "--store": "if there is one"},
     "simulate": {"--a": A, "--bounces": "20000000", "--seed": of(simulate, "seed"), "--store": "True"},
     "plot": {"--a": ANY_STORED, "--limit": "120"},
     "export": {**ORDER, "--a": ANY_STORED},

@@ -81,7 +81,7 @@ def test_candidates_that_are_not_shown_are_counted(cli, filled, limit):
         total = len(catalogue.identify(length=45, tolerance=0.05))
     done = cli("identify", "--length", "45", "--tolerance", "0.05", "--limit", str(limit))
     assert done.code == (1 if limit == 0 else 0)
-    assert done.err.startswith(f"{total} candidates among periods 2-8 at a = 1.6, one a symmetry class; ")
+    assert done.err.startswith(f"{total} candidates among periods 2-8 at a = 1.6, one per symmetry class; ")
     assert f"; {limit} shown, --limit {total} shows all; " in done.err
 
 
@@ -89,7 +89,7 @@ def test_candidates_that_are_not_shown_are_counted(cli, filled, limit):
     ("arguments", "told"),
     [
         ("--length 5", "no candidates among periods 2-8"),
-        ("--start 0.2,0,1.5707963267948966", "between the walls"),
+        ("--start 0.2,0,1.5707963267948966", "between the straight walls"),
         ("--start 0,0.5,1.2 --tolerance 1e-12", "no orbit is shadowed"),
         ("--length 5 --a 3", "nothing is filled at a = 3"),
     ],

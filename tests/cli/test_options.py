@@ -161,12 +161,12 @@ def test_a_folder_that_is_gone_is_told(tmp_path):
     line = f"rmdir ../gone; exec {shlex.join([*COMMAND, 'fill', '--p', '3', '--db', 'x.db'])}"
     (tmp_path / "gone").mkdir()
     done = run(line, command=["/bin/sh", "-c"], cwd=tmp_path / "gone")
-    told = "orbitdb: the current folder is not there any more: go to another\n"
+    told = "orbitdb: the current folder no longer exists: change to another\n"
     assert (done.returncode, done.stderr) == (3, told)
 
 
 def test_an_option_before_the_command_is_told_its_place(cli):
-    assert cli("--db", "x.db", "table").says(2, "--db", "behind a command", "orbitdb table --db PATH")
+    assert cli("--db", "x.db", "table").says(2, "--db", "after the command", "orbitdb table --db PATH")
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
@@ -203,7 +203,7 @@ def test_an_option_of_one_value_is_given_once(cli, command):
 def test_periods_are_filled_up_to_the_highest():
     assert asked_periods(None, "20", 19) == (19, 20)
     for p, first, told in (
-        ("21", 2, "fill periods of 20 or less"),
+        ("21", 2, "the highest period is 20"),
         ("5", 1, "the least period is 2"),
         ("5", 6, "run backwards: give --from 5 or less"),
         ("5x", 2, "write periods as 11, 2-8 or 2,3,5-7"),

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from orbitdb.cli.progress import line
-from orbitdb.cli.progress.pace import Pace, State, clock, frame, in_ascii
+from orbitdb.cli.progress.pace import Pace, clock, frame, in_ascii
 from orbitdb.cli.render import note
 from orbitdb.cli.storing import show_steps
 from orbitdb.filling.resuming import Progress
@@ -19,7 +19,7 @@ def paced(*steps: tuple[float, float], total: float = 1000.0, text: str = "words
     """Return work of which so much was done at those times."""
     pace = Pace(text)
     for now, done in steps:
-        pace.tell(State(text, done, total), now)
+        pace.tell(now, text, done, total)
     return pace
 
 
@@ -65,14 +65,14 @@ def test_few_long_steps_have_a_rate():
 
 def test_a_new_stage_begins_anew():
     pace = paced((0.0, 0.0), (10.0, 1000.0))
-    pace.tell(State("orbits", 10.0, 500.0), 11.0)
+    pace.tell(11.0, "orbits", 10.0, 500.0)
     assert pace.rate() == 0.0
 
 
 def test_a_rest_does_not_count():
     pace = paced((0.0, 0.0), (10.0, 100.0))
     pace.rest(3600.0)
-    pace.tell(State("words", 200.0, 1000.0), 3620.0)
+    pace.tell(3620.0, "words", 200.0, 1000.0)
     assert pace.rate() == pytest.approx(10.0)
 
 

@@ -103,7 +103,7 @@ def test_verify_says_what_it_has_not_compared(cli, tmp_path, monkeypatch):
                           ([], "the sums of 2 swept periods were")):  # fmt: skip
         done = cli("verify", *periods)
         assert done.code == 0
-        assert done.err.splitlines()[0] == f"{what} not computed again: those of whole periods up to 2 are"
+        assert done.err.splitlines()[0] == f"{what} not computed again: only whole periods up to 2 are"
 
 
 def test_methods_that_differ_for_no_reason_end_with_1(cli, monkeypatch):

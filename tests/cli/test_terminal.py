@@ -273,7 +273,7 @@ run()
         "numpy",
         *(
             pytest.param(name, marks=pytest.mark.slow)
-            for name in ("orbitdb.cli.commands.fill", "numpy._core.multiarray", "sqlalchemy")
+            for name in ("orbitdb.cli.commands.make.fill", "numpy._core.multiarray", "sqlalchemy")
         ),
     ],
 )

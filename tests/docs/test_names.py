@@ -90,7 +90,7 @@ def test_the_commands_and_options_of_a_page_are_there(page):
 
 def test_the_usage_of_a_command_has_its_arguments():
     written = program.commands()
-    for usage in ("plot KIND [WORD]...", "query [WORD]...", "export [FILE]", "sql SELECT"):
+    for usage in ("plot FIGURE [WORD]...", "query [WORD]...", "export [FILE]", "sql SELECT"):
         assert f"\norbitdb {usage} [OPTIONS]\n" in written
 
 

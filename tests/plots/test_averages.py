@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from drawing import draw
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from quick import slow_but
 
 from orbitdb import Catalogue
-from orbitdb.cli.figures import subsets
 from orbitdb.store.asking.criteria import choose
 
 KINDS = ("entropy", "lyapunov")
@@ -14,7 +14,7 @@ KINDS = ("entropy", "lyapunov")
 
 def drawn(catalogue, kind, **criteria):
     """Draw a figure of a subset and lay it out."""
-    made = subsets.OF_SUBSETS[kind](catalogue, choose(status="orbit", **criteria), 0)
+    made = draw(kind, catalogue, choose(status="orbit", **criteria), 0)
     FigureCanvasAgg(made).draw()
     return made
 

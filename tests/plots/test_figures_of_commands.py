@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from drawing import draw
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.text import Annotation
@@ -17,7 +18,7 @@ from orbitdb.averages import by_period
 from orbitdb.averages.period_sums import lyapunov
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
-from orbitdb.cli.figures import orbits, over_a, subsets
+from orbitdb.cli.figures import orbits, over_a
 from orbitdb.entropy.bounds import search
 from orbitdb.entropy.letters import geometric_entropy
 from orbitdb.errors import InputError
@@ -149,7 +150,7 @@ LONG = "time_reversal = 'self' and class_size > 0 and margin > 1e-9 and lambda_c
 )
 def test_titles_stay_in_their_figure(known, kind, where):
     chosen = Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,), where=where)
-    made = subsets.OF_SUBSETS[kind](known, chosen, 9)
+    made = draw(kind, known, chosen, 9)
     (title,) = (text for text in made.texts if text.get_text() == made.get_suptitle())
     FigureCanvasAgg(made).draw()
     drawn, whole = title.get_window_extent(), made.bbox
@@ -191,7 +192,7 @@ def test_every_faint_line_is_explained(known):
 
 
 def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
-    made = subsets.OF_SUBSETS["entropy"](known, WHOLE, 0)
+    made = draw("entropy", known, WHOLE, 0)
     (ax,) = made.axes
     found = by_period.entropy(known.classes(a=1.6, p="2-5").rows(), 5)
     p, k_0 = line(ax, "$K_0")
@@ -208,14 +209,14 @@ def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
     assert made.get_suptitle() == "symbol sequences of period 2 to 5 at a = 1.6"
     assert "$h(p)$" in [text.get_text()[:6] for text in made.legends[0].get_texts()]
     assert capsys.readouterr().err == "h_zeta lies outside the proved bounds at periods 2-3\n"
-    gaps = subsets.OF_SUBSETS["entropy"](known, Selection(1.6, periods=((3, 5),)), 0)
+    gaps = draw("entropy", known, Selection(1.6, periods=((3, 5),)), 0)
     p, k_0 = line(gaps.axes[0], "$K_0")
     assert (p, np.isnan(k_0).tolist()) == ([3, 4, 5], [False, True, False])
     assert "the zeta function lacks p = 2 (not chosen)" in capsys.readouterr().err
 
 
 def test_the_exponents_by_every_method(known, capsys):
-    made = subsets.OF_SUBSETS["lyapunov"](known, Selection(1.6, periods=((2, 6),)), 0)
+    made = draw("lyapunov", known, Selection(1.6, periods=((2, 6),)), 0)
     subset = known.classes(a=1.6, p="2-6")
     found = lyapunov(subset.rows(), 6)
     rules = sum_rules_of(read_whole(known, Selection(1.6, periods=((2, 6),))))
@@ -236,7 +237,7 @@ def test_the_exponents_by_every_method(known, capsys):
     assert made.get_suptitle() == "symbol sequences of period 2 to 6 at a = 1.6"
     assert made.axes[0].get_xlabel() == ""
     assert capsys.readouterr().err == ""
-    bare = subsets.OF_SUBSETS["lyapunov"](known, Selection(1.0, periods=((3, 4),)), 0)
+    bare = draw("lyapunov", known, Selection(1.0, periods=((3, 4),)), 0)
     assert [str(each.get_label())[:4] for each in bare.axes[1].get_lines()] == ["aver", "mean", "zeta"]
     told = capsys.readouterr().err
     assert "the zeta function lacks p = 2 (not chosen)" in told
@@ -254,14 +255,14 @@ def test_averages_are_drawn_of_what_is_filled_swept_or_born(known, cli, tmp_path
     chosen = Selection(1.6, periods=((2, 9),), statuses=(Status.ORBIT,))
     whole = Selection(1.6, periods=((2, 6),), statuses=(Status.ORBIT,))
     for kind, highest in (("entropy", 6), ("lyapunov", 5)):
-        there = subsets.OF_SUBSETS[kind](known, whole, 0)
-        for mine, theirs in zip(subsets.OF_SUBSETS[kind](catalogue, chosen, 0).axes, there.axes, strict=True):
+        there = draw(kind, known, whole, 0)
+        for mine, theirs in zip(draw(kind, catalogue, chosen, 0).axes, there.axes, strict=True):
             for label in ("$K_0",) if kind == "entropy" else ("average", "mean of", "zeta", "sum rules"):
                 p, values = line(mine, label)
                 assert p == [*range(2, highest + 1)]
                 assert values == pytest.approx(line(theirs, label)[1][: len(p)], nan_ok=True)
         title = f"orbits of period 2 to {highest} at a = 1.6"
-        assert subsets.OF_SUBSETS[kind](catalogue, chosen, 0).get_suptitle() == title
+        assert draw(kind, catalogue, chosen, 0).get_suptitle() == title
         done = cli("plot", kind, "--p", "2-9", "-o", str(tmp_path / f"{kind}.svg"))
         assert f"<dc:title>{title}</dc:title>" in (tmp_path / f"{kind}.svg").read_text()
         assert done.err.splitlines()[-1] == f"{title}, in {tmp_path / kind}.svg"
@@ -270,7 +271,7 @@ def test_averages_are_drawn_of_what_is_filled_swept_or_born(known, cli, tmp_path
 @pytest.mark.parametrize(("limit", "told"), [(8, ""), (3, "3 of 8 classes are drawn; --limit 8 draws all\n")])
 def test_a_sheet_has_every_class(known, capsys, limit, told):
     chosen = Selection(1.6, periods=((4, 4),), statuses=(Status.ORBIT,))
-    made = subsets.OF_SUBSETS["sheet"](known, chosen, limit)
+    made = draw("sheet", known, chosen, limit)
     (ax,) = made.axes
     classes = sorted({solve_word(word, 1.6).representative for word in known.select(chosen).codes.tolist()})
     orbits = [solve_word(word, 1.6) for word in classes[:limit]]
@@ -293,7 +294,7 @@ def test_a_sheet_has_every_class(known, capsys, limit, told):
 
 def test_the_bounces_in_phase_space(known):
     chosen = Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,))
-    made = subsets.OF_SUBSETS["birkhoff"](known, chosen, 0)
+    made = draw("birkhoff", known, chosen, 0)
     ax, bar = made.axes
     subset = known.select(chosen, coordinates=True)
     orbits = [solve_word(word, 1.6) for word in subset.codes.tolist()]
@@ -308,9 +309,7 @@ def test_the_bounces_in_phase_space(known):
 
 
 def test_the_lengths(known):
-    made = subsets.OF_SUBSETS["lengths"](
-        known, Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,)), 0
-    )
+    made = draw("lengths", known, Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,)), 0)
     above, below, bar = made.axes
     steps, end = above.get_lines()
     lengths = sorted(solve_word(w, 1.6).length for w in known.select(a=1.6, p="2-4", status="orbit").codes)
@@ -323,7 +322,7 @@ def test_the_lengths(known):
     assert f"complete, by proof, up to $L = {complete:.2f}" in said
     assert (bar.get_ylabel(), below.get_ylabel()) == ("orbits per unit of $L/R$", "period $p$ (bounces)")
     assert (above.get_xlabel(), made.get_suptitle()) == ("", "orbits of period 2 to 4 at a = 1.6")
-    gap = subsets.OF_SUBSETS["lengths"](known, Selection(1.6, periods=((3, 4),), statuses=(Status.ORBIT,)), 0)
+    gap = draw("lengths", known, Selection(1.6, periods=((3, 4),), statuses=(Status.ORBIT,)), 0)
     assert (len(gap.axes[0].get_lines()), gap.legends) == (1, [])
 
 
@@ -358,7 +357,7 @@ def test_births_over_a(known):
 def test_figures_are_as_wide_as_a_column_of_text(known):
     orbit = with_existence(solve_word("01552", 1.6))
     drawn = [over_a.draw_births(known, WHOLE), over_a.draw_life(orbit)]
-    drawn += [subsets.OF_SUBSETS[kind](known, WHOLE, 99) for kind in ("entropy", "lyapunov")]
+    drawn += [draw(kind, known, WHOLE, 99) for kind in ("entropy", "lyapunov")]
     assert {float(made.get_figwidth()) for made in drawn} == {6.4}
 
 
@@ -416,7 +415,7 @@ def test_the_entropy_over_a(known):
 
 @pytest.mark.parametrize("kind", ["lengths", "birkhoff", "sheet"])
 def test_a_period_that_is_not_there_is_told(known, capsys, kind):
-    subsets.OF_SUBSETS[kind](known, Selection(1.6, periods=((2, 2), (7, 7)), statuses=(Status.ORBIT,)), 9)
+    draw(kind, known, Selection(1.6, periods=((2, 2), (7, 7)), statuses=(Status.ORBIT,)), 9)
     assert capsys.readouterr().err.startswith(
         "period 7 is not filled at a = 1.6 (filled: periods 2-6; some at"
     )

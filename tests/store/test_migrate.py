@@ -290,7 +290,10 @@ def test_an_older_catalogue_is_copied_and_made_new(varied_older, cli):
     outcome = cli("migrate", "--db", str(varied_older))
     backup = varied_older.with_name("old.db.schema-6")
     assert outcome.code == 0
-    assert outcome.err == f"{varied_older}: schema 6 -> {SCHEMA_VERSION}; as it was, it is kept in {backup}\n"
+    assert (
+        outcome.err
+        == f"{varied_older}: schema 6 -> {SCHEMA_VERSION}; a copy of the old file is in {backup}\n"
+    )
     assert held(varied_older) == before
     assert held(backup) == before
     assert cli("verify", "--db", str(varied_older)).code == 0

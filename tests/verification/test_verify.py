@@ -449,9 +449,9 @@ def test_all_stored_a_are_checked(small, cli):
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (["--a", "2"], 1, "nothing to look at"),
-        (["--p", "12"], 1, "nothing to look at"),
-        (["--where", "lambda_c < 0"], 1, "nothing to look at"),
+        (["--a", "2"], 1, "nothing to check"),
+        (["--p", "12"], 1, "nothing to check"),
+        (["--where", "lambda_c < 0"], 1, "nothing to check"),
         (["--again"], 2, "--rigorous"),
         (["--sample", "0"], 2, "--sample"),
         (["--a", "-1"], 2, "half length"),

@@ -1,22 +1,20 @@
 """``orbitdb simulate``: the trajectory reference."""
 
-from collections.abc import Callable
+from contextlib import closing
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Format
+from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
-from orbitdb.cli.render import note, write, write_facts
+from orbitdb.cli.render import note, write_facts
 from orbitdb.cli.storing import bring
 from orbitdb.errors import InputError
 from orbitdb.numerals import with_error
 
 if TYPE_CHECKING:
-    from orbitdb.billiard.stadium import Stadium
     from orbitdb.trajectories.ensemble import Reference
 
 EXAMPLES = """
@@ -37,38 +35,44 @@ _NEAR = 0.05
 
 
 def simulate(
+    *,
     a: options.HalfLength = 1.6,
     bounces: Annotated[
         int, options.count_option("--bounces", help="Bounces in all, such as 1e8.")
     ] = 20_000_000,
     seed: Annotated[int, options.count_option("--seed", help="The same seed gives the same result.")] = 0,
     legwise: Annotated[
-        bool, typer.Option("--legwise", help="Leg by leg, with exact means: far smaller errors.")
+        bool,
+        typer.Option("--legwise", help="Sample leg by leg and use exact means, for much smaller errors."),
     ] = False,
     store: Annotated[bool, typer.Option(help="Keep the result in the catalogue.")] = True,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: options.Database = None,
 ) -> None:
     """Average over random trajectories: Lyapunov exponents and mean free path, with standard errors.
 
-    The result is stored, and shown beside averages over orbits from then on. With --legwise only the
-    small part of lambda is sampled whose exact mean is not known.
+    The result is stored, and 'orbitdb lyapunov' shows it beside averages over orbits. With --legwise, only
+    the small part of lambda whose exact mean is unknown is sampled.
     """
+    from orbitdb.averages.exact_means import exact_means
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.file.database import default_path
-    from orbitdb.trajectories import ensemble
+    from orbitdb.store.writing.records import add_reference
+    from orbitdb.store.writing.writer import Writer
+    from orbitdb.trajectories.ensemble import simulate as simulate_bounces
+    from orbitdb.trajectories.legwise import simulate_legs
 
     if not 1 <= bounces <= _MOST:
         raise InputError(f"bounces {bounces}: give 1 to {_MOST:g}")
     if seed < 0:
         raise InputError(f"seed {seed}: give 0 or more")
-    stadium = Stadium(a)
+    stadium, path = Stadium(a), db or default_path()
     if store:
-        bring(db or default_path())
-        Catalogue(db)  # what is wrong with the catalogue is to be known before
-        _need_to_write(db or default_path())
+        bring(path)
+        Catalogue(path)  # what is wrong with the catalogue is to be known before
+        with closing(Writer(path, {})) as writer:
+            writer.try_to_write()
     with progress("trajectories") as shown:
 
         def show(done: float, found: "Reference") -> None:
@@ -76,19 +80,21 @@ def simulate(
             shown.tell(f"lambda_d = {so_far}", done, 1.0, counted=False)
 
         if legwise:
-            found = _simulate_legs(stadium, bounces, seed, show)
+            growth = exact_means(a).growth
+            found = simulate_legs(stadium, bounces, (growth.value, growth.error), seed, show)
         else:
-            found = ensemble.simulate(stadium, bounces, seed, progress=show)
-    values = {"a": a, **asdict(found)}
+            found = simulate_bounces(stadium, bounces, seed, progress=show)
     try:
         if store:
-            _store(a, found, db or default_path())
+            parameters = {"command": "simulate", "a": a, "bounces": found.bounces, "seed": found.seed}
+            with closing(Writer(path, parameters)) as writer:
+                add_reference(writer, a, found)
     finally:
-        form = options.chosen(format_, json)
-        if form is Format.TABLE:
+        if output.table:
             write_facts(_facts(a, found))
         else:
-            write(COLUMNS, [[values[name] for name in COLUMNS]], form)
+            values = {"a": a, **asdict(found)}
+            output.write(COLUMNS, [[values[name] for name in COLUMNS]])
     off = (found.mean_free_path - stadium.mean_free_path) / found.mean_free_path_error
     note(
         f"pi Area / Perimeter = {stadium.mean_free_path:.6f}: "
@@ -108,36 +114,3 @@ def _facts(a: float, found: "Reference") -> list[tuple[str, str]]:
         ("bounces", str(found.bounces)),
         ("seed", str(found.seed)),
     ]
-
-
-def _simulate_legs(
-    stadium: "Stadium", bounces: int, seed: int, show: "Callable[[float, Reference], None] | None"
-) -> "Reference":
-    from orbitdb.averages.exact_means import exact_means
-    from orbitdb.trajectories.legwise import simulate_legs
-
-    growth = exact_means(stadium.a).growth
-    return simulate_legs(stadium, bounces, (growth.value, growth.error), seed, show)
-
-
-def _need_to_write(path: Path) -> None:
-    """Refuse a catalogue that nothing can be stored in, without a change of it."""
-    from orbitdb.store.writing.writer import Writer
-
-    writer = Writer(path, {})
-    try:
-        writer.try_to_write()
-    finally:
-        writer.close()
-
-
-def _store(a: float, found: "Reference", path: Path) -> None:
-    from orbitdb.store.writing.records import add_reference
-    from orbitdb.store.writing.writer import Writer
-
-    parameters = {"command": "simulate", "a": a, "bounces": found.bounces, "seed": found.seed}
-    writer = Writer(path, parameters)
-    try:
-        add_reference(writer, a, found)
-    finally:
-        writer.close()

@@ -3,9 +3,8 @@
 from orbitdb.cli import options
 from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
-from orbitdb.cli.options import Format
+from orbitdb.cli.output import Output, note_results, rows_of
 from orbitdb.cli.reading import reading_all
-from orbitdb.cli.rows import write_results
 
 EXAMPLES = """
 Examples:
@@ -19,18 +18,19 @@ Examples:
 
 
 def table(
+    *,
     a: options.StoredHalfLengths = None,
     p: options.Periods = None,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: options.Database = None,
 ) -> None:
     """Show the paper's Table 1 for the filled periods: numbers of sequences and orbits, and the entropy.
 
-    N_t: sequences left by the geometric rules; N_c: orbits; N: points of period p and its divisors;
-    K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
+    N_t: sequences that the geometric rules allow; N_c: orbits; N: points on orbits of period p or a divisor
+    of p; K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
     Periods that are not filled at this a are counted from births, if 'orbitdb births' has found them.
     """
     with reading_all(db, a, Choice(p=p)) as (catalogue, stadiums):
         found = [catalogue.table(chosen) for chosen in stadiums]
-    write_results(found, several(a), options.chosen(format_, json))
+    note_results(found, several(a), output.table)
+    output.write(*rows_of(found, several(a)))

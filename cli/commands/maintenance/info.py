@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Format
-from orbitdb.cli.render import write, write_facts
+from orbitdb.cli.output import Output
+from orbitdb.cli.render import write_facts
 from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
@@ -27,69 +27,46 @@ _FEW = 4
 """Values of a whose entropies stand in lines of their own."""
 
 
-def info(
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
-    db: options.Database = None,
-) -> None:
-    """Show where the catalogue is, what is filled, and what that took in time and room.
+def info(*, output: Output, db: options.Database = None) -> None:
+    """Show where the catalogue is, what is filled, and the time and disk space that it took.
 
-    stored: sequences so far; seconds: as they passed. csv, tsv and json have enumerating, solving and
-    storing besides, the seconds of processors. Of periods that are swept no rows are stored; solving has
-    all of it. selection: of which orbits, where chosen ones are swept.
+    stored: sequences so far; seconds: elapsed time. csv, tsv and json also have enumerating, solving and
+    storing, in seconds of processor time. A swept period stores no rows, and its processor time is all under
+    solving. selection: the subset, where only chosen orbits are swept.
     """
     from orbitdb.catalogue.catalogue import Catalogue
 
-    form = options.chosen(format_, json)
     with Catalogue(db).at_one_moment() as catalogue:
         rows = [row for a in catalogue.a_values() for row in _periods(catalogue, a)]
-        chosen = [row for a in catalogue.a_values() for row in _swept_subsets(catalogue, a)]
-        facts = _facts(catalogue) if form is Format.TABLE else []
-    if form is Format.TABLE:
+        facts = _facts(catalogue) if output.table else []
+    subsets = list(dict.fromkeys(subset for *_, subset in rows))
+    rows.sort(key=lambda row: row[:2])
+    shown = _SHOWN if output.for_people else len(COLUMNS)
+    if output.table:
         write_facts(facts)
-        _write_tables(rows, chosen)
-        return
-    if chosen:
-        rows = sorted([*((*row, None) for row in rows), *chosen], key=lambda row: row[:2])
-    names = (*COLUMNS, "selection") if chosen else COLUMNS
-    if form in options.FOR_PEOPLE:
-        names, rows = _for_people(names), [_for_people(row) for row in rows]
-    write(names, rows, form)
-
-
-def _for_people(row: tuple[Any, ...]) -> tuple[Any, ...]:
-    return row[:_SHOWN] + row[len(COLUMNS) :]
-
-
-def _write_tables(rows: list[tuple[Any, ...]], chosen: list[tuple[Any, ...]]) -> None:
-    """Write the periods, and then those of every swept subset behind a line that names it."""
-    parts = {None: rows} | {of: [row for row in chosen if row[-1] == of] for *_, of in chosen}
-    for of, part in parts.items():
-        if part:
-            print("" if of is None else f"\nselection  {printable(of)}")
-            write(COLUMNS[:_SHOWN], [row[:_SHOWN] for row in part], Format.TABLE)
+        for subset in subsets:
+            print("" if subset is None else f"\nselection  {printable(subset)}")
+            output.write(COLUMNS[:shown], [row[:shown] for row in rows if row[-1] == subset])
+    elif any(subsets):
+        output.write((*COLUMNS[:shown], "selection"), [(*row[:shown], row[-1]) for row in rows])
+    else:
+        output.write(COLUMNS[:shown], [row[:shown] for row in rows])
 
 
 def _periods(catalogue: "Catalogue", a: float) -> list[tuple[Any, ...]]:
-    """Return what is filled at one a, and what is swept besides, a row a period."""
+    """Return what is filled at one a, and what is swept besides, a row a period, its subset behind it."""
     fills = catalogue.fills(a)
     rows: list[tuple[Any, ...]] = [
         (
             a, fill.p, fill.state, fill.words, fill.n_t, fill.n_c, fill.boundary, fill.unresolved,
-            fill.seconds, fill.enumerating, fill.solving, fill.storing,
+            fill.seconds, fill.enumerating, fill.solving, fill.storing, None,
         )
         for fill in fills
     ]  # fmt: skip
     filled = {fill.p for fill in fills if fill.whole}
-    rows += [_swept(a, each) for each in catalogue.sweeps(a) if each.p not in filled]
-    return sorted(rows, key=lambda row: row[:2])
-
-
-def _swept_subsets(catalogue: "Catalogue", a: float) -> list[tuple[Any, ...]]:
-    """Return what is swept of chosen orbits at one a, and not filled: a row a subset and period."""
-    filled = {fill.p for fill in catalogue.fills(a) if fill.whole}
-    found = [each for chosen in catalogue.swept_subsets(a) for each in catalogue.sweeps(a, chosen)]
-    return [(*_swept(a, each), each.selection) for each in found if each.p not in filled]
+    for subset in (None, *catalogue.swept_subsets(a)):
+        rows += [_swept(a, each) for each in catalogue.sweeps(a, subset) if each.p not in filled]
+    return rows
 
 
 def _swept(a: float, sweep: "Sweep") -> tuple[Any, ...]:
@@ -97,7 +74,18 @@ def _swept(a: float, sweep: "Sweep") -> tuple[Any, ...]:
     tally, nothing = sweep.tally, (None,) * 4
     counts = (tally.words, tally.n_c, tally.boundary, tally.unresolved) if sweep.whole else nothing
     state = "swept" if sweep.whole else "sweeping"
-    return (a, sweep.p, state, 0, *counts, sweep.seconds, None, sweep.processor, None)
+    return (
+        a,
+        sweep.p,
+        state,
+        0,
+        *counts,
+        sweep.seconds,
+        None,
+        sweep.processor,
+        None,
+        sweep.selection or None,
+    )
 
 
 def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:

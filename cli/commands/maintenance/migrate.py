@@ -14,7 +14,7 @@ Example:
 def migrate(db: options.Database = None) -> None:
     """Bring a catalogue to the newest schema, or make an empty one.
 
-    An older catalogue is copied first; the copy is named.
+    An older catalogue is copied first, and you are told where the copy is.
     """
     from orbitdb.store.file.database import default_path
 
@@ -23,4 +23,4 @@ def migrate(db: options.Database = None) -> None:
     if before == after:
         note(f"{path}: schema {after}, the newest; nothing to do")
     elif not before:
-        note(f"{path}: made, schema {after}")
+        note(f"{path}: created, schema {after}")

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Format
+from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import aside, progress
-from orbitdb.cli.render import note, write
+from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -45,11 +45,13 @@ class Kind(StrEnum):
 
 
 def bench(
+    *,
     context: typer.Context,
     kind: Annotated[
         Kind,
         typer.Option(
-            "--kind", help="Methods against each other; stages of a fill; hard cases; what methods decide."
+            "--kind",
+            help="Compare methods, time the stages of a fill, solve hard cases, or compare statuses.",
         ),
     ] = Kind.METHODS,
     a: options.HalfLength = 1.6,
@@ -57,61 +59,62 @@ def bench(
     picture: Annotated[
         Path | None,
         typer.Option(
-            "--plot", metavar="FILE", help="Draw the work-precision diagram, too (.png, .svg, .pdf)."
+            "--plot", metavar="FILE", help="Also draw the work-precision diagram (.png, .svg, .pdf)."
         ),
     ] = None,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
 ) -> None:
-    """Measure run time against error, how it grows, what becomes of hard cases, or how methods agree.
+    """Measure run time against error, time the stages of a fill, solve hard cases, or compare methods.
 
     methods: Newton's method, the paper's relaxation, scipy.optimize.root and ball arithmetic on all
-    classes of one period (default 9), with their true errors; stages: the way from a period to its
-    orbits, by period (default 2-11); stress: what is asked, the error found, the time; statuses: what
-    Newton's method in doubles and the relaxation say of every class against what ball arithmetic proves,
-    by period (default 2-8), every word that differs on stderr with the reason. The relaxation takes
-    seconds at a = 1.6, and half an hour at a = 10. No catalogue is read or written.
+    classes of one period (default 9), with their true errors. stages: the run time of every step from a
+    period to its orbits (default 2-11). stress: hard cases, the error found, and the time. statuses: the
+    status of every class by Newton's method in doubles and by the relaxation, compared with the one that
+    ball arithmetic proves (default 2-8); stderr names every word that differs, with the reason. The
+    relaxation takes seconds at a = 1.6, and half an hour at a = 10. bench does not use the catalogue.
     """
     from orbitdb.billiard.stadium import Stadium
 
     idle = {Kind.METHODS: [], Kind.STRESS: ["a", "p", "picture"]}.get(kind, ["picture"])
     options.refuse_idle(context, f"with --kind {kind}", *idle)
     stadium = Stadium(a)
-    form = options.chosen(format_, json)
     if kind is Kind.STRESS:
         from orbitdb.benchmarks.stress import Outcome, stress
 
-        _write(Outcome, _watched(stress()), form)
+        _write(output, Outcome, _watched(stress()))
     elif kind is Kind.STAGES:
         from orbitdb.benchmarks.stage_times import StageTimes, stage_times
 
-        periods = _periods("2-11" if p is None else p)
-        _write(StageTimes, _watched(stage_times(period, stadium) for period in periods), form)
+        periods = _periods(p or "2-11")
+        _write(output, StageTimes, _watched(stage_times(period, stadium) for period in periods))
     elif kind is Kind.STATUSES:
-        _agree(_periods("2-8" if p is None else p), stadium, form)
+        from orbitdb.benchmarks.agreement import Agreement
+
+        found = _write(output, Agreement, _agreements(_periods(p or "2-8"), stadium))
+        if any(each.unexplained for each in found):
+            raise typer.Exit(1)
     else:
-        _compare(_periods("9" if p is None else p), stadium, form, picture)
+        _compare(_periods(p or "9"), stadium, output, picture)
 
 
-def _compare(periods: list[int], stadium: "Stadium", form: Format, picture: Path | None) -> None:
+def _compare(periods: list[int], stadium: "Stadium", output: Output, picture: Path | None) -> None:
     """Compare the methods on one period; draw the diagram, too, if it is wanted."""
     from orbitdb.benchmarks.work_precision import WorkPrecision
+    from orbitdb.export import FIGURES, complete, form_of
 
     if len(periods) > 1:
         raise InputError(f"periods {periods[0]} to {periods[-1]}: methods are compared on one, such as --p 9")
     said = f"p = {periods[0]} at a = {stadium.a:g}"
     if picture is None:
         note(f"{said}: times in seconds, errors of length and lambda relative")
-        _write(WorkPrecision, _compared(periods[0], stadium), form)
+        _write(output, WorkPrecision, _compared(periods[0], stadium))
         return
-    from orbitdb.export import FIGURES, complete, form_of
-
     ending = form_of(picture, known=FIGURES)
     from orbitdb.plots import style  # not before: matplotlib takes its time
     from orbitdb.plots.work_precision import draw_work_precision
 
     with complete(picture) as draft:
-        rows = list(_compared(periods[0], stadium))
+        rows = _write(output, WorkPrecision, _compared(periods[0], stadium))
         with style.figure(6, 5) as made:
             axes = made.subplots()
             draw_work_precision(axes, rows)
@@ -119,7 +122,6 @@ def _compare(periods: list[int], stadium: "Stadium", form: Format, picture: Path
             style.explain(made, axes)
         style.save(made, draft, ending, said)
     note(f"{said}, in {picture}")
-    _write(WorkPrecision, rows, form)
 
 
 def _compared(p: int, stadium: "Stadium") -> "Iterator[WorkPrecision]":
@@ -130,25 +132,8 @@ def _compared(p: int, stadium: "Stadium") -> "Iterator[WorkPrecision]":
     yield from _watched(work_precision(cases))
 
 
-def _agree(periods: list[int], stadium: "Stadium", form: Format) -> None:
-    """Compare what three methods decide; name the words in which they differ, fail if one has no reason."""
-    from orbitdb.benchmarks.agreement import Agreement
-
-    unexplained = 0
-
-    def counted() -> "Iterator[Agreement]":
-        nonlocal unexplained
-        for found in _agreements(periods, stadium):
-            unexplained += found.unexplained
-            yield found
-
-    _write(Agreement, counted(), form)
-    if unexplained:
-        raise typer.Exit(1)
-
-
 def _agreements(periods: list[int], stadium: "Stadium") -> "Iterator[Agreement]":
-    """Compare period by period; name the words in which the methods differ, and show how far it is."""
+    """Compare what three methods decide, period by period; name the words in which they differ."""
     from orbitdb.benchmarks.agreement import agreement
 
     with progress("the paper's relaxation") as shown:
@@ -173,14 +158,17 @@ def _periods(text: str) -> list[int]:
     return periods
 
 
-def _write(kind: Any, rows: Iterable[Any], form: Format) -> None:
-    columns = [field.name for field in fields(kind)]
-    write(columns, ([_known(value) for value in asdict(row).values()] for row in rows), form)
+def _write(output: Output, kind: Any, rows: Iterable[Any]) -> list[Any]:
+    """Write rows as they come, empty where a number is not one; return them."""
+    written = []
 
+    def values() -> Iterator[list[Any]]:
+        for row in rows:
+            written.append(row)
+            yield [None if value != value else value for value in asdict(row).values()]
 
-def _known(value: Any) -> Any:
-    """Return a value, None for a number that is not one."""
-    return None if value != value else value
+    output.write([field.name for field in fields(kind)], values())
+    return written
 
 
 def _watched(rows: Iterable[Any]) -> Iterator[Any]:

@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Format
-from orbitdb.cli.render import note, write
+from orbitdb.cli.output import Output
+from orbitdb.cli.render import note
 
 EXAMPLES = """
 Examples:
@@ -19,16 +19,16 @@ Examples:
 
 
 def sql(
+    *,
     statement: Annotated[str, typer.Argument(metavar="SELECT", help="One SELECT, in quotes.")],
     parameters: options.Parameters = None,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: options.Database = None,
 ) -> None:
-    """Answer one SELECT of SQL, over every a in the catalogue.
+    """Run one SELECT statement over the catalogue, at every a.
 
-    It may read the views catalogue (see 'orbitdb columns') and life, and nothing else, for a minute at
-    most; nothing can be written. code('310') finds a word in any rotation.
+    It can read the views catalogue (see 'orbitdb columns') and life, and nothing else. It cannot write, and
+    it may take a minute at most. code('310') finds a word in any rotation.
     """
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.codes import hint
@@ -40,6 +40,6 @@ def sql(
         names, rows = run_statement(connection, statement, values)
         if (told := hint(statement)) is not None:
             note(told)
-        if not write(names, rows, options.chosen(format_, json)):
+        if not output.write(names, rows):
             note("no rows")
             raise typer.Exit(1)

@@ -2,11 +2,10 @@
 
 from orbitdb.cli import options
 from orbitdb.cli.arguments import several
-from orbitdb.cli.choice import Choice, with_choice
-from orbitdb.cli.options import Format
+from orbitdb.cli.choice import Choice
+from orbitdb.cli.output import Output, note_results, rows_of
 from orbitdb.cli.progress.line import progress
 from orbitdb.cli.reading import averaged, reading_all
-from orbitdb.cli.rows import write_results
 
 EXAMPLES = """
 Examples:
@@ -19,24 +18,22 @@ Examples:
 """
 
 
-@with_choice
 def entropy(
     *,
     a: options.StoredHalfLengths = None,
     choice: Choice,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: options.Database = None,
 ) -> None:
     """Compute the topological entropy of the chosen orbits, by period.
 
-    N: points on orbits of period p and its divisors; K_0 = ln N / p; h_zeta: from the leading zero of
-    the zeta function cut off at p, which converges much faster, with its change from p - 1, which is no
-    error. The proved bounds are those that 'orbitdb bounds' has stored, or some found on the spot.
+    N: points on orbits of period p or a divisor of p; K_0 = ln N / p; h_zeta: from the leading zero of
+    the zeta function truncated at p, which converges much faster, with its change from p - 1, which is no
+    error bound. The proved bounds come from 'orbitdb bounds', or are found on the spot.
     """
     from orbitdb.catalogue.results import PROVED
 
-    form = options.chosen(format_, json)
     with progress("reading orbits"), reading_all(db, a, averaged(choice)) as (catalogue, stadiums):
         found = [catalogue.entropy(chosen) for chosen in stadiums]
-    write_results(found, several(a), form, hidden=PROVED)
+    note_results(found, several(a), output.table)
+    output.write(*rows_of(found, several(a), hidden=PROVED if output.table else ()))

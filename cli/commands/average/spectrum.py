@@ -9,11 +9,11 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.choice import Choice
-from orbitdb.cli.commands.levels import read_parities, read_range
-from orbitdb.cli.options import Format
+from orbitdb.cli.commands.make.levels import read_parities, read_range
+from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
 from orbitdb.cli.reading import reading
-from orbitdb.cli.render import note, write
+from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
 
@@ -33,9 +33,9 @@ def spectrum(
     *,
     context: typer.Context,
     lengths: Annotated[
-        str, typer.Option("--range", metavar="FROM:TO", help="Lengths, in units of the radius.")
+        str, typer.Option("--range", metavar="FROM:TO", help="Range of lengths, in units of the radius.")
     ] = "1:12",
-    points: Annotated[int, options.count_option("--points", help="At how many lengths.", least=2)] = 500,
+    points: Annotated[int, options.count_option("--points", help="Number of lengths.", least=2)] = 500,
     parity: Annotated[str | None, typer.Option("--parity", help="ee, eo, oe or oo [default: all].")] = None,
     k_max: Annotated[
         float | None,
@@ -46,21 +46,20 @@ def spectrum(
         typer.Option(
             "--levels",
             metavar="FILE",
-            help="Levels k, one a line, or csv with a column k [default: those of the catalogue].",
+            help="File of levels k, one a line, or csv with a column k [default: those of the catalogue].",
         ),
     ] = None,
     energies: Annotated[
-        bool, typer.Option("--energies", help="The file has energies k^2 (in csv the column energy).")
+        bool, typer.Option("--energies", help="The file holds energies k^2 (in csv, a column energy).")
     ] = False,
     peaks: Annotated[
-        bool, typer.Option("--peaks", help="List the peaks, and the orbits behind each.")
+        bool, typer.Option("--peaks", help="List the peaks and the orbits behind them.")
     ] = False,
     a: options.StoredHalfLength = None,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: options.Database = None,
 ) -> None:
-    """Show the length spectrum: the Fourier transform of the density of levels, and what orbits give of it.
+    """Show the length spectrum: the Fourier transform of the density of levels, and the orbits' share in it.
 
     Peaks lie at the lengths of orbits. The window is sin^4(pi k / k_max).
     """
@@ -76,13 +75,12 @@ def spectrum(
         found = catalogue.spectrum(
             (low, high), points=points, k_max=k_max, levels=given, parity=parity, a=chosen.a
         )
-    form = options.chosen(format_, json)
     if peaks:
-        write(PEAKS, found.peaks(), form)
+        output.write(PEAKS, found.peaks())
     else:
         from orbitdb.quantum.spectrum import COLUMNS
 
-        write(COLUMNS, found.rows(), form)
+        output.write(COLUMNS, found.rows())
     for said in found.notes():
         note(said)
 
@@ -104,7 +102,7 @@ def read_file(path: Path, energies: bool, parity: str | None) -> list[float]:
     bare = not lines or _level(lines[0].split(",")[0]) is not None
     table = csv.DictReader(lines, [name] if bare else None, skipinitialspace=True)
     if name not in (table.fieldnames or ()):
-        raise InputError(f"{path}: its heading has no column {name}: name one so, or leave the heading out")
+        raise InputError(f"{path}: its heading has no column {name}: rename one, or leave out the heading")
     found = []
     for number, row in enumerate(table, 1):
         if parity not in (None, row.get("parity", parity)):

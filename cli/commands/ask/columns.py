@@ -5,9 +5,7 @@ import sys
 from collections.abc import Sequence
 from textwrap import wrap
 
-from orbitdb.cli import options
-from orbitdb.cli.options import Format
-from orbitdb.cli.render import write
+from orbitdb.cli.output import Output
 from orbitdb.columns import GROUPS, IN_CATALOGUE, Column
 
 EXAMPLES = """
@@ -23,15 +21,14 @@ _LEAST_WIDTH = 24
 _GAP = "  "
 
 
-def columns(format_: options.OutputFormat = Format.TABLE, json: options.Json = False) -> None:
-    """Explain the columns: unit, what bounds the error, meaning.
+def columns(*, output: Output) -> None:
+    """Explain the columns: their unit, the bound on their error, their meaning.
 
-    Those of a word and of its orbit are what -c, --order and --where name; those of a bounce are what
-    --bounces writes; those of an answer come with query --code, those of a trajectory and of a length
-    with identify. A number is no farther from the true one than its bound says.
+    -c, --order and --where take the columns of a word and of its orbit, and --bounces writes those of a
+    bounce. query --code gives those of an answer, identify those of a trajectory and of a length. The error
+    of a number is never larger than its bound.
     """
-    form = options.chosen(format_, json)
-    if form is Format.TABLE:
+    if output.table:
         _write_table([each for _, group in GROUPS for each in group])
         return
     rows = (
@@ -39,7 +36,7 @@ def columns(format_: options.OutputFormat = Format.TABLE, json: options.Json = F
         for of, group in GROUPS
         for each in group
     )
-    write(KEYS, rows, form)
+    output.write(KEYS, rows)
 
 
 def _write_table(shown: Sequence[Column]) -> None:

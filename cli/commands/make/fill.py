@@ -12,17 +12,7 @@ from orbitdb.cli.arguments import given_codes, primitive
 from orbitdb.cli.options import Database, HalfLength, count_option, takes_only
 from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import code_text, note
-from orbitdb.cli.storing import (
-    DryRun,
-    ExecutorOption,
-    Jobs,
-    Scheduler,
-    Solvers,
-    asked_periods,
-    bring,
-    show_steps,
-    written,
-)
+from orbitdb.cli.storing import DryRun, Solvers, asked_periods, bring, show_steps, written
 from orbitdb.errors import InputError
 from orbitdb.plaintext import several
 
@@ -42,8 +32,9 @@ Examples:
 
 
 def fill(
+    *,
     context: typer.Context,
-    p: Annotated[
+    asked: Annotated[
         str | None,
         typer.Option("--p", metavar="PERIODS", help="The highest period to fill, or periods such as 2-8."),
     ] = None,
@@ -51,26 +42,24 @@ def fill(
     a: HalfLength = 1.6,
     code: Annotated[
         list[str] | None,
-        typer.Option("--code", help="Store this word only; repeatable; - reads lines of stdin."),
+        typer.Option("--code", help="Store this word only; repeatable; - reads words from stdin."),
     ] = None,
     geometric: Annotated[
         bool,
         typer.Option(
-            "--geometric", help="Keep the geometrically pruned words, too, with the rules they break."
+            "--geometric", help="Also keep the geometrically pruned words, with the rules they break."
         ),
     ] = False,
     method: Annotated[
         str, typer.Option("--method", help="newton or relaxation (the paper's, slow).")
     ] = "newton",
-    jobs: Jobs = None,
-    executor: ExecutorOption = None,
-    scheduler: Scheduler = None,
+    solvers: Solvers,
     dry_run: DryRun = False,
     db: Database = None,
 ) -> None:
     """Fill a catalogue: all symbol sequences of every period, and the orbits among them.
 
-    Goes on where it was stopped; periods that are done are passed over.
+    A fill that was interrupted goes on where it stopped; finished periods are skipped.
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.filling.blocks import METHODS
@@ -82,10 +71,9 @@ def fill(
         takes_only(context, "with --code", "code", "a", "method", "dry_run")
         _fill_words(given_codes(code), a, method, db, dry_run)
         return
-    solvers = Solvers.chosen(executor, scheduler, jobs)
-    if p is None:
+    if asked is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
-    _fill_periods(asked_periods(context, p, first), a, geometric, method, solvers, db, dry_run)
+    _fill_periods(asked_periods(context, asked, first), a, geometric, method, solvers, db, dry_run)
 
 
 def _fill_periods(

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.choice import Choice, with_choice
+from orbitdb.cli.choice import Choice
 from orbitdb.cli.reading import meant
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
@@ -28,7 +28,6 @@ Examples:
 _PORT = 8000
 
 
-@with_choice
 def browse(
     *,
     context: typer.Context,
@@ -36,10 +35,11 @@ def browse(
     a: options.StoredHalfLength = None,
     choice: Choice,
     web: Annotated[
-        bool, typer.Option("--web", help="Show it in a browser on this machine, at the address it prints.")
+        bool, typer.Option("--web", help="Show it in a browser on this machine; the address is printed.")
     ] = False,
     port: Annotated[
-        int, options.count_option("--port", least=0, most=65535, help="Of that address; 0 for any free one.")
+        int,
+        options.count_option("--port", least=0, most=65535, help="Port of that address; 0 for any free one."),
     ] = _PORT,
     db: options.Database = None,
 ) -> None:

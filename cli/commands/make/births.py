@@ -1,7 +1,7 @@
 """``orbitdb births``: where in a the words begin and cease to be orbits."""
 
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Format, count_option
+from orbitdb.cli.options import count_option
+from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
-from orbitdb.cli.render import note, write
-from orbitdb.cli.storing import Solvers, bring
-from orbitdb.errors import InputError
+from orbitdb.cli.render import note
+from orbitdb.cli.storing import Solvers, asked_periods, bring, show_steps, written
 
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.filling.resuming import Progress
 
 EXAMPLES = """
 Examples:
@@ -36,42 +35,46 @@ _WEIGHT = 10
 
 
 def births(
+    *,
     context: typer.Context,
-    p: Annotated[int | None, count_option("--p", help="The highest period to find births of.")] = None,
+    asked: Annotated[
+        str | None,
+        typer.Option(
+            "--p", metavar="PERIODS", help="The highest period to find births of, or periods such as 2-8."
+        ),
+    ] = None,
     first: Annotated[int, count_option("--from", help="The lowest period to find births of.")] = 2,
     deaths: Annotated[
-        bool, typer.Option("--deaths", help="Show the lives that end, one a line, in place of the periods.")
+        bool, typer.Option("--deaths", help="Show the lives that end, one a line, instead of the periods.")
     ] = False,
     jobs: Annotated[
         int | None,
-        count_option("--jobs", help="Processes that find them [default: all cores where it pays]."),
+        count_option("--jobs", help="Worker processes [default: all cores if there is enough work]."),
     ] = None,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: options.Database = None,
 ) -> None:
-    """Find where in a all words begin and cease to be orbits, and store it: one line a period.
+    """Find the values of a at which each word begins or ceases to be an orbit.
 
-    classes: symmetry classes; births: how often one begins to be an orbit; deaths: classes that cease to
-    be one at least once; always: classes that are orbits from a = 0 on; least, largest: first and last
-    birth. Goes on where it was stopped; without --p it shows what is stored.
+    The result is stored and shown, one row per period. classes: symmetry classes; births: how often one
+    begins to be an orbit; deaths: classes that cease to be orbits at least once; always: classes that are
+    orbits from a = 0 on; least, largest: the first and the last birth. An interrupted run goes on where it
+    stopped. Without --p, you see what is stored.
     """
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.file.database import default_path
     from orbitdb.symbols.enumeration import MAX_PERIOD
 
     path = db or default_path()
-    if p is None:
+    periods: Sequence[int]
+    if asked is None:
         options.refuse_idle(context, "without --p", "jobs")
+        periods = range(first, MAX_PERIOD + 1)
     else:
-        if not 2 <= first <= p <= MAX_PERIOD:
-            raise InputError(
-                f"periods {first} to {p}: find births from 2 or more to {MAX_PERIOD} or less, in rising order"
-            )
-        _fill(range(first, p + 1), path, Solvers.chosen(None, None, jobs))
-    form = options.chosen(format_, json)
+        periods = asked_periods(context, asked, first)
+        _fill(periods, path, Solvers(jobs))
     with closing(Catalogue(path)) as opened, opened.at_one_moment() as catalogue:
-        found = [each for each in catalogue.birth_fills() if first <= each.p <= (p or MAX_PERIOD)]
+        found = [each for each in catalogue.birth_fills() if each.p in periods]
         ended = _ended(catalogue, [each.p for each in found if each.whole]) if deaths else []
     for each in found:
         if not each.whole:
@@ -79,9 +82,9 @@ def births(
     found = [each for each in found if each.whole]
     rows = [[getattr(each, name) for name in COLUMNS] for each in found]
     if deaths and rows:
-        write(LIFE_COLUMNS, ended, form)
-        note(f"{len(ended)} lives end, of {sum(each.classes or 0 for each in found)} classes")
-    elif not write(LIFE_COLUMNS if deaths else COLUMNS, rows, form):
+        output.write(LIFE_COLUMNS, ended)
+        note(f"{len(ended)} lives end, among {sum(each.classes or 0 for each in found)} classes")
+    elif not output.write(LIFE_COLUMNS if deaths else COLUMNS, rows):
         note(f"no births in {path}: 'orbitdb births --p 11' finds them")
         raise typer.Exit(1)
 
@@ -91,10 +94,9 @@ def _ended(catalogue: "Catalogue", periods: Sequence[int]) -> list[tuple[object,
     rows: list[tuple[object, ...]] = []
     for p in periods:
         lives = catalogue.births(p)
-        ended = {life.word for life in lives if life.dies is not None}
-        again: dict[str, list[float]] = {word: [] for word in ended}
-        for life in lives:  # by their births
-            if life.word in ended:
+        again: dict[str, list[float]] = {life.word: [] for life in lives if life.dies is not None}
+        for life in lives:
+            if life.word in again:
                 again[life.word].append(life.born)
         rows += sorted(
             (p, life.word, life.class_size, life.born, life.dies, life.dies_error,
@@ -104,26 +106,19 @@ def _ended(catalogue: "Catalogue", periods: Sequence[int]) -> list[tuple[object,
     return rows
 
 
-def _fill(periods: range, path: Path, solvers: Solvers) -> None:
+def _fill(periods: Sequence[int], path: Path, solvers: Solvers) -> None:
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.birth_blocks import BLOCK
     from orbitdb.filling.births import fill_births
     from orbitdb.symbols.counting import count_admissible
 
-    start, span = time.monotonic(), f"p = {periods[0]}..{periods[-1]}"
+    start, span = time.monotonic(), f"births, p = {written(periods)}"
     totals = {p: count_admissible(p) for p in periods}
     bring(path)
     with closing(Catalogue(path)) as catalogue:
         stored = {each.p: each.words for each in catalogue.birth_fills()}
-    work = _WEIGHT * sum(count - stored.get(p, 0) for p, count in totals.items())
-    with solvers.at_work(work, _WEIGHT * BLOCK) as workers:
-        _show(fill_births(path, periods, workers), totals, f"births, {span}")
-    note(f"births, {span}: {time.monotonic() - start:.1f} s, in {path}")
-
-
-def _show(steps: "Iterable[Progress]", totals: Mapping[int, int], text: str) -> None:
-    """Take the steps of the work, and show how far all its periods are."""
-    with progress(text) as shown:
-        for step in steps:
-            before = sum(count for p, count in totals.items() if p < step.p)
-            shown.tell(f"births, p = {step.p} of {max(totals)}", before + step.words, sum(totals.values()))
+    known = sum(stored.get(p, 0) for p in periods)
+    work = _WEIGHT * (sum(totals.values()) - known)
+    with solvers.at_work(work, _WEIGHT * BLOCK) as workers, progress(span) as shown:
+        show_steps(shown, fill_births(path, periods, workers), "births", totals, known)
+    note(f"{span}: {time.monotonic() - start:.1f} s, in {path}")

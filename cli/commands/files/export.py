@@ -12,11 +12,12 @@ import typer
 from orbitdb import __version__
 from orbitdb.cli import options
 from orbitdb.cli.arguments import several
-from orbitdb.cli.choice import Choice, with_choice
+from orbitdb.cli.choice import Choice
+from orbitdb.cli.output import MarkWords, check_marks, with_marks
 from orbitdb.cli.progress.line import Progress, progress
 from orbitdb.cli.reading import note_gaps, note_nothing, reading_all
 from orbitdb.cli.render import note
-from orbitdb.cli.rows import KEYS, Reading, Row, in_order, with_a, with_marks
+from orbitdb.cli.rows import KEYS, Row, in_order, with_a
 from orbitdb.columns import OF_BOUNCES
 from orbitdb.errors import InputError
 
@@ -44,14 +45,14 @@ BOUNCE_COLUMNS = tuple(each.name for each in OF_BOUNCES)
 COORDINATES = "coordinates"
 
 
-@with_choice
 def export(
     *,
     context: typer.Context,
     file: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[FILE]", help="Ends in .csv, .jsonl, .parquet or .npz; none or -: stdout, with --format."
+            metavar="[FILE]",
+            help="A name ending in .csv, .jsonl, .parquet or .npz; none or - writes to stdout.",
         ),
     ] = None,
     output: Annotated[
@@ -59,32 +60,29 @@ def export(
     ] = None,
     a: options.StoredHalfLengths = None,
     choice: Choice,
-    order: Annotated[
-        str, options.column_option("--order", help="Columns to sort by; a falling one ends in desc.")
-    ] = "p",
+    order: options.Order = "p",
     limit: Annotated[
-        int | None, options.count_option("--limit", least=0, help="Symbol sequences at most.")
+        int | None, options.count_option("--limit", least=0, help="Most symbol sequences to write.")
     ] = None,
-    columns: Annotated[
-        str | None, options.column_option("-c", "--columns", help="Columns to write, with commas between.")
-    ] = None,
+    columns: options.Columns = None,
     coordinates: Annotated[
-        bool, typer.Option("--coordinates", help="Write the coordinates of every bounce, too.")
+        bool, typer.Option("--coordinates", help="Also write the coordinates of every bounce.")
     ] = False,
     bounces: Annotated[
-        bool, typer.Option("--bounces", help="Write one row a bounce: x, y, arc length, sine of the angle.")
+        bool, typer.Option("--bounces", help="Write one row per bounce: x, y, arc length, sine of the angle.")
     ] = False,
     form: Annotated[
-        str | None, typer.Option("--format", help="csv, jsonl, parquet or npz, whatever the name ends in.")
+        str | None,
+        typer.Option("--format", help="csv, jsonl, parquet or npz, if the name does not end in it."),
     ] = None,
-    mark_words: options.MarkWords = False,
+    mark_words: MarkWords = False,
     force: options.Force = False,
     db: options.Database = None,
 ) -> None:
-    """Write symbol sequences and what is known of them to a file, every number in full.
+    """Write symbol sequences and all that is known of them to a file, with every digit.
 
-    Where they come from is noted in the file (parquet, npz) or in FILE-metadata.json beside it, with
-    the periods among them that a fill had stored in part only.
+    The file (parquet, npz), or FILE-metadata.json beside it, says where the rows come from and which of
+    their periods were only partly filled.
     """
     from orbitdb import export as files
     from orbitdb.store.asking.conditions import parse_columns
@@ -98,19 +96,22 @@ def export(
     else:
         kind = files.form_of(file, form)
         files.check_target(file, force)
-    options.check_marks(mark_words, kind)
+    check_marks(mark_words, kind)
     if bounces:
         options.refuse_idle(context, "with --bounces", "coordinates")
     otherwise: tuple[str, ...] = ("code",) if bounces else KEYS
     names = otherwise if columns is None else parse_columns(columns)
     names = with_a(names) if several(a) else names
     with reading_all(db, a, choice) as (catalogue, stadiums):
-        for chosen in stadiums:
-            note_gaps(catalogue, chosen, names=names, order=order)
+        note_gaps(catalogue, *stadiums, names=names, order=order)
         by_columns = kind != "jsonl" and not (bounces or mark_words or len(stadiums) > 1)
-        read = _reading(catalogue, order, by_columns)
         shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
-        rows: Iterator[Any] = in_order(read, stadiums, (*names, *shown_last), order, limit)
+        wanted = (*names, *shown_last)
+        rows: Iterator[Any] = (
+            catalogue.row_blocks(stadiums[0], wanted, order, limit)
+            if by_columns
+            else in_order(catalogue, stadiums, wanted, order, limit)
+        )
         rows = _bounce_by_bounce(rows) if bounces else rows
         names += BOUNCE_COLUMNS if bounces else shown_last
         rows = with_marks(names, rows) if mark_words else rows
@@ -133,12 +134,11 @@ def _note_nothing(catalogue: "Catalogue", stadiums: "Sequence[Selection]", limit
     """Say why nothing is written: there are no rows, none are asked for, or none of them has bounces."""
     total = sum(map(catalogue.count, stadiums))
     if not total:
-        for chosen in stadiums:
-            note_nothing(catalogue, chosen, ": nothing is written")
+        note_nothing(catalogue, *stadiums, more=": nothing is written")
         return
     told = stadiums[0].describe([chosen.a for chosen in stadiums], total)
     if limit == 0:
-        note(f"{told}, of which --limit 0 takes none: nothing is written")
+        note(f"{told}, and --limit 0 leaves none of them: nothing is written")
         return
     first = "" if limit is None or limit >= total else f"the first {limit} of "
     have = "has" if total == 1 or (first and limit == 1) else "have"
@@ -192,16 +192,6 @@ def _provenance(catalogue: "Catalogue", stadiums: "Sequence[Selection]", many: b
 
 def _described(stadiums: "Sequence[Selection]") -> str:
     return stadiums[0].describe([chosen.a for chosen in stadiums])
-
-
-def _reading(catalogue: "Catalogue", order: str, by_columns: bool) -> Reading:
-    """Return what reads rows at one a, or blocks of them by columns."""
-
-    def read(chosen: "Selection", names: tuple[str, ...], limit: int | None, offset: int) -> Iterator[Any]:
-        reading = catalogue.row_blocks if by_columns else catalogue.rows
-        return reading(chosen, names, order, limit, offset)
-
-    return read
 
 
 def _bounce_by_bounce(rows: Iterator[Row]) -> Iterator[Row]:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Format
+from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
-from orbitdb.cli.render import note, write
+from orbitdb.cli.render import note
 from orbitdb.cli.storing import WORTH_PROCESSES, Jobs, Solvers, bring
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
@@ -36,23 +36,24 @@ _WORTH = 200
 
 def levels(
     *,
-    k: Annotated[str, typer.Option("--k", metavar="FROM:TO", help="The range of wavenumbers, in 1/radius.")],
+    k: Annotated[
+        str, typer.Option("--k", metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")
+    ],
     parity: Annotated[
         str | None,
-        typer.Option("--parity", help="ee, eo, oe or oo, several with commas [default: all four]."),
+        typer.Option("--parity", help="ee, eo, oe or oo, several separated by commas [default: all four]."),
     ] = None,
     a: options.HalfLength = 1.6,
     jobs: Jobs = None,
     store: Annotated[bool, typer.Option(help="Keep the levels in the catalogue.")] = True,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: options.Database = None,
 ) -> None:
     """Find all levels of the quantum stadium in a range of k, each with an estimate of its error.
 
-    k^2 are the eigenvalues of minus the Laplacian, with functions that are 0 on the boundary. A parity is
-    two letters, even or odd under x -> -x and then under y -> -y. Levels that the catalogue holds are not
-    computed again, so that a run that was ended goes on where it was.
+    k^2 are the eigenvalues of minus the Laplacian, for functions that vanish on the boundary. A parity has
+    two letters: even or odd under x -> -x, then under y -> -y. Levels that the catalogue already has are not
+    computed again, so an interrupted run goes on where it stopped.
     """
     import numpy as np
 
@@ -77,7 +78,7 @@ def levels(
         for gap in missing_levels(found[each], low, high)
         for task in windows(stadium, each, *gap)
     ]
-    for solved in _solve(tasks, Solvers.chosen(None, None, jobs), path, k):
+    for solved in _solve(tasks, Solvers(jobs), path, k):
         found[solved.parity].append(solved)
     rows = sorted(
         (level, error, str(each))
@@ -86,7 +87,7 @@ def levels(
         for level, error in zip(part.k.tolist(), part.error.tolist(), strict=True)
         if low <= level < high
     )
-    write(COLUMNS, rows, options.chosen(format_, json))
+    output.write(COLUMNS, rows)
     for each, parts in found.items():
         below = min(part.below + int((part.k < low).sum()) for part in parts if part.high > low)
         own = [row for row in rows if row[2] == each]
@@ -95,7 +96,7 @@ def levels(
         off = float((count - weyl(stadium, each)(places)).mean())
         worst = f", errors up to {max(row[1] for row in own):.0e}" if own else ""
         levels_of = several(len(own), "level", "levels")
-        note(f"{each}: {levels_of}, none missing; on the mean {off:+.2f} from Weyl's law{worst}")
+        note(f"{each}: {levels_of}, none missing; on average {off:+.2f} from Weyl's law{worst}")
     if not rows:
         raise typer.Exit(1)
 
@@ -133,7 +134,7 @@ def read_parities(text: str | None) -> "list[Parity]":
     try:
         return list(dict.fromkeys(Parity(each.strip()) for each in text.split(",")))
     except ValueError:
-        raise InputError(f"--parity {text!r:.40}: use ee, eo, oe, oo, with commas between") from None
+        raise InputError(f"--parity {text!r:.40}: use ee, eo, oe or oo, separated by commas") from None
 
 
 def _known(path: Path | None, a: float, parity: "Parity") -> "list[Levels]":

@@ -9,22 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from orbitdb.cli import options
-from orbitdb.cli.choice import SweptChoice, with_choice
-from orbitdb.cli.options import Database, Format, HalfLength, count_option
+from orbitdb.cli.choice import SweptChoice
+from orbitdb.cli.options import Database, HalfLength, count_option
+from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
-from orbitdb.cli.render import note, write
-from orbitdb.cli.storing import (
-    DryRun,
-    ExecutorOption,
-    Jobs,
-    Scheduler,
-    Solvers,
-    asked_periods,
-    bring,
-    show_steps,
-    written,
-)
+from orbitdb.cli.render import note
+from orbitdb.cli.storing import DryRun, Solvers, asked_periods, bring, show_steps, written
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
@@ -45,41 +35,35 @@ Examples:
 COLUMNS = ("p", "N_t", "N_c", "classes", "boundary", "unresolved", "seconds", "processor_seconds")
 
 
-@with_choice
 def sweep(
     *,
     context: typer.Context,
-    p: Annotated[
+    asked: Annotated[
         str,
         typer.Option("--p", metavar="PERIODS", help="The highest period to sweep, or periods such as 2-8."),
     ],
     first: Annotated[int, count_option("--from", help="The lowest period to sweep.")] = 2,
     a: HalfLength = 1.6,
     choice: SweptChoice,
-    jobs: Jobs = None,
-    executor: ExecutorOption = None,
-    scheduler: Scheduler = None,
+    solvers: Solvers,
     dry_run: DryRun = False,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: Database = None,
 ) -> None:
-    """Count the orbits of periods and add up what their averages need, without storing a row.
+    """Count the orbits of further periods and sum what averages need, without storing rows.
 
-    'orbitdb table', 'entropy' and 'lyapunov' answer from it where no fill does. It takes a third of the time
-    of a fill and next to no room. Goes on where it was stopped; periods that are swept are passed over.
-    Of a chosen subset N_c and classes are of its orbits, N_t is of all sequences that were looked at, and
-    boundary and unresolved are of the chosen words whatever --range says, which chooses among orbits.
+    'orbitdb table', 'entropy' and 'lyapunov' use a sweep where there is no fill. It takes a third of the
+    time of a fill and hardly any disk space. An interrupted sweep goes on where it stopped; finished periods
+    are skipped. If you choose a subset, N_c and classes count its orbits, and N_t counts all sequences;
+    boundary and unresolved count the chosen words whatever their --range, which applies to orbits only.
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.file.database import default_path
 
     chosen = choice.at(Stadium(a).a)
-    solvers = Solvers.chosen(executor, scheduler, jobs)
-    form = options.chosen(format_, json)
-    path, periods = db or default_path(), asked_periods(context, p, first)
+    path, periods = db or default_path(), asked_periods(context, asked, first)
     if _sweep(path, chosen, periods, solvers, dry_run):
-        _write(path, chosen, periods, form)
+        _write(path, chosen, periods, output)
 
 
 def _sweep(path: Path, chosen: "Selection", periods: Sequence[int], solvers: Solvers, dry_run: bool) -> bool:
@@ -107,7 +91,7 @@ def _sweep(path: Path, chosen: "Selection", periods: Sequence[int], solvers: Sol
     return True
 
 
-def _write(path: Path, chosen: "Selection", periods: Sequence[int], form: Format) -> None:
+def _write(path: Path, chosen: "Selection", periods: Sequence[int], output: Output) -> None:
     """Write one row a period; say of which orbits they are, if not of all."""
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.orbits.orbit import Status
@@ -123,4 +107,4 @@ def _write(path: Path, chosen: "Selection", periods: Sequence[int], form: Format
         counts = each.tally
         statuses = counts.words, counts.n_c, counts.classes, counts.boundary, counts.unresolved
         rows.append((each.p, *statuses, round(each.seconds, 2), round(each.processor, 2), *subset))
-    write((*COLUMNS, "selection") if subset else COLUMNS, rows, form)
+    output.write((*COLUMNS, "selection") if subset else COLUMNS, rows)

@@ -1,9 +1,9 @@
 """``orbitdb bounds``: proved bounds on the topological entropy."""
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,10 +11,10 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.arguments import lengths
-from orbitdb.cli.options import Format
+from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
-from orbitdb.cli.render import note, write
-from orbitdb.cli.storing import Solvers, bring
+from orbitdb.cli.render import note
+from orbitdb.cli.storing import Jobs, Solvers, bring
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from orbitdb.entropy.proof import Proof
     from orbitdb.filling.enclosures import Enclosed, EnclosureTask
 
-    Keep = Callable[[EntropyBounds, str | None], None]
+    Keep = Callable[[EntropyBounds, str | None], object]
 
 EXAMPLES = """
 Examples:
@@ -59,42 +59,36 @@ def bounds(
         int | None,
         options.count_option(
             "--window",
-            help="Edges of the longest windows [default: 14, or as many as it takes].",
+            help="Edges of the longest windows [default: 14, or as many as needed].",
             least=2,
             most=40,
         ),
     ] = None,
     width: Annotated[
-        float | None, options.number_option("--width", help="Until the bounds are as close as this.")
+        float | None, options.number_option("--width", help="Stop when the bounds are this close.")
     ] = None,
     seconds: Annotated[
-        float | None, options.number_option("--time", help="Until about so many seconds have passed.")
+        float | None, options.number_option("--time", help="Stop after about this many seconds.")
     ] = None,
     prove: Annotated[
         bool,
-        typer.Option(
-            "--prove", help="Decide every window in ball arithmetic, too; bounds are of what that proves."
-        ),
+        typer.Option("--prove", help="Check every decision in ball arithmetic, and use only what it proves."),
     ] = False,
-    jobs: Annotated[
-        int | None,
-        options.count_option("--jobs", help="Processes for a grid [default: all cores where it pays]."),
-    ] = None,
+    jobs: Jobs = None,
     store: Annotated[
         bool | None,
         typer.Option(help="Keep the bounds in the catalogue [default: if there is one]."),
     ] = None,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: options.Database = None,
 ) -> None:
-    """Enclose the topological entropy (per bounce) between proved bounds; no orbit is needed.
+    """Prove bounds on the topological entropy per bounce; no orbits are needed.
 
-    One row a length of windows, stretches of a code that are decided for every continuation at once:
-    windows so far (mirror images and reversals not counted) and those of this length still undecided.
-    All numbers are rounded outward. What is given first ends it: --window, --width or --time. Of a grid the
-    last row of each a is shown, and --time is for each a. Where there is a catalogue the bounds are kept in
-    it, and shown beside entropies from orbits from then on.
+    Windows are stretches of a code that are decided for all their continuations at once. Each row has one
+    length of windows: their number so far (mirror images and reversals count once), and how many of this
+    length are undecided. All numbers are rounded outward. The first of --window, --width and --time that is
+    reached ends the search. For a grid, you see the last row of each a, and --time applies to each a. If
+    there is a catalogue, it keeps the bounds, and 'orbitdb entropy' shows them.
     """
     from orbitdb.filling.enclosures import EnclosureTask
 
@@ -108,18 +102,17 @@ def bounds(
     tasks = [EnclosureTask(each, most, width or 0.0, seconds or math.inf, prove) for each in values]
     asked = {"a": a, "window": most, "width": width, "time": seconds, "prove": prove}
     found: list[EntropyBounds] = []
-    balls = Balls()
+    proofs: list[Proof | Enclosed] = []
     try:
         with _keeping(db, store, prove, asked) as keep:
             if len(tasks) == 1:
-                _at_one(tasks[0], found, balls, keep)
+                _at_one(tasks[0], found, proofs, keep)
             else:
-                _at_many(tasks, Solvers.chosen(None, None, jobs), found, balls, keep)
+                _at_many(tasks, Solvers(jobs), found, proofs, keep)
     finally:
-        rows = [[asdict(level)[name] for name in COLUMNS] for level in found]
-        write(COLUMNS, rows, options.chosen(format_, json))
+        output.write(COLUMNS, [[asdict(level)[name] for name in COLUMNS] for level in found])
         if prove:
-            note(balls.describe())
+            note(balls_of(proofs))
     reached = found if len(tasks) > 1 else found[-1:]
     apart = [level.upper - level.lower for level in reached]
     if width is not None and max(apart) > width:
@@ -128,62 +121,50 @@ def bounds(
         raise typer.Exit(1)
 
 
-@dataclass
-class Balls:
-    """What balls made of the windows that doubles have decided."""
-
-    proved: int = 0
-    left_open: int = 0
-    seconds: float = 0.0
-
-    def add(self, found: "Proof | Enclosed") -> None:
-        """Count what came of some windows."""
-        self.proved += found.proved
-        self.left_open += found.left_open
-        self.seconds += found.seconds
-
-    def describe(self) -> str:
-        """Say it in one line."""
-        decided = self.proved + self.left_open
-        return (
-            f"balls prove {self.proved} of {decided} windows that doubles decide, "
-            f"{self.left_open} left open; {self.seconds:.1f} s"
-        )
+def balls_of(proofs: "Sequence[Proof | Enclosed]") -> str:
+    """Say in one line what balls made of the windows that doubles have decided."""
+    proved, left_open = (sum(getattr(each, name) for each in proofs) for name in ("proved", "left_open"))
+    return (
+        f"balls prove {proved} of {proved + left_open} windows that doubles decide, "
+        f"{left_open} left open; {sum(each.seconds for each in proofs):.1f} s"
+    )
 
 
-def _at_one(task: "EnclosureTask", found: "list[EntropyBounds]", balls: Balls, keep: "Keep") -> None:
+def _at_one(
+    task: "EnclosureTask", found: "list[EntropyBounds]", proofs: "list[Proof | Enclosed]", keep: "Keep"
+) -> None:
     """Enclose the entropy at one a; every level is found."""
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.entropy.bounds import search
     from orbitdb.entropy.verdicts import decide
 
-    proof = _proof() if task.prove else None
-    judge = proof.decide if proof else decide
-    try:
-        with progress("windows") as shown:
-            steps = search(Stadium(task.a), task.window, task.width, task.seconds, shown.tell, judge)
-            for level in steps:
-                found.append(level)
-                keep(level, None)
-    finally:
-        if proof:
-            balls.add(proof)
+    judge = decide
+    if task.prove:
+        from orbitdb.entropy.proof import Proof  # it loads flint, which doubles alone do not need
+
+        proofs.append(proof := Proof())
+        judge = proof.decide
+    with progress("windows") as shown:
+        for level in search(Stadium(task.a), task.window, task.width, task.seconds, shown.tell, judge):
+            found.append(level)
+            keep(level, None)
 
 
 def _at_many(
-    tasks: "list[EnclosureTask]", solvers: Solvers, found: "list[EntropyBounds]", balls: Balls, keep: "Keep"
+    tasks: "Sequence[EnclosureTask]",
+    solvers: Solvers,
+    found: "list[EntropyBounds]",
+    proofs: "list[Proof | Enclosed]",
+    keep: "Keep",
 ) -> None:
     """Enclose the entropy at many a, in processes; the last level of each is found."""
     each = _WORK * 1.8 ** ((tasks[0].window or _USUAL_WINDOW) - _USUAL_WINDOW)
-    with (
-        progress("windows") as shown,
-        solvers.at_work(round(len(tasks) * each), 1) as workers,
-    ):
+    with progress("windows") as shown, solvers.at_work(round(len(tasks) * each), 1) as workers:
         for done, solved in enumerate(workers.solved(tasks), 1):
             for level in solved.levels:
                 keep(level, solved.arithmetic)
             found.append(solved.levels[-1])
-            balls.add(solved)
+            proofs.append(solved)
             shown.tell(f"a = {found[-1].a:g}", done, len(tasks))
 
 
@@ -194,10 +175,16 @@ def _keeping(db: Path | None, store: bool | None, prove: bool, asked: dict[str, 
     from orbitdb.store.file.schema import BALLS, DOUBLES, SCHEMA_VERSION
 
     path = db or default_path()
-    if store is False or (store is None and check_file(path) != SCHEMA_VERSION):
+    version = None if store else check_file(path)
+    if store is False or (store is None and version != SCHEMA_VERSION):
         yield lambda level, computed: None
-        if store is None:
-            note(f"not kept: {_why_not_kept(path)}")
+        if store is None and version is None:
+            note(f"not kept: there is no catalogue at {path}; --store makes one")
+        elif store is None:
+            note(
+                f"not kept: {path} has the older schema {version}; --store, or 'orbitdb migrate', "
+                "brings it to the newest"
+            )
         return
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.writing.records import keep_bounds
@@ -205,28 +192,5 @@ def _keeping(db: Path | None, store: bool | None, prove: bool, asked: dict[str, 
 
     bring(path)
     Catalogue(path).close()  # what is wrong with it is to be known before
-    writer = Writer(path, {"command": "bounds", **asked})
-
-    def keep(level: "EntropyBounds", computed: str | None) -> None:
-        keep_bounds(writer, level, BALLS if prove else DOUBLES, computed)
-
-    try:
-        yield keep
-    finally:
-        writer.close()
-
-
-def _why_not_kept(path: Path) -> str:
-    """Say why bounds are not kept where nobody has asked for it; what is only read is not migrated."""
-    from orbitdb.store.file.database import check_file
-
-    version = check_file(path)
-    if version is None:
-        return f"there is no catalogue at {path}; --store makes one"
-    return f"{path} has the older schema {version}; --store, or 'orbitdb migrate', brings it to the newest"
-
-
-def _proof() -> "Proof":
-    from orbitdb.entropy.proof import Proof  # it loads flint, which doubles alone do not need
-
-    return Proof()
+    with closing(Writer(path, {"command": "bounds", **asked})) as writer:
+        yield lambda level, computed: keep_bounds(writer, level, BALLS if prove else DOUBLES, computed)

@@ -1,0 +1,1 @@
+"""Commands that ask for single orbits, or rows of the catalogue."""

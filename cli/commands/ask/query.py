@@ -1,0 +1,221 @@
+"""``orbitdb query``: one word, or rows of the catalogue."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from json import dumps
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from orbitdb.cli import options
+from orbitdb.cli.arguments import given_codes, primitive, several
+from orbitdb.cli.choice import Choice
+from orbitdb.cli.output import MarkedOutput
+from orbitdb.cli.reading import all_meant, known_catalogue, note_gaps, note_nothing, reading_all
+from orbitdb.cli.render import Format, code_text, note, write_facts
+from orbitdb.cli.rows import KEYS, in_order, with_a
+from orbitdb.columns import IN_CATALOGUE
+from orbitdb.errors import InputError
+
+if TYPE_CHECKING:
+    from orbitdb.orbits.orbit import Orbit
+
+EXAMPLES = """
+Examples:
+
+  orbitdb query 1232131
+
+  orbitdb query --p 2-8 --where "lambda_c < 0.5 and time_reversal = 'self'" --order length -c word,length
+
+  orbitdb query 1232131 --a all
+
+  orbitdb query --p 11 --status orbit --format csv > orbits.csv
+
+The columns: 'orbitdb columns'.
+"""
+
+WORD_KEYS = (*KEYS, "coordinates", "stored", "exists")
+"""Those of a word that is asked for by its code."""
+
+OF_A_WORD = (*WORD_KEYS, "word", "walls", "born", "dies")
+"""All that may be asked of a word, stored or not."""
+
+_OF_CATALOGUE = tuple(each.name for each in IN_CATALOGUE)
+
+OF_ROWS = tuple(name for name in _OF_CATALOGUE if name not in OF_A_WORD)
+"""The columns that rows of the catalogue have besides."""
+
+OF_LIVES = {"exists", "born", "dies"}
+
+TABLE_COLUMNS = (
+    "code",
+    "p",
+    "status",
+    "length",
+    "lyapunov",
+    "lambda_d",
+    "lambda_c",
+    "time_reversal",
+    "class_size",
+)
+_ON_SCREEN = 40
+
+
+def query(
+    *,
+    context: typer.Context,
+    words: options.Words = None,
+    code: options.Codes = None,
+    a: options.StoredHalfLengths = None,
+    choice: Choice,
+    order: options.Order = "p",
+    limit: Annotated[
+        int | None,
+        options.count_option(
+            "--limit", least=0, help=f"Most rows to show [default: {_ON_SCREEN} in a table, else all]."
+        ),
+    ] = None,
+    offset: Annotated[int, options.count_option("--offset", least=0, help="Rows to skip first.")] = 0,
+    columns: options.Columns = None,
+    bounces: Annotated[
+        bool, typer.Option("--bounces", help="With --code, show one row per bounce: x, y, arc length, sine.")
+    ] = False,
+    output: MarkedOutput,
+    db: options.Database = None,
+) -> None:
+    """Show an orbit by its code, or rows of the catalogue.
+
+    A word that is not stored is solved on the spot. Each row is a symbol sequence, written as its least
+    rotation. You see every status but geometric: ask for that with --status geometric, or for orbits only
+    with --status orbit.
+    """
+    if words or code:
+        options.takes_only(context, "with --code", "words", "code", "a", "columns", "bounces", "mark_words")
+        show = _show_bounces if bounces else _show_words
+        show(list(given_codes(words, code)), a, db, columns, output)
+        return
+    if bounces:
+        raise InputError("--bounces goes with --code; 'orbitdb export --bounces' writes those of many orbits")
+    from orbitdb.store.asking.conditions import parse_columns
+
+    usual = TABLE_COLUMNS if output.for_people else KEYS
+    names = usual if columns is None else parse_columns(columns)
+    names = with_a(names) if several(a) else names
+    shown = _ON_SCREEN if output.table and limit is None else limit
+    with reading_all(db, a, choice) as (catalogue, stadiums):
+        note_gaps(catalogue, *stadiums, names=names, order=order)
+        count = output.write(names, in_order(catalogue, stadiums, names, order, shown, offset))
+        cut = offset or count == shown
+        counted = cut and (output.table or not count)
+        total = sum(map(catalogue.count, stadiums)) if counted else count
+        if not total:
+            note_nothing(catalogue, *stadiums)
+    if total and output.table:
+        rest = "" if offset else f", --limit {total} shows all"
+        more = f"; {count} shown{rest}" if total > count else ""
+        note(f"{stadiums[0].describe([each.a for each in stadiums], total)}{more}")
+    if not count:
+        raise typer.Exit(1)
+
+
+def _show_words(
+    codes: list[str], a: list[str] | None, db: Path | None, columns: str | None, output: MarkedOutput
+) -> None:
+    from orbitdb.cli.orbit_facts import facts, write_bounces
+    from orbitdb.store.reading.lookup import born_with
+
+    in_rows = columns is not None or not output.table or several(a)
+    usual = TABLE_COLUMNS if in_rows and output.for_people else WORD_KEYS
+    keys, found, catalogue = _find(codes, a, db, columns, usual)
+    if in_rows:
+        output.write(keys, ([_value(orbit, key, output) for key in keys] for orbit in found))
+    else:
+        for orbit in found:
+            write_facts(facts(orbit, born_with(catalogue, orbit)))
+            write_bounces(orbit)
+    if not found:
+        raise typer.Exit(1)
+
+
+def _show_bounces(
+    codes: list[str], a: list[str] | None, db: Path | None, columns: str | None, output: MarkedOutput
+) -> None:
+    from orbitdb.billiard.stadium import Stadium
+    from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS, bounce_rows
+
+    keys, found, _ = _find(codes, a, db, columns, ("code",))
+    rows = (
+        (*(_value(orbit, key) for key in keys), *bounce)
+        for orbit in found
+        for bounce in bounce_rows(Stadium(orbit.a), [orbit.code], [orbit.coordinates])[0]
+    )
+    count = output.write((*keys, *BOUNCE_COLUMNS), rows)
+    for orbit in found:
+        if orbit.coordinates is None:
+            at = f" at a = {orbit.a:g}" if several(a) else ""
+            note(f"{code_text(orbit.code)} has no bounces{at}: {orbit.status.sentence}")
+    if not count:
+        raise typer.Exit(1)
+
+
+def _find(
+    codes: list[str], a: list[str] | None, db: Path | None, columns: str | None, usual: tuple[str, ...]
+) -> tuple[tuple[str, ...], list["Orbit"], Path | None]:
+    """Return the columns that are asked for, the words at every a, and the catalogue if there is one."""
+    from orbitdb.store.asking.parsing import parse_names
+    from orbitdb.store.file.database import default_path
+    from orbitdb.store.reading.lookup import find_or_solve, with_existence
+    from orbitdb.symbols.words import parse
+
+    if columns is not None and codes:
+        _refuse_of_rows([name.strip() for name in columns.split(",")], codes[0], a)
+    keys = usual if columns is None else parse_names(columns, OF_A_WORD)
+    values = all_meant(db or default_path(), a)
+    known = known_catalogue(db)
+    for code in codes:
+        parse(code)  # a wrong one ends the command before it prints anything
+    found = [find_or_solve(known, word, at) for word in [primitive(code) for code in codes] for at in values]
+    if not found:
+        note("no code on stdin")
+    if OF_LIVES & set(keys):
+        each = {orbit.code: orbit for orbit in found}  # is followed once, at however many a it is asked
+        lives = {code: with_existence(orbit).exists for code, orbit in each.items()}
+        found = [replace(orbit, exists=lives[orbit.code]) for orbit in found]
+    return with_a(keys) if several(a) else keys, found, known
+
+
+def _refuse_of_rows(names: Sequence[str], code: str, a: list[str] | None) -> None:
+    """Refuse columns that only rows have, with the command that shows them of a word."""
+    from orbitdb.symbols.words import parse, primitive_root
+
+    asked = [name for name in names if name in OF_ROWS]
+    if asked:
+        word, at = primitive_root(parse(code)), "".join(f" --a {value}" for value in a or ())
+        columns = ",".join(name for name in names if name in _OF_CATALOGUE)
+        raise InputError(
+            f"column {asked[0]!r} comes with stored rows only: "
+            f"orbitdb query --where \"code('{word}')\" -c {columns}{at}"
+        )
+
+
+def _value(orbit: "Orbit", key: str, output: MarkedOutput | None = None) -> Any:
+    """Return what is known of a word under one name; from where to where it exists as a text for cells."""
+    match key:
+        case "exists" if orbit.exists is not None and output is not None:
+            from orbitdb.cli.orbit_facts import lives_text
+
+            if output.for_people:
+                return lives_text(orbit.exists) or "for no a"
+            return dumps(orbit.exists) if output.form in (Format.CSV, Format.TSV) else orbit.exists
+        case "coordinates":
+            return None if orbit.coordinates is None else orbit.coordinates.tolist()
+        case "word":
+            return orbit.code
+        case "walls":
+            return orbit.walls if orbit.class_size else None
+        case "born":
+            return (orbit.exists[0][0] or None) if orbit.exists else None
+        case "dies":
+            return orbit.exists[0][1] if orbit.exists else None
+    return getattr(orbit, key)

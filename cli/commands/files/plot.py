@@ -1,0 +1,204 @@
+"""``orbitdb plot``: figures as PNG, SVG or PDF."""
+
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from enum import StrEnum
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from orbitdb.cli import options
+from orbitdb.cli.choice import Choice
+from orbitdb.cli.options import USUAL_A
+from orbitdb.cli.progress.line import progress
+from orbitdb.cli.reading import averaged, known_catalogue, meant, reading
+from orbitdb.cli.render import code_text, note
+from orbitdb.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.store.asking.selection import Selection
+
+EXAMPLES = """
+Examples:
+
+  orbitdb plot orbit 1232131 --a 1.2 -o orbit.pdf
+
+  orbitdb plot entropy --p 2-11 -o entropy.svg
+
+  orbitdb plot life 010203113 -o life.svg
+
+  orbitdb plot birkhoff --p 2-8 --reversal self -o phase-space.png
+
+\b
+Figures:
+  orbit     the path of WORD in the stadium (Fig. 1 of the paper)
+  reverse   WORD above its time reverse (Fig. 4)
+  life      WORD at its birth, its length and its lambda for every a
+  entropy   by period (Fig. 5); with --over-a the proved bounds for every a
+  lyapunov  by period (Fig. 6)
+  sheet     all classes of a period
+  birkhoff  the bounces in phase space
+  lengths   how many orbits are no longer than L, and their density
+  births    how many words are orbits at each a (run 'orbitdb births' first)
+  spectrum  the length spectrum of levels beside that of the orbits
+  staircase the levels below k, and their fluctuations ('orbitdb levels' first)
+"""
+
+
+class Kind(StrEnum):
+    """The figures."""
+
+    ORBIT = "orbit"
+    REVERSE = "reverse"
+    ENTROPY = "entropy"
+    LYAPUNOV = "lyapunov"
+    SHEET = "sheet"
+    BIRKHOFF = "birkhoff"
+    LENGTHS = "lengths"
+    BIRTHS = "births"
+    LIFE = "life"
+    SPECTRUM = "spectrum"
+    STAIRCASE = "staircase"
+
+
+_OF_CLASSES = (Kind.ENTROPY, Kind.LYAPUNOV, Kind.LENGTHS)
+"""Figures of averages, and of the lengths that they are made of."""
+
+_TAKES = {
+    Kind.ORBIT: ("words", "code", "a"),
+    Kind.REVERSE: ("words", "code", "a"),
+    Kind.LIFE: ("words", "code"),
+    Kind.BIRTHS: ("p",),
+    Kind.SPECTRUM: ("a",),
+    Kind.STAIRCASE: ("a",),
+}
+"""What may be said of figures that are of no chosen subset."""
+
+
+def plot(
+    *,
+    context: typer.Context,
+    kind: Annotated[Kind, typer.Argument(metavar="FIGURE", help="One of those below.")],
+    words: options.Words = None,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="A name ending in .png, .svg or .pdf; - writes to stdout."
+        ),
+    ],
+    code: options.Codes = None,
+    a: options.StoredHalfLength = None,
+    choice: Choice,
+    over_a: Annotated[
+        bool, typer.Option("--over-a", help="Draw the entropy against a, not against the period.")
+    ] = False,
+    limit: Annotated[
+        int, options.count_option("--limit", least=1, help="Most orbits to draw on a sheet.")
+    ] = 120,
+    form: Annotated[
+        str | None, typer.Option("--format", help="png, svg or pdf, if the name does not end in it.")
+    ] = None,
+    force: options.Force = False,
+    db: options.Database = None,
+) -> None:
+    """Draw an orbit, or a figure of the chosen subset, into a file.
+
+    orbit, reverse and life draw the orbit of one WORD; the others draw a subset.
+    """
+    from orbitdb.export import FIGURES, STDOUT, check_target, complete, form_of
+
+    to_stdout = output == STDOUT
+    if to_stdout:
+        options.refuse_idle(context, "on stdout", "force")
+    else:
+        check_target(output, force)
+    ending = form_of(output, form, FIGURES)
+    if over_a and kind is not Kind.ENTROPY:
+        raise InputError(f"--over-a does nothing in plot {kind}: leave it out")
+    takes = ("p", "over_a") if over_a else _TAKES.get(kind)
+    if takes is not None:
+        asked = "with --over-a" if over_a else f"in plot {kind}"
+        options.takes_only(context, asked, "kind", "output", *takes)
+    else:
+        idle = ("words", "code") if kind is Kind.SHEET else ("words", "code", "limit")
+        options.refuse_idle(context, f"in plot {kind}", *idle)
+        choice = averaged(choice) if kind in _OF_CLASSES else choice
+        choice = replace(choice, status="orbit" if choice.status is None else choice.status)
+    from orbitdb.plots import style  # not before: matplotlib takes its time
+
+    if kind in (Kind.ORBIT, Kind.REVERSE, Kind.LIFE):
+        if kind is Kind.LIFE:
+            options.refuse_idle(context, f"in plot {kind}", "db")
+        made = _of_word(kind, words, code, a, db)
+    else:
+        at = USUAL_A if over_a or kind is Kind.BIRTHS else a
+        with progress("drawing"), reading(db, at, choice) as (catalogue, chosen):
+            made = _drawing(kind, over_a, limit)(catalogue, chosen)
+    said = str(made.get_label())
+    if to_stdout:
+        sys.stdout.buffer.write(style.as_bytes(made, ending, said))
+        return
+    with progress("drawing"), complete(output) as draft:
+        style.save(made, draft, ending, said)
+    note(f"{said}, in {output}")
+
+
+def _drawing(kind: Kind, over_a: bool, limit: int) -> "Callable[[Catalogue, Selection], Figure]":
+    """Return what draws a figure from the catalogue."""
+    from orbitdb.cli.figures import levels, subsets
+    from orbitdb.cli.figures.over_a import draw_births, draw_over_a
+
+    drawn: dict[Kind, Callable[[Catalogue, Selection], Figure]] = {
+        Kind.ENTROPY: draw_over_a if over_a else subsets.draw_entropy,
+        Kind.LYAPUNOV: subsets.draw_lyapunov,
+        Kind.SHEET: partial(subsets.draw_sheet, limit=limit),
+        Kind.BIRKHOFF: subsets.draw_birkhoff,
+        Kind.LENGTHS: subsets.draw_lengths,
+        Kind.BIRTHS: draw_births,
+        Kind.SPECTRUM: levels.draw_length_spectrum,
+        Kind.STAIRCASE: levels.draw_levels,
+    }
+    return drawn[kind]
+
+
+def _of_word(
+    kind: Kind, words: list[str] | None, code: list[str] | None, a: float | None, db: Path | None
+) -> "Figure":
+    """Draw the orbit of the only word that is given, stored or solved on the spot.
+
+    Raises
+    ------
+    InputError
+        If there is no word, or another; if it has no orbit, or is too long to be followed.
+    """
+    from orbitdb.cli.arguments import given_codes, primitive
+    from orbitdb.cli.figures import orbits
+    from orbitdb.cli.figures.over_a import draw_life
+    from orbitdb.store.file.database import default_path
+    from orbitdb.store.reading.lookup import find_or_solve, with_existence
+
+    codes = list(given_codes(words, code))
+    if len(codes) != 1:
+        raise InputError(f"name one orbit to draw: plot {kind} 1232131")
+    followed = kind is Kind.LIFE
+    at, known = (USUAL_A, None) if followed else (meant(db or default_path(), a), known_catalogue(db))
+    found = find_or_solve(known, primitive(codes[0]), at)
+    if not followed:
+        if found.coordinates is None:
+            raise InputError(
+                f"{code_text(found.code)} at a = {at:g} cannot be drawn: {found.status.sentence}"
+            )
+        return orbits.draw_orbit(found) if kind is Kind.ORBIT else orbits.draw_reverse(found)
+    with progress("following"):
+        found = with_existence(found)
+        if found.exists is None:
+            raise InputError(f"{code_text(found.code)} is too long to be followed in a")
+        if not found.exists:
+            raise InputError(f"{code_text(found.code)} has no life: {found.status.sentence}")
+        return draw_life(found)

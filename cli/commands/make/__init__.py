@@ -1,0 +1,1 @@
+"""Commands that make data: orbits, births, sums, trajectories, bounds and levels."""

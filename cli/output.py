@@ -1,0 +1,131 @@
+"""Where data goes: the options that say how it is written to stdout, and writing it so."""
+
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from orbitdb.cli.render import FOR_PEOPLE, Format, note, write
+from orbitdb.errors import InputError
+
+if TYPE_CHECKING:
+    from orbitdb.catalogue.results import Result
+
+MarkWords = Annotated[
+    bool,
+    typer.Option(
+        "--mark-words", help="In csv and tsv, write words as w01023, so that they are not read as numbers."
+    ),
+]
+
+
+@dataclass(frozen=True)
+class Output:
+    """The options that say how data is written.
+
+    Raises
+    ------
+    InputError
+        If they contradict one another.
+    """
+
+    format_: Annotated[
+        Format,
+        typer.Option("--format", metavar="FORMAT", help="table, csv, tsv, json, jsonl, markdown or latex."),
+    ] = Format.TABLE
+    json: Annotated[bool, typer.Option("--json", help="The same as --format json.")] = False
+
+    def __post_init__(self) -> None:
+        if self.json and self.format_ not in (Format.TABLE, Format.JSON):
+            raise InputError(
+                f"--json and --format {self.format_} contradict one another: leave one of them out"
+            )
+
+    @property
+    def form(self) -> Format:
+        """The format that is asked for."""
+        return Format.JSON if self.json else self.format_
+
+    @property
+    def table(self) -> bool:
+        """Whether a table for the terminal is asked for."""
+        return self.form is Format.TABLE
+
+    @property
+    def for_people(self) -> bool:
+        """Whether few columns and rounded numbers are wanted."""
+        return self.form in FOR_PEOPLE
+
+    def write(self, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> int:
+        """Write rows to stdout, and return how many there were."""
+        return write(columns, rows, self.form)
+
+
+@dataclass(frozen=True)
+class MarkedOutput(Output):
+    """The same with words that may be marked as such."""
+
+    mark_words: MarkWords = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_marks(self.mark_words, self.form)
+
+    def write(self, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> int:
+        """Write rows to stdout, with marks if they are wanted, and return how many there were."""
+        return super().write(columns, with_marks(columns, rows) if self.mark_words else rows)
+
+
+def check_marks(mark_words: bool, form: str) -> None:
+    """Refuse marks before words in a format that keeps texts as they are.
+
+    Raises
+    ------
+    InputError
+        If they are asked for there.
+    """
+    if mark_words and form not in (Format.CSV, Format.TSV):
+        raise InputError(f"--mark-words is for csv and tsv: {form} keeps words as they are, leave it out")
+
+
+_WORDS = ("code", "word", "representative", "sequence")
+
+
+def with_marks(names: Sequence[str], rows: Iterable[Sequence[Any]]) -> Iterator[tuple[Any, ...]]:
+    """Give words in a form that no program takes for numbers: w01023."""
+    from orbitdb.symbols.words import MARK
+
+    words = [name in _WORDS for name in names]
+    for row in rows:
+        yield tuple(
+            f"{MARK}{value}" if word and value is not None else value
+            for value, word in zip(row, words, strict=True)
+        )
+
+
+def note_results(found: "Sequence[Result]", many: bool, table: bool) -> None:
+    """Say what is missing of what is found at one a, or at several; beside a table what else is known."""
+    for each in found:
+        for text in (*each.notes, *(each.facts if table else ())):
+            here = f"a = {each.selection.a:g}"
+            note(f"{here}: {text}" if many and here not in text else text)
+
+
+def rows_of(
+    found: "Sequence[Result]", many: bool, hidden: Collection[str] = ()
+) -> tuple[list[str], list[tuple[Any, ...]]]:
+    """Return the columns and rows of what is found, but for some; leave if there is nothing.
+
+    Of several a, a stands before them, and a cell is blank where that a has no such column.
+    """
+    there = [each for each in found if len(each)]
+    if not there:
+        raise typer.Exit(1)
+    names = [name for name in dict.fromkeys(n for each in there for n in each.columns) if name not in hidden]
+    rows = [
+        (*([each.selection.a] if many else []), *map(dict(zip(each.columns, row, strict=True)).get, names))
+        for each in there
+        for row in each.rows()
+    ]
+    return (["a", *names] if many else names), rows
