@@ -150,7 +150,7 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, form:
         from orbitdb.verification.verify import PROMISES
 
         for name in broken:
-            note(f"{name}: not every row keeps that {PROMISES[name]}")
+            note(f"{name}: it is not true of every row that {PROMISES[name]}")
         raise typer.Exit(1)
     changes, proved, levels = (rows.get(name, 0) for name in ("births", "entropy", "levels"))
     if lives := rows.get("lives", 0) + rows.get("undecided", 0):
