@@ -11,7 +11,8 @@ import pytest
 
 import orbitdb
 from orbitdb import Catalogue, Orbit, Selection, solve, solve_word
-from orbitdb.averages.by_period import entropy, lyapunov
+from orbitdb.averages.by_period import entropy
+from orbitdb.averages.period_sums import lyapunov
 from orbitdb.equality import ByValue
 from orbitdb.symbols.words import from_strings
 

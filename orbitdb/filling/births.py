@@ -1,4 +1,4 @@
-"""Storing where in a all classes of a period begin and cease to be orbits."""
+"""Storing the births and deaths of all classes of a period."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
