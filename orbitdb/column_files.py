@@ -221,8 +221,8 @@ class _Draft:
         width = max(1, self.dtype.itemsize // 4, *map(len, texts))
         if 4 * width * (self.count + len(texts)) > _LARGEST_TEXT:
             raise ExportError(
-                f"npz holds all texts as wide as the longest {self.name}, of {width}: use parquet, or "
-                "fewer periods"
+                f"npz makes every text as wide as the longest {self.name}, {width} characters: use parquet, "
+                "or export fewer periods"
             )
         self.dtype = np.dtype(f"U{width}")
         self.add(texts)

@@ -175,7 +175,7 @@ def check_target(path: Path, replace: bool = True) -> None:
     if not stat.S_ISREG(mode):
         raise ExportError(f"{path} is a folder or a device: name a file")
     if not replace:
-        raise ExportError(f"{path} is there already: --force replaces it")
+        raise ExportError(f"{path} already exists: --force replaces it")
 
 
 def metadata_path(path: Path) -> Path:

@@ -67,7 +67,7 @@ class _Births:
             found, total = words_up_to(connection, None, p, "5" * p), count_admissible(p)
             if found != total:
                 raise StoreError(
-                    f"births of period {p} are of {found} words instead of {total}: "
+                    f"period {p} has births of {found} words instead of {total}: "
                     f"{self.writer.path} is damaged"
                 )
             close(connection, cursor, number_events(connection, p))

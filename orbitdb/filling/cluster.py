@@ -168,7 +168,7 @@ def _connect(scheduler: str) -> "Client":
         from distributed.comm import connect
         from distributed.security import Security
     except ImportError as error:
-        raise InputError(f"{error}: for work on a cluster, pip install 'orbitdb[dask]'") from error
+        raise InputError(f"{error}: to work on a cluster, pip install 'orbitdb[dask]'") from error
 
     async def call(address: str) -> None:
         """Call the scheduler; Client would wait for ever for a server of another kind to speak."""
@@ -212,12 +212,12 @@ def _failure(error: Exception) -> WorkError:
         )
     if isinstance(error, ModuleNotFoundError):
         return WorkError(
-            f"a worker of the cluster cannot begin ({_line(error)}): install orbitdb {__version__} there"
+            f"a worker of the cluster cannot start ({_line(error)}): install orbitdb {__version__} there"
         )
     if isinstance(error, CancelledError | OSError):
         return WorkError(
-            "the connection to the dask scheduler is lost; nothing that was stored is lost, the same command "
-            "goes on from there when the scheduler is back"
+            "the connection to the dask scheduler is lost; what was stored is safe: run the same command "
+            "again when the scheduler is back, and it goes on from there"
         )
     return WorkError(f"the cluster could not solve a block: {type(error).__name__}: {_line(error)}")
 

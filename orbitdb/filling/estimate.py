@@ -122,7 +122,7 @@ def check_room(path: Path, needed: Need) -> None:
     if needed.bytes + min(needed.bytes, _JOURNAL) > free:
         raise StoreError(
             f"no room for {path}: {needed.sequences} sequences take about {gigabytes(needed.bytes)}, "
-            f"{gigabytes(free)} are free: free some, or name a file on another disk with --db"
+            f"but only {gigabytes(free)} is free: make room, or name a file on another disk with --db"
         )
 
 

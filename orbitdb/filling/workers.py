@@ -190,7 +190,7 @@ class Processes:
                 self._idle.append(process)
                 return answer
         raise WorkError(
-            f"worker processes died {_DEATHS} times on one block: if memory is short, try fewer with --jobs"
+            f"worker processes died {_DEATHS} times on one block: if memory is short, use fewer with --jobs"
         )
 
     def _started(self) -> "_Process":

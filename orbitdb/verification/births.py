@@ -118,7 +118,7 @@ def prove_lives(connection: sa.Connection, periods: Iterable[BirthFill]) -> Iter
             proved = judged("lives", words, verdict == Verdict.WRONG)
             checks = [replace(proved, rows=len(words) - unknown)]
             checks += [Check("undecided", unknown)] * (unknown > 0)
-            yield Step(f"births missing, p = {found.p}", start + len(block), len(classes), tuple(checks))
+            yield Step(f"missing births, p = {found.p}", start + len(block), len(classes), tuple(checks))
 
 
 def _known(rows: Iterable[Any]) -> list[KnownChange]:

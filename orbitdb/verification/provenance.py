@@ -1,4 +1,4 @@
-"""Who wrote a row, and how: runs, methods and certificates say of one another what they must."""
+"""Who wrote a row, and how: runs, methods and certificates must agree."""
 
 import json
 from collections.abc import Iterator, Mapping

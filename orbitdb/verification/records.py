@@ -154,10 +154,10 @@ def _faults(a: float, row: Mapping[str, Any], run: Mapping[str, Any]) -> Iterato
     """Yield what is wrong with averages at one a, given what their run was asked for."""
     asked = (run.get("command"), run.get("a"), run.get("bounces"), str(run.get("seed")))
     if asked != ("simulate", a, row["bounces"], row["seed"]):
-        yield "it is not what its run was asked for"
+        yield "its run was asked for something else"
     errors = [row[f"{name}_error"] for name in ("lambda_d", "lambda_c", "mean_free_path")]
     if row["groups"] < 2 or not all(0 < error < math.inf for error in errors):
-        yield "errors that are none"
+        yield "its standard errors cannot be right"
     exact, free = Stadium(a).mean_free_path, row["mean_free_path"]
     if not abs(free - exact) <= _MANY * row["mean_free_path_error"]:
         yield f"mean free path {free:g}, not {exact:g}"

@@ -1,6 +1,6 @@
 """What sweeps have counted and added up, against the transfer matrix, fills, births, and new solutions."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -25,7 +25,7 @@ from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import all_least_words
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import unpack
-from orbitdb.verification.check import Check, measured
+from orbitdb.verification.check import Check, measured, single
 
 SWEPT_ANEW = 11
 """The highest period that is solved anew, in half a second."""
@@ -50,7 +50,8 @@ def check_sweeps(catalogue: Catalogue, selections: Sequence[Selection]) -> Itera
             yield Check("sweeps", 1, 1, first=f"at a = {a:g}: {error}")
             continue
         for each, subset in found:
-            yield _counted(each, a, list(_others(catalogue, each, subset)) if each.whole else [])
+            others = _others(catalogue, each, subset) if each.whole else ()
+            yield single("sweeps", _label(each, a), _wrong_counts(each, others))
             if each.whole and each.p <= SWEPT_ANEW:
                 yield from _anew(each, subset)
 
@@ -84,15 +85,15 @@ def _stored(catalogue: Catalogue, subset: Selection) -> Mapping[str, Any]:
     return {"n_c": int(rows.chosen.sum()), "classes": len(rows), **others}
 
 
-def _counted(swept: Sweep, a: float, others: Sequence[Mapping[str, Any]]) -> Check:
-    """Compare the counts of a period with the transfer matrix, and with those of its fill and its births."""
+def _wrong_counts(swept: Sweep, others: Iterable[Mapping[str, Any]]) -> Iterator[str]:
+    """Yield where counts differ from the transfer matrix, or from those of the period's fill and births."""
     tally, total = swept.tally, count_admissible(swept.p)
-    wrong = [text for other in others if swept.whole for text in _differing(tally, other)]
     if tally.words > total or (swept.whole and tally.words != total):
-        wrong.insert(0, f"{tally.words} sequences instead of {total}")
+        yield f"{tally.words} sequences instead of {total}"
+    for other in others:
+        yield from _differing(tally, other)
     if tally.n_c + tally.boundary + tally.unresolved > tally.words or tally.classes > tally.n_c:
-        wrong.append("more words have a status than there are")
-    return Check("sweeps", 1, int(bool(wrong)), first=f"{_label(swept, a)}: {wrong[0]}" if wrong else None)
+        yield "more words have a status than there are"
 
 
 def _differing(tally: Tally, other: Mapping[str, Any]) -> Iterator[str]:
@@ -105,8 +106,7 @@ def _anew(swept: Sweep, subset: Selection) -> Iterator[Check]:
     """Solve a period as a fill does, and compare its counts and sums with those of the sweep."""
     tally, sums, off = _solved(swept.p, subset)
     label = _label(swept, subset.a)
-    wrong = list(_differing(swept.tally, asdict(tally)))
-    yield Check("sweeps", 0, int(bool(wrong)), first=f"{label}: {wrong[0]}" if wrong else None)
+    yield replace(single("sweeps", label, _differing(swept.tally, asdict(tally))), rows=0)
     if swept.sums is None:
         return
     mine, other = (

@@ -38,8 +38,8 @@ def test_a_period_in_the_making_hides_none_behind_it(begun, monkeypatch):
     with Catalogue(begun).reading() as connection:
         steps = list(prove_lives(connection, whole_births(connection)))
         assert [(step.stage, step.done, step.total) for step in steps] == [
-            ("births missing, p = 5", 12, 17),
-            ("births missing, p = 5", 17, 17),
+            ("missing births, p = 5", 12, 17),
+            ("missing births, p = 5", 17, 17),
         ]
         assert [(c.name, c.rows, c.failures) for step in steps for c in step.checks] == [
             ("lives", 12, 0),
