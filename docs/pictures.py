@@ -71,8 +71,8 @@ def deviations(folder: Path) -> str:
     from orbitdb import Catalogue, Selection, Stadium, Status
     from orbitdb.averages.exact_means import exact_means
     from orbitdb.averages.period_sums import lyapunov_of_periods
+    from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
     from orbitdb.plots.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, figure, save
-    from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
     from orbitdb.trajectories.legwise import simulate_legs
 
     subset = read_whole(Catalogue(folder / CATALOGUE), Selection(a=1.6, statuses=(Status.ORBIT,)))

@@ -1,5 +1,6 @@
 """Frozen dataclasses that hold arrays: equal by value, of which NumPy's ``==`` makes arrays and no truth."""
 
+import reprlib
 from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, Self
@@ -18,10 +19,15 @@ class ByValue:
     def __eq__(self, other: object) -> bool:
         if other.__class__ is not self.__class__:
             return NotImplemented
-        return all(map(_same, _values(self), _values(other)))
+        return bool(_key(_values(self)) == _key(_values(other)))
 
     def __hash__(self) -> int:
-        return hash(tuple(map(_key, _values(self))))
+        return hash(_key(_values(self)))
+
+    def __repr__(self) -> str:
+        """Name the fields in one line, of arrays their shapes; for dataclasses made with ``repr=False``."""
+        named = zip((field.name for field in fields(self)), _values(self), strict=True)  # type: ignore[arg-type]
+        return f"{type(self).__name__}({', '.join(f'{name}={_brief(value)}' for name, value in named)})"
 
 
 class Columns(ByValue):
@@ -45,21 +51,13 @@ def _chosen(value: Any, chosen: slice | NDArray[Any]) -> Any:
     return value.take(np.flatnonzero(chosen) if chosen.dtype == np.bool_ else chosen, axis=-1)
 
 
+def _brief(value: Any) -> str:
+    return f"<array of shape {value.shape}>" if isinstance(value, np.ndarray) else reprlib.repr(value)
+
+
 def _values(record: Any) -> list[Any]:
     """Return the fields of a dataclass."""
     return [getattr(record, field.name) for field in fields(record)]
-
-
-def _same(one: Any, other: Any) -> bool:
-    if not (isinstance(one, np.ndarray) and isinstance(other, np.ndarray)):
-        return bool(_key(one) == _key(other))
-    if one.shape != other.shape or one.dtype.kind != other.dtype.kind:
-        return False
-    same = one == other
-    if one.dtype.kind == "f":
-        same &= np.signbit(one) == np.signbit(other)
-        same |= np.isnan(one) & np.isnan(other)
-    return bool(same.all())
 
 
 def _key(value: Any) -> Any:
@@ -67,8 +65,8 @@ def _key(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         if value.dtype.kind == "f":
             one_nan = np.where(np.isnan(value), np.nan, value)  # which has many bit patterns
-            return value.shape, one_nan.astype(float).tobytes()
-        return value.shape, tuple(value.ravel().tolist())
+            return "f", value.shape, one_nan.astype(float).tobytes()
+        return value.dtype.kind, value.shape, tuple(value.ravel().tolist())
     if isinstance(value, Mapping):
         return frozenset((name, _key(item)) for name, item in value.items())
     if isinstance(value, list | tuple):

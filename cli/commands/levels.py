@@ -69,7 +69,7 @@ def levels(
     if path is not None:
         bring(path)
     found = {each: _known(path, a, each) for each in parities}
-    from orbitdb.store.reading.spectrum import missing_levels
+    from orbitdb.catalogue.spectrum import missing_levels
 
     tasks = [
         task
@@ -137,8 +137,8 @@ def read_parities(text: str | None) -> "list[Parity]":
 
 
 def _known(path: Path | None, a: float, parity: "Parity") -> "list[Levels]":
-    from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.spectrum import stored_levels
+    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.catalogue.spectrum import stored_levels
 
     if path is None:
         return []

@@ -4,6 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue.spectrum import read_classes, read_levels
 from orbitdb.cli.figures.orbits import short
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
@@ -13,8 +15,6 @@ from orbitdb.quantum.amplitudes import orbit_terms
 from orbitdb.quantum.lengths import counted, family_count
 from orbitdb.quantum.weyl import weyl
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.spectrum import read_classes, read_levels
 
 _LENGTHS = (1.0, 12.0)
 _PLACES = 2000

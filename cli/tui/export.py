@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from orbitdb import __version__
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.gaps import describe_partial
 from orbitdb.cli.render import code_text
 from orbitdb.cli.rows import KEYS
 from orbitdb.cli.tui.table.source import Ordering
@@ -19,10 +20,9 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.svg import orbit_svg
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.fills import describe_partial
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 _DELIMITERS = {".csv": ",", ".tsv": "\t"}
 ROWS = (*_DELIMITERS, ".json", ".jsonl", ".parquet")

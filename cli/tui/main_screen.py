@@ -35,7 +35,7 @@ from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 _MOST_COMPARED = 6
 _ELEMENTS = {REVERSE: "time reverse", MIRROR_X: "mirror image left to right",

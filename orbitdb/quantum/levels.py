@@ -21,7 +21,6 @@ from orbitdb.quantum.eigenvalues import eigenvalues
 from orbitdb.quantum.elements import gradient
 from orbitdb.quantum.mesh import quarter_stadium
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
-from orbitdb.version import __version__
 
 Floats = NDArray[np.float64]
 
@@ -42,7 +41,7 @@ _ROUNDING = 2e-12
 """Relative error that rounding may add: what three grids differ by, and something to spare."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Levels(ByValue):
     """Levels of one parity in a window of k.
 
@@ -58,9 +57,9 @@ class Levels(ByValue):
     k, error : ndarray, shape (N,)
         The levels in rising order, and estimates of their errors.
     seconds : float
-        Processor time that it took.
-    version, arithmetic : str
-        Of the orbitdb that found them, and what computed there.
+        Processor time.
+    arithmetic : str
+        What computed them.
     """
 
     a: float
@@ -71,7 +70,6 @@ class Levels(ByValue):
     k: Floats
     error: Floats
     seconds: float = 0.0
-    version: str = __version__
     arithmetic: str = ""
 
 
@@ -134,7 +132,7 @@ def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterat
     Raises
     ------
     InputError
-        If the stadium or the range is beyond what was tried.
+        If the stadium or the range is outside what has been tested.
     """
     if not LEAST_A <= stadium.a <= LARGEST_A:
         raise InputError(
@@ -162,7 +160,7 @@ def levels(
     Parameters
     ----------
     stadium : Stadium or float
-        Or its half length a, from `LEAST_A` to `LARGEST_A`.
+        The stadium, or its a, from `LEAST_A` to `LARGEST_A`.
     high, low : float
         The range of k, in 1/radius.
     parities : sequence of Parity or str, optional
@@ -171,7 +169,7 @@ def levels(
     Raises
     ------
     InputError
-        If the stadium or the range is beyond what was tried.
+        If the stadium or the range is outside what has been tested.
     """
     at = as_stadium(stadium)
     tasks = [task for parity in parities for task in windows(at, Parity(parity), low, high)]

@@ -13,16 +13,16 @@ from orbitdb.averages.leg_sums import LegSums
 from orbitdb.averages.period_sums import lyapunov
 from orbitdb.averages.standing import faults_of, standing
 from orbitdb.averages.sum_rules import SumRules, sum_rules
+from orbitdb.catalogue.averaged import enclosure, outside
+from orbitdb.catalogue.whole_periods import read_leg_sums, why_missing, why_no_sum_rules
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.orbit.pictures import Curve
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.averaged import enclosure, outside
-from orbitdb.store.reading.whole_periods import read_leg_sums, why_missing, why_no_sum_rules
 from orbitdb.trajectories.ensemble import Reference
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.reading.records import Enclosure
 
 

@@ -22,7 +22,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.trajectories.ensemble import Reference, references
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 _BOUNCES = 6_000_000
 _TITLES = {"entropy": "topological entropy", "lambda_d": "λ per bounce", "lambda_c": "λ per length"}
@@ -92,11 +92,9 @@ class StatisticsScreen(OwnScreen[None]):
     @work(thread=True, exclusive=True, group="trajectories")
     def _refer(self, bounces: int, anew: bool = False) -> None:
         """Take the stored reference if there is one; else, or to have another, follow trajectories."""
-        from orbitdb.store.reading.records import best_reference
-
         worker = get_current_worker()
         try:
-            stored = None if anew else best_reference(self._catalogue, self._selection.a)
+            stored = None if anew else self._catalogue.reference(self._selection.a)
         except StoreError as error:
             self.post_message(Failed(str(error)))
             return

@@ -29,7 +29,7 @@ from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 _BY = ("status", "p", "symmetry", "time_reversal")
 _MOST_BINS = 40
@@ -103,7 +103,7 @@ class CountsScreen(OwnScreen[None]):
 
     @work(thread=True, exclusive=True, group="counts")
     def _count(self) -> None:
-        from orbitdb.store.reading.tallies import marginal, tally
+        from orbitdb.catalogue.tallies import marginal, tally
 
         worker = get_current_worker()
         try:
@@ -138,7 +138,7 @@ class CountsScreen(OwnScreen[None]):
             self.call_later(self._take_values, column, counts, without, note)
 
     def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[Counts, int, str]:
-        from orbitdb.store.reading.tallies import histogram, marginal, tally
+        from orbitdb.catalogue.tallies import histogram, marginal, tally
 
         if not is_measured(column):
             values = marginal(tally(self._catalogue, self._selection, (column,), cancelled), 0)

@@ -96,7 +96,7 @@ class Following:
     ) -> None:
         """Follow an orbit some steps, and find what the rows are there; the first time read their births."""
         from orbitdb.store.reading.lives import load_standings
-        from orbitdb.store.reading.order import periods_without
+        from orbitdb.store.reading.places import periods_without
 
         rows, without, screen = None, self._without, self._screen
         try:
@@ -157,7 +157,7 @@ class Following:
 
 def _lacking(periods: list[int]) -> str:
     """Say of which periods no births are stored, and what finds them."""
-    from orbitdb.store.reading.fills import written_periods
+    from orbitdb.catalogue.gaps import written_periods
     from orbitdb.symbols.enumeration import MAX_PERIOD
 
     if not periods:

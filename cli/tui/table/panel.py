@@ -21,7 +21,7 @@ from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 _HEAD = 200
 _ORBIT = "orbit"

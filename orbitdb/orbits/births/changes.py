@@ -74,7 +74,7 @@ class Changes(ByValue):
     slope: Floats
 
     def lives(self) -> list[list[Life]]:
-        """Return for each word from where to where in a it is an orbit; None where that has no end."""
+        """Return for each word the ranges of a in which it is an orbit; None for no end."""
         births: list[list[float]] = [[0.0] if always else [] for always in self.always.tolist()]
         deaths: list[list[float | None]] = [[] for _ in births]
         for word, a, born in zip(self.word.tolist(), self.a.tolist(), self.born.tolist(), strict=True):

@@ -1,4 +1,4 @@
-"""The length spectrum from what a catalogue holds: orbits, and levels if they are there."""
+"""The length spectrum from the orbits of a catalogue, and from its levels if there are any."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -16,19 +16,22 @@ from orbitdb.orbits.orbit import Status
 from orbitdb.quantum.amplitudes import Classes, Terms, orbit_terms
 from orbitdb.quantum.lengths import family_terms, of_family, of_levels, of_terms, reach
 from orbitdb.quantum.levels import Levels
-from orbitdb.quantum.spectrum import Spectrum
+from orbitdb.quantum.spectrum import Spectrum, check_levels
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import level, level_fill
 from orbitdb.store.reading.soundness import unsound
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from numpy.typing import ArrayLike
+
+    from orbitdb.catalogue.catalogue import Catalogue
 
 Floats = NDArray[np.float64]
 
 _COLUMNS = ("maslov", "walls", "length", "lyapunov", "symmetry", "representative")
 _USUAL_K_MAX = 30.0
+_LONGEST, _MOST_POINTS, _MOST_K = 100, 100_000, 1000
 
 
 def read_levels(catalogue: "Catalogue", a: float, parity: Parity | None) -> tuple[Floats, float] | None:
@@ -72,37 +75,52 @@ def read_classes(catalogue: "Catalogue", chosen: Selection) -> tuple[Classes, ND
 def read_spectrum(
     catalogue: "Catalogue",
     a: float,
-    lengths: Floats,
+    lengths: "ArrayLike",
+    points: int,
     k_max: float | None,
-    levels: Floats | None,
-    parity: Parity | None,
+    levels: "ArrayLike | None",
+    parity: str | None,
 ) -> Spectrum:
     """Return the length spectrum (`Catalogue.spectrum`).
 
     Raises
     ------
     InputError
-        If there are no orbits, or no levels up to `k_max`.
+        If there are no orbits, no levels up to `k_max`, or an argument is not what it should be.
     """
+    ends = np.asarray(lengths, np.float64)
+    if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
+        raise InputError(
+            f"lengths {lengths!r:.40}, points {points}: give a range within 0..{_LONGEST}, 2 points to "
+            f"{_MOST_POINTS}"
+        )
+    if k_max is not None and not 1 <= k_max <= _MOST_K:
+        raise InputError(f"k_max {k_max:g}: give 1 to {_MOST_K}")
+    if parity is not None and parity not in list(Parity):
+        raise InputError(f"parity {parity!r:.40}: use ee, eo, oe or oo")
+    stadium, of = Stadium(a), None if parity is None else Parity(parity)
+    given = None if levels is None else np.asarray(levels, np.float64)
+    if given is not None:
+        check_levels(given, stadium, of)
     with catalogue.at_one_moment() as still:
-        classes, codes, highest = read_classes(still, Selection(a))
-        known = read_levels(still, a, parity) if levels is None else (levels, float(levels[-1]))
+        classes, codes, highest = read_classes(still, Selection(stadium.a))
+        known = read_levels(still, stadium.a, of) if given is None else (given, float(given[-1]))
     end = _USUAL_K_MAX if known is None else known[1]
     if k_max is not None and known is not None and k_max > end:
         raise InputError(
             f"the levels end at k = {end:.6g}: give a smaller k_max than {k_max:g}, or more levels"
         )
-    stadium, end = Stadium(a), end if k_max is None else k_max
-    longest = float(lengths[-1]) + reach(end)
-    terms = orbit_terms(classes, longest, parity)
-    orbits = of_terms(terms, lengths, end) + of_family(stadium, lengths, end, parity)
-    quantum = None if known is None else of_levels(known[0], lengths, end, stadium, parity)
-    complete = least_length(highest, a) if highest > 1 else 0.0
-    if parity is not None:
+    end = end if k_max is None else k_max
+    x, longest = np.linspace(float(ends[0]), float(ends[1]), points), float(ends[1]) + reach(end)
+    terms = orbit_terms(classes, longest, of)
+    orbits = of_terms(terms, x, end) + of_family(stadium, x, end, of)
+    quantum = None if known is None else of_levels(known[0], x, end, stadium, of)
+    complete = least_length(highest, stadium.a) if highest > 1 else 0.0
+    if of is not None:
         complete /= 2  # of orbits whose halves count
-    parts = zip(terms, family_terms(stadium, end, longest, parity), strict=True)
+    parts = zip(terms, family_terms(stadium, end, longest, of), strict=True)
     both = Terms._make(map(np.concatenate, parts))
-    return Spectrum(a, parity, end, lengths, orbits, quantum, complete, both, codes)
+    return Spectrum(stadium.a, of, end, x, orbits, quantum, complete, both, codes)
 
 
 def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[Levels]:
