@@ -13,7 +13,8 @@ from alembic import op
 from orbitdb.errors import StoreError
 from orbitdb.store.file.engines import driver
 from orbitdb.store.file.schema import LONG, TABLES, VIEWS
-from orbitdb.symbols.members import ELEMENT_ROWS, joined_members, joined_words, stabilisers_of
+from orbitdb.symbols.members import ELEMENT_ROWS, joined_members, joined_words
+from orbitdb.symbols.symmetry import classify
 from orbitdb.symbols.words import MAX_KEYED, key, packed
 
 revision = "0007"
@@ -80,7 +81,7 @@ def _classes(plain: sqlite3.Connection) -> Iterator[tuple[int | str, ...]]:
         stored = plain.execute("SELECT * FROM old_cycle WHERE p = ? AND id >= 0 ORDER BY word", (p,))
         while rows := stored.fetchmany(_ROWS):
             codes = packed(np.array([row[0] for row in rows]), p)
-            words = joined_words(codes, stabilisers_of(codes, p), p)
+            words = joined_words(codes, classify(codes, p).stabiliser, p)
             yield from ((*row, joined) for row, joined in zip(rows, words, strict=True))
     others = f"SELECT * FROM old_cycle WHERE id < 0 OR p NOT BETWEEN 1 AND {MAX_KEYED} ORDER BY id DESC"
     for number, *row in plain.execute(others):

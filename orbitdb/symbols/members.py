@@ -6,6 +6,7 @@ element that leads to a word that an element before it leads to is passed over.
 """
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,17 +101,11 @@ def joined_words(codes: Integers, stabilisers: NDArray[np.uint8], p: int) -> lis
     stabilisers : ndarray of uint8, shape (C,)
     p : int
     """
-    found = np.empty(len(codes), dtype=object)
-    for start in range(0, len(codes), _BATCH):
-        batch = slice(start, start + _BATCH)
-        images, masks = all_images(codes[batch], p), stabilisers[batch]
-        for size in set(SIZES[masks].tolist()):
-            here = np.flatnonzero(SIZES[masks] == size)
-            words = images[ELEMENT_OF[masks[here], :size], here[:, None]]
-            symbols = unpack(words.ravel(), p) + np.uint8(ord("0"))
-            text, width = symbols.tobytes().decode("ascii"), size * p
-            found[start + here] = [text[at : at + width] for at in range(0, len(text), width)]
-    return found.tolist()
+    sizes = SIZES[stabilisers]
+    every = packed_members(codes, p, ((1 << sizes) - 1).astype(np.uint8), stabilisers)
+    text = b"".join((unpack(words, p) + np.uint8(ord("0"))).tobytes() for words in every).decode("ascii")
+    ends = [0, *(p * sizes.cumsum()).tolist()]
+    return [text[start:end] for start, end in pairwise(ends)]
 
 
 def joined_members(word: str) -> str:
@@ -143,13 +138,3 @@ def packed_members(
         chosen = (masks[batch, None] >> np.arange(len(ELEMENTS), dtype=np.uint8) & 1).astype(np.bool_)
         rows, places = np.nonzero(chosen)
         yield images[ELEMENT_OF[stabilisers[batch][rows], places], rows]
-
-
-def stabilisers_of(codes: Integers, p: int) -> NDArray[np.uint8]:
-    """Return the stabilisers of packed words of order p <= 20, which are least rotations."""
-    found = np.zeros(len(codes), dtype=np.uint8)
-    for start in range(0, len(codes), _BATCH):
-        batch = slice(start, start + _BATCH)
-        for g, image in enumerate(all_images(codes[batch], p)):
-            found[batch] |= (image == codes[batch]).astype(np.uint8) << np.uint8(g)
-    return found

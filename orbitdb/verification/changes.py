@@ -127,7 +127,7 @@ def _slacks(legs: Chain, a: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the smooth slacks at the maxima, their slopes in ln a, and a bound on the slacks' errors."""
     limits = direction_limits(legs, a)
     alpha = newton(legs, a).alpha
-    moved = motion(legs, a, alpha, limits)
+    _, drift = motion(legs, a, alpha, limits)
     slopes = derivatives(legs, a, alpha)
     errors = direction_errors(legs, a, alpha, slopes)
-    return *slacks_and_slopes(legs, alpha, moved.drift), 2 * slack_errors(legs, errors).max(axis=(0, 1))
+    return *slacks_and_slopes(legs, alpha, drift), 2 * slack_errors(legs, errors).max(axis=(0, 1))

@@ -71,14 +71,14 @@ def bracket(legs: Chain, zeros: Zeros, surely: Callable[[Integers, Floats], Sign
     part, own = legs.chain(zeros.word), (zeros.slack, np.arange(len(zeros)))
     x, alpha = np.exp(zeros.x), zeros.alpha
     for _ in range(2):  # once to the zero as near as doubles come, and once more there
-        moved = motion(part, x, alpha, direction_limits(part, x))
-        alpha = alpha + moved.step
-        slack, slopes = slacks_and_slopes(part, alpha, moved.drift)
+        step, drift = motion(part, x, alpha, direction_limits(part, x))
+        alpha = alpha + step
+        slack, slopes = slacks_and_slopes(part, alpha, drift)
         with np.errstate(divide="ignore", invalid="ignore"):
             shift = np.nan_to_num(-slack[own] / slopes[own], posinf=0.0, neginf=0.0)
         shift = np.clip(shift, -_POLISH, _POLISH)
-        x, alpha = x * (1 + shift), alpha + shift * moved.drift
-    slack, _ = slacks_and_slopes(part, alpha, moved.drift)
+        x, alpha = x * (1 + shift), alpha + shift * drift
+    slack, _ = slacks_and_slopes(part, alpha, drift)
     alpha_error = direction_errors(part, x, alpha, derivatives(part, x, alpha))
     error = slack_errors(part, alpha_error).max(axis=(0, 1))
     slope = slopes[own]
@@ -89,8 +89,7 @@ def bracket(legs: Chain, zeros: Zeros, surely: Callable[[Integers, Floats], Sign
     before, after = np.zeros(len(x), np.int8), np.zeros(len(x), np.int8)
     open_ = np.arange(len(x))
     while len(open_):
-        here, drift = part.chain(open_), moved.drift.take(open_, axis=1)
-        away = delta[open_] * drift
+        here, away = part.chain(open_), delta[open_] * drift.take(open_, axis=1)
         low[open_], high[open_] = x[open_] * (1 - delta[open_]), x[open_] * (1 + delta[open_])
         before[open_] = statuses(here, low[open_], alpha.take(open_, axis=1) - away)
         after[open_] = statuses(here, high[open_], alpha.take(open_, axis=1) + away)
@@ -115,7 +114,7 @@ def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
     """
     limits = direction_limits(legs, a)
     here = np.clip(alpha, *limits)
-    here = np.clip(here + motion(legs, a, here, limits).step, *limits)
+    here = np.clip(here + motion(legs, a, here, limits)[0], *limits)
     status = decide(legs, a, here).status
     return (status == Status.ORBIT).astype(np.int8) - (status == Status.DYNAMICAL).astype(np.int8)
 

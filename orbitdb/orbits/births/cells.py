@@ -219,7 +219,7 @@ def _maximum(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) 
         part, here = legs.chain(held), alpha.take(held, axis=1)
         low, high = (limit.take(held, axis=1) for limit in box)
         for _ in range(_BEYOND_LIMITS):
-            here = np.clip(here + motion(part, a[held], here, (low, high)).step, low, high)
+            here = np.clip(here + motion(part, a[held], here, (low, high))[0], low, high)
         alpha[:, held] = here
     return alpha
 

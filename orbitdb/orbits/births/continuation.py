@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.bounces import slack_changes, smooth_slacks
 from orbitdb.billiard.legs import Chain, derivatives, direction_limits, pressed_directions
-from orbitdb.equality import ByValue, Columns
+from orbitdb.equality import Columns
 from orbitdb.orbits.newton import minus_hessian, newton, solve_cyclic
 
 Floats = NDArray[np.float64]
@@ -24,22 +24,6 @@ Floats = NDArray[np.float64]
 _ON_THE_WAY = 2e-3
 """A Newton step of this size (radians) leaves an error of about its square, enough between zeros."""
 _PLAIN_STEPS = 4
-
-
-@dataclass(frozen=True, eq=False)
-class Motion(ByValue):
-    """Where the maxima of N words are, each at its own a, and how they move.
-
-    Attributes
-    ----------
-    step : ndarray, shape (m, N)
-        What Newton's method would add to the directions (radians).
-    drift : ndarray, shape (m, N)
-        d alpha/dx, x = ln a; zero for directions that are pressed against a limit.
-    """
-
-    step: Floats
-    drift: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,13 +47,18 @@ class Station(Columns):
     slope: Floats
 
 
-def motion(legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]) -> Motion:
-    """Return Newton's step and the drift of words at directions alpha between their limits, shape (m, N)."""
+def motion(
+    legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]
+) -> tuple[Floats, Floats]:
+    """Return Newton's step and the drift of words at directions between their limits, shape (m, N) each.
+
+    The drift d alpha/dx, x = ln a, is zero for directions that are pressed against a limit.
+    """
     slopes = derivatives(legs, a, alpha)
     pressed = pressed_directions(alpha, slopes, limits)
     rhs = np.where(pressed, 0.0, np.stack([slopes.gradient, -2 * a * np.sin(alpha)]))
     step, drift = solve_cyclic(*minus_hessian(legs, slopes, pressed), rhs)
-    return Motion(step, drift)
+    return step, drift
 
 
 def follow(legs: Chain, grid: Floats) -> Iterator[Station]:
@@ -87,7 +76,7 @@ def follow(legs: Chain, grid: Floats) -> Iterator[Station]:
     """
     first = float(np.exp(grid[0]))
     alpha = newton(legs, first).alpha
-    drift = motion(legs, first, alpha, direction_limits(legs, first)).drift
+    _, drift = motion(legs, first, alpha, direction_limits(legs, first))
     bend = np.zeros_like(drift)
     yield Station(float(grid[0]), alpha, drift, *slacks_and_slopes(legs, alpha, drift))
     for x, h in zip(grid[1:].tolist(), np.diff(grid).tolist(), strict=True):
@@ -104,16 +93,16 @@ def _settle(legs: Chain, a: float, start: Floats, limits: tuple[Floats, Floats])
     alpha, drift = start.copy(), np.empty_like(start)
     part, here, active = legs, start, np.arange(len(legs))
     for _ in range(_PLAIN_STEPS):
-        moved = motion(part, a, here, limits)
-        new = np.clip(here + moved.step, *limits)
-        alpha[:, active], drift[:, active] = new, moved.drift
+        step, drift[:, active] = motion(part, a, here, limits)
+        new = np.clip(here + step, *limits)
+        alpha[:, active] = new
         going = np.flatnonzero(np.abs(new - here).max(axis=0) > _ON_THE_WAY)
         if not len(going):
             return alpha, drift
         active, here, part = active[going], new.take(going, axis=1), part.chain(going)
         limits = (limits[0].take(going, axis=1), limits[1].take(going, axis=1))
     alpha[:, active] = newton(part, a, _ON_THE_WAY**2, here).alpha
-    drift[:, active] = motion(part, a, alpha[:, active], limits).drift
+    _, drift[:, active] = motion(part, a, alpha[:, active], limits)
     return alpha, drift
 
 

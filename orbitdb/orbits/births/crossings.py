@@ -184,14 +184,14 @@ def _zero_step(legs: Chain, slack: Indices, x: Floats, alpha: Floats) -> tuple[F
     a = np.exp(x)
     limits = direction_limits(legs, a)
     here = np.clip(alpha, *limits)
-    moved = motion(legs, a, here, limits)
+    step, drift = motion(legs, a, here, limits)
     own = slack, np.arange(len(x))
-    f, gain = (each[own] for each in slacks_and_slopes(legs, here, moved.step))
-    slope = slacks_and_slopes(legs, here, moved.drift)[1][own]
+    f, gain = (each[own] for each in slacks_and_slopes(legs, here, step))
+    slope = slacks_and_slopes(legs, here, drift)[1][own]
     with np.errstate(divide="ignore", invalid="ignore"):
         dx = np.nan_to_num(-(f + gain) / slope, posinf=1.0, neginf=-1.0)
     dx = np.clip(dx, -1.0, 1.0)
-    return dx, here + moved.step + dx * moved.drift
+    return dx, here + step + dx * drift
 
 
 def _surely(legs: Chain, stuck: Zeros) -> tuple[Floats, Floats]:

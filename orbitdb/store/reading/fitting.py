@@ -11,9 +11,9 @@ from orbitdb.store.asking.confinement import CancelledError, never
 from orbitdb.store.file.tables import cycle, pruned
 from orbitdb.store.reading.chosen import Integers, Masks, orders_of
 from orbitdb.store.reading.soundness import need_words, unsound
-from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF, all_images, stabilisers_of
+from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF, all_images
 from orbitdb.symbols.patterns import Pattern
-from orbitdb.symbols.symmetry import packed_images
+from orbitdb.symbols.symmetry import classify, packed_images
 from orbitdb.symbols.words import MAX_KEYED, packed
 
 _BATCH = 1 << 14
@@ -96,7 +96,7 @@ def stabilisers_of_classes(connection: sa.Connection, ids: Integers, full: NDArr
     for p in np.unique(orders).tolist():
         here = small[orders == p]
         if p <= MAX_KEYED:
-            found[here] = stabilisers_of(packed(ids[here], p), p)
+            found[here] = classify(packed(ids[here], p), p).stabiliser
             continue
         listed = sa.func.json_each(json.dumps(ids[here].tolist())).table_valued("value").c.value
         rows = connection.execute(
