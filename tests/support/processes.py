@@ -29,13 +29,6 @@ print("ready", flush=True)
 run()
 """
 
-SMALL_BLOCKS = """
-from orbitdb.filling import blocks
-from orbitdb.orbits.newton import solve
-blocks.METHODS["newton"] = blocks.Method(solve, 64)
-"""
-"""Cuts periods into many blocks, in a process that begins with it."""
-
 
 def small_blocks(words: int = 64) -> list[str]:
     """Return the command with blocks of so many words, which says ``ready`` when all is imported."""
