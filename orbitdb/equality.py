@@ -17,10 +17,10 @@ class ByValue:
     def __eq__(self, other: object) -> bool:
         if other.__class__ is not self.__class__:
             return NotImplemented
-        return all(map(_same, _values(self), _values(other)))
+        return bool(_key(_values(self)) == _key(_values(other)))
 
     def __hash__(self) -> int:
-        return hash(tuple(map(_key, _values(self))))
+        return hash(_key(_values(self)))
 
 
 def _values(record: Any) -> list[Any]:
@@ -28,25 +28,13 @@ def _values(record: Any) -> list[Any]:
     return [getattr(record, field.name) for field in fields(record)]
 
 
-def _same(one: Any, other: Any) -> bool:
-    if not (isinstance(one, np.ndarray) and isinstance(other, np.ndarray)):
-        return bool(_key(one) == _key(other))
-    if one.shape != other.shape or one.dtype.kind != other.dtype.kind:
-        return False
-    same = one == other
-    if one.dtype.kind == "f":
-        same &= np.signbit(one) == np.signbit(other)
-        same |= np.isnan(one) & np.isnan(other)
-    return bool(same.all())
-
-
 def _key(value: Any) -> Any:
     """Return something with a hash that is equal for equal values."""
     if isinstance(value, np.ndarray):
         if value.dtype.kind == "f":
             one_nan = np.where(np.isnan(value), np.nan, value)  # which has many bit patterns
-            return value.shape, one_nan.astype(float).tobytes()
-        return value.shape, tuple(value.ravel().tolist())
+            return "f", value.shape, one_nan.astype(float).tobytes()
+        return value.dtype.kind, value.shape, tuple(value.ravel().tolist())
     if isinstance(value, Mapping):
         return frozenset((name, _key(item)) for name, item in value.items())
     if isinstance(value, list | tuple):

@@ -147,7 +147,7 @@ def _note_nothing(catalogue: "Catalogue", stadiums: "Sequence[Selection]", limit
 
 def _watched(rows: Iterator[Any], shown: Progress) -> Iterator[Any]:
     """Pass rows on, or blocks of them, and show how many they are."""
-    from orbitdb.column_blocks import ColumnBlock
+    from orbitdb.column_files import ColumnBlock
 
     count, told = 0, -_BETWEEN_TELLING
     for row in rows:

@@ -8,7 +8,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.counted import Counted, count
 from orbitdb.catalogue.gaps import describe_lacking, describe_unfilled
 from orbitdb.catalogue.opened import OpenedCatalogue
-from orbitdb.column_blocks import ColumnBlock
+from orbitdb.column_files import ColumnBlock
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.conditions import COLUMNS, asks_of_lives
@@ -50,10 +50,10 @@ class Catalogue(OpenedCatalogue):
     Parameters
     ----------
     path : path-like, optional
-        The file; by default ``ORBITDB_DB`` or a file in the user's data folder.
+        The file; by default that of ``ORBITDB_DB``, or one in your data folder.
     a : float, optional
-        The stadium that words and `select` are about, unless they name another; by default the only
-        one of which the catalogue has orbits, else 1.6.
+        The stadium of all questions that name none; by default the only one with orbits in the
+        catalogue, else 1.6.
 
     Raises
     ------
@@ -70,7 +70,7 @@ class Catalogue(OpenedCatalogue):
     >>> catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35))
     <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
 
-    It is closed behind a block, and opened again if something more is asked:
+    A ``with`` block closes it. The next question opens it again:
 
     >>> with Catalogue("orbits.db") as catalogue:
     ...     catalogue.count(p=7, status="orbit")
@@ -105,7 +105,7 @@ class Catalogue(OpenedCatalogue):
         offset: int = 0,
         cancelled: Callable[[], bool] = never,
     ) -> Iterator[ColumnBlock]:
-        """Yield rows of a chosen subset by columns, some at a time, as `rows` does one by one."""
+        """Yield what `rows` yields, but many rows at a time, by columns."""
         for name in columns:
             if name not in row_blocks.COLUMNS:
                 raise unknown_column(name, COLUMNS)
@@ -128,7 +128,7 @@ class Catalogue(OpenedCatalogue):
         cancelled: Callable[[], bool] = never,
         **criteria: Unpack[Criteria],
     ) -> Iterator[tuple[Any, ...]]:
-        """Yield rows of a chosen subset, one a symbol sequence.
+        """Yield rows of a chosen subset, one a word.
 
         Parameters
         ----------
@@ -137,12 +137,12 @@ class Catalogue(OpenedCatalogue):
         columns : sequence of str, optional
             Some of the columns of the view ``catalogue``.
         order : str, optional
-            Columns with commas between, each with ``desc`` behind it or ``-`` before it to fall. Of rows
-            that are equal in them the lower period, representative and element come first.
+            Columns separated by commas; ``desc`` after a name or ``-`` before it makes it fall. Among
+            equal rows the lower period, representative and element come first.
         limit, offset : int, optional
-            How many rows at most, and how many to pass over first.
+            Largest number of rows, and how many to skip first.
         cancelled : callable, optional
-            Asked now and then, while there is a free expression, whether to stop.
+            Called now and then while an SQL expression is at work; if it returns true, the query stops.
 
         Raises
         ------
@@ -155,10 +155,10 @@ class Catalogue(OpenedCatalogue):
 
     @with_criteria
     def partial(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> list[Fill]:
-        """Return those periods of a subset that are stored in part: a fill goes on, or was stopped.
+        """Return the periods of a subset that are stored only in part, as a fill goes on or was stopped.
 
-        The parameters are those of `select`. Rows of such periods are among those that `select`,
-        `classes`, `rows` and `count` give; read both in one block of `at_one_moment`.
+        The parameters are those of `select`. `select`, `classes`, `rows` and `count` include such
+        periods; read both in one block of `at_one_moment`.
         """
         chosen = self._chosen(selection, criteria)
         return [fill for fill in self.fills(chosen.a) if not fill.whole and chosen.includes(fill.p)]
@@ -249,43 +249,43 @@ class Catalogue(OpenedCatalogue):
         limit: int | None = None,
         a: float | None = None,
     ) -> "Trajectory | tuple[Candidate, ...]":
-        """Find orbits by what one has: a start, points of a trajectory, or a length.
+        """Find orbits from a start, from points of a trajectory, or from a length.
 
-        A trajectory is written in symbols; the pieces of it between near returns, of up to 24 bounces, are
-        closed to words and solved, stored or not, and the orbits told that it stays with for two bounces or
-        more. A length is compared with those of the stored orbits, and their repetitions.
+        A trajectory becomes symbols. Its pieces between near returns, of up to 24 bounces, become words
+        and are solved, stored or not; the result has the orbits that the trajectory stays with for two
+        bounces or more. A length is compared with those of the stored orbits and their repetitions.
 
         Parameters
         ----------
         start : (float, float, float), optional
-            x, y from the middle of the stadium, in it or on its boundary, and the angle of the path from
-            the x axis (radians). The trajectory is followed ahead and back.
+            x, y from the middle of the stadium, inside it or on its boundary, and the angle of the path from
+            the x axis (radians). The trajectory is followed forward and back.
         points : array-like, shape (N, 2), optional
-            x, y of 3 to 1000 successive bounces; the last may be the first again. As a whole they are one
-            more word to try, of any period. One nearer to a joint of wall and semicircle than it is
-            measured may be taken for a bounce on the other side of it, and then hides the word.
+            x, y of 3 to 1000 successive bounces; the last may be the first again. All of them together are
+            one more word to try, of any period. A point that is closer to a joint of wall and semicircle
+            than its error may land on the wrong side of it, and then the word is not found.
         length : float, optional
             In units of the radius.
         tolerance : float, optional
-            How far a bounce may be from that of the orbit, 0.01 by default, and points from the boundary; or
-            how far a length may be, 0.001 by default. At most 1.
+            Largest distance of a bounce from that of the orbit and of points from the boundary, 0.01 by
+            default; or of a length from the one given, 0.001 by default. At most 1.
         bounces : int, optional
-            Bounces to follow from a start, each way; by default 60. It ends where rounding may have
-            moved them by the tolerance.
+            Bounces to follow from a start, each way; by default 60. The trajectory ends where rounding may
+            have moved a bounce by the tolerance.
         limit : int, optional
-            Orbits at most; by default 10 that a trajectory shadows, and all of a length.
+            Largest number of orbits; by default 10 for a trajectory, and all for a length.
         a : float, optional
             The stadium, by default the catalogue's.
 
         Returns
         -------
         Trajectory or tuple of Candidate
-            The orbits that a trajectory goes round most often first; of a length, the nearest.
+            First the orbit that the trajectory goes round most often, or whose length is nearest.
 
         Raises
         ------
         InputError
-            If not exactly one of the three is given, or it is not what it should be.
+            If you give more or less than one of the three, or a value that cannot be used.
 
         Examples
         --------
@@ -325,13 +325,13 @@ class Catalogue(OpenedCatalogue):
         Parameters
         ----------
         lengths : (float, float), optional
-            From where to where, in units of the radius.
+            The least and the largest, in units of the radius.
         points : int, optional
-            At how many lengths.
+            Number of lengths.
         k_max : float, optional
-            End of the window, in 1/radius; by default where the levels end, or 30 without levels.
+            End of the window, in 1/radius; by default the end of the levels, or 30 without levels.
         levels : array-like, shape (N,), optional
-            All levels k from the lowest on, in rising order; by default those that the catalogue holds.
+            All levels k from the lowest on, in rising order; by default those in the catalogue.
         parity : str, optional
             ``ee``, ``eo``, ``oe`` or ``oo``; by default all levels together.
         a : float, optional
@@ -340,7 +340,7 @@ class Catalogue(OpenedCatalogue):
         Raises
         ------
         InputError
-            If there are no orbits, or an argument is not what it should be.
+            If there are no orbits, or an argument cannot be used.
         """
         from orbitdb.catalogue.spectrum import read_spectrum
 
@@ -352,7 +352,7 @@ class Catalogue(OpenedCatalogue):
             return lives.birth_fills(connection)
 
     def births(self, p: int) -> list[Life]:
-        """Return from where to where in a the classes of one period are orbits, one entry a life, by birth.
+        """Return the lives of the classes of one period, by birth: the ranges of a in which they are orbits.
 
         Empty if no births of the period are stored: `orbitdb births` stores them.
         """
@@ -369,7 +369,7 @@ class Catalogue(OpenedCatalogue):
         a : float, optional
             The stadium; by default the catalogue's.
         proof : str, optional
-            ``doubles`` or ``balls``: only bounds that rest on that; by default the closer ones.
+            ``doubles`` or ``balls``: only bounds proved in this arithmetic; by default the closer ones.
 
         Raises
         ------
@@ -409,7 +409,7 @@ class Catalogue(OpenedCatalogue):
         a : float, optional
             The stadium; by default the catalogue's.
         selection : Selection, optional
-            Of which orbits; by default of all. Its a and its periods do not count.
+            The orbits that were swept; by default all. Its a and periods are ignored.
 
         Raises
         ------
@@ -432,7 +432,7 @@ class Catalogue(OpenedCatalogue):
         Parameters
         ----------
         selection : Selection, optional
-            Its a and its periods count, all that are there by default; or name them by the criteria.
+            Its a and periods count; or give them as criteria. By default all periods that are there.
         **criteria
             As in `select`.
         """
@@ -441,16 +441,16 @@ class Catalogue(OpenedCatalogue):
             return count(connection, still.fills(chosen.a), chosen)
 
     def __contains__(self, word: object) -> bool:
-        """Tell whether what becomes of a word is stored, in any rotation and with any status."""
+        """Tell whether the catalogue holds a word, in any rotation and with any status."""
         try:
             return isinstance(word, str) and is_primitive(parse(word)) and self.find(word) is not None
         except WordError:
             return False
 
     def __getitem__(self, word: str) -> Orbit:
-        """Return the orbit of a word (run notation, too), or why there is none, in the rotation asked for.
+        """Return the orbit of a word in the rotation given (run notation, too), or why there is none.
 
-        A word that is not stored is solved on the spot, as the command line does; its ``stored`` is false.
+        A word that is not stored is solved now; its ``stored`` is false.
 
         Raises
         ------
@@ -478,7 +478,7 @@ class Catalogue(OpenedCatalogue):
         return (word for (word,) in self.rows(Selection(self.a, statuses=_SOLVED), ("code",)))
 
     def __len__(self) -> int:
-        """Return how many words it holds; those that are geometrically pruned are not among them."""
+        """Return how many words it holds, without those that are geometrically pruned."""
         return self.count(Selection(self.a, statuses=_SOLVED))
 
     def __bool__(self) -> bool:
@@ -493,12 +493,12 @@ class Catalogue(OpenedCatalogue):
         coordinates: bool = False,
         **criteria: Unpack[Criteria],
     ) -> "Subset":
-        """Return a chosen subset as arrays, one entry a symbol sequence.
+        """Return a chosen subset as arrays, one entry a word.
 
         Parameters
         ----------
         selection : Selection, optional
-            The subset; or name it by the criteria.
+            The subset; or give the criteria.
         order : str, optional
             Columns to sort by, as in `rows`.
         coordinates : bool, optional
@@ -508,18 +508,18 @@ class Catalogue(OpenedCatalogue):
         p : int, str or iterable of int, optional
             A period, text such as ``2,3,5-7``, or several: ``range(2, 6)``, a list, an array.
         status : Status, str or iterable of them, optional
-            One, or some, also in a text with commas, such as ``orbit,boundary``.
+            One or several, also as a text with commas, such as ``orbit,boundary``.
         time_reversal, symmetry, contains, where, parameters : optional
             As in `Selection`.
         exists, not_at : float or iterable of float, optional
-            Where the words are orbits, and where they are none, whatever a is.
+            Values of a at which the words are orbits, and at which they are not.
         length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float or None, float or None), optional
             Least and greatest value, such as ``length=(3, None)``.
 
         Raises
         ------
         SelectionError
-            If one of them cannot be used.
+            If a criterion cannot be used.
 
         Examples
         --------
@@ -532,16 +532,15 @@ class Catalogue(OpenedCatalogue):
 
     @with_criteria
     def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "ChosenClasses":
-        """Return the symmetry classes of a chosen subset, with how many of their words are in it.
+        """Return the symmetry classes of a chosen subset, with the number of their words in it.
 
-        Only classes with a length and lambda, which are orbits and, if their status is named, orbits
-        through a joint. No coordinates are read; unless the subset depends on the single words
-        (``contains``, ``where``) they are not read either. The parameters are those of `select`.
+        These are the classes with a length and lambda: orbits and, if you name their status, orbits
+        through a joint. The parameters are those of `select`.
 
         Raises
         ------
         SelectionError
-            If a status is named whose sequences have no length and lambda.
+            If you name a status whose words have no length and lambda.
         """
         from orbitdb.catalogue.chosen_classes import read_classes
 
@@ -550,10 +549,10 @@ class Catalogue(OpenedCatalogue):
 
     @with_criteria
     def table(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
-        """Return the paper's Table 1: counts of sequences and orbits by period, and the entropy K_0.
+        """Return the paper's Table 1: counts of words and orbits by period, and the entropy K_0.
 
-        The parameters are those of `select`, of which a and periods count. Periods that are not filled are
-        counted from a sweep or from births, where there are some.
+        Of the parameters of `select`, a and periods count. Where nothing is filled, the counts come from
+        a sweep or from births.
 
         Examples
         --------
@@ -593,11 +592,11 @@ class Catalogue(OpenedCatalogue):
         Parameters
         ----------
         selection : Selection, optional
-            The subset; or name it by the criteria, as in `select`.
+            The subset; or give the criteria, as in `select`.
         weight : str, optional
             ``exp``: weights e^-lambda, as in the paper; ``det``: ``1/|det(1 - M)|``.
         cut : float, optional
-            One zeta average over all pseudo-cycles of lambda up to this, instead.
+            Return one zeta average instead, over all pseudo-cycles with a lambda up to this.
 
         Raises
         ------

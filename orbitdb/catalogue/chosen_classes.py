@@ -1,4 +1,4 @@
-"""A chosen subset as symmetry classes, for averages over orbits: no word and no coordinate is read."""
+"""A chosen subset as symmetry classes, for averages over orbits, without words and coordinates."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""The counts of the paper's Table 1 at any a: from a fill where there is one, a sweep, or from births."""
+"""The counts of the paper's Table 1 at any a: from a fill, a sweep, or births."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

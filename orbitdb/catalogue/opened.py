@@ -1,4 +1,4 @@
-"""A catalogue's file while it is open: its connections, one moment of it, and what is filled at which a."""
+"""The open file of a catalogue: its connections, one moment of it, and what is filled at which a."""
 
 import weakref
 from collections.abc import Iterator
@@ -43,12 +43,12 @@ class OpenedCatalogue:
         self.close()
 
     def close(self) -> None:
-        """Close the file; it is opened again if something more is asked."""
+        """Close the file. The next question opens it again."""
         self._engine.dispose()
 
     @contextmanager
     def reading(self) -> Iterator[sa.Connection]:
-        """Give a connection inside one read transaction: all it sees is of one moment."""
+        """Open a read transaction: its connection sees the file at one moment."""
         if self._moment is not None:
             yield self._moment
             return
@@ -57,9 +57,9 @@ class OpenedCatalogue:
 
     @contextmanager
     def at_one_moment(self) -> Iterator[Self]:
-        """Give the catalogue as it is when it is first read: its numbers, from however many queries, agree.
+        """Read the catalogue at one moment, so that the numbers of several queries agree.
 
-        What a fill stores meanwhile is seen behind the block.
+        What a fill stores meanwhile appears after the block.
         """
         with self.reading() as connection:
             still = object.__new__(type(self))
@@ -92,14 +92,14 @@ class OpenedCatalogue:
 
     @classmethod
     def create(cls, path: Path | str | None = None, a: float | None = None) -> Self:
-        """Open a catalogue, making it or bringing it to the newest schema first."""
+        """Open a catalogue for reading; first make it, or bring it to the newest schema."""
         path = Path(path) if path is not None else default_path()
         migrate(path)
         return cls(path, a)
 
     @property
     def a(self) -> float:
-        """The stadium that is meant where none is named; once it is asked for, it stays the same.
+        """The stadium of all questions that name none; once it is known, it stays the same.
 
         Raises
         ------

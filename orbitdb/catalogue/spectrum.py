@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
+from orbitdb.orbits.beyond import least_length
 from orbitdb.orbits.orbit import Status
-from orbitdb.quantum.amplitudes import Classes
+from orbitdb.quantum.amplitudes import Classes, Terms, orbit_terms
+from orbitdb.quantum.lengths import family_terms, of_family, of_levels, of_terms, reach
 from orbitdb.quantum.levels import Levels
-from orbitdb.quantum.spectrum import Spectrum, check_levels, spectrum
+from orbitdb.quantum.spectrum import Spectrum, check_levels
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import level, level_fill
@@ -27,23 +29,25 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-_COLUMNS = ("p", "walls", "length", "lyapunov", "symmetry", "representative")
+_COLUMNS = ("maslov", "walls", "length", "lyapunov", "symmetry", "representative")
 _USUAL_K_MAX = 30.0
 _LONGEST, _MOST_POINTS, _MOST_K = 100, 100_000, 1000
 
 
 def read_levels(catalogue: "Catalogue", a: float, parity: Parity | None) -> tuple[Floats, float] | None:
     """Return the stored levels from 0 to the first gap, and the k where that begins; None without levels."""
-    found: list[Levels] = []
+    ends, found = [], []
     with catalogue.at_one_moment() as still, still.reading() as connection:
         for each in Parity if parity is None else (parity,):
-            known = _joined(stored_levels(connection, a, each))
-            if known is None:
-                return None
-            found.append(known)
-    high = min(each.high for each in found)
-    k = np.sort(np.concatenate([each.k for each in found]))
-    return k[k < high], high
+            end = 0.0
+            for window in stored_levels(connection, a, each):
+                if window.low == end:
+                    end = window.high
+                    found.append(window.k)
+            ends.append(end)
+    high = min(ends)
+    k = np.sort(np.concatenate([np.zeros(0), *found]))
+    return (k[k < high], high) if high > 0 else None
 
 
 def read_classes(catalogue: "Catalogue", chosen: Selection) -> tuple[Classes, NDArray[np.object_], int]:
@@ -63,8 +67,8 @@ def read_classes(catalogue: "Catalogue", chosen: Selection) -> tuple[Classes, ND
     while highest + 1 in filled:
         highest += 1
     values, words = found.values, found.counts.astype(np.int64)
-    p, walls = (values[name].astype(np.int64) for name in ("p", "walls"))
-    classes = Classes(p, walls, words, values["length"], values["lyapunov"], values["symmetry"])
+    maslov, walls = (values[name].astype(np.int64) for name in ("maslov", "walls"))
+    classes = Classes(maslov, walls, words, values["length"], values["lyapunov"], values["symmetry"])
     return classes, values["representative"], highest
 
 
@@ -99,7 +103,7 @@ def read_spectrum(
     if given is not None:
         check_levels(given, stadium, of)
     with catalogue.at_one_moment() as still:
-        orbits = read_classes(still, Selection(stadium.a))
+        classes, codes, highest = read_classes(still, Selection(stadium.a))
         known = read_levels(still, stadium.a, of) if given is None else (given, float(given[-1]))
     end = _USUAL_K_MAX if known is None else known[1]
     if k_max is not None and known is not None and k_max > end:
@@ -107,8 +111,16 @@ def read_spectrum(
             f"the levels end at k = {end:.6g}: give a smaller k_max than {k_max:g}, or more levels"
         )
     end = end if k_max is None else k_max
-    x = np.linspace(float(ends[0]), float(ends[1]), points)
-    return spectrum(stadium, *orbits, x, end, None if known is None else known[0], of)
+    x, longest = np.linspace(float(ends[0]), float(ends[1]), points), float(ends[1]) + reach(end)
+    terms = orbit_terms(classes, longest, of)
+    orbits = of_terms(terms, x, end) + of_family(stadium, x, end, of)
+    quantum = None if known is None else of_levels(known[0], x, end, stadium, of)
+    complete = least_length(highest, stadium.a) if highest > 1 else 0.0
+    if of is not None:
+        complete /= 2  # of orbits whose halves count
+    parts = zip(terms, family_terms(stadium, end, longest, of), strict=True)
+    both = Terms._make(map(np.concatenate, parts))
+    return Spectrum(stadium.a, of, end, x, orbits, quantum, complete, both, codes)
 
 
 def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[Levels]:
@@ -143,27 +155,8 @@ def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[L
 def missing_levels(known: Sequence[Levels], low: float, high: float) -> Iterator[tuple[float, float]]:
     """Yield the ranges of k between two values that no window covers."""
     for each in known:
-        if each.high <= low:
-            continue
-        if each.low >= high:
-            break
-        if each.low > low:
-            yield low, each.low
-        low = each.high
+        if low < min(each.low, high):
+            yield low, min(each.low, high)
+        low = max(low, each.high)
     if low < high:
         yield low, high
-
-
-def _joined(known: Sequence[Levels]) -> Levels | None:
-    """Return the levels of one parity from k = 0 to the first gap; None if there is none at its beginning."""
-    chain: Levels | None = None
-    for each in known:
-        if each.low == (0.0 if chain is None else chain.high):
-            chain = each if chain is None else replace(
-                chain,
-                high=each.high,
-                k=np.concatenate([chain.k, each.k]),
-                error=np.concatenate([chain.error, each.error]),
-                seconds=chain.seconds + each.seconds,
-            )  # fmt: skip
-    return chain

@@ -1,6 +1,6 @@
-"""A chosen subset as arrays, one entry a symbol sequence.
+"""A chosen subset as arrays, one entry a word.
 
-Coordinates are read only where they are asked for.
+Coordinates are read only on request.
 """
 
 from collections.abc import Iterator, Sequence
@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.billiard.stability import maslov_index
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue import subset_tables
-from orbitdb.column_blocks import Column, Lists
+from orbitdb.column_files import Column, Lists
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
@@ -44,7 +45,7 @@ _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Subset(ByValue):
-    """The chosen symbol sequences, one entry each; numbers that a sequence does not have are NaN.
+    """Chosen words as arrays, one entry each; numbers that a word does not have are NaN.
 
     Attributes
     ----------
@@ -65,17 +66,17 @@ class Subset(ByValue):
         As in `orbitdb.orbits.orbit.Orbits`; length and margin in units of the radius.
     born, dies : ndarray, shape (N,)
         The a of the first birth and of the first death; NaN for a word that is an orbit from a = 0 on
-        or does not die, and where no births of its period are stored.
+        or does not die, or if no births of its period are stored.
     coordinates : ndarray, shape (sum of p,), or None
-        Those of all words one behind the other (`coordinates_of`, `of_period`), NaN where a word has
-        none; None if they were not asked for.
+        Those of all words one after another (`coordinates_of`, `of_period`), NaN where a word has
+        none; None unless you asked for them.
     unfilled : str or None
-        Which of the chosen periods are not filled, in one line (`Catalogue.unfilled`), or lack the births
-        that are asked for: what is not filled is not known to be empty.
+        A line that names the chosen periods that are not filled (`Catalogue.unfilled`), or that lack
+        births. A period that is not filled need not be empty.
     filled : tuple of int
-        The chosen periods that are filled as a whole; averages are over these.
+        The chosen periods that are completely filled; averages are over these.
     total : int or None
-        How many were chosen, where these are a part of them, taken by an index.
+        How many were chosen, if this is a slice or a part of them.
 
     Examples
     --------
@@ -128,11 +129,11 @@ class Subset(ByValue):
         return len(self) > 0
 
     def __iter__(self) -> Iterator[Orbit]:
-        """Yield the sequences one by one, as orbits."""
+        """Yield the words one by one, as orbits."""
         return map(self._orbit, range(len(self)))
 
     def __contains__(self, word: object) -> bool:
-        """Tell whether a word is there, in any rotation, or an orbit as it is here."""
+        """Tell whether a word, in any rotation, or an equal orbit is in the subset."""
         if isinstance(word, Orbit):
             return any(word == orbit for orbit in self[np.flatnonzero(self.codes == word.code)])
         try:
@@ -148,7 +149,7 @@ class Subset(ByValue):
     def __getitem__(
         self, rows: int | np.integer[Any] | slice | Sequence[int] | NDArray[Any]
     ) -> "Orbit | Subset":
-        """Return one sequence as an orbit, or some: those of a slice, of numbers, or of a mask.
+        """Return one word as an orbit, or a subset for a slice, an array of indices or a mask.
 
         Raises
         ------
@@ -197,7 +198,7 @@ class Subset(ByValue):
     @property
     def maslov(self) -> Integers:
         """Maslov indices, 3p - walls."""
-        return 3 * self.p - self.walls
+        return maslov_index(self.p, self.walls)
 
     @property
     def lambda_d(self) -> Floats:
@@ -230,7 +231,7 @@ class Subset(ByValue):
         return self.coordinates
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return the rows as a data frame of pandas; words and other texts stay texts.
+        """Return the rows as a pandas data frame; codes stay text.
 
         Raises
         ------
@@ -242,7 +243,7 @@ class Subset(ByValue):
         return frame
 
     def to_arrow(self) -> "pyarrow.Table":
-        """Return the rows as a table of Arrow, with the types of an exported parquet file.
+        """Return the rows as an Arrow table, with the types of an exported parquet file.
 
         Raises
         ------
@@ -261,14 +262,14 @@ class Subset(ByValue):
     def averages(self, weight: str = "exp") -> "Result":
         """Return the average Lyapunov exponents of the orbits among these, by period (`Catalogue.lyapunov`).
 
-        ``lyapunov`` is the column of their lambda.
+        (``lyapunov`` is the column of their lambda.)
         """
         from orbitdb.catalogue.averaged import lyapunov_of_rows
 
         return lyapunov_of_rows(self._orbits(), weight)
 
     def table(self) -> "Result":
-        """Return how many of these there are, by period, with the columns of the paper's Table 1.
+        """Return counts of these by period, with the columns of the paper's Table 1.
 
         N_t counts all of them, whatever their status.
         """

@@ -1,4 +1,4 @@
-"""Tallies: how many rows of a subset have each value of some columns, or lie in each bin of one."""
+"""Tallies: how many rows of a subset have each value of some columns, or lie in each bin of a column."""
 
 import math
 from collections import Counter

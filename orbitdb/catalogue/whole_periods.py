@@ -1,4 +1,4 @@
-"""The whole periods of a chosen subset: averages over orbits, which must miss none, are of these alone.
+"""The completely filled periods of a chosen subset: averages over orbits use only these.
 
 Sum rules need more: all orbits up to some period, and sums along them.
 """

@@ -67,12 +67,6 @@ def first_windows() -> Windows:
     return Windows(letters, np.ones(len(letters), dtype=np.intp))
 
 
-def windows_of(*texts: str) -> Windows:
-    """Return windows of one length, each written with a bar at its mark."""
-    marks = np.array([text.index("|") for text in texts], dtype=np.intp)
-    return Windows(np.array([letters_of(text.replace("|", "")) for text in texts]), marks)
-
-
 def extended(windows: Windows, at_left: NDArray[np.bool_]) -> Windows:
     """Return the windows with one letter more, in all ways, at the end that is chosen for each."""
     ends = np.where(at_left, windows.letters[:, 0], windows.letters[:, -1])

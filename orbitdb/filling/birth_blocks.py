@@ -10,14 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
-from orbitdb.equality import ByValue
 from orbitdb.orbits.births.changes import Changes, find_changes_together
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import all_least_words, class_spans, least_words
 from orbitdb.symbols.members import joined_words
 from orbitdb.symbols.words import unpack
-from orbitdb.version import __version__
 
 BLOCK = 1 << 17
 """Words of a block: some seconds of work. A third of a second goes into any block, however small."""
@@ -50,11 +48,11 @@ class BirthBlock:
         stabilisers = [each.stabiliser for each in classes]
         words = [joined_words(*each, span.p) for each, span in zip(classes, self.spans, strict=True)]
         parts = zip(self.spans, least, stabilisers, words, find_changes_together(least), strict=True)
-        return SolvedBirths(tuple(SolvedSpan(*part, by) for part in parts), __version__, by)
+        return SolvedBirths(tuple(SolvedSpan(*part, by) for part in parts), by)
 
 
 @dataclass(frozen=True, eq=False)
-class SolvedSpan(ByValue):
+class SolvedSpan:
     """What became of one span.
 
     Attributes
@@ -81,18 +79,17 @@ class SolvedSpan(ByValue):
 
 
 @dataclass(frozen=True, eq=False)
-class SolvedBirths(ByValue):
+class SolvedBirths:
     """What became of a block.
 
     Attributes
     ----------
     parts : tuple of SolvedSpan
-    version, arithmetic : str
-        Of the orbitdb that solved it, and what computed there (`orbitdb.arithmetic.arithmetic`).
+    arithmetic : str
+        What computed it (`orbitdb.arithmetic.arithmetic`).
     """
 
     parts: tuple[SolvedSpan, ...]
-    version: str
     arithmetic: str
 
 

@@ -7,14 +7,13 @@ the same wherever and in whatever order blocks are solved.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from time import thread_time
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
 from orbitdb.orbits.newton import solve_for_orbits
 from orbitdb.orbits.orbit import Orbits
 from orbitdb.orbits.relaxation import relax
@@ -23,26 +22,6 @@ from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import all_least_words, class_spans
 from orbitdb.symbols.members import joined_words
 from orbitdb.symbols.words import unpack
-from orbitdb.version import __version__
-
-
-class Solved(Protocol):
-    """What became of a block, and which orbitdb found it."""
-
-    @property
-    def version(self) -> str:
-        """Of the orbitdb that solved it."""
-
-
-Result = TypeVar("Result", bound=Solved)
-Result_co = TypeVar("Result_co", bound=Solved, covariant=True)
-
-
-class Task(Protocol[Result_co]):
-    """A block of any kind: it knows how it is solved, and goes to other processes as it is."""
-
-    def solved(self) -> Result_co:
-        """Return what becomes of it."""
 
 
 class Solver(Protocol):
@@ -93,11 +72,18 @@ class Block:
 
     def solved(self) -> "SolvedBlock":
         """Find its classes, and what becomes of them."""
-        return solve_block(self)
+        clock, p = [thread_time()], self.span.p
+        codes, stabiliser = all_least_words(self.span)
+        words = None if self.known else joined_words(codes, stabiliser, p)
+        clock.append(thread_time())
+        orbits = METHODS[self.method].solve(unpack(codes, p), Stadium(self.a))
+        clock.append(thread_time())
+        enumerating, solving = np.diff(clock).tolist()
+        return SolvedBlock(self.span, stabiliser, words, orbits, enumerating, solving, arithmetic())
 
 
 @dataclass(frozen=True, eq=False)
-class SolvedBlock(ByValue):
+class SolvedBlock:
     """What became of a block.
 
     Attributes
@@ -113,8 +99,8 @@ class SolvedBlock(ByValue):
         What became of the classes.
     enumerating, solving : float
         Processor time spent on words and classes, and on their orbits (seconds).
-    version, arithmetic : str
-        Of the orbitdb that solved it, and what computed there (`orbitdb.arithmetic.arithmetic`).
+    arithmetic : str
+        What computed them (`orbitdb.arithmetic.arithmetic`).
     """
 
     span: Span
@@ -123,7 +109,6 @@ class SolvedBlock(ByValue):
     orbits: Orbits
     enumerating: float
     solving: float
-    version: str
     arithmetic: str
 
 
@@ -139,16 +124,3 @@ def cut_into_blocks(
         most = min(most, max(count_admissible(p) // (_BLOCKS_A_JOB * jobs), round(_SMALLEST * most)))
     spans = class_spans(p, max(most // _WORDS_A_CLASS, 1), after)
     return (Block(a, method, span, known) for span in spans)
-
-
-def solve_block(block: Block) -> SolvedBlock:
-    """Find the classes of a block, and what becomes of them."""
-    clock, p = [thread_time()], block.span.p
-    codes, stabiliser = all_least_words(block.span)
-    words = None if block.known else joined_words(codes, stabiliser, p)
-    clock.append(thread_time())
-    orbits = METHODS[block.method].solve(unpack(codes, p), Stadium(block.a))
-    clock.append(thread_time())
-    enumerating, solving = np.diff(clock).tolist()
-    by = __version__, arithmetic()
-    return SolvedBlock(block.span, stabiliser, words, orbits, enumerating, solving, *by)

@@ -14,7 +14,6 @@ from orbitdb.averages.period_sums import PeriodSums
 from orbitdb.averages.swept_sum_rules import tilted_orbits
 from orbitdb.averages.tilt_moments import TiltMoments
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
 from orbitdb.orbits.sums import Exponents, exponents
 from orbitdb.orbits.tally import Tally
 from orbitdb.store.asking.choosing import chosen_words, within_ranges
@@ -24,7 +23,6 @@ from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import LeastWords, all_least_words, class_spans
 from orbitdb.symbols.symmetry import ELEMENTS, SIZES
-from orbitdb.version import __version__
 
 Floats = NDArray[np.float64]
 
@@ -69,11 +67,11 @@ class SweptBlock:
             level: TiltMoments.joined([TiltMoments.none(mu), *(each[level] for *_, each in found)])
             for level, mu in centres.items()
         }
-        return SweptSums(self.span, tally, sums, moments, thread_time() - clock, __version__, arithmetic())
+        return SweptSums(self.span, tally, sums, moments, thread_time() - clock, arithmetic())
 
 
 @dataclass(frozen=True, eq=False)
-class SweptSums(ByValue):
+class SweptSums:
     """What became of a block.
 
     Attributes
@@ -87,8 +85,8 @@ class SweptSums(ByValue):
         By level, around the tilts that the block has named.
     processor : float
         What it took (seconds of a processor).
-    version, arithmetic : str
-        Of the orbitdb that solved it, and what computed there (`orbitdb.arithmetic.arithmetic`).
+    arithmetic : str
+        What computed it (`orbitdb.arithmetic.arithmetic`).
     """
 
     span: Span
@@ -96,7 +94,6 @@ class SweptSums(ByValue):
     sums: PeriodSums
     moments: dict[int, TiltMoments]
     processor: float
-    version: str
     arithmetic: str
 
 

@@ -78,12 +78,12 @@ def solve(words: NDArray[np.uint8], stadium: Stadium | float, tolerance: float =
     Returns
     -------
     Orbits
-        Every word with its status; where doubles cannot decide it, ball arithmetic does.
+        Every word with its status; if doubles cannot decide it, ball arithmetic does.
 
     Raises
     ------
     WordError
-        If one of them is not admissible, or they are no array of words.
+        If a word is not admissible, or ``words`` is not an array of words.
     StadiumError
         If there is no such stadium.
     """

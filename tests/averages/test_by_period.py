@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from quick import slow_but
-from solutions import class_rows
+from solutions import class_rows, words_of
 
 from orbitdb.averages.by_period import entropy, lyapunov, lyapunov_by_stability
 from orbitdb.averages.fixed_points import (
@@ -23,7 +23,6 @@ from orbitdb.averages.fixed_points import (
 from orbitdb.billiard.stability import Links, bounce_matrices
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
-from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import primitive_root, to_strings
 
@@ -114,10 +113,9 @@ def test_zeta_averages_are_derivatives_of_the_growth_rate_of_every_sequence(weig
 def test_topological_zeta_is_the_product_over_every_cyclic_word():
     product = np.eye(1, DIRECT + 1)[0]
     for p in range(2, DIRECT + 1):
-        for words in admissible_words(p):
-            for _ in range((solve(words, Stadium(1.6)).status == "orbit").sum()):
-                shifted = np.concatenate([np.zeros(p), product])[: DIRECT + 1]
-                product = product - shifted
+        for _ in range((solve(words_of(p), Stadium(1.6)).status == "orbit").sum()):
+            shifted = np.concatenate([np.zeros(p), product])[: DIRECT + 1]
+            product = product - shifted
     found = entropy(class_rows(1.6, DIRECT), DIRECT)
     for i, order in enumerate(range(2, DIRECT + 1)):
         z0 = math.exp(-found.h_zeta[i])

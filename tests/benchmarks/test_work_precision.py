@@ -90,4 +90,4 @@ def test_stages_count_what_they_time():
     times = stage_times(8, Stadium(1.0))
     assert times.sequences == count_admissible(8)
     assert times.classes == len(representatives(8)[0])
-    assert all(value > 0 for value in (times.enumeration, times.classification, times.cutting, times.newton))
+    assert all(value > 0 for value in (times.enumeration, times.cutting, times.newton))

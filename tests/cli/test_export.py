@@ -16,9 +16,9 @@ import pytest
 from processes import COMMAND
 from quick import slow_but
 
-from orbitdb import Catalogue, __version__, npz
+from orbitdb import Catalogue, __version__, column_files
 from orbitdb import export as files
-from orbitdb.column_blocks import ColumnBlock
+from orbitdb.column_files import ColumnBlock
 from orbitdb.errors import InputError
 
 CHOICE = ("--p", "2-5", "--status", "orbit,dynamical")
@@ -298,18 +298,17 @@ def test_a_full_disk_leaves_nothing_and_says_so(tmp_path, form):
 
 def test_npz_refuses_texts_that_would_not_fit(tmp_path):
     with pytest.raises(InputError, match="parquet"), open(tmp_path / "orbits.npz", "wb") as file:
-        npz.write_npz(file, ("code",), [["1" * 10**6]] * 1000, {})
+        column_files.write_npz(file, ("code",), [["1" * 10**6]] * 1000, {})
 
 
-def test_npz_is_written_piece_by_piece(tmp_path, monkeypatch):
-    monkeypatch.setattr(npz, "_BLOCK", 2)
-    rows = [
-        ["13", 2, 1.5, [], [0.5, 1.0]],
-        ["0123", None, None, [1], None],
-        ["", 4, -1.0, [2, 3], np.ones(3)],
-    ]
+def test_npz_is_written_piece_by_piece(tmp_path):
+    texts, integers, rules = ["13", "0123", ""], [2, None, 4], [[], [1], [2, 3]]
+    numbers, places = [1.5, None, -1.0], [[0.5, 1.0], None, np.ones(3)]
+    columns = (texts, integers, numbers, rules, places)
+    blocks = [ColumnBlock([each[here] for each in columns]) for here in (slice(0, 2), slice(2, 3))]
     with open(tmp_path / "orbits.npz", "wb") as file:
-        npz.write_npz(file, ("code", "p", "length", "rules", "coordinates"), rows, {"a": 1.6})
+        names = ("code", "p", "length", "rules", "coordinates")
+        column_files.write_npz(file, names, blocks, {"a": 1.6})
     found = np.load(tmp_path / "orbits.npz")
     assert found["code"].tolist() == ["13", "0123", ""]
     assert found["p"].tolist() == [2, -1, 4]

@@ -4,7 +4,6 @@ from itertools import groupby, pairwise
 
 import pytest
 
-from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import search
@@ -76,9 +75,8 @@ def test_for_several_jobs_a_period_is_cut_smaller_down_to_a_quarter():
     ],
     ids=lambda block: type(block).__name__,
 )
-def test_what_is_solved_apart_says_who_has_solved_it(block):
-    found = block.solved()
-    assert (found.version, found.arithmetic) == (__version__, arithmetic())
+def test_what_is_solved_apart_says_what_has_computed_it(block):
+    assert block.solved().arithmetic == arithmetic()
 
 
 @pytest.mark.parametrize("prove", [False, True])

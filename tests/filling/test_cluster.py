@@ -17,14 +17,14 @@ from typing import TYPE_CHECKING
 import pytest
 from contents import rows
 from processes import small_blocks
-from workforce import Deadly, filled_by
+from workforce import Deadly, Failing, filled_by
 
+from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.blocks import Block, cut_into_blocks
 from orbitdb.filling.cluster import Cluster
 from orbitdb.filling.workers import HERE
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.version import __version__
 
 if TYPE_CHECKING:  # its import takes a second
     from distributed import LocalCluster
@@ -50,18 +50,11 @@ def local_cluster() -> Iterator["LocalCluster"]:
         yield cluster
 
 
-class Failing:
-    """A block that cannot be solved."""
-
-    def solved(self) -> None:
-        raise ZeroDivisionError("by nothing\nat all")
-
-
 class Counting:
     """A block that says how many are under way."""
 
     def __init__(self, number: int) -> None:
-        self.number, self.version = number, __version__
+        self.number = number
 
     def solved(self) -> "Counting":
         return self
@@ -93,7 +86,6 @@ def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch):
             for _ in range(2):  # a task of its own each, or what failed once would have failed
                 with pytest.raises(WorkError, match=r"not solve a block: ZeroDivisionError: by nothing$"):
                     list(workers.solved([Failing()]))
-            workers.renew()
             workers._client.close()
             assert workers.size() == (1, 2)  # it is asked now and then
             monkeypatch.setattr("orbitdb.filling.cluster._COUNTED", 0.0)

@@ -57,7 +57,7 @@ def test_table_1_of_the_paper(highest):
 @pytest.mark.parametrize("p", slow_but(range(2, 10), range(2, 11)))
 def test_one_representative_counts_for_its_class(p):
     words = words_of(p)
-    classes = classify(words)
+    classes = classify(pack(words), p)
     own = classes.representative == pack(words)
     sizes = np.array([class_size(int(mask)) for mask in classes.stabiliser[own]])
     assert sizes[real(solve(words[own], Stadium(1.6)))].sum() == np.count_nonzero(real(solved(p, 1.6)))

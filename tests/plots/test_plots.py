@@ -11,8 +11,6 @@ from orbitdb.errors import InputError
 from orbitdb.export import FIGURES, form_of
 from orbitdb.orbits.svg import number_labels
 from orbitdb.plots import curves, paths, style
-from orbitdb.plots.deviations import draw_deviations
-from orbitdb.plots.enclosures import draw_width
 
 WORDS = ["13", "1232131", "010232", "111333", "11133"]
 SVG = "{http://www.w3.org/2000/svg}"
@@ -43,19 +41,6 @@ def test_every_bounce_is_numbered_once_outside_the_stadium(word):
     for place, outward, _ in labels:
         x, y = np.add(place, np.multiply(0.2, outward))
         assert np.hypot(x - np.clip(x, -1.6, 1.6), y) == pytest.approx(1.2)
-
-
-def test_deviations_are_drawn_by_their_size_above_the_estimate_of_the_last(ax):
-    p = np.arange(2, 5)
-    off = {"one": np.array([-0.1, 0.02, np.nan]), "two": np.array([1e-3, -1e-4, 1e-5])}
-    draw_deviations(ax, p, off, np.array([1e-2, 1e-3, 1e-4]))
-    drawn = {line.get_label(): line.get_ydata() for line in ax.lines}
-    assert {name: values[:2].tolist() for name, values in drawn.items()} == {
-        "one": [0.1, 0.02],
-        "two": [1e-3, 1e-4],
-    }
-    (band,) = ax.collections
-    assert band.get_paths()[0].get_extents().y1 == pytest.approx(1e-2)
 
 
 def test_staircase_ends_at_the_number_of_orbits_and_density_integrates_to_it(ax):
@@ -164,13 +149,3 @@ def test_orbits_and_subsets_draw_themselves_into_axes(varied):
         Catalogue(varied).select(p=3).plot()
     with pytest.raises(ValueError, match="nothing to draw"):
         Catalogue(varied).select(p=3, status="geometric").plot("lengths")
-
-
-def test_widths_of_bounds_are_drawn_level_by_level(ax):
-    found = {a: (np.array([0.1, 1.0, 5.0]), np.array([0.3, 0.2, 0.1]) / a) for a in (1.0, 1.6)}
-    draw_width(ax, found)
-    for line, (a, (seconds, width)) in zip(ax.lines, found.items(), strict=True):
-        assert line.get_label() == f"$a = {a:g}$"
-        assert line.get_xydata().tolist() == np.column_stack([seconds, width]).tolist()
-    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["$a = 1$", "$a = 1.6$"]

@@ -11,7 +11,7 @@ from older import make_older
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.whole_periods import read_leg_sums
-from orbitdb.column_blocks import in_columns
+from orbitdb.column_files import in_columns
 from orbitdb.errors import StoreError
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbits

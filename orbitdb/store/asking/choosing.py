@@ -1,6 +1,6 @@
-"""Selections applied to classes that are enumerated and solved, and not stored.
+"""Selections applied to classes that are enumerated and solved but not stored.
 
-What is chosen is what `orbitdb.store.asking.conditions` chooses of stored rows, to the last word.
+The choice is the same as that of `orbitdb.store.asking.conditions` from stored rows.
 """
 
 import numpy as np

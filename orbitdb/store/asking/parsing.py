@@ -1,4 +1,4 @@
-"""Parts of a selection as people write them: periods, statuses, bounds and the like, read from texts."""
+"""Reading parts of a selection from text: periods, statuses, bounds and the like."""
 
 import re
 from collections.abc import Iterable, Sequence

@@ -1,7 +1,7 @@
-"""Subsets that can be swept: those that a class shows once it is solved, and their canonical text.
+"""Subsets that can be swept: those that a solved class decides, and their canonical text.
 
-The text is the key that a sweep is stored by. The same subset has the same text, however it was asked for;
-that of all orbits is empty. The stadium and the periods are no part of it: they are keys of their own.
+The text is the key of a stored sweep. The same subset has the same text, however you ask for it;
+that of all orbits is empty. The stadium and the periods are keys of their own, not part of it.
 """
 
 from collections.abc import Iterator

@@ -1,7 +1,7 @@
-"""Reading a catalogue in order to check it: class by class as stored, right or wrong, and as a whole."""
+"""Reading a catalogue in order to check it: class by class as stored, right or wrong."""
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,8 +30,6 @@ from orbitdb.symbols.words import MAX_KEYED, from_strings
 Row = dict[str, Any]
 Ids = dict[int, Integers]
 """The ids of classes, in order, by period."""
-
-SYMBOLS_A_BLOCK = 1 << 17
 
 _BLOCK = 4096
 
@@ -69,17 +67,6 @@ def by_period(connection: sa.Connection, ids: Integers, table: sa.Table = cycle)
         known = {number: max(p, MAX_KEYED + 1) for number, p in connection.execute(query)}
         orders[no_key] = [known.get(number, MAX_KEYED + 1) for number in long.tolist()]
     return {p: ids[orders == p] for p in np.unique(orders).tolist()}
-
-
-def blocks(ids: Ids, size: int = _BLOCK) -> Iterator[tuple[int, Integers, int]]:
-    """Cut the ids of classes into blocks; give period, block and how many classes came before."""
-    before = 0
-    for p, those in ids.items():
-        step = max(1, min(size, SYMBOLS_A_BLOCK // p))
-        for start in range(0, len(those), step):
-            block = those[start : start + step]
-            yield p, block, before
-            before += len(block)
 
 
 def load_rows(connection: sa.Connection, table: sa.Table, ids: Integers) -> list[tuple[Any, ...]]:

@@ -1,7 +1,7 @@
 """A chosen subset as two arrays: its symmetry classes in the order asked for, and which of their words.
 
-Its size is a sum over bits, a page of it a slice of their cumulative count; averages weight a class with
-its bits, and files are written class by class. Only an order of single words needs a third array.
+Its size is a sum over bits, and a page is a slice of their cumulative count. Averages weight a class with
+its bits. Only an order of single words needs a third array.
 """
 
 from collections.abc import Mapping

@@ -1,8 +1,8 @@
-"""From where to where in a the stored classes are orbits, and what that says of any a without a fill.
+"""Lives: the ranges of a in which the stored classes are orbits; from them, statuses at any a.
 
-A class is an orbit at a where a lies inside one of its lives. Where a is so near to the end of a life
-that the end's error bound does not tell, the class's word is solved there, in ball arithmetic if need
-be: so orbits through a joint are recognised as such, as in a fill.
+A class is an orbit at a if a lies inside one of its lives. If a is within the error bound of the end of a
+life, the class's word is solved there, in ball arithmetic if necessary. So orbits through a joint are
+recognised as in a fill.
 """
 
 from collections.abc import Sequence

@@ -1,6 +1,6 @@
-"""One word of any order, asked for: from a catalogue, or solved on the spot; and the a that is meant.
+"""Looking one word of any order up in a catalogue, and the a to look at.
 
-It is a row or two, asked of SQLite directly: to load SQLAlchemy or a solver would take longer than the rest.
+It reads a row or two from SQLite directly, because loading SQLAlchemy would take longer than the rest.
 """
 
 import sqlite3

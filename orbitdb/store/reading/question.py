@@ -1,10 +1,10 @@
 """How a chosen subset is found: the only way from a selection to classes and their words.
 
-* What is the same for all words of a class is asked of the view `class`, and all its words are chosen.
-* Patterns in the text of words are decided on the packed words, which the ids of the classes tell.
-* Anything else that tells words of a class apart is asked of the view `catalogue`, grouped by class.
+* Conditions that all words of a class share go to the view `class`, and all its words are chosen.
+* Patterns in the text of words are decided on the packed words, which are the ids of the classes.
+* Anything else about single words goes to the view `catalogue`, grouped by class.
 
-Words that are geometrically pruned are in no class: they are looked at where their status is named.
+Geometrically pruned words have no class. They count only if the selection names their status.
 """
 
 from collections.abc import Callable, Iterator, Sequence

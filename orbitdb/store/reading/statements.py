@@ -1,4 +1,4 @@
-"""Whole SELECT statements over the views of a catalogue: for a limited time, and nothing else is touched."""
+"""Whole SELECT statements over the views of a catalogue, for a limited time, and nothing else."""
 
 import sqlite3
 from collections.abc import Iterator

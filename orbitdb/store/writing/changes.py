@@ -1,4 +1,4 @@
-"""Storing births and deaths of classes, and what they amount to in a period."""
+"""Storing births and deaths of classes, and their counts in a period."""
 
 from collections.abc import Sequence
 from typing import Any

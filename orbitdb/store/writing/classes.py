@@ -1,8 +1,8 @@
 """Storing symmetry classes with all their words, and orbits, many rows at a time.
 
-The id of a class is the key of its least word (`orbitdb.symbols.words.key`): any process can tell it from the
-word alone, and classes stand in the table in the order of their words. Classes of longer words have ids from
-`LONG` up, in the order of their arrival. Geometrically pruned words have the same ids below 0.
+The id of a class is the key of its least word (`orbitdb.symbols.words.key`): any process can compute it from
+the word, and the table holds classes in the order of their words. Classes of longer words have ids from
+`LONG` up, in the order of arrival. Geometrically pruned words have the same ids below 0.
 """
 
 import sqlite3
