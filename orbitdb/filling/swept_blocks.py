@@ -26,7 +26,7 @@ from orbitdb.symbols.symmetry import ELEMENTS, SIZES
 
 Floats = NDArray[np.float64]
 
-_LEAST = 1 << 15
+LEAST = 1 << 15
 _BLOCKS = 1 << 8
 """Blocks of a high period, about: they grow with it, so that their overhead does not."""
 
@@ -104,7 +104,7 @@ def cut_into_swept_blocks(
 
     How it is cut depends on p alone, so that sums over blocks are the same however they come about.
     """
-    size = max(_LEAST, count_admissible(p) // (len(ELEMENTS) * _BLOCKS))
+    size = max(LEAST, count_admissible(p) // (len(ELEMENTS) * _BLOCKS))
     named = tuple((level, tuple(mu.tolist())) for level, mu in sorted((tilts or {}).items()))
     return (SweptBlock(a, span, named, selection) for span in class_spans(p, size, after))
 
