@@ -69,14 +69,14 @@ def deviations(folder: Path) -> str:
     from matplotlib.ticker import MaxNLocator
 
     from orbitdb import Catalogue, Selection, Stadium, Status
-    from orbitdb.averages.by_period import lyapunov
     from orbitdb.averages.exact_means import exact_means
+    from orbitdb.averages.period_sums import lyapunov_of_periods
     from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
     from orbitdb.plots.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, figure, save
     from orbitdb.trajectories.legwise import simulate_legs
 
     subset = read_whole(Catalogue(folder / CATALOGUE), Selection(a=1.6, statuses=(Status.ORBIT,)))
-    found, held = lyapunov(subset.classes.rows(), subset.highest), sum_rules_of(subset)
+    found, held = lyapunov_of_periods(subset.sums(), subset.highest), sum_rules_of(subset)
     means = exact_means(1.6)
     known = simulate_legs(Stadium(1.6), 20_000_000, (means.growth.value, means.growth.error)).lambda_d
     averages = {

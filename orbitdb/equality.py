@@ -1,10 +1,12 @@
-"""Equality of frozen dataclasses that hold arrays, of which NumPy's ``==`` makes arrays and no truth."""
+"""Frozen dataclasses that hold arrays: equal by value, of which NumPy's ``==`` makes arrays and no truth."""
 
+import reprlib
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 
 class ByValue:
@@ -21,6 +23,36 @@ class ByValue:
 
     def __hash__(self) -> int:
         return hash(_key(_values(self)))
+
+    def __repr__(self) -> str:
+        """Name the fields in one line, of arrays their shapes; for dataclasses made with ``repr=False``."""
+        named = zip((field.name for field in fields(self)), _values(self), strict=True)  # type: ignore[arg-type]
+        return f"{type(self).__name__}({', '.join(f'{name}={_brief(value)}' for name, value in named)})"
+
+
+class Columns(ByValue):
+    """Base of dataclasses, made with ``eq=False``, whose arrays have N entries along their last axis.
+
+    Fields that are no arrays hold for all N.
+    """
+
+    def rows(self, chosen: slice | NDArray[Any]) -> Self:
+        """Return some of the N, given a slice, their places or a mask."""
+        return type(self)(*(_chosen(value, chosen) for value in _values(self)))
+
+
+def _chosen(value: Any, chosen: slice | NDArray[Any]) -> Any:
+    if isinstance(value, Columns):
+        return value.rows(chosen)
+    if not isinstance(value, np.ndarray):
+        return value
+    if isinstance(chosen, slice):
+        return value[..., chosen]
+    return value.take(np.flatnonzero(chosen) if chosen.dtype == np.bool_ else chosen, axis=-1)
+
+
+def _brief(value: Any) -> str:
+    return f"<array of shape {value.shape}>" if isinstance(value, np.ndarray) else reprlib.repr(value)
 
 
 def _values(record: Any) -> list[Any]:

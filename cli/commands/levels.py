@@ -17,8 +17,6 @@ from orbitdb.numerals import real
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
-    from numpy.polynomial import Polynomial
-
     from orbitdb.quantum.levels import Levels, LevelTask
     from orbitdb.quantum.weyl import Parity
 
@@ -56,6 +54,8 @@ def levels(
     two letters, even or odd under x -> -x and then under y -> -y. Levels that the catalogue holds are not
     computed again, so that a run that was ended goes on where it was.
     """
+    import numpy as np
+
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.quantum.levels import windows
     from orbitdb.quantum.weyl import weyl
@@ -89,7 +89,13 @@ def levels(
     write(COLUMNS, rows, options.chosen(format_, json))
     for each, parts in found.items():
         below = min(part.below + int((part.k < low).sum()) for part in parts if part.high > low)
-        _note_count(weyl(stadium, each), each, below, [row for row in rows if row[2] == each], low, high)
+        own = [row for row in rows if row[2] == each]
+        places = np.linspace(low, high, 2000)
+        count = below + np.searchsorted([row[0] for row in own], places)
+        off = float((count - weyl(stadium, each)(places)).mean())
+        worst = f", errors up to {max(row[1] for row in own):.0e}" if own else ""
+        levels_of = several(len(own), "level", "levels")
+        note(f"{each}: {levels_of}, none missing; on the mean {off:+.2f} from Weyl's law{worst}")
     if not rows:
         raise typer.Exit(1)
 
@@ -165,22 +171,3 @@ def _solve(tasks: "list[LevelTask]", solvers: Solvers, path: Path | None, k: str
                 keep_levels(writer, solved)
             shown.tell(f"levels {solved.parity} to k = {solved.high:.4g}", done, len(tasks), counted=False)
             yield solved
-
-
-def _note_count(
-    smooth: "Polynomial",
-    parity: str,
-    below: int,
-    rows: list[tuple[float, float, str]],
-    low: float,
-    high: float,
-) -> None:
-    """Say how many levels of a parity there are, and how far from Weyl's law their number is on the mean."""
-    import numpy as np
-
-    places = np.linspace(low, high, 2000)
-    count = below + np.searchsorted([k for k, _, _ in rows], places)
-    off = float((count - smooth(places)).mean())
-    worst = f", errors up to {max(error for _, error, _ in rows):.0e}" if rows else ""
-    levels_of = several(len(rows), "level", "levels")
-    note(f"{parity}: {levels_of}, none missing; on the mean {off:+.2f} from Weyl's law{worst}")

@@ -63,11 +63,11 @@ def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
     return made
 
 
-def _line(found: Result, name: str) -> curves.Line | None:
+def _line(found: Result, name: str) -> tuple[float, float] | None:
     """Return what trajectories give of an exponent."""
     if f"{name}_trajectory" not in found.columns:
         return None
-    return curves.Line(found[f"{name}_trajectory"][0], found[f"{name}_error_trajectory"][0])
+    return found[f"{name}_trajectory"][0], found[f"{name}_error_trajectory"][0]
 
 
 def _told(found: Result) -> Result:

@@ -1,1 +1,1 @@
-"""A catalogue as it is asked: subsets, counts, averages, spectra, and orbits that are looked for."""
+"""`Catalogue` and what it gives: subsets, counts, averages, spectra, and orbits by trajectory or length."""

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
 
 _EDGES = 10
-"""Of windows that are decided on the spot: it takes up to half a second, at small a."""
+"""Length of the windows decided where no bounds are stored; it takes up to half a second, at small a."""
 
 _LARGEST_CUT = 1000
 MOST_FACTORS = 100_000
@@ -170,10 +170,7 @@ def lyapunov(
 
 def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str, list[Any]]:
     """Return the averages of every method over whole periods, and note what is missing."""
-    if subset.swept:
-        found = lyapunov_of_periods(subset.sums(), subset.highest, weight)
-    else:
-        found = by_period.lyapunov(subset.classes.rows(), subset.highest, weight)
+    found = lyapunov_of_periods(subset.sums(), subset.highest, weight)
     rules = sum_rules_of(subset)
     notes.append(why_no_sum_rules_of(subset))
     columns = standing(found, subset.periods)
@@ -217,7 +214,7 @@ def _uncounted(catalogue: "Catalogue", chosen: Selection) -> list[str]:
 
 
 def _lacking_divisors(periods: Sequence[int], chosen: Selection) -> list[str]:
-    """Say which sums over fixed points lack periods, and why these are not there."""
+    """Say which sums over fixed points lack periods, and why."""
     found = [(p, missing_divisors(p, periods)) for p in periods]
     return [
         f"p = {p}: the sums over fixed points lack p = {why_missing(gone, chosen)}"

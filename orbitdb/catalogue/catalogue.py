@@ -176,14 +176,14 @@ class Catalogue(OpenedCatalogue):
         return describe_unfilled(known, chosen.periods, chosen.a, elsewhere)
 
     def lacking_births(self, selection: Selection, names: Sequence[str] = (), order: str = "p") -> str | None:
-        """Say in one line of which chosen periods no births are stored, if they matter; None if all are.
+        """Name in one line the chosen periods without stored births, if births matter; else None.
 
         They matter where the subset, the columns that are shown of it, or its order depend on them.
         """
         return describe_lacking(self.without_births(selection, names, order))
 
     def without_births(self, selection: Selection, names: Sequence[str] = (), order: str = "p") -> list[int]:
-        """Return the chosen periods that are filled and of which no births are stored, if they matter."""
+        """Return the chosen periods that are filled but have no stored births, if births matter."""
         if not asks_of_lives(selection, names, order):
             return []
         with self.at_one_moment() as still:
@@ -192,7 +192,7 @@ class Catalogue(OpenedCatalogue):
         return [p for p in filled if p <= MAX_PERIOD and p not in born]
 
     def find(self, word: str, a: float | None = None) -> Orbit | None:
-        """Return a primitive word's stored orbit, in the rotation asked for, or None.
+        """Return the stored orbit of a primitive word, in the rotation given, or None.
 
         Parameters
         ----------
@@ -320,7 +320,7 @@ class Catalogue(OpenedCatalogue):
         parity: str | None = None,
         a: float | None = None,
     ) -> "Spectrum":
-        """Return the length spectrum of the stored orbits, and that of levels beside it.
+        """Return the length spectrum of the stored orbits, and beside it that of levels.
 
         Parameters
         ----------
@@ -347,7 +347,7 @@ class Catalogue(OpenedCatalogue):
         return read_spectrum(self, self.a if a is None else a, lengths, points, k_max, levels, parity)
 
     def birth_fills(self) -> list[BirthFill]:
-        """Return how far births and deaths are stored, by period."""
+        """Return which periods have births and deaths stored, and how completely."""
         with self.reading() as connection:
             return lives.birth_fills(connection)
 
@@ -402,7 +402,7 @@ class Catalogue(OpenedCatalogue):
             return records.closest(connection, proof)
 
     def sweeps(self, a: float | None = None, selection: Selection | None = None) -> list[Sweep]:
-        """Return what sweeps have counted and added up at one a, by period.
+        """Return the counts and sums of sweeps at one a, by period.
 
         Parameters
         ----------

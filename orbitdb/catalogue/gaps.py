@@ -1,4 +1,4 @@
-"""What is not there, in words: periods that are not filled, or in part, births that are not found.
+"""What is missing, in words: periods that are not filled, or only in part, and births.
 
 What is not filled is never shown as zero: whatever gives rows, counts or averages says so beside them.
 """
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from orbitdb.catalogue.counted import Counted
 
 _USUAL = 11
-"""The highest period of a first fill, as everywhere in what users are told."""
+"""The highest period of a first fill, in all messages to users."""
 
 _SHOWN = 6
-"""Values of a that are told at most."""
+"""Largest number of values of a in a message."""
 
 _SINGLE = "'orbitdb fill --code WORD' stores single words"
 
@@ -83,7 +83,7 @@ def nothing(catalogue: "Catalogue", chosen: Selection, swept: bool = False) -> l
 
 
 def describe_lacking(periods: Sequence[int]) -> str | None:
-    """Say in one line of which periods no births are stored, and what finds them; None if there are none."""
+    """Name in one line the periods without stored births, and what finds them; None if there are none."""
     if not periods:
         return None
     return (
@@ -124,7 +124,7 @@ def describe_partial(fills: Sequence[Fill], a: float, left_out: bool = False) ->
 def describe_unfilled(
     known: Sequence[Fill], periods: Sequence[tuple[int, int]], a: float, filled_at: Sequence[float]
 ) -> str | None:
-    """Say in one line which of the periods asked for are not filled, what is, and what fills them.
+    """Name in one line the chosen periods that are not filled, those that are, and what fills the others.
 
     Periods that are stored in part are left to `describe_partial`.
 

@@ -111,12 +111,12 @@ class OpenedCatalogue:
         return self._a
 
     def stadiums(self) -> list[float]:
-        """Return the values of a at which there are orbits, be it of single words, or sums of them."""
+        """Return the values of a at which there are orbits, also of single words only, or sums of sweeps."""
         with self.reading() as connection:
             return a_stored(driver(connection))
 
     def a_values(self) -> list[float]:
-        """Return the values of a that the catalogue knows, in order."""
+        """Return the values of a in the catalogue, in order."""
         with self.reading() as connection:
             return list(connection.scalars(sa.select(tables.stadium.c.a).order_by(tables.stadium.c.a)))
 

@@ -1,4 +1,4 @@
-"""The length spectrum from what a catalogue holds: orbits, and levels if they are there."""
+"""The length spectrum from the orbits of a catalogue, and from its levels if there are any."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

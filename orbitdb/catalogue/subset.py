@@ -18,8 +18,7 @@ from orbitdb.column_files import Column, Lists
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
-from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite
-from orbitdb.orbits.pruned import pruned_word
+from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite, pruned_word
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.row_blocks import COORDINATES
 from orbitdb.store.reading.soundness import unsound
@@ -331,7 +330,7 @@ class Subset(ByValue):
         return axes.phase_space_axes(title, Stadium(self.selection.a), periods, ax)
 
     def _repr_html_(self) -> str:
-        """Show the first rows with small pictures, for notebooks; what was not read is solved on the spot."""
+        """Show the first rows with small pictures; orbits without coordinates are solved now."""
         from orbitdb.orbits.newton import solve_word
 
         shown = list(self[: subset_tables.MOST_ROWS])

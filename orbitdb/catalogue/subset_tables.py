@@ -1,4 +1,4 @@
-"""A subset as a table: a data frame of pandas, a table of Arrow, HTML with pictures for notebooks."""
+"""A subset as a table: a pandas data frame, an Arrow table, HTML with pictures for notebooks."""
 
 from collections.abc import Mapping, Sequence
 from html import escape

@@ -97,11 +97,11 @@ class WholePeriods:
 
     @property
     def missing(self) -> list[int]:
-        """The periods below the highest that are not there, without which a zeta function is not whole."""
+        """The missing periods below the highest; a zeta function needs them."""
         return missing_periods(self.highest, self.periods)
 
     def why_missing(self) -> str:
-        """Return the `missing` periods, and why they are not there (`why_missing`)."""
+        """Return the `missing` periods, and why they are missing (`why_missing`)."""
         return why_missing(self.missing, self.selection, unborn=self.unborn)
 
 

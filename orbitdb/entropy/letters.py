@@ -18,10 +18,11 @@ Letters = NDArray[np.uint8]
 LETTERS = "UDXabwvAB"
 U, D, X, TO_TOP, TO_BOTTOM, DOWN_LEG, UP_LEG, FROM_TOP, FROM_BOTTOM = range(len(LETTERS))
 
-_FOLLOWERS = {
-    "U": "UXab", "D": "DXab", "X": "UDXab", "A": "UDXab", "B": "UDXab",
+WAYS = {
+    "U": "UXab", "D": "DXba", "X": "UDXab", "A": "UDXab", "B": "DUXba",
     "a": "wA", "v": "wA", "b": "vB", "w": "vB",
 }  # fmt: skip
+"""What may follow, so ordered that a letter and its mirror image, X aside, have images in one place."""
 
 
 def letters_of(text: str) -> Letters:
@@ -42,11 +43,7 @@ def text_of(letters: Letters) -> str:
     return "".join(LETTERS[letter] for letter in letters)
 
 
-def _table(entries: dict[str, str]) -> NDArray[np.bool_]:
-    return np.array([[after in entries[before] for after in LETTERS] for before in LETTERS])
-
-
-MAY_FOLLOW = _table(_FOLLOWERS)
+MAY_FOLLOW = np.array([[after in WAYS[before] for after in LETTERS] for before in LETTERS])
 """MAY_FOLLOW[x, y]: whether letter y may stand behind letter x; the geometric rules, all of them."""
 
 MIRROR = letters_of("DUXbavwBA")

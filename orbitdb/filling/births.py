@@ -1,13 +1,13 @@
-"""Storing where in a all classes of a period begin and cease to be orbits."""
+"""Storing the births and deaths of all classes of a period."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
 from pathlib import Path
 
 import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
-from orbitdb.filling.birth_blocks import BLOCK, SolvedSpan, birth_blocks
+from orbitdb.filling.birth_blocks import BLOCK, BirthBlock, SolvedSpan, birth_blocks
 from orbitdb.filling.resuming import Progress, resume
 from orbitdb.filling.workers import HERE, Workers
 from orbitdb.store.file.tables import birth_fill
@@ -52,9 +52,8 @@ class _Births:
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         return open_cursor(connection, birth_fill, p=p)
 
-    def solved(self, cursors: Mapping[int, Cursor], workers: Workers) -> Iterator[Sequence[SolvedSpan]]:
-        todo = [(p, cursor.after) for p, cursor in cursors.items()]
-        return (found.parts for found in workers.solved(birth_blocks(todo, BLOCK, workers.jobs)))
+    def blocks(self, cursors: Mapping[int, Cursor], jobs: int) -> Iterator[BirthBlock]:
+        return birth_blocks([(p, cursor.after) for p, cursor in cursors.items()], BLOCK, jobs)
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedSpan) -> dict[str, float]:
         numbers = keys(pack(part.least), cursor.p).tolist()

@@ -11,7 +11,7 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
@@ -45,13 +45,6 @@ class Task(Protocol[Result_co]):
         """Return what becomes of it."""
 
 
-class Promise(Protocol[Result_co]):
-    """What becomes of a block, once it is known."""
-
-    def result(self) -> Result_co:
-        """Wait for it and return it."""
-
-
 class Workers(Protocol):
     """Something that solves blocks.
 
@@ -81,7 +74,7 @@ HERE = Here()
 
 
 def in_order(
-    submit: Callable[[Task[Any]], Promise[Result]], blocks: Iterable[Task[Any]], ahead: Callable[[], int]
+    submit: Callable[[Task[Any]], Future[Result]], blocks: Iterable[Task[Any]], ahead: Callable[[], int]
 ) -> Iterator[Result]:
     """Solve blocks that may be finished in any order; yield the results in the order of the blocks.
 
@@ -94,7 +87,7 @@ def in_order(
         Says how many blocks may be under way beside the one that is waited for; it is asked before
         every block, as there may be more workers by then.
     """
-    waiting: deque[Promise[Result]] = deque()
+    waiting: deque[Future[Result]] = deque()
     for block in blocks:
         waiting.append(submit(block))
         while len(waiting) > ahead():
@@ -180,18 +173,22 @@ class Processes:
 
     def _answer(self, block: Task[Any]) -> IO[bytes]:
         """Give a block to an idle process, or to a new one if there is none or it dies; return the answer."""
-        for death in range(_DEATHS):
-            process = self._idle.pop() if self._idle and not death else self._started()
+        try:
+            process = self._idle.pop()
+        except IndexError:
+            process = self._started()
+        for _ in range(_DEATHS):
             try:
                 answer = process.answer(block)
             except (EOFError, ConnectionError):
                 process.end()
                 if self._ended:
-                    break
-                continue
-            self._answers.add(answer)
-            self._idle.append(process)
-            return answer
+                    raise
+                process = self._started()
+            else:
+                self._answers.add(answer)
+                self._idle.append(process)
+                return answer
         raise WorkError(
             f"worker processes died {_DEATHS} times on one block: if memory is short, try fewer with --jobs"
         )
@@ -207,12 +204,12 @@ class Processes:
 class _Process:
     """A process that solves blocks, started in a thread that is not the main one.
 
-    Ctrl-C and the like are held back in that thread, and only it starts processes: so they are no signals
-    for a process that is just being started.
+    Ctrl-C and the like are held back in that thread: so they reach no process that is just being started.
     """
 
     def __init__(self) -> None:
         if hasattr(signal, "pthread_sigmask"):
+            signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)
             resource_tracker.ensure_running()  # as it starts, it lets signals through that are held back
             signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)
         fresh = multiprocessing.get_context("spawn")  # a fork would share open databases
@@ -249,8 +246,8 @@ def _work(line: Connection) -> None:
 
     Signals are left to the process that stores; if that is killed, this one ends at once.
     """
-    for number in _HELD_BACK:
-        signal.signal(number, signal.SIG_IGN)
+    for number in _HELD_BACK:  # but for SIGTERM, by which Python ends the children of a process that ends
+        signal.signal(number, signal.SIG_DFL if number == signal.SIGTERM else signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _HELD_BACK)  # the process began with the mask above
     threading.Thread(target=_end_with_parent, daemon=True).start()

@@ -15,6 +15,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
 from orbitdb.symbols.members import FIRST, STABILISER_OF
+from orbitdb.symbols.pruning import FAMILY, rules_of
 from orbitdb.symbols.symmetry import REVERSE, act_on_coordinates, act_on_words
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
 
@@ -67,7 +68,7 @@ def finite(number: np.float64) -> float | None:
     return float(number) if np.isfinite(number) else None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Orbits(ByValue):
     """N words of one order p and the stationary points of their length.
 
@@ -366,3 +367,12 @@ class Orbit:
             raise ValueError(f"{self.code:.40} at a = {self.a:g} cannot be drawn: {self.status.sentence}")
         axes = load("orbitdb.plots.axes", "plot()", "plot")
         return axes.orbit_axes(self.code, Stadium(self.a), points, ax)
+
+
+def pruned_word(word: str, a: float) -> Orbit | None:
+    """Return what a primitive word is that no orbit can have: pruned, or the family 02; else None."""
+    least = least_rotation(word)
+    if least == FAMILY:
+        return Orbit(word, least, a, Status.FAMILY)
+    rules = tuple(rules_of(word))
+    return Orbit(word, least, a, Status.GEOMETRIC, rules) if rules else None

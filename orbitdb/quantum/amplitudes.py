@@ -79,33 +79,6 @@ class Classes(NamedTuple):
     symmetry: NDArray[np.object_]
 
 
-class _Rounds(NamedTuple):
-    """One round of orbits, or of halves of them.
-
-    Attributes
-    ----------
-    length, lyapunov, weight : ndarray, shape (N,)
-        The weight holds the number of words, too.
-    maslov : ndarray of int64, shape (N,)
-    negative : ndarray of bool, shape (N,)
-        Where the eigenvalues of M are negative.
-    sign : ndarray of int64, shape (N,)
-        chi(g), a factor for each round.
-    mirrored : ndarray of bool, shape (N,)
-        Where the other side of the axis is seen: M^r changes its sign.
-    orbit : ndarray of int64, shape (N,)
-    """
-
-    length: Floats
-    lyapunov: Floats
-    weight: Floats
-    maslov: Integers
-    negative: NDArray[np.bool_]
-    sign: Integers
-    mirrored: NDArray[np.bool_]
-    orbit: Integers
-
-
 def orbit_terms(classes: Classes, longest: float, parity: Parity | None = None) -> Terms:
     """Return the terms of orbits and their repetitions, or of half orbits for one parity.
 
@@ -117,44 +90,33 @@ def orbit_terms(classes: Classes, longest: float, parity: Parity | None = None) 
     parity : Parity, optional
         By default of all levels.
     """
-    once = _whole(classes) if parity is None else _by_parity(classes, parity)
-    times = (longest // once.length).astype(np.int64)
-    each = _Rounds._make(np.repeat(values, times) for values in once)
-    r = np.arange(1, len(each.length) + 1) - np.repeat(np.cumsum(times) - times, times)
-    phase = np.array([1, -1j, -1, 1j])[r * each.maslov % 4]
-    half = np.minimum(r * each.lyapunov / 2, _LARGEST)
-    negative = (each.negative & (r % 2 == 1)) ^ each.mirrored
-    root = np.where(negative, 2 * np.cosh(half), 2 * np.sinh(half))
-    size = each.weight * each.length / (math.pi * root)
-    return Terms(r * each.length, phase * (each.sign**r * size), each.orbit, r)
+    number = len(classes.length)
+    kind, g = np.zeros((2, number), np.int64) if parity is None else _spatial(classes)
+    x, y = (1, 1) if parity is None else parity.signs
+    halved = kind > 0
+    parts = np.where(halved, 2, 1)
+    length, lyapunov, maslov = classes.length / parts, classes.lyapunov / parts, classes.maslov // parts
+    weight = classes.words / (1 if parity is None else np.where(halved, 2, 4))
+    turned = (classes.walls // 2 + (g != _BOTH)) % 2 == 1
+    negative = np.where(halved, turned, classes.walls % 2 == 1)
+    sign = np.array([1, x, y, x * y])[g]
+
+    orbit = np.concatenate([np.arange(number), np.flatnonzero(kind > 1)])  # on the axis: both sides of it
+    times = (longest // length[orbit]).astype(np.int64)
+    other_side = np.repeat(np.arange(len(orbit)) >= number, times)
+    r = np.arange(1, times.sum() + 1) - np.repeat(np.cumsum(times) - times, times)
+    orbit = np.repeat(orbit, times)
+    phase = np.array([1, -1j, -1, 1j])[r * maslov[orbit] % 4]
+    half = np.minimum(r * lyapunov[orbit] / 2, _LARGEST)
+    cosh = (negative[orbit] & (r % 2 == 1)) ^ other_side
+    root = np.where(cosh, 2 * np.cosh(half), 2 * np.sinh(half))
+    size = weight[orbit] * length[orbit] / (math.pi * root) * np.where(other_side, y, 1)
+    return Terms(r * length[orbit], phase * (sign[orbit] ** r * size), orbit, r)
 
 
-def _whole(of: Classes) -> _Rounds:
-    number = np.arange(len(of.length))
-    never = np.zeros(len(number), np.bool_)
-    ones = np.ones_like(number)
-    return _Rounds(
-        of.length, of.lyapunov, of.words.astype(float), of.maslov, of.walls % 2 == 1, ones, never, number
-    )
-
-
-def _by_parity(of: Classes, parity: Parity) -> _Rounds:
-    """Return what counts for one parity: whole orbits, half orbits, and both sides of those on the axis."""
-    x, y = parity.signs
+def _spatial(of: Classes) -> tuple[Integers, Integers]:
+    """Return how many spatial elements map each orbit to itself, and the first of them (or 0)."""
     labels, which = np.unique(of.symmetry.astype(str), return_inverse=True)
     spatial = [SPATIAL[label] for label in labels.tolist()]
     kind = np.array([len(each) for each in spatial])[which]
-    g = np.array([each[0] if each else 0 for each in spatial])[which]  # on the axis x: to and fro
-    halved, whole = kind > 0, _whole(of)
-    turned = (of.walls // 2 + (g != _BOTH)) % 2 == 1
-    one_side = whole._replace(
-        length=np.where(halved, of.length / 2, of.length),
-        lyapunov=np.where(halved, of.lyapunov / 2, of.lyapunov),
-        weight=of.words / np.where(halved, 2, 4),
-        maslov=np.where(halved, of.maslov // 2, of.maslov),
-        negative=np.where(halved, turned, whole.negative),
-        sign=np.array([1, x, y, x * y])[g],
-    )
-    axis = _Rounds._make(values[kind > 1] for values in one_side)
-    other_side = axis._replace(weight=y * axis.weight, mirrored=~axis.mirrored)
-    return _Rounds._make(map(np.concatenate, zip(one_side, other_side, strict=True)))
+    return kind, np.array([each[0] if each else 0 for each in spatial])[which]

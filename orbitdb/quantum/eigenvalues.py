@@ -53,8 +53,8 @@ def eigenvalues(root: sparse.csr_matrix, low: float, high: float) -> tuple[int, 
     found: Floats = values[(values >= low) & (values < high)]
     if len(found) != count:
         raise WorkError(
-            f"{len(found)} of {count} levels with k^2 from {low:g} to {high:g} were found: "
-            f"move the ends of the range a little"
+            f"only {len(found)} of {count} levels with k^2 from {low:g} to {high:g} were found: "
+            "change the ends of the range slightly"
         )
     return below, found
 

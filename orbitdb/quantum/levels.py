@@ -41,7 +41,7 @@ _ROUNDING = 2e-12
 """Relative error that rounding may add: what three grids differ by, and something to spare."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Levels(ByValue):
     """Levels of one parity in a window of k.
 
@@ -94,8 +94,8 @@ class LevelTask:
         (below, k), (fewer, coarse) = self.on_grid(*_FINE), self.on_grid(*_COARSE)
         if (below, len(k)) != (fewer, len(coarse)):
             raise WorkError(
-                f"grids differ in the number of levels {self.parity} with k from {self.low:g} to "
-                f"{self.high:g}: move the ends of the range a little"
+                f"two grids give different numbers of levels {self.parity} with k from {self.low:g} to "
+                f"{self.high:g}: change the ends of the range slightly"
             )
         error = _SAFETY * np.abs(k - coarse) + rounding(k)
         seconds = time.process_time() - began
@@ -135,13 +135,15 @@ def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterat
         If the stadium or the range is outside what has been tested.
     """
     if not LEAST_A <= stadium.a <= LARGEST_A:
-        raise InputError(f"levels at a = {stadium.a:g}: give a half length from {LEAST_A:g} to {LARGEST_A:g}")
+        raise InputError(
+            f"no levels at a = {stadium.a:g}: give a half length from {LEAST_A:g} to {LARGEST_A:g}"
+        )
     if not 0 <= low < high < math.inf:
-        raise InputError(f"levels with k from {low:g} to {high:g}: give a range such as 0:30")
+        raise InputError(f"k from {low:g} to {high:g} is not a range: give one such as 0:30")
     whole, smooth = weyl(stadium, None), weyl(stadium, parity)
     if whole(high) > MOST_LEVELS:
         most = math.floor(wavenumber(whole, MOST_LEVELS))
-        raise InputError(f"levels up to k = {high:g} at a = {stadium.a:g} are too many: give {most} or less")
+        raise InputError(f"too many levels up to k = {high:g} at a = {stadium.a:g}: give k up to {most}")
     while low < high:
         end = wavenumber(smooth, max(smooth(low), 0.0) + _IN_WINDOW)
         if end >= high or smooth(high) - smooth(end) < _IN_WINDOW / 4:

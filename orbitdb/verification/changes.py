@@ -16,9 +16,9 @@ from orbitdb.billiard.bounces import slack_errors
 from orbitdb.billiard.legs import Chain, derivatives, direction_limits
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.orbits.births.batches import JOINTS, Batch
-from orbitdb.orbits.births.brackets import Signs, statuses
+from orbitdb.orbits.births.brackets import Signs
 from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
-from orbitdb.orbits.error_bounds import direction_errors, pressed_directions
+from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import newton
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import BORN, DIED
@@ -92,10 +92,7 @@ def _signs(batch: Batch, word: Places, a: Floats) -> Signs:
     """Tell which words are orbits, each at its own a: 1, -1, or 0 where balls do not decide it either."""
     sign = np.zeros(len(word), np.int8)
     for here, legs in _chains(batch, word):
-        sign[here] = statuses(legs, a[here], newton(legs, a[here]).alpha)
-    unknown = np.flatnonzero(sign == 0)
-    if len(unknown):
-        sign[unknown] = batch.signs_at(word[unknown], a[unknown])
+        sign[here] = batch.signs(word[here], legs, a[here], newton(legs, a[here]).alpha)
     return sign
 
 
@@ -132,5 +129,5 @@ def _slacks(legs: Chain, a: Floats) -> tuple[Floats, Floats, Floats]:
     alpha = newton(legs, a).alpha
     moved = motion(legs, a, alpha, limits)
     slopes = derivatives(legs, a, alpha)
-    errors = direction_errors(legs, a, alpha, slopes, pressed_directions(legs, a, alpha, slopes))
+    errors = direction_errors(legs, a, alpha, slopes)
     return *slacks_and_slopes(legs, alpha, moved.drift), 2 * slack_errors(legs, errors).max(axis=(0, 1))

@@ -11,14 +11,12 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import DONE, FILLING
 from orbitdb.store.reading import audit
-from orbitdb.store.reading.fills import status_counts, words_up_to
+from orbitdb.store.reading.fills import counts_when_done, status_counts, words_up_to
 from orbitdb.store.reading.lives import birth_fills
-from orbitdb.symbols.automaton import RULE_NUMBERS
-from orbitdb.symbols.counting import count_admissible, count_primitive
+from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import least_words
 from orbitdb.symbols.members import ELEMENT_ROWS
@@ -94,18 +92,7 @@ def _wrong_counts(
     fill: Mapping[str, Any], statuses: Mapping[str, tuple[int, int]], classes: int
 ) -> Iterator[str]:
     """Yield what is wrong with the counts of a period that is filled, given those of its rows by status."""
-    p, primitive = fill["p"], count_primitive(fill["p"])
-    n_c, orbit_classes = statuses.get(Status.ORBIT, (0, 0))
-    expected = {
-        "primitive": primitive,
-        **{f"rule_{n}": primitive - count_admissible(p, frozenset([n])) for n in sorted(RULE_NUMBERS)},
-        "n_t": count_admissible(p),
-        "n_c": n_c,
-        "classes": orbit_classes,
-        "boundary": statuses.get(Status.BOUNDARY, (0, 0))[0],
-        "unresolved": statuses.get(Status.UNRESOLVED, (0, 0))[0],
-    }
-    for name, value in expected.items():
+    for name, value in counts_when_done(fill["p"], statuses).items():
         if fill[name] != value:
             yield f"{name} is {fill[name]} instead of {value}"
     solved = sum(count for _, count in statuses.values())

@@ -9,8 +9,9 @@ from quick import slow_but
 from solutions import class_rows
 
 from orbitdb import Catalogue, Selection
-from orbitdb.averages.by_period import Lyapunov, entropy, lyapunov, lyapunov_by_stability
+from orbitdb.averages.by_period import Lyapunov, entropy, lyapunov_by_stability
 from orbitdb.averages.fixed_points import Weight
+from orbitdb.averages.period_sums import lyapunov
 from orbitdb.averages.standing import faults_of, standing
 from orbitdb.catalogue.whole_periods import why_missing
 from orbitdb.cli.tui.statistics.averages import curves_of, notes_of, statistics, table_of

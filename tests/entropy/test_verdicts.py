@@ -12,7 +12,7 @@ from quick import slow_but
 from solutions import words_of
 
 from orbitdb.billiard.bounces import slacks
-from orbitdb.billiard.legs import cut, turns
+from orbitdb.billiard.legs import cut, half_turns
 from orbitdb.entropy import clamped
 from orbitdb.entropy.clamped import corner, solve_corner
 from orbitdb.entropy.letters import IN_RUN, MIRROR, STARTS_LEG, X, edge_words
@@ -43,7 +43,7 @@ class Junctions:
             slack = slacks(legs, alpha)
             least = np.minimum(slack[1], slack[2])
             rising = (legs.k > 1) & (legs.s != legs.d)
-            f = np.where(rising, turns(legs, alpha).half + legs.d * alpha, np.nan)
+            f = np.where(rising, half_turns(legs, alpha) + legs.d * alpha, np.nan)
             runs = np.where(legs.straight, 0, legs.run)
             last = ~legs.straight & (legs.place == np.take_along_axis(legs.k, runs, axis=0) - 1)
             bounce, word = np.nonzero(last)

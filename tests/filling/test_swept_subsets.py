@@ -24,8 +24,8 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import SWEPT_MEASURES, selection_of, swept_text
 from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.factors import words_containing
 from orbitdb.symbols.least_words import LeastWords, least_words
+from orbitdb.symbols.patterns import words_containing
 from orbitdb.symbols.symmetry import GROUPS, label, members
 from orbitdb.symbols.words import from_strings, pack, to_strings, unpack
 

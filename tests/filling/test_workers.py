@@ -89,7 +89,7 @@ def test_results_come_in_order_and_few_are_under_way():
     assert len(blocks) > 20
     pool = Backwards()
     found = list(in_order(pool.submit, iter(blocks), lambda: 5))
-    assert [result.span for result in found] == [block.span for block in blocks]
+    assert [result.span for (result,) in found] == [block.span for block in blocks]
     assert pool.most == 6
 
 
@@ -103,7 +103,7 @@ def test_a_worker_that_is_killed_costs_only_its_blocks(tmp_path):
     with Processes(2) as workers:
         for step in fill_periods(path, 1.6, (7, 8), workers=workers):
             alive = set(workers_of(os.getpid())) - killed
-            if step.p == 8 and len(alive) == 2 and len(killed) < 2:
+            if step.p == 8 and alive and len(killed) < 2:
                 victim = alive.pop()
                 os.kill(victim, signal.SIGKILL)
                 killed.add(victim)
@@ -119,7 +119,7 @@ def test_a_worker_that_dies_as_it_is_started_costs_only_time():
         os.kill(next_worker(), signal.SIGKILL)
         workers.start()
         found = list(workers.solved(iter(blocks)))
-    assert [result.span for result in found] == [block.span for block in blocks]
+    assert [result.span for (result,) in found] == [block.span for block in blocks]
 
 
 @pytest.mark.parametrize("which", [0, pytest.param(1, marks=pytest.mark.slow)])
@@ -185,8 +185,8 @@ class Mixed:
 
     def solved(self, blocks):
         for number, block in enumerate(blocks):
-            found = block.solved()
-            yield found if number % 2 else replace(found, arithmetic="an abacus")
+            (found,) = block.solved()
+            yield (found if number % 2 else replace(found, arithmetic="an abacus"),)
 
 
 @pytest.mark.usefixtures("small_blocks")

@@ -14,6 +14,7 @@ from quick import slow_but
 
 from orbitdb import Catalogue, Selection, Stadium, solve_word
 from orbitdb.averages import by_period
+from orbitdb.averages.period_sums import lyapunov
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.cli.figures import orbits, over_a, subsets
@@ -216,7 +217,7 @@ def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
 def test_the_exponents_by_every_method(known, capsys):
     made = subsets.OF_SUBSETS["lyapunov"](known, Selection(1.6, periods=((2, 6),)), 0)
     subset = known.classes(a=1.6, p="2-6")
-    found = by_period.lyapunov(subset.rows(), 6)
+    found = lyapunov(subset.rows(), 6)
     rules = sum_rules_of(read_whole(known, Selection(1.6, periods=((2, 6),))))
     assert len(made.axes) == 2
     for ax, name, unit in zip(made.axes, ("lambda_d", "lambda_c"), ("bounce", "length $R$"), strict=True):

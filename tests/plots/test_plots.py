@@ -1,8 +1,11 @@
 """Figures: what is drawn is what was given, and files are what their endings say."""
 
+import os
+import sys
 import xml.etree.ElementTree as ET
 
 import numpy as np
+import processes
 import pytest
 from matplotlib.figure import Figure
 
@@ -97,6 +100,24 @@ def test_the_svg_path_has_the_bounces_at_their_places():
     drawn = np.array([pair.split(",") for pair in path.attrib["points"].split()], dtype=float)
     scale = 480 / (2 * (1.2 + 1 + 0.3))
     np.testing.assert_allclose(drawn / scale * [1, -1], orbit.points, atol=0.01 / scale)
+
+
+def test_drawing_keeps_what_the_backend_of_a_notebook_sets(tmp_path):
+    """It is loaded by the first figure, and shows further ones only if it stays interactive."""
+    (tmp_path / "notebook_backend.py").write_text(
+        "import matplotlib\n"
+        "from matplotlib.backends.backend_agg import FigureCanvas\n"
+        "matplotlib.interactive(True)\n"
+    )
+    drawing = (
+        "import matplotlib\n"
+        "from orbitdb import solve_word\n"
+        "solve_word('13', 1.6).plot()\n"
+        "print(matplotlib.is_interactive())\n"
+    )
+    env = os.environ | {"MPLBACKEND": "module://notebook_backend", "PYTHONPATH": str(tmp_path)}
+    done = processes.run("-c", drawing, command=[sys.executable], cwd=tmp_path, env=env)
+    assert done.stdout.split() == ["True"], done.stderr
 
 
 def test_words_without_an_orbit_have_no_picture():

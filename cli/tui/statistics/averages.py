@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from orbitdb.averages.by_period import Entropy, Lyapunov, entropy, lyapunov
+from orbitdb.averages.by_period import Entropy, Lyapunov, entropy
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import ClassRows, Weight, missing_periods
 from orbitdb.averages.leg_sums import LegSums
+from orbitdb.averages.period_sums import lyapunov
 from orbitdb.averages.standing import faults_of, standing
 from orbitdb.averages.sum_rules import SumRules, sum_rules
 from orbitdb.catalogue.averaged import enclosure, outside

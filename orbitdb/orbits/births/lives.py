@@ -6,8 +6,7 @@ from orbitdb.billiard.stadium import MIN_A, Stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits import newton
 from orbitdb.orbits.births.changes import Life, find_changes
-from orbitdb.orbits.orbit import Orbit
-from orbitdb.orbits.pruned import pruned_word
+from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.symbols.symmetry import class_of
 from orbitdb.symbols.words import from_strings, is_primitive, parse
 
@@ -40,7 +39,9 @@ def existence(word: str) -> list[Life]:
     """
     symbols = parse(word)
     if len(symbols) > LONGEST:
-        raise InputError(f"a word of {len(symbols)} bounces is not followed in a: {LONGEST} are the most")
+        raise InputError(
+            f"a word of {len(symbols)} bounces is too long to follow over a: give at most {LONGEST}"
+        )
     if not is_primitive(symbols) or pruned_word(symbols, MIN_A) is not None:
         return []
     return find_changes(from_strings([class_of(symbols).representative])).lives()[0]

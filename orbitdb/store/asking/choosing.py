@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.store.asking.selection import Selection
-from orbitdb.symbols.factors import words_containing
 from orbitdb.symbols.least_words import LeastWords
+from orbitdb.symbols.patterns import words_containing
 from orbitdb.symbols.symmetry import SIZES, label, time_reversal
 from orbitdb.symbols.words import unpack
 

@@ -84,7 +84,7 @@ class Selection(ByValue):
         return " ".join(filter(None, [*map(printable, parts), self.describe_rest(count)]))
 
     def describe_rest(self, count: int | None = None) -> str:
-        """Return all but a, periods, statuses and reversal as English; empty if nothing else is chosen."""
+        """Return all except a, periods, statuses and reversal as English; may be empty."""
         parts = []
         if self.symmetry:
             parts.append("without symmetry" if self.symmetry == "1" else f"with symmetry {self.symmetry}")

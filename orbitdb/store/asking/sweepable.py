@@ -16,7 +16,7 @@ SWEPT_MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
 """The measures by which a sweep can choose; births and deaths are stored, and not found with an orbit."""
 
 _OF_ROWS = {"where": "where", "exists": "exists", "not_at": "not-at"}
-"""What a sweep cannot choose by, as it is told."""
+"""What a sweep cannot choose by, in the words of its error."""
 
 _ALL = float("inf")
 _LONGEST = 2 * MAX_PERIOD

@@ -1,13 +1,17 @@
 """How far periods are filled, and the counts of the finished ones."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
 import sqlalchemy as sa
 
+from orbitdb.orbits.orbit import Status
 from orbitdb.store.file.schema import DONE
 from orbitdb.store.file.tables import change, cycle, orbit
 from orbitdb.store.reading.soundness import unsound
+from orbitdb.symbols.automaton import RULE_NUMBERS
+from orbitdb.symbols.counting import count_admissible, count_primitive
 from orbitdb.symbols.words import MAX_PACKED, key, keys_of_period
 
 
@@ -104,3 +108,18 @@ def status_counts(
     for p, status, words, classes in connection.execute(query):
         found.setdefault(p, {})[status] = (words, classes)
     return found
+
+
+def counts_when_done(p: int, statuses: Mapping[str, tuple[int, int]]) -> dict[str, int]:
+    """Return the counts of a filled period: those of its rows by status, and of words that rules prune."""
+    primitive = count_primitive(p)
+    n_c, of_orbits = statuses.get(Status.ORBIT, (0, 0))
+    return {
+        "primitive": primitive,
+        **{f"rule_{n}": primitive - count_admissible(p, frozenset([n])) for n in sorted(RULE_NUMBERS)},
+        "n_t": count_admissible(p),
+        "n_c": n_c,
+        "classes": of_orbits,
+        "boundary": statuses.get(Status.BOUNDARY, (0, 0))[0],
+        "unresolved": statuses.get(Status.UNRESOLVED, (0, 0))[0],
+    }

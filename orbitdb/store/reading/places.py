@@ -61,7 +61,7 @@ def periods_of(connection: sa.Connection, ids: Integers) -> Integers:
 
 
 def periods_without(connection: sa.Connection, ids: Integers, standings: "Standings") -> list[int]:
-    """Return the periods of classes of which no births are stored."""
+    """Return the periods of classes without stored births."""
     return np.unique(periods_of(connection, ids[standings.places == len(standings.cycles)])).tolist()
 
 

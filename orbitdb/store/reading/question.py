@@ -108,14 +108,14 @@ def choose(
 def _places(
     connection: sa.Connection, ids: NDArray[np.int64], sizes: NDArray[np.int64], elements: Masks
 ) -> Masks:
-    """Return words that are told by the elements that lead to them by their places in their classes."""
+    """Turn marks by element, of the words that the elements lead to, into marks by place in the class."""
     return places_of_elements(elements, stabilisers_of_classes(connection, ids, sizes == len(ELEMENTS)))
 
 
 def _query(
     connection: sa.Connection, divided: Divided, keys: dict[str, bool], columns: Sequence[str]
 ) -> sa.Select[Any]:
-    """Return the query for classes in their order: coded id, mask by elements if need be, and columns."""
+    """Return the query for classes in their order: coded id, mask by elements if needed, and columns."""
     named = tuple(dict.fromkeys(["p", *columns, *keys]))
     sources = list(_sources(divided, named))
     rows = (sa.union_all(*sources) if len(sources) > 1 else sources[0]).subquery().c
@@ -125,7 +125,7 @@ def _query(
 
 
 def _sources(divided: Divided, columns: Sequence[str]) -> Iterator[sa.Select[Any]]:
-    """Yield the queries for what is chosen among classes, and among pruned words if they are asked for."""
+    """Yield the queries for the chosen classes, and for pruned words if the selection names them."""
     chosen = divided.conditions
     if chosen.statuses != (Status.GEOMETRIC,):
         known = (catalogue if divided.of_words else classes.alias(catalogue.name)).c

@@ -1,4 +1,4 @@
-"""What is stored beside orbits: bounds on the entropy, and references from trajectories; the room of it."""
+"""Stored results other than orbits: bounds on the entropy, and references; and the room that rows take."""
 
 from dataclasses import dataclass, fields
 from itertools import groupby

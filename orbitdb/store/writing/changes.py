@@ -43,7 +43,7 @@ def add_changes(
 
 
 def number_events(connection: sa.Connection, p: int) -> dict[str, Any]:
-    """Number the events of a period of which all changes are stored; return the counts (`birth_fill`)."""
+    """Number the events of a period whose changes are all stored; return the counts (`birth_fill`)."""
     here = change.c.cycle.between(*keys_of_period(p))
     found = connection.execute(
         sa.select(change.c.cycle, change.c.number, change.c.a, change.c.error, change.c.kind).where(here)
