@@ -37,7 +37,7 @@ def run() -> None:
     end_as_users_expect()
     stand_in_for_closed()
     escape_what_has_no_code()
-    code = _run(sys.argv[1:] or ["--help"])
+    code = execute(sys.argv[1:] or ["--help"])
     end_undisturbed()
     gc.freeze()  # the process takes all that is there with it
     try:
@@ -50,7 +50,8 @@ def run() -> None:
     leave(code)
 
 
-def _run(arguments: list[str]) -> int:
+def execute(arguments: list[str]) -> int:
+    """Run one command in this process; return its exit code, whatever happens."""
     if any("\0" in argument for argument in arguments):
         return _say("an argument contains a NUL character", USAGE)
     try:

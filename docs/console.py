@@ -63,13 +63,13 @@ class Session:
 
     def command(self, line: str) -> str:
         """Run a line of the shell: in this process if it is nothing but a command of orbitdb."""
-        from orbitdb.cli.main import _run
+        from orbitdb.cli.main import execute
 
         line = line.replace("\\\n", " ")
         unquoted = re.sub(r"'[^']*'|\"[^\"$`]*\"", "", line)
         if line.startswith("orbitdb ") and not _SHELL.search(unquoted):
             words = shlex.split(line)[1:]
-            return self._here(lambda: _run(words))
+            return self._here(lambda: execute(words))
         where = {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
         result = subprocess.run(
             ["bash", "-c", line], cwd=self.folder, env={**os.environ, **self.setting, **where}, text=True,

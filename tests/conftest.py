@@ -57,7 +57,7 @@ def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def small_sweeps(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut periods into many blocks, for which other processes are begun."""
-    monkeypatch.setattr("orbitdb.filling.swept_blocks._CLASSES", 16)
+    monkeypatch.setattr("orbitdb.filling.swept_blocks.CLASSES", 16)
     monkeypatch.setattr("orbitdb.filling.sweeps.SMALL", 1)
 
 
@@ -111,13 +111,13 @@ def cli(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> Callable[..., Outcome]:
     """Run the command line in this process; the default catalogue is in the test's own folder."""
-    from orbitdb.cli.main import _run
+    from orbitdb.cli.main import execute
 
     monkeypatch.setenv("ORBITDB_DB", str(tmp_path / "orbits.db"))
 
     def run(*arguments: str) -> Outcome:
         capsys.readouterr()
-        code = _run(list(arguments))
+        code = execute(list(arguments))
         captured = capsys.readouterr()
         return Outcome(code, captured.out, captured.err)
 

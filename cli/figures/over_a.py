@@ -21,8 +21,8 @@ from orbitdb.store.asking.selection import Selection
 
 _MOST = 4
 """Periods drawn, the highest ones."""
-_PLACES = 400
-_PLACES_OF_BOUNDS, _ROOM = 200, 1.1
+PLACES = 400
+PLACES_OF_BOUNDS, _ROOM = 200, 1.1
 _LOW, _WIDER = 0.02, 1.5
 _LOW_LIFE, _HIGH_LIFE, _BESIDE = 0.1, 5.0, 1e-9
 
@@ -35,7 +35,7 @@ def draw_births(catalogue: Catalogue, chosen: Selection) -> Figure:
     shown = [p for p in periods if places[p].a[-1] > 0][-_MOST:]
     if not shown:
         raise InputError("no births to draw: 'orbitdb births --p 11' finds them")
-    a = np.geomspace(_LOW, _WIDER * max(places[p].a[-1] for p in shown), _PLACES)
+    a = np.geomspace(_LOW, _WIDER * max(places[p].a[-1] for p in shown), PLACES)
     entropies = {
         p: _entropies(places, p, a) for p in shown[-2:] if [*range(2, p + 1)] == [q for q in whole if q <= p]
     }
@@ -56,7 +56,7 @@ def draw_life(found: Orbit) -> Figure:
     start = lives[0][0] * (1 + _BESIDE) or found.a
     first = solve_word(found.code, start)
     a = np.geomspace(
-        min([_LOW_LIFE, *(end / 2 for end in ends)]), max([_HIGH_LIFE, *(4 * end for end in ends)]), _PLACES
+        min([_LOW_LIFE, *(end / 2 for end in ends)]), max([_HIGH_LIFE, *(4 * end for end in ends)]), PLACES
     )
     beside = [end * (1 + sign * _BESIDE) for end in ends for sign in (-1, 1)]
     a = np.sort(np.concatenate([a, beside]))
@@ -125,7 +125,7 @@ def draw_over_a(catalogue: Catalogue, chosen: Selection) -> Figure:
     if not known:
         raise InputError("no proved bounds to draw: 'orbitdb bounds --a 0.3:10:40' finds them")
     a, lower, upper = (np.array([getattr(each, name) for each in known]) for name in ("a", "lower", "upper"))
-    places = np.geomspace(a[0] / _ROOM, a[-1] * _ROOM, _PLACES_OF_BOUNDS)
+    places = np.geomspace(a[0] / _ROOM, a[-1] * _ROOM, PLACES_OF_BOUNDS)
     curves = {p: (places, found) for p, found in entropies_from_births(catalogue, chosen, places).items()}
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()

@@ -18,10 +18,10 @@ from typing import TextIO
 from orbitdb.cli.interrupts import go_on
 from orbitdb.cli.progress.pace import Pace, frame, in_ascii
 
-_PATIENCE = 0.5
+PATIENCE = 0.5
 """Seconds until the line appears: shorter work needs none."""
 
-_BETWEEN_FRAMES = 0.2
+BETWEEN_FRAMES = 0.2
 _ERASE = "\r\x1b[J"
 
 
@@ -118,9 +118,9 @@ class _Line(Progress):
     def _paint(self) -> None:
         if hasattr(signal, "pthread_sigmask"):  # signals are for the main thread, which they are to wake
             signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
-        wait = _PATIENCE
+        wait = PATIENCE
         while not self._over.wait(wait):
-            wait = _BETWEEN_FRAMES
+            wait = BETWEEN_FRAMES
             with self._mine:
                 if not self._over.is_set() and _in_foreground(self._terminal):
                     self._draw()

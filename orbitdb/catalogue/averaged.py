@@ -41,7 +41,7 @@ _EDGES = 10
 """Length of the windows decided where no bounds are stored; it takes up to half a second, at small a."""
 
 _LARGEST_CUT = 1000
-_MOST_FACTORS = 100_000
+MOST_FACTORS = 100_000
 
 
 def table(catalogue: "Catalogue", chosen: Selection) -> Result:
@@ -239,7 +239,7 @@ def _up_to(
     if not 0 < cut <= _LARGEST_CUT:
         raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
     rows, a = subset.classes.rows(), subset.selection.a
-    if weight is Weight.DETERMINANT and (most := by_period.largest_cut(rows, cut, _MOST_FACTORS)) < cut:
+    if weight is Weight.DETERMINANT and (most := by_period.largest_cut(rows, cut, MOST_FACTORS)) < cut:
         raise InputError(f"cut {cut:g} has too many terms with --weight det: give {most:g} or less")
     found = by_period.lyapunov_by_stability(rows, cut, subset.highest, weight, tell)
     if subset.missing:

@@ -34,10 +34,10 @@ _AHEAD = 2
 _FETCHED = 2
 """Results that are fetched at a time: one that is wanted, one behind it."""
 
-_PATIENCE = 8.0
+PATIENCE = 8.0
 """Seconds until a scheduler must have answered."""
 
-_COUNTED = 5.0
+COUNTED = 5.0
 """Seconds for which the number of workers is taken to be the same."""
 
 _one_at_a_time = threading.Lock()
@@ -112,7 +112,7 @@ class Cluster:
 
     def size(self) -> Size:
         """Count the workers there are."""
-        if time.monotonic() >= self._counted + _COUNTED:
+        if time.monotonic() >= self._counted + COUNTED:
             try:
                 if self._client.status != "running":
                     raise ConnectionError  # else the question would wait for the scheduler to come back
@@ -173,7 +173,7 @@ def _connect(scheduler: str) -> "Client":
     async def call(address: str) -> None:
         """Call the scheduler; Client would wait for ever for a server of another kind to speak."""
         arguments = security.get_connection_args("client")
-        comm = await asyncio.wait_for(connect(address, timeout=_PATIENCE, **arguments), _PATIENCE)
+        comm = await asyncio.wait_for(connect(address, timeout=PATIENCE, **arguments), PATIENCE)
         comm.abort()
 
     security = Security()
@@ -181,7 +181,7 @@ def _connect(scheduler: str) -> "Client":
     try:
         with ThreadPoolExecutor(1) as apart:  # here an event loop may be running, as in a notebook
             apart.submit(asyncio.run, call(address)).result()
-        return Client(address, timeout=_PATIENCE, security=security, set_as_default=False)
+        return Client(address, timeout=PATIENCE, security=security, set_as_default=False)
     except Exception as error:
         reason = "" if isinstance(error, OSError) else f" ({_line(error)})"
         raise InputError(

@@ -16,7 +16,7 @@ from orbitdb.symbols.counting import count_admissible
 LARGE = 1_000_000
 """From so many sequences on, a fill says first what it is going to take."""
 
-_BYTES = 41.0
+BYTES = 41.0
 """Of one sequence, at p = 15: an eighth of what a class and its orbit take."""
 
 _RATES = {"newton": (3.2e-7, 1.0e-6, 5.0e-7), "relaxation": (1.3e-5, 2.1e-3, 3.2e-6)}
@@ -28,7 +28,7 @@ Newton's method at p = 15, the relaxation, which gets slower from period to peri
 _SWEEPING = 8.0e-7
 """Seconds that a sweep takes for one sequence, on one core of a recent server, at p = 14."""
 
-_ENOUGH = 50_000
+ENOUGH = 50_000
 """Sequences that a catalogue must have for rates of its own."""
 
 _JOURNAL = 64 << 20
@@ -77,7 +77,7 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
     enumerating, solving, storing = _RATES[method] if method != "newton" else _newton_rates(fills)
     solvers, writer = (enumerating + solving) * sequences, storing * sequences
     seconds = max(writer, (solvers + writer) / jobs)
-    return Need(sequences, round(_BYTES * sequences), seconds)
+    return Need(sequences, round(BYTES * sequences), seconds)
 
 
 def sweep_need(
@@ -91,7 +91,7 @@ def sweep_need(
     known = {} if catalogue is None else {b: catalogue.sweeps(b, selection) for b in catalogue.a_values()}
     here = {each.p: each.tally.words for each in known.get(a, ())}
     sequences = sum(count_admissible(p) - here.get(p, 0) for p in periods)
-    large = [each for found in known.values() for each in found if each.tally.words >= _ENOUGH]
+    large = [each for found in known.values() for each in found if each.tally.words >= ENOUGH]
     words = sum(each.tally.words for each in large)
     rate = sum(each.processor for each in large) / words if words else _SWEEPING
     return Need(sequences, 0, rate * sequences / jobs)
@@ -99,7 +99,7 @@ def sweep_need(
 
 def _newton_rates(fills: Sequence[Fill]) -> tuple[float, float, float]:
     """Return the processor time a sequence that enumerating, solving and storing take."""
-    large = [f for f in fills if f.words >= _ENOUGH and f.storing and f.enumerating]
+    large = [f for f in fills if f.words >= ENOUGH and f.storing and f.enumerating]
     words = sum(f.words for f in large)
     if not words:
         return _RATES["newton"]

@@ -25,7 +25,7 @@ from orbitdb.symbols.symmetry import SIZES
 
 Floats = NDArray[np.float64]
 
-_CLASSES = 1 << 15
+CLASSES = 1 << 15
 """Of a block, at most: it bounds the memory."""
 
 
@@ -94,7 +94,7 @@ def cut_into_swept_blocks(
     How it is cut depends on nothing else, so that sums over blocks are the same however they come about.
     """
     named = tuple((level, tuple(mu.tolist())) for level, mu in sorted((tilts or {}).items()))
-    return (SweptBlock(a, span, named, selection) for span in class_spans(p, _CLASSES, after))
+    return (SweptBlock(a, span, named, selection) for span in class_spans(p, CLASSES, after))
 
 
 def _summed(

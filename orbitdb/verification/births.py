@@ -22,7 +22,7 @@ from orbitdb.symbols.words import from_strings
 from orbitdb.verification.blocks import is_chosen
 from orbitdb.verification.check import Check, Step, judged, listed, shown, single
 
-_BLOCK = 1000
+BLOCK = 1000
 """Classes that are proved at once: some hundred megabytes."""
 
 
@@ -110,8 +110,8 @@ def prove_lives(connection: sa.Connection, periods: Iterable[BirthFill]) -> Iter
     for found in periods:
         changes = groupby(audit.changes(connection, found.p), key=lambda row: str(row.word))
         classes = [(word, _known(rows)) for word, rows in changes]
-        for start in range(0, len(classes), _BLOCK):
-            block = classes[start : start + _BLOCK]
+        for start in range(0, len(classes), BLOCK):
+            block = classes[start : start + BLOCK]
             words = [word for word, _ in block]
             verdict, _ = prove_all(from_strings(words), [known for _, known in block])
             unknown = int((verdict == Verdict.UNDECIDED).sum())

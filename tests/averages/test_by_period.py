@@ -279,6 +279,5 @@ def test_missing_periods_are_named():
 
 
 @given(st.integers(1, 200))
-@settings(deadline=None)
 def test_divisors_divide(p):
     assert divisors(p) == [d for d in range(1, p + 1) if p / d == p // d]

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb.averages.pseudocycles import Factors, expand_by_stability
@@ -52,7 +52,6 @@ def test_no_positive_zero_is_nan():
 
 
 @given(st.lists(st.floats(0.2, 3), min_size=1, max_size=6))
-@settings(deadline=None)
 def test_leading_zero_is_the_least_of_known_zeros(zeros):
     zeros = sorted(set(np.round(zeros, 1)))
     polynomial = np.polynomial.Polynomial([1.0])

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb.billiard.stadium import MAX_A, MIN_A, STRAIGHT, Stadium, StadiumError
@@ -13,7 +13,6 @@ half_lengths = st.floats(MIN_A, MAX_A)
 SYMBOLS = np.arange(6, dtype=np.uint8)
 
 
-@settings(deadline=None)
 @given(half_lengths, st.floats(-1, 1))
 def test_points_lie_on_the_boundary(a, u):
     points = Stadium(a).points(SYMBOLS, np.where(STRAIGHT, a * u, math.pi / 2 * u))
@@ -40,7 +39,6 @@ def test_coordinates_are_counted_as_the_paper_does():
     assert np.abs(points - expected).max() < 1e-15
 
 
-@settings(deadline=None)
 @given(st.floats(0.01, 100), st.floats(-1.5, 1.5))
 def test_tangents_are_unit_derivatives_of_points(a, x):
     stadium, h = Stadium(a), 1e-5

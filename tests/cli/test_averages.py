@@ -126,7 +126,7 @@ def test_limits_of_a_cut(filled, cli, cut):
 
 def test_the_largest_cuts(filled, cli, monkeypatch):
     """Up to 1000 as they are; with determinants, up to so many factors, and what is advised is taken."""
-    monkeypatch.setattr("orbitdb.catalogue.averaged._MOST_FACTORS", 600)
+    monkeypatch.setattr("orbitdb.catalogue.averaged.MOST_FACTORS", 600)
     chosen = ("lyapunov", "--p", "2-4", "--json", "--db", str(filled), "--cut")
     found, none = cli(*chosen, "1000"), cli(*chosen, "1e-7")
     assert json.loads(found.out)[0]["cut"] == 1000

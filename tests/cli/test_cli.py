@@ -335,7 +335,7 @@ def test_subsets_are_chosen_by_the_same_options_everywhere(cli, command):
 
 def test_help_and_version_load_nothing_heavy():
     script = (
-        "import sys; from orbitdb.cli.main import _run; [_run(line.split()) for line in sys.argv[1:]];"
+        "import sys; from orbitdb.cli.main import execute; [execute(line.split()) for line in sys.argv[1:]];"
         "heavy = ('numpy', 'scipy', 'sqlalchemy', 'textual', 'alembic', 'flint');"
         "print([name for name in heavy if name in sys.modules])"
     )

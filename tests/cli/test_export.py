@@ -195,7 +195,7 @@ def test_a_figure_on_stdout_is_what_the_file_holds(varied, tmp_path, cli):
 
 @pytest.mark.slow
 def test_a_wrong_ending_is_told_before_matplotlib_is_loaded(tmp_path):
-    code = "import sys; from orbitdb.cli.main import _run; _run(['plot', 'sheet', '-o', 'x.gif'])"
+    code = "import sys; from orbitdb.cli.main import execute; execute(['plot', 'sheet', '-o', 'x.gif'])"
     code += "; print('matplotlib' in sys.modules)"
     done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"

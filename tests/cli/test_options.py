@@ -178,7 +178,7 @@ def test_codes_come_from_files_of_windows_too(cli, monkeypatch, end):
 def test_a_cut_with_too_many_terms_is_told_one_that_is_taken(cli, filled, monkeypatch):
     from orbitdb.catalogue import averaged
 
-    monkeypatch.setattr(averaged, "_MOST_FACTORS", 40)
+    monkeypatch.setattr(averaged, "MOST_FACTORS", 40)
     refused = cli("lyapunov", "--weight", "det", "--cut", "9")
     assert refused.code == 2
     cut = refused.err.split("give ")[1].split()[0]

@@ -138,8 +138,8 @@ def screen(monkeypatch):
         return sys.stderr
 
     monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setattr(line, "_PATIENCE", 0.0)
-    monkeypatch.setattr(line, "_BETWEEN_FRAMES", 0.001)
+    monkeypatch.setattr(line, "PATIENCE", 0.0)
+    monkeypatch.setattr(line, "BETWEEN_FRAMES", 0.001)
     return begin
 
 

@@ -220,19 +220,6 @@ def test_ctrl_c_twice(tmp_path, jobs):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "arguments", [("fill", "--p", "13", "--jobs", "2"), ("simulate", "--bounces", "100000000")]
-)
-def test_told_to_end_while_the_bar_is_up(tmp_path, arguments):
-    child = spawn(*arguments, "--db", tmp_path / "orbits.db", columns=200)
-    child.expect(r"[━╾─]{40}[^\r]*\r")
-    child.kill(signal.SIGTERM)
-    child.expect(pexpect.EOF)
-    said = TERMINATED if arguments[0] == "fill" else TERMINATED.removesuffix(GOES_ON)
-    ends_in_order(ended(child, (child.before, 200)), 143, [said])
-
-
-@pytest.mark.slow
 def test_ctrl_z_and_back(tmp_path):
     shell = spawn("--norc", "--noprofile", "-i", command=["bash"], PS1="$ ")
     command = [*COMMAND[:-1], f"'{COMMAND[-1]}'", "simulate", "--db", str(tmp_path / "orbits.db")]

@@ -8,9 +8,9 @@ from processes import run
 STRICT = [sys.executable, "-W", "error", "-X", "dev", "-P", "-c"]
 _CHAIN = """
 import shlex, sys
-from orbitdb.cli.main import _run
+from orbitdb.cli.main import execute
 for line in sys.stdin:
-    if _run(shlex.split(line)):
+    if execute(shlex.split(line)):
         sys.exit(line)
 """
 CHAIN = [*STRICT, _CHAIN]

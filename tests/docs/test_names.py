@@ -18,8 +18,8 @@ MODULES = re.compile(r"(?<![\w./-])orbitdb(?:\.[A-Za-z_]\w*)+")
 TESTS = re.compile(r"`(test_\w+)`")
 INLINE = re.compile(r"`([^`\n]+)`")
 OPTION = re.compile(r"(?<![\w-])--?[A-Za-z][\w-]*")
-OF_OTHERS = {"--scheduler-file", "--write", "--missing"}
-"""Options of dask, and of the tools that rewrite examples and tell what tests execute."""
+OF_OTHERS = {"--scheduler-file", "--write"}
+"""Options of dask, and of the tool that rewrites examples."""
 
 each_page = pytest.mark.parametrize("page", pages.PAGES, ids=lambda page: page.stem)
 

@@ -82,7 +82,7 @@ def paths(origin, target, states, first, free) -> int:
     return int(reach.sum())
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(1, 8), st.lists(st.tuples(st.integers(0, 7), st.integers(0, 7)), max_size=20, unique=True))
 def test_growth_encloses_the_spectral_radius(states, steps):
     steps = [(i % states, j % states) for i, j in steps]

@@ -120,7 +120,7 @@ def edge_cycles(draw: st.DrawFn) -> str:
 
 
 @pytest.mark.slow
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(edge_cycles(), st.floats(0.02, 20), st.integers(1, 6), st.integers(1, 6))
 @example("U" * 40 + "X", 1.6, 3, 2)
 def test_no_long_word_contradicts_a_window(edges, a, before, behind):

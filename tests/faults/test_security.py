@@ -529,13 +529,6 @@ def test_altered_rows_are_shown_or_refused(own, cli, monkeypatch, tmp_path, shar
     try_altered(own, cli, alterations()[::share], own.read_bytes())
 
 
-@pytest.mark.fuzz
-@pytest.mark.parametrize("part", range(4))
-def test_all_altered_rows_are_shown_or_refused(own, cli, monkeypatch, tmp_path, part):
-    monkeypatch.chdir(tmp_path)
-    try_altered(own, cli, alterations()[part::4], own.read_bytes())
-
-
 # text that is more than text
 
 FORMULAS = ["=1+1", "+1", "-1+cmd", "@SUM(1)", "\t=1", "\r=1", '=HYPERLINK("x")', "＝1", "－1"]

@@ -88,11 +88,11 @@ def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch):
                     list(workers.solved([Failing()]))
             workers._client.close()
             assert workers.size() == (1, 2)  # it is asked now and then
-            monkeypatch.setattr("orbitdb.filling.cluster._COUNTED", 0.0)
+            monkeypatch.setattr("orbitdb.filling.cluster.COUNTED", 0.0)
             with pytest.raises(WorkError, match="connection to the dask scheduler is lost"):
                 workers.size()
         wait_until(lambda: not cluster.scheduler.tasks)
-    monkeypatch.setattr("orbitdb.filling.cluster._PATIENCE", 0.5)
+    monkeypatch.setattr("orbitdb.filling.cluster.PATIENCE", 0.5)
     with pytest.raises(InputError, match=f"answers at {cluster.scheduler_address}: give"):
         Cluster(str(file)).__enter__()
     with pytest.raises(InputError, match=r"answers at foo://there:1 \(.+\): give"):
@@ -244,7 +244,7 @@ class Silent(socketserver.BaseRequestHandler):
 @pytest.mark.parametrize("listens", [False, True])
 @pytest.mark.slow
 def test_where_no_scheduler_is(tmp_path, monkeypatch, cli, listens):
-    monkeypatch.setattr("orbitdb.filling.cluster._PATIENCE", 0.5)
+    monkeypatch.setattr("orbitdb.filling.cluster.PATIENCE", 0.5)
     with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Silent, bind_and_activate=listens) as server:
         server.daemon_threads = True
         address = f"127.0.0.1:{server.server_address[1] or 1}"

@@ -55,7 +55,7 @@ def many_blocks() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(blocks.METHODS, "newton", blocks.Method(solve_for_orbits, 8))
         patch.setattr(births, "BLOCK", 64)
-        patch.setattr(swept_blocks, "_CLASSES", 8)
+        patch.setattr(swept_blocks, "CLASSES", 8)
         yield
 
 

@@ -77,46 +77,28 @@ class Executed:
 
 
 def executed(tree: Tree, folder: Path, jobs: int, marked: str | None = None) -> Executed:
-    """Return which tests execute what, from a file if it is there; tests that were altered run again.
+    """Return which tests execute what, from a file if nothing has changed since it was written.
 
     `marked` says which tests, as pytest's ``-m`` does; else the default ones. Each choice has its own file.
     """
     name = "executed" + re.sub(r"\W+", "-", f" {marked}" if marked is not None else "")
-    target = folder / f"{name}.json"
-    known = Executed(**json.loads(target.read_text())) if target.exists() else Executed()
-    files = _hashes(tree)
-    changed = {path for path in {*files, *known.files} if files.get(path) != known.files.get(path)}
-    if any(not _is_test(path) for path in changed):
-        known, changed = Executed(), set(files)
-    again = sorted(path for path in changed if path in files and _is_test(path))
-    _drop(known, changed)
-    if again:
-        which = [] if marked is None else ["-m", marked]
-        _run(tree, known, [*which, *(again if known.files else ["tests"])], jobs)
-    known.files = files
+    target, files = folder / f"{name}.json", _hashes(tree)
+    if target.exists():
+        known = Executed(**json.loads(target.read_text()))
+        if known.files == files:
+            return known
+    known = Executed(files)
+    _run(tree, known, ["tests", *([] if marked is None else ["-m", marked])], jobs)
     target.parent.mkdir(exist_ok=True)
     target.write_text(json.dumps(asdict(known)))
     return known
 
 
-def _is_test(path: str) -> bool:
-    return path.rpartition("/")[2].startswith("test_")
-
-
 def _hashes(tree: Tree) -> dict[str, str]:
     paths = [path for wing in tree.wings().values() for path in wing]
     tests = [path.relative_to(tree.root).as_posix() for path in sorted((tree.root / "tests").rglob("*.py"))]
-    paths += [path for path in tests if _is_test(path) or not path.startswith("tests/mutation/")]
+    paths += [path for path in tests if not path.startswith("tests/mutation/")]
     return {path: hashlib.sha256((tree.root / path).read_bytes()).hexdigest() for path in paths}
-
-
-def _drop(known: Executed, files: set[str]) -> None:
-    """Forget the tests of some files."""
-    gone = {name for name in known.tests if name.partition("::")[0] in files}
-    known.tests = {name: told for name, told in known.tests.items() if name not in gone}
-    for lines in known.lines.values():
-        for number, labels in lines.items():
-            lines[number] = [label for label in labels if label not in gone]
 
 
 def _run(tree: Tree, known: Executed, which: list[str], jobs: int) -> None:
@@ -161,7 +143,7 @@ def _add_lines(known: Executed, copy: Tree, data: CoverageData) -> None:
         lines = known.lines.setdefault(Path(measured).relative_to(copy.root).as_posix(), {})
         for number, contexts in data.contexts_by_lineno(measured).items():
             labels = {_test(context) for context in contexts} - {""}
-            lines[str(number)] = sorted(labels | set(lines.get(str(number), ())))
+            lines[str(number)] = sorted(labels)
 
 
 def _test(context: str) -> str:

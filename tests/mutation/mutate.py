@@ -3,16 +3,14 @@
 ``python tests/mutation/mutate.py billiard store --sample 20 --seed 1`` tries twenty mutants of each of two
 wings; without names, of every wing. The tests that execute the altered line run, those of its wing first,
 quick ones before long ones, in a copy of the tree, which all processes of a test import. The first run finds
-out which tests execute what, and keeps it in ``.mutation``; afterwards tests that were altered run again for
-it, and all of them if the code was. ``--at FILE:LINE`` and ``--again FILE`` try a line, or what has survived,
-again; ``--tests "not fuzz"`` asks all tests that CI runs.
+out which tests execute what, and keeps it in ``.mutation`` until something is altered. ``--at FILE:LINE``
+tries a line again; ``--tests "not fuzz"`` asks all tests that CI runs.
 
 A sample has of each kind of mistake as many as of the others, so that rare and stealthy ones are seen; the
 last column is what it tells of the whole wing, each kind counted as often as it occurs there.
 """
 
 import argparse
-import json
 import random
 import signal
 import sys
@@ -20,7 +18,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import islice, zip_longest
 from pathlib import Path
 from queue import SimpleQueue
@@ -98,11 +96,6 @@ def within(known: Executed, tests: list[str], most: float) -> list[str]:
 
 def _wanted(options: argparse.Namespace) -> Callable[[Mutant, str], bool]:
     """Return what tells whether a mutant is to be tried at all."""
-    if options.again:
-        told = json.loads(options.again.read_text())
-        alive = [each for each in told if each["outcome"] in (SURVIVED, NOBODY)]
-        known = {(each["file"], each["kind"], each["before"], each["after"]) for each in alive}
-        return lambda mutant, source: (mutant.path, mutant.kind, *mutant.shown(source)) in known
     if options.at:
         return lambda mutant, source: f"{mutant.path}:{mutant.line(source)}" in options.at
     return lambda mutant, source: True
@@ -209,9 +202,6 @@ def parse(arguments: Sequence[str] | None, wings: Sequence[str]) -> argparse.Nam
         "--at", action="append", metavar="FILE:LINE", help="only those of this line; repeatable"
     )
     parser.add_argument(
-        "--again", type=Path, metavar="FILE", help="only what survived, says a file of --json"
-    )
-    parser.add_argument(
         "--tests", metavar="EXPR", help="pytest's -m: 'not fuzz' for those of CI; else the default ones"
     )
     parser.add_argument("--jobs", type=int, default=2, help="mutants at a time")
@@ -219,13 +209,12 @@ def parse(arguments: Sequence[str] | None, wings: Sequence[str]) -> argparse.Nam
     parser.add_argument(
         "--patience", type=float, default=6.0, metavar="X", help="times what tests take; more if it is busy"
     )
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write every verdict to this file, too")
     options = parser.parse_args(arguments)
     for wing in options.wings:
         if wing not in wings:
             parser.error(f"no wing is named {wing!r}: {', '.join(wings)}")
-    if options.sample and (options.at or options.again):
-        parser.error("--at and --again try all that they name: leave out --sample")
+    if options.sample and options.at:
+        parser.error("--at tries all that it names: leave out --sample")
     return options
 
 
@@ -242,8 +231,6 @@ def main(arguments: Sequence[str] | None = None, root: Path = ROOT) -> None:
     with tempfile.TemporaryDirectory(prefix="m-", ignore_cleanup_errors=True) as folder:
         verdicts = list(judged(tree, choose(tree, sources, known, options), options.jobs, Path(folder)))
     print(report(verdicts, counted(wings, sources)))
-    if options.json:
-        options.json.write_text(json.dumps([asdict(verdict) for verdict in verdicts], indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from quick import slow_but
 from reference import symbols_of_trajectory
@@ -99,7 +99,6 @@ def test_margin_is_the_distance_from_the_nearest_end(p):
     assert (orbits.margin[orbits.status == Status.DYNAMICAL] < 0).all()
 
 
-@settings(deadline=None)
 @given(a=st.floats(1e-6, 1e6))
 def test_the_word_13_is_known(a):
     orbit = solve(from_strings(["13"]), Stadium(a))
@@ -112,7 +111,6 @@ def test_the_word_13_is_known(a):
     assert abs(orbit.lyapunov[0] - exact) <= orbit.lyapunov_error[0] + 1e-15 * exact
 
 
-@settings(deadline=None)
 @given(a=st.floats(1e-6, 1e6), n=st.integers(0, 40))
 def test_orbits_that_hit_both_semicircles_at_right_angles(a, n):
     """There and back over n walls along the line of the unfolded centres: L = 4 (1 + hypot(a, n))."""

@@ -329,8 +329,8 @@ def test_the_lengths(known):
 @pytest.fixture
 def few_places(monkeypatch) -> None:
     """Draw curves over a through few points; every one is as dear as an orbit."""
-    monkeypatch.setattr(over_a, "_PLACES", 12)
-    monkeypatch.setattr(over_a, "_PLACES_OF_BOUNDS", 12)
+    monkeypatch.setattr(over_a, "PLACES", 12)
+    monkeypatch.setattr(over_a, "PLACES_OF_BOUNDS", 12)
 
 
 @pytest.mark.usefixtures("few_places")

@@ -8,7 +8,6 @@ import numpy as np
 import processes
 import pytest
 from matplotlib.figure import Figure
-from quick import slow_but
 
 from orbitdb import Catalogue, Stadium, solve_word
 from orbitdb.errors import InputError
@@ -129,31 +128,6 @@ def test_words_without_an_orbit_have_no_picture():
 def test_the_readme_picture_is_the_one_the_library_draws(request):
     stored = (request.config.rootpath / "docs" / "orbit.svg").read_text()
     assert stored.rstrip("\n") == solve_word("1232131", Stadium(1.2))._repr_svg_()
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    slow_but(
-        [["orbit", "--code", "1232131"]],
-        [
-            ["orbit", "--code", "1232131"],
-            ["reverse", "--code", "010232"],
-            ["entropy"],
-            ["lyapunov"],
-            ["sheet", "--p", "4"],
-            ["birkhoff", "--p", "2-4"],
-            ["lengths"],
-        ],
-    ),
-    ids=lambda arguments: arguments[0],
-)
-def test_the_command_draws_every_kind(varied, tmp_path, cli, arguments):
-    target = tmp_path / "figure.png"
-    done = cli("plot", *arguments, "-o", str(target), "--db", str(varied))
-    assert done.code == 0, done.err
-    assert target.read_bytes().startswith(b"\x89PNG")
-    assert done.out == ""
-    assert [path.name for path in tmp_path.iterdir() if path.suffix == ".part"] == []
 
 
 @pytest.mark.parametrize(

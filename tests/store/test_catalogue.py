@@ -40,7 +40,7 @@ def test_a_new_file_is_what_all_migrations_make_of_none(tmp_path):
     from alembic.autogenerate import compare_metadata
     from alembic.migration import MigrationContext
 
-    from orbitdb.store.file.migrate import _upgrade
+    from orbitdb.store.file.migrate import upgrade_tables
 
     path = tmp_path / "new.db"
     assert migrate(path) == (0, SCHEMA_VERSION, None)
@@ -51,7 +51,7 @@ def test_a_new_file_is_what_all_migrations_make_of_none(tmp_path):
         assert differing == []  # which texts are unique, SQLAlchemy need not know
         made, revision = schema_of(connection), context.get_current_revision()
     with writing_engine(tmp_path / "migrated.db", references=False).begin() as connection:
-        _upgrade(connection)
+        upgrade_tables(connection)
         assert schema_of(connection) == made
         assert MigrationContext.configure(connection).get_current_revision() == revision
     with sqlite3.connect(path) as plain:

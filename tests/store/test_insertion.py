@@ -83,14 +83,3 @@ def test_long_words_of_several_classes_have_numbers_of_their_own(tmp_path):
 def test_ids_of_long_words_are_above_those_of_every_period():
     """So that what is counted of a period by its ids holds no long word."""
     assert keys_of_period(MAX_KEYED)[1] < LONG
-
-
-def test_patterns_are_looked_for_in_long_words(tmp_path):
-    path = tmp_path / "long.db"
-    migrate(path)
-    fill_word(path, parse("1^15 5^14"), 1.6)
-    with closing(Catalogue(path)) as catalogue:
-        assert {orbit.code for orbit in catalogue.select(contains="11115555")} == {
-            "1" * 15 + "5" * 14,
-            "1" * 14 + "5" * 15,
-        }

@@ -65,22 +65,6 @@ def test_coordinates_from_the_store_are_orbits_of_their_words(catalogue, p):
         np.testing.assert_allclose(coordinates[row], solve_word(word, Stadium(1.6)).coordinates, atol=1e-12)
 
 
-def test_numbers_of_a_subset_are_those_of_single_words(catalogue):
-    subset = catalogue.select(p="2-4", status="orbit,dynamical", order="length desc")
-    lengths = subset.length[np.isfinite(subset.length)]
-    assert (np.diff(lengths) <= 0).all()
-    for row, word in enumerate(subset.codes.tolist()):
-        one = catalogue[word]
-        assert (one.status, one.class_size, one.symmetry) == (
-            subset.status[row],
-            subset.class_size[row],
-            subset.symmetry[row],
-        )
-        for name in ("length", "lyapunov", "margin", "lambda_d", "lambda_c", "error"):
-            value = getattr(one, name)
-            np.testing.assert_equal(getattr(subset, name)[row], np.nan if value is None else value)
-
-
 def test_coordinates_that_were_not_read_are_not_made_up(catalogue):
     subset = catalogue.select(p=3)
     assert subset.coordinates is None

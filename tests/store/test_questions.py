@@ -17,7 +17,7 @@ from questions import CRITERIA, EDGES, LIMITS, NAMES, OFFSETS, ORDERS, catalogue
 from quick import slow_but
 
 from orbitdb.catalogue.tallies import histogram, marginal, tally
-from orbitdb.cli.main import _run
+from orbitdb.cli.main import execute
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.criteria import choose
 
@@ -173,7 +173,7 @@ def test_files_hold_the_rows_of_a_list(asked, tmp_path, form, criteria, order, l
     arguments += ["--order", order, "-c", ",".join(plain), *["--coordinates"] * ("coordinates" in names)]
     arguments += [] if limit is None else ["--limit", str(limit)]
     with contextlib.redirect_stderr(io.StringIO()):
-        assert _run(arguments) == (0 if wanted else 1)
+        assert execute(arguments) == (0 if wanted else 1)
     if wanted:
         told = [tuple(as_written(row[name], name, form) for name in names) for row in wanted]
         assert repr(read_back(target, form, names)) == repr(told)
@@ -193,7 +193,7 @@ def test_a_query_shows_the_rows_of_a_list(asked, criteria, order, limit, offset,
     arguments += [] if limit is None else ["--limit", str(limit)]
     cells = [[str(as_written(row[name], name, "csv")) for name in names] for row in wanted]
     with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()) as out:
-        assert _run(arguments) == (0 if wanted else 1)
+        assert execute(arguments) == (0 if wanted else 1)
     lines = out.getvalue().splitlines()
     if form in ("csv", "tsv"):
         assert list(csv.reader(lines, delimiter="\t" if form == "tsv" else ",")) == [list(names), *cells]

@@ -46,7 +46,7 @@ def test_a_sweep_takes_what_large_sweeps_took_and_no_room(tmp_path, monkeypatch)
             pass
     for _ in sweep_periods(path, 1.6, [6]):
         pass
-    monkeypatch.setattr("orbitdb.filling.estimate._ENOUGH", 500)
+    monkeypatch.setattr("orbitdb.filling.estimate.ENOUGH", 500)
     with closing(Catalogue(path)) as catalogue:
         large = catalogue.sweeps(1.0)
     rate = sum(each.processor for each in large) / (712 + 2096)
@@ -74,7 +74,7 @@ def test_the_room_is_estimated_to_a_factor_of_two(tmp_path):
 
 
 def test_the_time_is_that_of_the_large_fills_alone(filled, monkeypatch):
-    monkeypatch.setattr("orbitdb.filling.estimate._ENOUGH", 500)
+    monkeypatch.setattr("orbitdb.filling.estimate.ENOUGH", 500)
     large = [fill for fill in Catalogue(filled).fills(1.6) if fill.words >= 500]
     assert len(large) >= 2
     spent = sum(fill.enumerating + fill.solving + fill.storing for fill in large)
@@ -123,7 +123,7 @@ def test_estimates_are_told_in_few_words():
 
 
 def test_a_disk_that_is_too_small_is_told_before_anything_is_written(cli, tmp_path, monkeypatch):
-    monkeypatch.setattr("orbitdb.filling.estimate._BYTES", 1e15)
+    monkeypatch.setattr("orbitdb.filling.estimate.BYTES", 1e15)
     outcome = cli("fill", "--p", "5")
     assert outcome.code == 3
     assert len(outcome.err.splitlines()) == 1

@@ -29,13 +29,6 @@ print("ready", flush=True)
 run()
 """
 
-SMALL_BLOCKS = """
-from orbitdb.filling import blocks
-from orbitdb.orbits.newton import solve
-blocks.METHODS["newton"] = blocks.Method(solve, 64)
-"""
-"""Cuts periods into many blocks, in a process that begins with it."""
-
 
 def small_blocks(words: int = 64) -> list[str]:
     """Return the command with blocks of so many words, which says ``ready`` when all is imported."""
@@ -119,12 +112,12 @@ for each in run_here(json.loads(sys.argv[1]), Path(sys.argv[2])):
 
 def run_here(commands: Sequence[Sequence[str]], path: Path) -> Iterator[tuple[list[str], int, str]]:
     """Run commands one after the other; give what each was, its exit code and stderr."""
-    from orbitdb.cli.main import _run
+    from orbitdb.cli.main import execute
 
     for arguments in commands:
         out, err = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            code = _run([*arguments, "--db", str(path)])
+            code = execute([*arguments, "--db", str(path)])
         yield [*arguments], code, err.getvalue()
 
 

@@ -133,8 +133,8 @@ _SEVERAL = """
 import fcntl, json, os, struct, sys, termios
 from orbitdb.filling import blocks
 from orbitdb.cli.progress import line as progress
-from orbitdb.cli.main import _run
-progress._PATIENCE = 0.0
+from orbitdb.cli.main import execute
+progress.PATIENCE = 0.0
 for name in blocks.METHODS:
     blocks.METHODS[name] = blocks.Method(blocks.METHODS[name].solve, 64)
 for columns, to, arguments in json.loads(sys.argv[1]):
@@ -143,7 +143,7 @@ for columns, to, arguments in json.loads(sys.argv[1]):
     for number, path in zip((1, 2), to):
         if path:
             os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND), number)
-    code = _run(arguments)
+    code = execute(arguments)
     sys.stdout.flush()
     for copy, number in kept:
         os.dup2(copy, number)

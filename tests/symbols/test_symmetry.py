@@ -68,7 +68,6 @@ def test_known_images():
     assert images_of("0113") == ["0113", "0331", "2443", "2551", "3440", "1550", "3112", "1332"]
 
 
-@settings(deadline=None)
 @given(admissible)
 def test_images_do_not_depend_on_the_rotation(word):
     for turn in range(len(word)):

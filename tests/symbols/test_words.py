@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb.symbols.words import (
@@ -111,7 +111,6 @@ def test_messages_stay_short():
     assert len(str(error.value)) < 200
 
 
-@settings(deadline=None)
 @given(st.one_of(words, powered))
 def test_run_notation_is_read_back(word):
     assert parse(run_notation(word)) == word
@@ -124,20 +123,17 @@ def test_run_notation_is_short():
     assert run_notation("1" * 100_000) == "1^100000"
 
 
-@settings(deadline=None)
 @given(st.one_of(words, powered))
 def test_least_rotation_is_the_least(word):
     assert least_rotation(word) == min(rotations(word))
 
 
-@settings(deadline=None)
 @given(words, st.integers(0, 30))
 def test_least_rotation_names_the_cyclic_word(word, turn):
     turn %= len(word)
     assert least_rotation(word[turn:] + word[:turn]) == least_rotation(word)
 
 
-@settings(deadline=None)
 @given(words, st.integers(1, 5))
 def test_primitivity(word, count):
     root = primitive_root(word)
@@ -148,7 +144,6 @@ def test_primitivity(word, count):
     assert are_primitive(from_strings([word * count])).tolist() == [is_primitive(word * count)]
 
 
-@settings(deadline=None)
 @given(
     st.integers(1, MAX_PACKED).flatmap(
         lambda p: st.lists(st.text(SYMBOLS, min_size=p, max_size=p), min_size=1)

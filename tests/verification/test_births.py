@@ -34,7 +34,7 @@ def test_a_period_in_the_making_hides_none_behind_it(begun, monkeypatch):
         pass
     with closing(sqlite3.connect(begun)) as plain, plain:
         plain.execute("UPDATE fill SET state = 'filling', n_c = NULL")
-    monkeypatch.setattr("orbitdb.verification.births._BLOCK", 12)
+    monkeypatch.setattr("orbitdb.verification.births.BLOCK", 12)
     with Catalogue(begun).reading() as connection:
         steps = list(prove_lives(connection, whole_births(connection)))
         assert [(step.stage, step.done, step.total) for step in steps] == [

@@ -388,19 +388,6 @@ def test_an_altered_row_gets_no_certificate_and_loses_the_one_it_had(small, cli)
     assert ask(small, f"SELECT count(*) FROM certificate WHERE cycle = {cycle}") == [(0,)]
 
 
-@pytest.mark.fuzz
-def test_subsets_samples_and_seeds(filled, cli):
-    found = checks(filled, Selection(periods=((3, 5),)))
-    assert found["counts"].rows == 8 + 32 + 96
-    chosen = Selection(where="lambda_c < 0.5")
-    words = Catalogue(filled).count(chosen)
-    assert 0 < checks(filled, chosen)["values"].rows < words < SEQUENCES
-    sampled = [checks(filled, sample=50, seed=seed, restarts=1)["restarts"] for seed in (1, 1, 2)]
-    assert sampled[0] == sampled[1] != sampled[2]
-    assert {check.rows for check in sampled} == {50}
-    assert cli("verify", "--sample", "100000").code == 0
-
-
 def test_what_cannot_be_compared_is_left(small):
     """Counts of a fill that goes on, and bits of another version."""
     alter(

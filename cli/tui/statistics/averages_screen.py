@@ -24,7 +24,7 @@ from orbitdb.trajectories.ensemble import Reference, references
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
 
-_BOUNCES = 6_000_000
+FIRST_BOUNCES = 6_000_000
 _TITLES = {"entropy": "topological entropy", "lambda_d": "λ per bounce", "lambda_c": "λ per length"}
 _WEIGHTS = {Weight.EXPONENTIAL: "weights e^-λ", Weight.DETERMINANT: "weights 1/|det(1 - M)|"}
 
@@ -51,7 +51,7 @@ class StatisticsScreen(OwnScreen[None]):
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
         self._kept = self._followed = ""
-        self._bounces = _BOUNCES
+        self._bounces = FIRST_BOUNCES
 
     def compose(self) -> ComposeResult:
         """Lay out the table and the curves."""
@@ -101,7 +101,7 @@ class StatisticsScreen(OwnScreen[None]):
         if stored is not None:
             self.call_later(self.take_reference, stored, 1.0, stored=True)
             return
-        seed = bounces // _BOUNCES  # others each time
+        seed = bounces // FIRST_BOUNCES  # others each time
         for done, reference in references(Stadium(self._selection.a), bounces, seed):
             if worker.is_cancelled:
                 return

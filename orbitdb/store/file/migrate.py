@@ -58,7 +58,7 @@ def migrate(path: Path) -> Migration:
                 if before:
                     _check_room(path)
                     backup = _back_up(path, before)  # while nobody else can write
-                    _upgrade(connection)
+                    upgrade_tables(connection)
                 else:
                     _create(connection)
                 connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
@@ -114,7 +114,8 @@ def _create(connection: sa.Connection) -> None:
     connection.exec_driver_sql("INSERT INTO alembic_version VALUES (?)", (f"{SCHEMA_VERSION:04}",))
 
 
-def _upgrade(connection: sa.Connection) -> None:
+def upgrade_tables(connection: sa.Connection) -> None:
+    """Bring the tables of an open file to the newest schema, by all migrations that it lacks."""
     from alembic import command
     from alembic.config import Config
 

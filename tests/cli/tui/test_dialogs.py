@@ -50,7 +50,7 @@ async def fill_that_runs(app, pilot):
 
 async def fill_without_room(app, pilot):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("orbitdb.filling.estimate._BYTES", 1e12)
+        patch.setattr("orbitdb.filling.estimate.BYTES", 1e12)
         await press(pilot, "f")
         app.screen.query_one("#periods").value = "2-20"
         await settle(pilot)

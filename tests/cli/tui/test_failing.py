@@ -49,7 +49,7 @@ def test_choices_that_cannot_be_written_hold_for_now(tmp_path):
 
 @pytest.mark.slow
 def test_screens_say_that_the_catalogue_was_altered_or_damaged(filled, monkeypatch):
-    monkeypatch.setattr(statistics, "_BOUNCES", 100_000)
+    monkeypatch.setattr(statistics, "FIRST_BOUNCES", 100_000)
 
     async def steps(app, pilot):
         async def told(*keys, code=None):

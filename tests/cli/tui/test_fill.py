@@ -79,7 +79,7 @@ def test_a_long_fill_is_begun_only_if_it_is_meant(tmp_path):
 
 @pytest.mark.slow
 def test_a_disk_that_is_too_small_is_told_and_nothing_begins(tmp_path, monkeypatch):
-    monkeypatch.setattr("orbitdb.filling.estimate._BYTES", 1e15)
+    monkeypatch.setattr("orbitdb.filling.estimate.BYTES", 1e15)
 
     async def steps(app, pilot):
         await press(pilot, "f", *"2-5", "enter")

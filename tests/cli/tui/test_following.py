@@ -86,7 +86,7 @@ def test_periods_of_which_no_births_are_stored_are_named(born):
 
 @pytest.mark.slow
 def test_other_screens_and_the_way_in_a(born, monkeypatch):
-    monkeypatch.setattr(statistics, "_BOUNCES", 1000)
+    monkeypatch.setattr(statistics, "FIRST_BOUNCES", 1000)
     chosen = Selection(periods=((2, 5),), statuses=(Status.ORBIT,))
 
     async def averaging(app, pilot):

@@ -16,7 +16,7 @@ LARGE = (160, 48)
 @pytest.mark.slow
 @pytest.mark.parametrize("error", [1e-9, 0.5])
 def test_more_trajectories_replace_a_value_only_if_they_are_better(filled, monkeypatch, error):
-    monkeypatch.setattr(statistics, "_BOUNCES", 100_000)
+    monkeypatch.setattr(statistics, "FIRST_BOUNCES", 100_000)
     kept = Reference(0.8867, error, 0.3752, error, 2.3, 0.1, 10**9, 16, 5)
     writer = Writer(filled, {"command": "test"})
     add_reference(writer, 1.6, kept)
@@ -44,7 +44,7 @@ def test_more_trajectories_replace_a_value_only_if_they_are_better(filled, monke
 
 @pytest.mark.slow
 def test_without_a_stored_value_trajectories_are_followed_and_then_others(filled_once, monkeypatch):
-    monkeypatch.setattr(statistics, "_BOUNCES", 100_000)
+    monkeypatch.setattr(statistics, "FIRST_BOUNCES", 100_000)
 
     async def steps(app, pilot):
         await press(pilot, "S")
@@ -60,7 +60,7 @@ def test_without_a_stored_value_trajectories_are_followed_and_then_others(filled
 
 @pytest.mark.slow
 def test_a_stadium_that_is_not_filled_says_so(filled_once, monkeypatch):
-    monkeypatch.setattr(statistics, "_BOUNCES", 100_000)
+    monkeypatch.setattr(statistics, "FIRST_BOUNCES", 100_000)
 
     async def steps(app, pilot):
         await press(pilot, "S")
@@ -72,7 +72,7 @@ def test_a_stadium_that_is_not_filled_says_so(filled_once, monkeypatch):
 
 @pytest.mark.slow
 def test_every_heading_is_seen_at_160_columns(filled_once, monkeypatch):
-    monkeypatch.setattr(statistics, "_BOUNCES", 1000)
+    monkeypatch.setattr(statistics, "FIRST_BOUNCES", 1000)
 
     async def steps(app, pilot):
         await press(pilot, "S")
