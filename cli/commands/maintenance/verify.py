@@ -3,16 +3,17 @@
 import time
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import closing
+from dataclasses import astuple
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.choice import Choice, with_choice
-from orbitdb.cli.options import Format
+from orbitdb.cli.choice import Choice
+from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
-from orbitdb.cli.render import note, note_partial, write
+from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs, Solvers
 from orbitdb.errors import InputError, StoreError
 from orbitdb.plaintext import several
@@ -20,7 +21,6 @@ from orbitdb.plaintext import several
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.fills import Fill
     from orbitdb.verification.check import Check, Step
 
 EXAMPLES = """
@@ -39,7 +39,6 @@ _WORK = 8
 COLUMNS = ("check", "rows", "failures", "worst", "share", "first")
 
 
-@with_choice
 def verify(
     *,
     context: typer.Context,
@@ -50,40 +49,42 @@ def verify(
     choice: Choice,
     sample: Annotated[
         int | None,
-        options.count_option("--sample", least=1, help="Look at so many classes, drawn at random."),
+        options.count_option("--sample", least=1, help="Check only this many classes, drawn at random."),
     ] = None,
     restarts: Annotated[
         int,
         options.count_option(
-            "--restarts", least=0, most=1000, help="Solve every word again from so many random starts."
+            "--restarts", least=0, most=1000, help="Solve every word again from this many random starts."
         ),
     ] = 0,
-    seed: Annotated[int, options.count_option("--seed", least=0, help="Of sample and restarts.")] = 0,
+    seed: Annotated[
+        int, options.count_option("--seed", least=0, help="Seed for --sample and --restarts.")
+    ] = 0,
     rigorous: Annotated[
         bool,
         typer.Option("--rigorous", help="Prove every row in ball arithmetic and store the certificate."),
     ] = False,
     again: Annotated[
-        bool, typer.Option("--again", help="With --rigorous: prove what has a certificate, too.")
+        bool, typer.Option("--again", help="With --rigorous, prove certified rows again.")
     ] = False,
     births: Annotated[
         bool,
-        typer.Option("--births", help="Prove that no birth or death is missing for a from 0.02 to 1000."),
+        typer.Option("--births", help="Prove that no birth or death is missing between a = 0.02 and 1000."),
     ] = False,
     jobs: Jobs = None,
-    format_: options.OutputFormat = Format.TABLE,
-    json: options.Json = False,
+    output: Output,
     db: options.Database = None,
 ) -> None:
     """Compute the catalogue again from its words alone and compare.
 
-    One line a promise: rows looked at, rows that break it, the worst deviation found, its share of what
-    rounding and the row's error bound allow (above 1 is a failure), and the first row that is wrong.
-    The exit code is 1 if there is one. Counts are checked for whole periods, rows for the chosen ones;
-    of a period that is partial, what is stored.
+    Each line is one check: the rows that it looked at, its failures, the worst deviation, the share of this
+    in what rounding and the error bound of the row allow (above 1 is a failure), and the first row that
+    fails. The exit code is 1 if a check fails. Counts are checked for whole periods, rows for the chosen
+    ones; in a partly filled period, those that are stored.
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.catalogue.gaps import describe_partial
     from orbitdb.store.file.database import default_path
     from orbitdb.store.file.guard import TamperedError
     from orbitdb.verification.check import Check
@@ -94,26 +95,25 @@ def verify(
         raise InputError("--again proves certified rows again: it goes with --rigorous")
     if sample is None and not restarts:
         options.refuse_idle(context, "without --sample or --restarts", "seed")
-    start, form = time.monotonic(), options.chosen(format_, json)
+    start = time.monotonic()
     try:
         catalogue = Catalogue(db)
     except TamperedError as error:
         broken = Check("schema", error.parts, len(error.faults), first=error.faults[0])
         note(str(error))
-        _report([broken], db or default_path(), start, restarts, form)
+        _report([broken], db or default_path(), start, restarts, output)
         return
-    partial: dict[float, list[Fill]] = {}
-    unfilled: list[str] = []
-
-    solvers = Solvers.chosen(None, None, jobs)
+    solvers = Solvers(jobs)
+    missing: list[str] = []
 
     def work() -> "Generator[Step]":
         with catalogue.at_one_moment() as still:
             stadiums = still.a_values() if a is None else [Stadium(a).a]
             chosen = [choice.at(each) for each in stadiums]
-            partial.update((selection.a, still.partial(selection)) for selection in chosen)
+            partial = {each.a: still.partial(each) for each in chosen}
+            missing.extend(describe_partial(fills, at) for at, fills in partial.items() if fills)
             if a is not None or choice.p is not None:
-                unfilled.extend(filter(None, (_unfilled(still, each) for each in chosen)))
+                missing.extend(filter(None, (_unfilled(still, each) for each in chosen)))
             known = sum(
                 fill.words for each in chosen for fill in still.fills(each.a) if each.includes(fill.p)
             )
@@ -128,23 +128,18 @@ def verify(
 
     with closing(work()) as steps_taken:  # with whom it has set to work, if it ends before its time
         found = report(_watched(steps_taken))
-    for each, fills in partial.items():
-        note_partial(fills, each)
-    for gap in unfilled:
+    for gap in missing:
         note(gap)
-    _report(found, catalogue.path, start, restarts, form)
+    _report(found, catalogue.path, start, restarts, output)
 
 
-_KEYS = ("name", *COLUMNS[1:])
-
-
-def _report(found: "list[Check]", path: Path, start: float, restarts: int, form: Format) -> None:
+def _report(found: "list[Check]", path: Path, start: float, restarts: int, output: Output) -> None:
     """Write what was found, say in one line what came of it, and leave with code 1 if it is not good."""
-    write(COLUMNS, ([getattr(check, key) for key in _KEYS] for check in found), form)
+    output.write(COLUMNS, map(astuple, found))
     rows = {check.name: check.rows for check in found}
     classes = rows.get("values", 0)
     if (unsettled := restarts * rows.get("statuses", 0) - rows.get("restarts", 0)) > 0:
-        note(f"{unsettled} restarts did not come to rest and tell nothing")
+        note(f"{unsettled} restarts did not converge and prove nothing")
     broken = [check.name for check in found if check.failures]
     if broken:
         from orbitdb.verification.verify import PROMISES
@@ -154,17 +149,20 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, form:
         raise typer.Exit(1)
     changes, proved, levels = (rows.get(name, 0) for name in ("births", "entropy", "levels"))
     if lives := rows.get("lives", 0) + rows.get("undecided", 0):
-        note(
-            f"no birth or death of {rows.get('lives', 0)} of {lives} classes is missing from a = 0.02 to 1000"
-        )
+        note(f"{rows.get('lives', 0)} of {lives} classes lack no birth or death between a = 0.02 and 1000")
     swept = rows.get("sweeps", 0)
     if not any((classes, changes, swept, proved, levels)):
-        note(f"nothing to look at in {path}: the file is sound, but no class is stored that was asked for")
+        note(f"nothing to check in {path}: the file is sound, but it has none of the classes that you chose")
         raise typer.Exit(1)
     if anew := swept - rows.get("sums", 0):
-        note(_of_sums(anew))
+        from orbitdb.verification.sweeps import SWEPT_ANEW
+
+        what = "the sums of a swept period were" if anew == 1 else f"the sums of {anew} swept periods were"
+        note(f"{what} not computed again: only whole periods up to {SWEPT_ANEW} are")
     if (foreign := rows.get("statuses", 0) - rows.get("bits", 0)) > 0:
-        note(f"{foreign} rows are of another method, version or machine: their last bits were not compared")
+        note(
+            f"{foreign} rows come from another method, version or machine: their last bits were not compared"
+        )
     seen = {("class", "classes"): classes, ("birth or death", "births and deaths"): changes,
             ("swept period", "swept periods"): swept,
             ("bound on the entropy", "bounds on the entropy"): proved,
@@ -184,14 +182,6 @@ def _unfilled(catalogue: "Catalogue", chosen: "Selection") -> str | None:
 
     rest = without(chosen, swept) if swept else chosen
     return None if rest is None else catalogue.unfilled(rest)
-
-
-def _of_sums(count: int) -> str:
-    """Say which sums of sweeps nothing was compared with."""
-    from orbitdb.verification.sweeps import SWEPT_ANEW
-
-    what = "the sums of a swept period were" if count == 1 else f"the sums of {count} swept periods were"
-    return f"{what} not computed again: those of whole periods up to {SWEPT_ANEW} are"
 
 
 def _watched(steps: "Iterable[Step]") -> "Iterator[Step]":
