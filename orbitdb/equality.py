@@ -1,5 +1,6 @@
 """Frozen dataclasses that hold arrays: equal by value, of which NumPy's ``==`` makes arrays and no truth."""
 
+import reprlib
 from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, Self
@@ -23,6 +24,11 @@ class ByValue:
     def __hash__(self) -> int:
         return hash(_key(_values(self)))
 
+    def __repr__(self) -> str:
+        """Name the fields in one line, of arrays their shapes; for dataclasses made with ``repr=False``."""
+        named = zip((field.name for field in fields(self)), _values(self), strict=True)  # type: ignore[arg-type]
+        return f"{type(self).__name__}({', '.join(f'{name}={_brief(value)}' for name, value in named)})"
+
 
 class Columns(ByValue):
     """Base of dataclasses, made with ``eq=False``, whose arrays have N entries along their last axis.
@@ -43,6 +49,10 @@ def _chosen(value: Any, chosen: slice | NDArray[Any]) -> Any:
     if isinstance(chosen, slice):
         return value[..., chosen]
     return value.take(np.flatnonzero(chosen) if chosen.dtype == np.bool_ else chosen, axis=-1)
+
+
+def _brief(value: Any) -> str:
+    return f"<array of shape {value.shape}>" if isinstance(value, np.ndarray) else reprlib.repr(value)
 
 
 def _values(record: Any) -> list[Any]:

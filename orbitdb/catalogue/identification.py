@@ -71,7 +71,7 @@ class Followed:
         return self.bounces / self.orbit.p
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(ByValue):
     """What a trajectory is in symbols, and which periodic orbits it shadows.
 

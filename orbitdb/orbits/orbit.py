@@ -68,7 +68,7 @@ def finite(number: np.float64) -> float | None:
     return float(number) if np.isfinite(number) else None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Orbits(ByValue):
     """N words of one order p and the stationary points of their length.
 

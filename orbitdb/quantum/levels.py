@@ -41,7 +41,7 @@ _ROUNDING = 2e-12
 """Relative error that rounding may add: what three grids differ by, and something to spare."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Levels(ByValue):
     """Levels of one parity in a window of k.
 

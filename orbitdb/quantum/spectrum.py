@@ -55,7 +55,7 @@ class Peak(NamedTuple):
     strength: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Spectrum(ByValue):
     """The length spectrum F(x), windowed with sin^4(pi k / k_max).
 
