@@ -71,7 +71,7 @@ def identify(
         float | None,
         number_option("--tolerance", help="Tolerance [default: 0.01 for bounces, 0.001 for a length]."),
     ] = None,
-    bounces: Annotated[
+    each_way: Annotated[
         int | None, count_option("--bounces", help="Bounces to follow from --start, each way [default: 60].")
     ] = None,
     limit: Annotated[
@@ -101,12 +101,12 @@ def identify(
     if len(given) != 1:
         raise InputError("identify takes exactly one of --start, --points and --length")
     if start is None:
-        options.refuse_idle(context, f"with --{given[0]}", "bounces")
+        options.refuse_idle(context, f"with --{given[0]}", "each_way")
     if length is not None:
         count = _show_length(length, tolerance, limit, a, db, output)
     else:
         asked = {"points": read_points(points)} if points is not None else {"start": parse_start(start or "")}
-        asked |= {"tolerance": tolerance, "bounces": bounces, "limit": limit}
+        asked |= {"tolerance": tolerance, "bounces": each_way, "limit": limit}
         count = _show_trajectory(asked, a, db, output)
     if not count:
         raise typer.Exit(1)

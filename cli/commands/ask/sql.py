@@ -27,8 +27,9 @@ def sql(
 ) -> None:
     """Run one SELECT statement over the catalogue, at every a.
 
-    It can read the views catalogue (see 'orbitdb columns') and life, and nothing else. It cannot write, and
-    it may take a minute at most. code('310') finds a word in any rotation.
+    It can read the views catalogue (a row per word: see 'orbitdb columns'), class (a row per class) and life
+    (births and deaths). It cannot write, and it may take a minute at most. code('310') finds a word in any
+    rotation.
     """
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.codes import hint

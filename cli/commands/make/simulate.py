@@ -37,7 +37,7 @@ _NEAR = 0.05
 def simulate(
     *,
     a: options.HalfLength = 1.6,
-    bounces: Annotated[
+    wanted: Annotated[
         int, options.count_option("--bounces", help="Bounces in all, such as 1e8.")
     ] = 20_000_000,
     seed: Annotated[int, options.count_option("--seed", help="The same seed gives the same result.")] = 0,
@@ -63,8 +63,8 @@ def simulate(
     from orbitdb.trajectories.ensemble import simulate as simulate_bounces
     from orbitdb.trajectories.legwise import simulate_legs
 
-    if not 1 <= bounces <= _MOST:
-        raise InputError(f"bounces {bounces}: give 1 to {_MOST:g}")
+    if not 1 <= wanted <= _MOST:
+        raise InputError(f"bounces {wanted}: give 1 to {_MOST:g}")
     if seed < 0:
         raise InputError(f"seed {seed}: give 0 or more")
     stadium, path = Stadium(a), db or default_path()
@@ -81,9 +81,9 @@ def simulate(
 
         if legwise:
             growth = exact_means(a).growth
-            found = simulate_legs(stadium, bounces, (growth.value, growth.error), seed, show)
+            found = simulate_legs(stadium, wanted, (growth.value, growth.error), seed, show)
         else:
-            found = simulate_bounces(stadium, bounces, seed, progress=show)
+            found = simulate_bounces(stadium, wanted, seed, progress=show)
     try:
         if store:
             parameters = {"command": "simulate", "a": a, "bounces": found.bounces, "seed": found.seed}
@@ -100,8 +100,8 @@ def simulate(
         f"pi Area / Perimeter = {stadium.mean_free_path:.6f}: "
         f"the mean free path is {abs(off):.1f} errors {'above' if off > 0 else 'below'} it"
     )
-    if abs(found.bounces - bounces) > _NEAR * bounces:
-        note(f"{found.bounces} bounces were made, not {bounces}: errors need many whole trajectories")
+    if abs(found.bounces - wanted) > _NEAR * wanted:
+        note(f"{found.bounces} bounces were made, not {wanted}: errors need many whole trajectories")
 
 
 def _facts(a: float, found: "Reference") -> list[tuple[str, str]]:
