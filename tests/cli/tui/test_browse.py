@@ -29,19 +29,6 @@ def test_it_opens_its_screens_and_leaves(filled_once, size, variables):
     assert "\x1b[?1049l" in session.raw  # what was on the terminal before is there again
 
 
-@pytest.mark.slow
-def test_the_only_stadium_of_a_file_is_opened(tmp_path):
-    path = tmp_path / "orbits.db"
-    spawn("fill", "--p", "4", "--a", "1", "--db", path).expect(pexpect.EOF)
-    child = spawn("browse", "--db", path)
-    child.expect("1 of 41")
-    child.expect("8\\.0000000")  # the length of 13
-    child.send("q")
-    child.expect(pexpect.EOF)
-    session = ended(child, (child.before, 80))
-    assert session.code == 0
-
-
 def _until_quiet(child):
     """Return what is written until nothing comes for a while."""
     raw = ""
