@@ -1,8 +1,8 @@
-"""Spectral elements: the Laplacian on curved cells, with polynomials through Gauss-Lobatto-Legendre nodes.
+"""Spectral elements: the Laplacian on curved cells, and all its eigenvalues in an interval.
 
-The nodes are those of the quadrature, too, so that the mass matrix is diagonal. The gradient is kept as a
-matrix B of its values at all nodes, weighted so that K = B^T B: then |B v|^2 gives the energy of a function
-as a sum of positive terms, without cancellation.
+The polynomials go through Gauss-Lobatto-Legendre nodes, which are those of the quadrature, too, so that
+the mass matrix is diagonal. The gradient is kept as a matrix B of its values at all nodes, weighted so that
+K = B^T B: then |B v|^2 gives the energy of a function as a sum of positive terms, without cancellation.
 
 Source: A. T. Patera, J. Comput. Phys. 54 (1984) 468; G. E. Karniadakis and S. J. Sherwin,
 Spectral/hp Element Methods for Computational Fluid Dynamics (2005).
@@ -15,12 +15,16 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse import csgraph
+from scipy.sparse import csgraph, linalg
 from scipy.spatial import cKDTree
 
+from orbitdb.errors import WorkError
 from orbitdb.quantum.mesh import Cell
 
 Floats = NDArray[np.float64]
+
+_MORE = 6
+"""Eigenvalues beyond those of an interval that are asked for: iterations then settle sooner."""
 
 _SAME = 1e-10
 """Nodes nearer than this are one: of different ones the nearest are 1e-6 apart."""
@@ -103,3 +107,60 @@ def _joined(points: Floats) -> tuple[Floats, NDArray[np.intp]]:
     links = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
     _, node = csgraph.connected_components(links, directed=False)
     return points[np.unique(node, return_index=True)[1]], node
+
+
+def eigenvalues(root: sparse.csr_matrix, low: float, high: float) -> tuple[int, Floats]:
+    """Return how many eigenvalues of B^T B lie below an interval, and those in it.
+
+    Parameters
+    ----------
+    root : csr_matrix
+        B.
+    low, high : float
+        The interval, low < high; low may be 0.
+
+    Returns
+    -------
+    int; ndarray, in rising order
+
+    Raises
+    ------
+    WorkError
+        If not all of them are found.
+
+    Notes
+    -----
+    By Sylvester's law of inertia the negative pivots of B^T B - s are as many as eigenvalues below s: that
+    counts what shifted and inverted Lanczos iterations then have to find. Values are Rayleigh quotients
+    |B v|^2 / |v|^2.
+    """
+    matrix = (root.T @ root).tocsc()
+    below = _factors(matrix, low)[1] if low > 0 else 0
+    count = _factors(matrix, high)[1] - below
+    if not count:
+        return below, np.zeros(0)
+    middle = (low + high) / 2
+    factors, _ = _factors(matrix, middle)
+    inverse = linalg.LinearOperator(matrix.shape, factors.solve, dtype=np.float64)
+    start = np.random.default_rng(0).standard_normal(matrix.shape[0])  # the same levels every time
+    asked = min(count + _MORE, matrix.shape[0] - 2)
+    _, vectors = linalg.eigsh(matrix, asked, sigma=middle, OPinv=inverse, v0=start, tol=1e-13)
+    values = np.sort((np.square(root @ vectors)).sum(axis=0) / np.square(vectors).sum(axis=0))
+    found: Floats = values[(values >= low) & (values < high)]
+    if len(found) != count:
+        raise WorkError(
+            f"only {len(found)} of {count} levels with k^2 from {low:g} to {high:g} were found: "
+            "change the ends of the range slightly"
+        )
+    return below, found
+
+
+def _factors(matrix: sparse.csc_matrix, shift: float) -> tuple[linalg.SuperLU, int]:
+    """Return the factors of a matrix less a shift, and its number of negative eigenvalues."""
+    shifted = (matrix - shift * sparse.eye_array(matrix.shape[0])).tocsc()
+    factors = linalg.splu(
+        shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    )
+    if not np.array_equal(factors.perm_r, factors.perm_c):
+        raise WorkError(f"the levels below k^2 = {shift:g} cannot be counted: give another range")
+    return factors, int((factors.U.diagonal() < 0).sum())

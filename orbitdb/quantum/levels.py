@@ -17,8 +17,7 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError, WorkError
-from orbitdb.quantum.eigenvalues import eigenvalues
-from orbitdb.quantum.elements import gradient
+from orbitdb.quantum.elements import eigenvalues, gradient
 from orbitdb.quantum.mesh import quarter_stadium
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 
