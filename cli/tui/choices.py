@@ -2,15 +2,42 @@
 
 from dataclasses import replace
 
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.render import code_text
+from orbitdb.errors import InputError
+from orbitdb.numerals import real
 from orbitdb.orbits.orbit import Status
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
+from orbitdb.symbols.words import least_rotation, parse, primitive_root
 
 SHOWN = (Status.ORBIT, Status.DYNAMICAL, Status.BOUNDARY, Status.GEOMETRIC, Status.UNRESOLVED)
 """The statuses that rows may have."""
 
 _STATUSES: tuple[tuple[Status, ...], ...] = ((), *((status,) for status in SHOWN))
 _REVERSALS = (None, "self", "pair")
+
+
+def half_length(text: str) -> float:
+    """Read a half length.
+
+    Raises
+    ------
+    InputError
+        If it is none; the message says how to write it.
+    """
+    try:
+        return Stadium(real(text.strip())).a
+    except InputError:
+        raise
+    except ValueError:
+        raise InputError(f"a = {text!r}: write a number such as 1.6") from None
+
+
+def code_told(code: str) -> str:
+    """Say what a code is."""
+    word = primitive_root(parse(code))
+    return f"p = {len(word)}, least rotation {code_text(least_rotation(word))}"
 
 
 def next_status(selection: Selection) -> Selection:

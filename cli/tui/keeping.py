@@ -14,6 +14,7 @@ from orbitdb.cli.tui.table.columns import chosen
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
+from orbitdb.store.asking.expressions import check
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.words import least_rotation
 
@@ -105,7 +106,7 @@ class Keeping:
             return
         wanted = among_marked(words, where)
         try:
-            self._screen.browser.check_filter(wanted, dict(self._screen.selection.parameters))
+            check(wanted, dict(self._screen.selection.parameters))
         except InputError as error:
             self._complain(error)
             return
@@ -146,7 +147,7 @@ class Keeping:
         try:
             selection = self._kept_filter(name)
             if selection.where is not None:
-                self._screen.browser.check_filter(selection.where, dict(selection.parameters))
+                check(selection.where, dict(selection.parameters))
         except InputError as error:
             self._complain(error)
             return

@@ -1,12 +1,10 @@
 """One word: a code that is typed, looked up or solved, and where its row is."""
 
-from functools import partial
 from typing import TYPE_CHECKING
 
 from orbitdb.cli.render import code_text, repeats
-from orbitdb.cli.tui.screens import Failed
+from orbitdb.cli.tui.screens import in_thread
 from orbitdb.cli.tui.table.source import Pages
-from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
 
@@ -39,8 +37,8 @@ class WordSearch:
         if root != word:
             self._screen.notify(repeats(word, root))
         self._say_solving(root)
-        find = partial(self._find, root, self._screen.here)
-        self._screen.run_worker(find, group="find", exclusive=True, thread=True)
+        a = self._screen.here
+        in_thread(self._screen, "find", lambda _: self._screen.browser.find(root, a), self.take)
 
     def stop(self) -> None:
         """Look for nothing any more: something went wrong."""
@@ -54,14 +52,6 @@ class WordSearch:
             self._screen.say_choices()
         else:
             self._screen.sub_title = f"solving {code_text(word)} …"
-
-    def _find(self, word: str, a: float) -> None:
-        try:
-            orbit = self._screen.browser.find(word, a)
-        except (InputError, StoreError) as error:
-            self._screen.post_message(Failed(str(error)))
-            return
-        self._screen.call_later(self.take, orbit)
 
     def take(self, orbit: Orbit) -> None:
         """Show the orbit, unless another stadium is shown by now, and say where it comes from."""

@@ -5,13 +5,13 @@ from typing import ClassVar
 
 from rich.text import Text
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
+from textual.binding import BindingType
 from textual.containers import Vertical
 from textual.widgets import Label, OptionList
 from textual.widgets.option_list import Option
 
-from orbitdb.cli.tui.dialogs.basic import ESCAPE, NameList
-from orbitdb.cli.tui.screens import Dialog
+from orbitdb.cli.tui.dialogs.basic import NameList
+from orbitdb.cli.tui.screens import ESCAPE, Dialog, key
 from orbitdb.plaintext import printable
 
 KEEP = ""
@@ -31,10 +31,7 @@ class FiltersDialog(Dialog[str | None]):
         What is chosen now.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        ESCAPE,
-        Binding("x,delete", "forget", show=False),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = [ESCAPE, key("x,delete", "forget")]
 
     def __init__(self, filters: Mapping[str, str], forget: Callable[[str], None], present: str) -> None:
         super().__init__()

@@ -5,14 +5,16 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from orbitdb.cli.tui.orbit.lives import told
-from orbitdb.cli.tui.screens import Failed
+from orbitdb.cli.tui.screens import in_thread
 from orbitdb.cli.tui.table.source import Followed, Pages
-from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 
 if TYPE_CHECKING:
     from orbitdb.cli.tui.panels import Panels
     from orbitdb.store.reading.lives import Standings
+
+_Found = tuple[Orbit, Followed | None, "Standings | None", list[int]]
+"""An orbit, the rows as they are there, their births, and the periods of which none are stored."""
 
 _ORBIT = "orbit"
 _SECONDS_UNTOLD = 0.08
@@ -76,11 +78,15 @@ class Following:
         orbit, screen = self._screen.orbit, self._screen
         if self._under_way or orbit is None or not (self._steps or self._rows_lag_behind()):
             return
-        self._under_way = True
+        self._under_way, steps, self._steps = True, tuple(self._steps), []
         screen.set_timer(_SECONDS_UNTOLD, self._say_following)
-        follow = partial(self._follow, orbit, tuple(self._steps), self._pages, self._standings)
-        screen.run_worker(follow, group="follow", thread=True)
-        self._steps = []
+        pages, standings = self._pages, self._standings
+        in_thread(
+            screen,
+            "follow",
+            lambda _: self._follow(orbit, steps, pages, standings),
+            partial(self._arrive, orbit),
+        )
 
     def _rows_lag_behind(self) -> bool:
         """Tell whether the rows are those of another *a* than that of the orbit which they follow."""
@@ -93,34 +99,24 @@ class Following:
 
     def _follow(
         self, orbit: Orbit, steps: Sequence[bool], pages: Pages | None, standings: "Standings | None"
-    ) -> None:
+    ) -> _Found:
         """Follow an orbit some steps, and find what the rows are there; the first time read their births."""
         from orbitdb.store.reading.lives import load_standings
         from orbitdb.store.reading.order import periods_without
 
-        rows, without, screen = None, self._without, self._screen
-        try:
-            followed = screen.browser.follow(orbit, steps, screen.selection.a)
-            if pages is not None and standings is None:
+        rows, without = None, self._without
+        followed = self._screen.browser.follow(orbit, steps, self._screen.selection.a)
+        if pages is not None:
+            if standings is None:
                 with pages.catalogue.reading() as connection:
                     standings = load_standings(connection, pages.chosen.ids)
                     without = periods_without(connection, pages.chosen.ids, standings)
-            if pages is not None and standings is not None:
-                rows = Followed(pages, followed.a, standings.at(followed.a))
-        except (InputError, StoreError) as error:
-            screen.post_message(Failed(str(error)))
-            return
-        screen.call_later(self._arrive, orbit, followed, rows, standings, without)
+            rows = Followed(pages, followed.a, standings.at(followed.a))
+        return followed, rows, standings, without
 
-    def _arrive(
-        self,
-        begun: Orbit,
-        orbit: Orbit,
-        rows: Followed | None,
-        standings: "Standings | None",
-        without: list[int],
-    ) -> None:
+    def _arrive(self, begun: Orbit, found: _Found) -> None:
         """Show the orbit and the rows where they are by now, unless others are on screen by now."""
+        orbit, rows, standings, without = found
         self._under_way = False
         self._screen.rows.say()
         if rows is not None and rows.pages is self._pages:

@@ -7,16 +7,15 @@ from typing import ClassVar
 from rich.segment import Segment
 from rich.style import Style
 from textual import events
-from textual.binding import Binding, BindingType
 from textual.geometry import Region, Size
 from textual.message import Message
 from textual.reactive import reactive
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
-from textual.widget import Widget
 
 from orbitdb.cli.render import number
-from orbitdb.cli.tui.table.columns import COLUMNS, EVERY, USUAL, Column
+from orbitdb.cli.tui.screens import Keys, bindings, key
+from orbitdb.cli.tui.table.columns import COLUMNS, EVERY, Column
 from orbitdb.cli.tui.table.source import Followed, NoRows, Ordering, Row, Source
 
 _LONGEST_CODE = 24
@@ -28,16 +27,19 @@ class PagedTable(ScrollView, can_focus=True):
     """Rows of a `Source`, with a cursor; the heading sorts when it is clicked."""
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {"table--header", "table--cursor", "table--sorted", "table--dim"}
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("j,down", "move(1)", "Next row", show=False),
-        Binding("k,up", "move(-1)", "Previous row", show=False),
-        Binding("pagedown,ctrl+f", "page(1)", "Next page", show=False),
-        Binding("pageup,ctrl+b", "page(-1)", "Previous page", show=False),
-        Binding("g,home", "first", "First row", show=False),
-        Binding("G,end", "last", "Last row", show=False),
-        Binding("l,right", "shift(1)", "Columns to the right", show=False),
-        Binding("h,left", "shift(-1)", "Columns to the left", show=False),
-    ]
+    KEYS: ClassVar[Keys] = {
+        "moving": [
+            key("j,down", "move(1)", "next row"),
+            key("k,up", "move(-1)", "previous row"),
+            key("pagedown,ctrl+f", "page(1)", "next page"),
+            key("pageup,ctrl+b", "page(-1)", "previous page"),
+            key("g,home", "first", "first row"),
+            key("G,end", "last", "last row"),
+            key("l,right", "shift(1)", "columns to the right"),
+            key("h,left", "shift(-1)", "columns to the left"),
+        ]
+    }
+    BINDINGS = bindings(KEYS)
 
     cursor: reactive[int] = reactive(0, repaint=False)
     ordering: reactive[Ordering] = reactive(Ordering())
@@ -65,7 +67,7 @@ class PagedTable(ScrollView, can_focus=True):
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
-        self.source: Source = NoRows(USUAL)
+        self.source: Source = NoRows()
 
     def show(self, source: Source, cursor: int = 0) -> None:
         """Show other rows, with the cursor on one of them."""
@@ -233,13 +235,3 @@ def _fitting(columns: Sequence[Column], room: int) -> list[Column]:
             break
         found.append(column)
     return found
-
-
-class Position(Widget):
-    """A line that says where the cursor is."""
-
-    text: reactive[str] = reactive("")
-
-    def render(self) -> str:
-        """Return the line."""
-        return self.text

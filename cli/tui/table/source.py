@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from orbitdb.cli.tui.table.columns import USUAL
 from orbitdb.columns import OF_ORBITS
 from orbitdb.store.asking.selection import Selection
 
@@ -58,6 +59,11 @@ class Pages:
     def __len__(self) -> int:
         return len(self.chosen)
 
+    @property
+    def pages(self) -> "Pages":
+        """These rows, as they are stored."""
+        return self
+
     def row(self, place: int) -> Row:
         """Return one row."""
         number, within = divmod(place, _BLOCK)
@@ -83,8 +89,9 @@ class Pages:
 class NoRows:
     """What there is before rows are read, and where none can be read."""
 
-    columns: Sequence[str] = ()
+    columns: Sequence[str] = USUAL
     whole: bool = False
+    pages: None = None
 
     def __len__(self) -> int:
         return 0
@@ -115,7 +122,6 @@ class Followed:
     a: float
     standing: "NDArray[np.uint8]"
     whole: bool = True
-    _rows: dict[int, Row] = field(default_factory=dict)
 
     @property
     def columns(self) -> Sequence[str]:
@@ -127,11 +133,6 @@ class Followed:
 
     def row(self, place: int) -> Row:
         """Return one row."""
-        if place not in self._rows:
-            self._rows[place] = self._row(place)
-        return self._rows[place]
-
-    def _row(self, place: int) -> Row:
         from orbitdb.store.reading.lives import Standing
 
         standing = Standing(self.standing[self.pages.chosen.classes(place, place + 1)[0]])
