@@ -25,12 +25,7 @@ _LONGEST_NAME = 40
 
 
 class Keeping:
-    """What is kept from one session to the next.
-
-    Parameters
-    ----------
-    screen : Panels
-    """
+    """What is kept from one session to the next."""
 
     def __init__(self, screen: "Panels") -> None:
         self._screen = screen

@@ -204,7 +204,7 @@ class MainScreen(Panels):
     def action_sort(self) -> None:
         """Choose the column to sort by."""
         every = dict.fromkeys((*self.columns, *EVERY.values()))
-        named = [(column.name, column.heading) for column in every]
+        named = {column.name: column.heading for column in every}
         self.app.push_screen(ChoiceDialog("sort by", named, self.ordering.column), self._sort_by)
 
     def _sort_by(self, column: str | None) -> None:

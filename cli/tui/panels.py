@@ -14,7 +14,6 @@ from orbitdb.cli.tui.orbit.facts import FactsPanel
 from orbitdb.cli.tui.screens import Failed, OwnScreen
 from orbitdb.cli.tui.table.columns import COLUMNS, Column, fields_of
 from orbitdb.cli.tui.table.following import Following
-from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.panel import RowsPanel
 from orbitdb.cli.tui.table.source import NoRows, Ordering, Pages
 from orbitdb.cli.tui.word_search import WordSearch
@@ -236,7 +235,7 @@ class Panels(OwnScreen[None]):
         row = self.rows.table.row
         self.caught_up = None if row is None else row[0]
 
-    def on_paged_table_highlighted(self, message: PagedTable.Highlighted) -> None:
+    def on_paged_table_moved(self) -> None:
         """Show the orbit of the row, unless it is shown in another rotation or with its reverse."""
         self.catch_up()
 

@@ -13,12 +13,7 @@ if TYPE_CHECKING:
 
 
 class WordSearch:
-    """A word that the main screen was asked for.
-
-    Parameters
-    ----------
-    screen : Panels
-    """
+    """A word that the main screen was asked for."""
 
     def __init__(self, screen: "Panels") -> None:
         self._screen = screen

@@ -1,6 +1,6 @@
 """Dialogs: a choice from a list, a line of text, and the question before quitting."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar
 
 from rich.text import Text
@@ -8,10 +8,10 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Button, Input, Label, OptionList
-from textual.widgets.option_list import Option
 
 from orbitdb.cli.tui.screens import ESCAPE, Dialog, key
 from orbitdb.errors import InputError, StoreError
+from orbitdb.plaintext import printable
 
 
 class NameList(OptionList):
@@ -21,29 +21,54 @@ class NameList(OptionList):
 
 
 class ChoiceDialog(Dialog[str | None]):
-    """Choose one of some names."""
+    """Choose one of some names.
+
+    Parameters
+    ----------
+    title : str
+    choices : mapping of str to str
+        What is shown of each name.
+    current : str
+        The one to begin at.
+    notes : mapping of str to str, optional
+        What is said of the name under the cursor.
+    """
 
     BINDINGS: ClassVar[list[BindingType]] = [ESCAPE]
 
-    def __init__(self, title: str, choices: Sequence[tuple[str, str]], current: str) -> None:
+    def __init__(
+        self, title: str, choices: Mapping[str, str], current: str, notes: Mapping[str, str] | None = None
+    ) -> None:
         super().__init__()
-        self._title, self._choices, self._current = title, choices, current
+        self._title, self._choices, self._current, self._notes = title, choices, current, notes
+        self.names = list(choices)
 
     def compose(self) -> ComposeResult:
         """Show the choices."""
-        with Vertical(classes="dialog small") as box:
+        with Vertical(classes="dialog " + ("small" if self._notes is None else "bottom")) as box:
             box.border_title = self._title
-            yield NameList(*(Option(text, id=name) for name, text in self._choices))
+            yield NameList(*(Text(printable(text)) for text in self._choices.values()))
+            if self._notes is not None:
+                yield Label("", classes="complaint -note", markup=False)
 
     def on_mount(self) -> None:
         """Begin at what holds now."""
-        names = [name for name, _ in self._choices]
-        options = self.query_one(OptionList)
-        options.highlighted = names.index(self._current) if self._current in names else 0
+        place = self.names.index(self._current) if self._current in self.names else 0
+        self.query_one(OptionList).highlighted = place
 
-    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        """Take the choice."""
-        self.dismiss(event.option.id)
+    @property
+    def under_cursor(self) -> str:
+        """The name under the cursor."""
+        return self.names[self.query_one(OptionList).highlighted or 0]
+
+    def on_option_list_option_highlighted(self) -> None:
+        """Say what there is to say of it."""
+        if self._notes is not None:
+            self.query_one(Label).update(self._notes[self.under_cursor])
+
+    def on_option_list_option_selected(self) -> None:
+        """Take it."""
+        self.dismiss(self.under_cursor)
 
 
 class LineDialog(Dialog[str | None]):

@@ -1,21 +1,18 @@
 """The dialog that asks what to fill, says what that is going to take, and shows how far it is."""
 
-from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
-from textual import work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
+from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 from textual.message import Message
 from textual.widgets import Button, Input, Label, ProgressBar
-from textual.worker import get_current_worker
 
 from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.dialogs.filling import Cost, FillState, Wish, cost_of, parse_wish
-from orbitdb.cli.tui.screens import Dialog
-from orbitdb.errors import InputError, StoreError
+from orbitdb.cli.tui.screens import ESCAPE, Dialog, in_thread
+from orbitdb.errors import InputError
 
 _FIELDS = (
     ("a", "half length a", ""),
@@ -37,7 +34,7 @@ class FillDialog(Dialog[None]):
         The fill that runs, or the last one.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "dismiss(None)", show=False)]
+    BINDINGS: ClassVar[list[BindingType]] = [ESCAPE]
 
     AUTO_FOCUS = "#periods"  # a focus that is set later comes behind the first keys
 
@@ -118,17 +115,13 @@ class FillDialog(Dialog[None]):
             self.workers.cancel_group(self, "cost")
             self._say(str(error), wrong=True)
             return
-        self._weigh(wish, begin)
-
-    @work(thread=True, exclusive=True, group="cost")
-    def _weigh(self, wish: Wish, begin: bool) -> None:
-        worker = get_current_worker()
-        try:
-            take = partial(self._take_cost, wish, cost_of(self._path, wish), begin)
-        except (InputError, StoreError) as error:
-            take = partial(self._say, str(error), wrong=True)
-        if not worker.is_cancelled:
-            self.call_later(take)
+        in_thread(
+            self,
+            "cost",
+            lambda _: cost_of(self._path, wish),
+            lambda cost: self._take_cost(wish, cost, begin),
+            lambda told: self._say(told, wrong=True),
+        )
 
     def _take_cost(self, wish: Wish, cost: Cost, begin: bool) -> None:
         """Say what the wish takes; begin, or ask first where that is much."""

@@ -4,6 +4,7 @@ import time
 from collections.abc import Generator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from orbitdb.cli.tui.choices import half_length
 from orbitdb.errors import InputError
@@ -86,19 +87,8 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
     return Wish(value, periods=tuple(sorted({p for low, high in spans for p in range(low, high + 1)})))
 
 
-@dataclass(frozen=True)
-class Cost:
-    """What a wish is going to take.
-
-    Attributes
-    ----------
-    sentence : str
-        Sequences, time and room.
-    large : bool
-        Whether to ask before it begins.
-    nothing : bool
-        Whether there is nothing left to do.
-    """
+class Cost(NamedTuple):
+    """What a wish is going to take; whether to ask before it begins; whether nothing is left to do."""
 
     sentence: str
     large: bool = False

@@ -58,12 +58,7 @@ def _class(orbit: Orbit) -> list[tuple[str, str]]:
 
 
 class WholeOrbitScreen(OwnScreen[None]):
-    """Everything about one orbit.
-
-    Parameters
-    ----------
-    orbit : Orbit
-    """
+    """Everything about one orbit."""
 
     KEYS: ClassVar[Keys] = {
         "the whole orbit": [

@@ -154,7 +154,7 @@ class CountsScreen(OwnScreen[None]):
             if column is not None:
                 self.column = column
 
-        named = [(name, EVERY[name].heading) for name in DRAWN]
+        named = {name: EVERY[name].heading for name in DRAWN}
         self.app.push_screen(ChoiceDialog("histogram of", named, self.column), take)
 
     def action_next_column(self, step: int) -> None:

@@ -24,10 +24,6 @@ _SECONDS_UNTOLD = 0.08
 class Following:
     """The main screen, looked at for another *a* than that of its rows.
 
-    Parameters
-    ----------
-    screen : Panels
-
     Attributes
     ----------
     away : float or None

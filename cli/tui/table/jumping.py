@@ -57,12 +57,7 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
 
 
 class Jumping:
-    """The digits that have been typed one after the other, and the row that they lead to.
-
-    Parameters
-    ----------
-    panel : RowsPanel
-    """
+    """The digits that have been typed one after the other, and the row that they lead to."""
 
     def __init__(self, panel: "RowsPanel") -> None:
         self._panel = panel

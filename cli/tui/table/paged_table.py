@@ -47,17 +47,8 @@ class PagedTable(ScrollView, can_focus=True):
     columns: reactive[tuple[Column, ...]] = reactive(COLUMNS)
     marked: reactive[frozenset[str]] = reactive(frozenset())
 
-    @dataclass
-    class Highlighted(Message):
-        """The cursor is on another row."""
-
-        word: str
-
-    @dataclass
     class Moved(Message):
         """The cursor is at another place, or there are other rows."""
-
-        text: str
 
     @dataclass
     class HeadingClicked(Message):
@@ -102,16 +93,7 @@ class PagedTable(ScrollView, can_focus=True):
         if not top <= self.cursor < top + height:
             target = self.cursor if self.cursor < top else self.cursor - height + 1
             self.scroll_to(y=target, animate=False, force=True, immediate=True)
-        self._show_position()
-        row = self.row
-        if row is not None:
-            self.post_message(self.Highlighted(row[0]))
-
-    def _show_position(self) -> None:
-        total = len(self.source)
-        more = "" if self.source.whole else "+"
-        text = f"{self.cursor + 1:,} of {total:,}{more}" if total else "none"
-        self.post_message(self.Moved(text))
+        self.post_message(self.Moved())
 
     def _measure(self) -> None:
         self.virtual_size = Size(self.scrollable_content_region.width, len(self.source) + 1)

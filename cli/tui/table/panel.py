@@ -48,7 +48,6 @@ class RowsPanel(Vertical):
         self.total: int | None = None
         self.seconds_of_reading = 0.0
         self._asked: Asked | None = None
-        self._place = ""
 
     def compose(self) -> ComposeResult:
         """Lay out the table, and lines for what there is to say of it."""
@@ -151,14 +150,16 @@ class RowsPanel(Vertical):
         note.display = bool(text)
         note.update(text or "")
 
-    def on_paged_table_moved(self, message: PagedTable.Moved) -> None:
+    def on_paged_table_moved(self) -> None:
         """Say where the cursor is."""
-        self._place = message.text
         self.say_position()
 
     def say_position(self) -> None:
         """Say where the cursor is, and where digits have led it to."""
-        told = " │ ".join(filter(None, (self.jumping.note, self._place)))
+        source = self.table.source
+        more = "" if source.whole else "+"
+        place = f"{self.table.cursor + 1:,} of {len(source):,}{more}" if len(source) else "none"
+        told = " │ ".join(filter(None, (self.jumping.note, place)))
         self.query_one("#position", Static).update(told, layout=False)
 
 
