@@ -75,7 +75,8 @@ class BrowseApp(OrderlyApp):
         self, path: Path, selection: Selection, code: str | None = None, state: Path | None = None
     ) -> None:
         super().__init__()
-        self.path, self.kept = path, Kept(state)
+        self.path = path
+        self.kept = Kept(state, partial(self.notify, severity="error"))
         self.title = printable(f"orbitdb {path.name}")
         self.catalogue = _opened(path)
         self._selection, self._code = selection, code

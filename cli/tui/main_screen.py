@@ -96,9 +96,10 @@ class MainScreen(Panels):
 
     def compose(self) -> ComposeResult:
         """Lay out the panels, with the columns and marks that were kept."""
-        state = self.keeping.load()
-        self.set_reactive(Panels.columns, chosen(state.columns))
-        self.set_reactive(Panels.marked, frozenset(state.marked))
+        kept = self.browser.kept
+        kept.load()
+        self.set_reactive(Panels.columns, chosen(kept.state.columns))
+        self.set_reactive(Panels.marked, frozenset(kept.state.marked))
         yield from super().compose()
 
     # moving

@@ -14,6 +14,7 @@ from orbitdb.cli.tui.orbit.facts import FactsPanel
 from orbitdb.cli.tui.screens import Failed, OwnScreen
 from orbitdb.cli.tui.table.columns import COLUMNS, Column, fields_of
 from orbitdb.cli.tui.table.following import Following
+from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.panel import RowsPanel
 from orbitdb.cli.tui.table.source import NoRows, Ordering, Pages
 from orbitdb.cli.tui.word_search import WordSearch
@@ -100,7 +101,7 @@ class Panels(OwnScreen[None]):
         with Vertical(id="greeting"):
             yield Static(GREETING.format(path=choices.escaped(str(self.browser.path))))
         with Horizontal(id="body"):
-            yield RowsPanel().data_bind(Panels.columns, Panels.marked)
+            yield RowsPanel(PagedTable(id="table").data_bind(Panels.columns, Panels.marked))
             with Vertical(id="side"):
                 yield OrbitDrawing(self.selection.a, id="drawing").data_bind(Panels.orbit, Panels.compared)
                 yield FactsPanel(id="facts")

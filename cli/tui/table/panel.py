@@ -11,7 +11,6 @@ from textual.reactive import reactive
 from textual.widgets import Static
 
 from orbitdb.cli.tui.screens import in_thread
-from orbitdb.cli.tui.table.columns import COLUMNS, Column
 from orbitdb.cli.tui.table.jumping import Jumping
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.source import Followed, NoRows, Ordering, Pages, Source, head_of
@@ -37,13 +36,11 @@ _Found = tuple[Pages, Gaps, int, float]
 class RowsPanel(Vertical):
     """The rows of a subset in some order."""
 
-    columns: reactive[tuple[Column, ...]] = reactive(COLUMNS, repaint=False)
-    marked: reactive[frozenset[str]] = reactive(frozenset(), repaint=False)
     report: reactive[str] = reactive("", repaint=False)
 
-    def __init__(self) -> None:
+    def __init__(self, table: PagedTable) -> None:
         super().__init__(id="rows")
-        self.jumping = Jumping(self)
+        self.table, self.jumping = table, Jumping(self)
         self.stopped = False
         self.total: int | None = None
         self.seconds_of_reading = 0.0
@@ -51,15 +48,10 @@ class RowsPanel(Vertical):
 
     def compose(self) -> ComposeResult:
         """Lay out the table, and lines for what there is to say of it."""
-        yield PagedTable(id="table").data_bind(RowsPanel.columns, RowsPanel.marked)
+        yield self.table
         yield Static(id="unfilled", markup=False)
         yield Static(id="standing", markup=False)
         yield Static(id="position", markup=False)
-
-    @property
-    def table(self) -> PagedTable:
-        """The table."""
-        return self.query_one(PagedTable)
 
     # reading
 
