@@ -16,7 +16,6 @@ from textual.screen import Screen
 from textual.worker import get_current_worker
 
 from orbitdb.cli.tui.dialogs.basic import QuestionDialog
-from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.filling import FillState, Wish
 from orbitdb.cli.tui.dialogs.filling import work as fill_steps
 from orbitdb.cli.tui.ending import OrderlyApp
@@ -94,8 +93,8 @@ class BrowseApp(OrderlyApp):
 
     # the catalogue, for the screens
 
-    def look_again(self) -> None:
-        """Read the file anew."""
+    def action_look_again(self) -> None:
+        """Show what other processes have stored meanwhile."""
         if self.catalogue is None:
             self.catalogue = _opened(self.path)
         self._main.refresh_catalogue()
@@ -136,12 +135,12 @@ class BrowseApp(OrderlyApp):
 
     # filling
 
-    def on_fill_dialog_begun(self, message: FillDialog.Begun) -> None:
+    def begin_fill(self, wish: Wish) -> None:
         """Begin a fill, unless one runs."""
         if self.fill_state is None or not self.fill_state.runs:
-            self.fill_state = FillState(message.wish)
-            self._main.go_along(message.wish.a)
-            self._fill(message.wish)
+            self.fill_state = FillState(wish)
+            self._main.go_along(wish.a)
+            self._fill(wish)
 
     @work(thread=True, group="fill")
     def _fill(self, wish: Wish) -> None:

@@ -1,11 +1,13 @@
 """The main screen: keys, and what they do."""
 
 import os
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding
+from textual.screen import Screen
 from textual.widgets import Static
 
 from orbitdb.cli.tui import choices
@@ -26,9 +28,6 @@ from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
-
-if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
 
 _MOST_COMPARED = 6
 _ELEMENTS = {REVERSE: "time reverse", MIRROR_X: "mirror image left to right",
@@ -83,7 +82,7 @@ class MainScreen(Panels):
         ],
         "orbitdb": [
             Binding("f", "fill", "fill", tooltip="fill the catalogue"),
-            key("ctrl+r,f5", "look_again", "read the file again", key_display="ctrl+r"),
+            key("ctrl+r,f5", "app.look_again", "read the file again", key_display="ctrl+r"),
         ],
     }
     BINDINGS = bindings(KEYS)
@@ -284,10 +283,6 @@ class MainScreen(Panels):
 
     # computing and taking away
 
-    def action_look_again(self) -> None:
-        """Show what other processes have stored meanwhile."""
-        self.browser.look_again()
-
     def action_fill(self) -> None:
         """Open the fill dialog."""
         path = self.browser.path
@@ -299,8 +294,8 @@ class MainScreen(Panels):
 
         wanted = [high for _, high in self.selection.periods if high not in self.periods]
         top = min(max(wanted, default=max(self.periods, default=10) + 1), MAX_PERIOD)
-        dialog = FillDialog(path, exact(self.selection.a), f"2-{top}", self.browser.fill_state)
-        self.app.push_screen(dialog)
+        wish, browser = (exact(self.selection.a), f"2-{top}"), self.browser
+        self.app.push_screen(FillDialog(path, *wish, browser.fill_state, browser.begin_fill))
 
     def go_along(self, a: float) -> None:
         """Look at the stadium that is being filled, if there is nothing at the one that is shown."""
@@ -313,26 +308,24 @@ class MainScreen(Panels):
             f"[b]{state.sentence()}[/b] │ {choices.chips(self.selection, 1)}"
         ) if state.runs else self.say_choices()
 
-    def _what_is_stored(self) -> "Catalogue | None":
-        """Return the catalogue, or say that there is none yet."""
-        if self.browser.catalogue is None:
-            self.notify("nothing is stored yet: the key f fills the catalogue")
-        return self.browser.catalogue
-
     def action_statistics(self) -> None:
         """Open the statistics of the chosen subset."""
-        if (catalogue := self._what_is_stored()) is not None:
-            from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
+        from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
 
-            self.app.push_screen(StatisticsScreen(catalogue, self.selection))
+        self._open(StatisticsScreen)
 
     def action_counts(self) -> None:
         """Open the counts of the chosen subset; the histogram is that of the column it is sorted by."""
-        if (catalogue := self._what_is_stored()) is not None:
-            from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
+        from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 
-            column = "length" if self.ordering == Ordering() else self.ordering.column
-            self.app.push_screen(CountsScreen(catalogue, self.selection, column))
+        self._open(CountsScreen, "length" if self.ordering == Ordering() else self.ordering.column)
+
+    def _open(self, screen: Callable[..., Screen[None]], *more: str) -> None:
+        """Open a screen on what is stored, or say that there is nothing yet."""
+        if self.browser.catalogue is None:
+            self.notify("nothing is stored yet: the key f fills the catalogue")
+        else:
+            self.app.push_screen(screen(self.browser.catalogue, self.selection, *more))
 
     def action_export(self) -> None:
         """Ask for a file and write what is shown to it."""

@@ -8,6 +8,7 @@ from textual.containers import Horizontal, Vertical
 from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
 
+from orbitdb.cli.render import code_text
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel
@@ -219,7 +220,7 @@ class Panels(OwnScreen[None]):
     def on_failed(self, message: Failed) -> None:
         """Go on with nothing that a worker could not do."""
         self.following.stop()
-        self.search.stop()
+        self.search.say_solving(None)
         self.rows.say()
 
     # the orbit
@@ -236,16 +237,14 @@ class Panels(OwnScreen[None]):
         row = self.rows.table.row
         self.caught_up = None if row is None else row[0]
 
-    def on_paged_table_moved(self) -> None:
-        """Show the orbit of the row, unless it is shown in another rotation or with its reverse."""
-        self.catch_up()
-
     def catch_up(self) -> None:
         """Show the word under the cursor, which may have moved faster than messages go."""
         row = self.rows.table.row
         if self.wanted is None and row is not None and row[0] != self.caught_up:
             self.caught_up = row[0]
             self._show_word(row[0])
+
+    on_paged_table_moved = catch_up
 
     def _show_word(self, word: str, anew: bool = False) -> None:
         """Show a word, as a least rotation; what is shown of it in another rotation stays, unless anew."""
@@ -286,7 +285,9 @@ class Panels(OwnScreen[None]):
         title = "facts"
         if self.orbit is not None and self.orbit.a != self.selection.a:
             title = f"facts at a = {self.orbit.a:.9g}"
-        self.query_one(FactsPanel).border_title = "solving …" if self.search.under_way else title
+        if self.search.solving is not None:
+            title = f"solving {code_text(self.search.solving)} …"
+        self.query_one(FactsPanel).border_title = title
 
     def action_back(self) -> None:
         """Go back to where digits began, or else show the row under the cursor as it is stored."""

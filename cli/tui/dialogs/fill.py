@@ -1,12 +1,12 @@
 """The dialog that asks what to fill, says what that is going to take, and shows how far it is."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
-from textual.message import Message
 from textual.widgets import Button, Input, Label, ProgressBar
 
 from orbitdb.cli.tui.dialogs.basic import QuestionDialog
@@ -32,22 +32,19 @@ class FillDialog(Dialog[None]):
         What stands in the fields at the beginning.
     state : FillState or None
         The fill that runs, or the last one.
+    begin : callable
+        Begins a fill, unless one runs.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [ESCAPE]
 
     AUTO_FOCUS = "#periods"  # a focus that is set later comes behind the first keys
 
-    class Begun(Message):
-        """Somebody wants something filled."""
-
-        def __init__(self, wish: Wish) -> None:
-            super().__init__()
-            self.wish = wish
-
-    def __init__(self, path: Path, a: str, periods: str, state: FillState | None) -> None:
+    def __init__(
+        self, path: Path, a: str, periods: str, state: FillState | None, begin: Callable[[Wish], None]
+    ) -> None:
         super().__init__()
-        self._path, self._state = path, state
+        self._path, self._state, self._begin = path, state, begin
         self._values = {"a": a, "periods": periods, "codes": ""}
 
     def compose(self) -> ComposeResult:
@@ -129,15 +126,11 @@ class FillDialog(Dialog[None]):
         if not begin or cost.nothing or self._runs:
             return
         if not cost.large:
-            self.post_message(self.Begun(wish))
+            self._begin(wish)
             return
-
-        def take(sure: bool | None) -> None:
-            if sure:
-                self.post_message(self.Begun(wish))
-
         question = f"{cost.sentence}. It can be stopped at any time, and goes on later where it was."
-        self.app.push_screen(QuestionDialog(question, "Fill", "Leave it"), take)
+        dialog = QuestionDialog(question, "Fill", "Leave it")
+        self.app.push_screen(dialog, lambda sure: self._begin(wish) if sure else None)
 
     def _say(self, text: str, wrong: bool = False) -> None:
         self.query_one("#cost", Label).set_class(wrong, "-wrong").update(text)

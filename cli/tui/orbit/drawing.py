@@ -18,7 +18,6 @@ from orbitdb.cli.tui.orbit.pictures import (
     draw_curves,
     draw_orbit,
     draw_phase,
-    length_of,
     path_of,
     phase_points,
 )
@@ -73,13 +72,11 @@ class OrbitDrawing(PictureWidget):
         super().__init__(id=id)
         self.a = a
         self._path: Floats = path_of(None)
-        self._length = 0.0
         self._timer: Timer | None = None
 
     def watch_orbit(self, orbit: Orbit | None) -> None:
-        """Measure the new orbit; a particle that runs begins anew."""
+        """Take the way of the new orbit; a particle that runs begins anew."""
         self._path = path_of(orbit)
-        self._length = length_of(self._path)
         if self.particle is not None:
             self.particle = 0.0
 
@@ -99,8 +96,8 @@ class OrbitDrawing(PictureWidget):
 
     def step(self) -> None:
         """Move the particle by what it runs in one frame."""
-        if self.particle is not None and self._length:
-            self.particle = (self.particle + _SPEED / _FRAMES_PER_SECOND / self._length) % 1.0
+        if self.particle is not None and self.orbit is not None and self.orbit.length:
+            self.particle = (self.particle + _SPEED / _FRAMES_PER_SECOND / self.orbit.length) % 1.0
 
     def picture(self, columns: int, rows: int) -> Picture:
         """Draw the stadium, or phase space."""

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 from orbitdb.cli.tui.orbit.lives import told
 from orbitdb.cli.tui.screens import in_thread
-from orbitdb.cli.tui.table.source import Followed, Pages
+from orbitdb.cli.tui.table.source import Pages
 from orbitdb.orbits.orbit import Orbit
 
 if TYPE_CHECKING:
     from orbitdb.cli.tui.panels import Panels
     from orbitdb.store.reading.lives import Standings
 
-_Found = tuple[Orbit, Followed | None, "Standings | None", list[int]]
+_Found = tuple[Orbit, Pages | None, "Standings | None", list[int]]
 """An orbit, the rows as they are there, their births, and the periods of which none are stored."""
 
 _ORBIT = "orbit"
@@ -62,7 +62,7 @@ class Following:
         self.away = None
         panel = self._screen.rows
         panel.say_standing(None)
-        if isinstance(panel.table.source, Followed) and self._pages is not None:
+        if panel.table.source.a is not None and self._pages is not None:
             panel.show(self._pages, panel.table.cursor)
 
     def stop(self) -> None:
@@ -87,7 +87,7 @@ class Following:
     def _rows_lag_behind(self) -> bool:
         """Tell whether the rows are those of another *a* than that of the orbit which they follow."""
         source = self._screen.rows.table.source
-        return source.whole and self.away not in (None, getattr(source, "a", None))
+        return source.whole and self.away not in (None, source.a)
 
     def _say_following(self) -> None:
         if self._under_way:
@@ -107,7 +107,7 @@ class Following:
                 with pages.catalogue.reading() as connection:
                     standings = load_standings(connection, pages.chosen.ids)
                     without = periods_without(connection, pages.chosen.ids, standings)
-            rows = Followed(pages, followed.a, standings.at(followed.a))
+            rows = pages.followed(followed.a, standings.at(followed.a))
         return followed, rows, standings, without
 
     def _arrive(self, begun: Orbit, found: _Found) -> None:
@@ -133,7 +133,7 @@ class Following:
         if happened := told(orbit.exists or (), before.a, orbit.a):
             self._screen.notify(happened)
 
-    def _show_rows(self, rows: Followed) -> None:
+    def _show_rows(self, rows: Pages) -> None:
         """Show the rows as they are elsewhere, or why they stay."""
         panel, lacking = self._screen.rows, _lacking(self._without)
         assert self._standings is not None

@@ -7,7 +7,7 @@ from typing import ClassVar
 from rich.segment import Segment
 from rich.style import Style
 from textual import events
-from textual.geometry import Region, Size
+from textual.geometry import Size
 from textual.message import Message
 from textual.reactive import reactive
 from textual.scroll_view import ScrollView
@@ -16,7 +16,7 @@ from textual.strip import Strip
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.screens import Keys, bindings, key
 from orbitdb.cli.tui.table.columns import COLUMNS, EVERY, Column
-from orbitdb.cli.tui.table.source import Followed, NoRows, Ordering, Row, Source
+from orbitdb.cli.tui.table.source import NoRows, Ordering, Pages, Row, Source
 
 _LONGEST_CODE = 24
 _MARK = "*"
@@ -77,15 +77,10 @@ class PagedTable(ScrollView, can_focus=True):
         """Keep the cursor on a row."""
         return max(0, min(cursor, len(self.source) - 1))
 
-    def watch_cursor(self, old: int, new: int) -> None:
+    def watch_cursor(self) -> None:
         """Follow the cursor."""
-        top = self.scroll_offset.y
         self._cursor_moved()
-        if self.scroll_offset.y == top:
-            width = self.scrollable_content_region.width
-            self.refresh(*(Region(0, 1 + place - top, width, 1) for place in (old, new)))
-        else:
-            self.refresh()
+        self.refresh()
 
     def _cursor_moved(self) -> None:
         height = max(self.size.height - 1, 1)
@@ -163,10 +158,6 @@ class PagedTable(ScrollView, can_focus=True):
         """Return the columns of which the rows know something."""
         return [column for column in self.columns if column.name in self.source.columns]
 
-    def _fields(self) -> Sequence[str]:
-        """Return what the parts of a row are."""
-        return self.source.pages.columns if isinstance(self.source, Followed) else self.source.columns
-
     def _places(self) -> range:
         top = self.scroll_offset.y
         return range(top, min(top + max(self.size.height - 1, 0), len(self.source)))
@@ -180,10 +171,10 @@ class PagedTable(ScrollView, can_focus=True):
                 [(column, width, self._heading(column)) for column, width in self._shown()], style
             )
         place = self.scroll_offset.y + y - 1
-        if place >= len(self.source):
+        if not isinstance(self.source, Pages) or place >= len(self.source):
             return Strip.blank(self.scrollable_content_region.width, base)
         row = self.source.row(place)
-        values = dict(zip(self._fields(), row, strict=True))
+        values = dict(zip(self.source.fields, row, strict=True))
         style = base
         if values["status"] != "orbit":
             style += self.get_component_rich_style("table--dim", partial=True)

@@ -13,7 +13,7 @@ from textual.widgets import Static
 from orbitdb.cli.tui.screens import in_thread
 from orbitdb.cli.tui.table.jumping import Jumping
 from orbitdb.cli.tui.table.paged_table import PagedTable
-from orbitdb.cli.tui.table.source import Followed, NoRows, Ordering, Pages, Source, head_of
+from orbitdb.cli.tui.table.source import NoRows, Ordering, Pages, Source, head_of
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ class RowsPanel(Vertical):
     def say(self, what: str = "") -> None:
         """Say what is done; else what the rows are, and how many are orbits where they are followed to."""
         source = self.table.source
-        if not what and isinstance(source, Followed):
+        if not what and isinstance(source, Pages) and source.a is not None:
             what = f"{source.counts().get(_ORBIT, 0):,} orbits at a = {source.a:.9g}"
         self.border_title = what or "sequences"
 
@@ -142,10 +142,6 @@ class RowsPanel(Vertical):
         note.display = bool(text)
         note.update(text or "")
 
-    def on_paged_table_moved(self) -> None:
-        """Say where the cursor is."""
-        self.say_position()
-
     def say_position(self) -> None:
         """Say where the cursor is, and where digits have led it to."""
         source = self.table.source
@@ -153,6 +149,8 @@ class RowsPanel(Vertical):
         place = f"{self.table.cursor + 1:,} of {len(source):,}{more}" if len(source) else "none"
         told = " │ ".join(filter(None, (self.jumping.note, place)))
         self.query_one("#position", Static).update(told, layout=False)
+
+    on_paged_table_moved = say_position
 
 
 def _gaps(catalogue: "Catalogue", selection: Selection) -> Gaps:

@@ -55,7 +55,9 @@ def test_choices_go_round():
         seen.append(chosen.statuses)
     assert seen == [(Status.ORBIT,), (Status.DYNAMICAL,), (Status.BOUNDARY,), (Status.GEOMETRIC,),
                     (Status.UNRESOLVED,), ()]  # fmt: skip
-    assert choices.next_status(Selection(statuses=(Status.ORBIT, Status.BOUNDARY))).statuses == (Status.ORBIT,)
+    assert choices.next_status(Selection(statuses=(Status.ORBIT, Status.BOUNDARY))).statuses == (
+        Status.ORBIT,
+    )
     for reversal in ("self", "pair", None):
         chosen = choices.next_reversal(chosen)
         assert chosen.time_reversal == reversal
