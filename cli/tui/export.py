@@ -55,18 +55,9 @@ def export(
     orbit: Orbit | None,
     cancelled: Callable[[], bool] = never,
 ) -> str:
-    """Write a file, and say what was written.
+    """Write the rows, or the orbit if the file is a picture, and say what was written.
 
-    Parameters
-    ----------
-    path : Path
-    catalogue : Catalogue or None
-    selection : Selection
-    ordering : Ordering
-    orbit : Orbit or None
-        What is drawn, if the file is a picture.
-    cancelled : callable, optional
-        Asked now and then whether to stop, so that nothing is left of the file.
+    ``cancelled`` is asked now and then whether to stop, so that nothing is left of the file.
 
     Raises
     ------

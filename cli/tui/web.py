@@ -90,13 +90,7 @@ def _listening(port: int) -> socket.socket:
 
 
 class TokenServer(Server):
-    """A server whose every address begins with a token.
-
-    Parameters
-    ----------
-    arguments : sequence of str
-    port : int
-    """
+    """A server whose every address begins with a token."""
 
     def __init__(self, arguments: Sequence[str], port: int) -> None:
         program = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()", *arguments]

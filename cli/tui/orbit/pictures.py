@@ -46,23 +46,10 @@ def along(path: Floats, share: float) -> Floats:
 def draw_orbit(
     a: float, path: Floats, columns: int, rows: int, particle: float | None = None
 ) -> tuple[Picture, bool]:
-    """Draw a path in its stadium.
+    """Draw a path, shape (N, 2), in its stadium, and tell whether the picture is to scale.
 
-    Parameters
-    ----------
-    a : float
-        The stadium.
-    path : ndarray, shape (N, 2)
-        Bounces in order; empty for the stadium alone.
-    columns, rows : int
-        Size of the picture in cells.
-    particle : float, optional
-        Where a particle is, as a share of the path.
-
-    Returns
-    -------
-    tuple of Picture and bool
-        And whether it is to scale: where the stadium would be but a line, its height is stretched.
+    Where the stadium would be but a line, its height is stretched. The path is empty for the stadium alone;
+    a particle is at a share of it.
     """
     stadium = Stadium(a)
     frame = Frame.around((-a - 1, -1), (a + 1, 1), columns, rows)
@@ -105,18 +92,9 @@ def phase_points(orbit: Orbit) -> Floats:
 def draw_phase(
     a: float, orbits: Sequence[Floats], columns: int, rows: int, names: Sequence[str] = ()
 ) -> Picture:
-    """Draw the bounces of some orbits in phase space, each in a style of its own, the first on top.
+    """Draw the `phase_points` of some orbits, each in a style of its own, the first on top.
 
-    Parameters
-    ----------
-    a : float
-        The stadium.
-    orbits : sequence of ndarray, shape (N, 2)
-        As `phase_points` gives them.
-    columns, rows : int
-        Size of the picture in cells; the last row names the walls, one above it the orbits.
-    names : sequence of str, optional
-        Names of the orbits, if they shall be shown.
+    Below are the names of the walls, and then those of the orbits, if they are given.
     """
     stadium = Stadium(a)
     length = stadium.perimeter

@@ -100,16 +100,7 @@ class StatisticsScreen(OwnScreen[None]):
             self.call_later(self.take_reference, reference, done, stored=False)
 
     def take_reference(self, new: Reference, done: float, stored: bool) -> None:
-        """Show the better value; until one is whole, the one so far.
-
-        Parameters
-        ----------
-        new : Reference
-        done : float
-            The share of its trajectories that has been followed, 1 for what is whole.
-        stored : bool
-            Whether the catalogue holds it.
-        """
+        """Show the better value; until one is whole, of which a share is done, the one so far."""
         old = self.reference
         source = "stored" if stored else f"{new.bounces:.2g} bounces followed here"
         value = _described(new)

@@ -36,15 +36,7 @@ Spread = tuple[Counts, int, str]
 
 
 class CountsScreen(OwnScreen[None]):
-    """How many sequences of a subset there are of each kind, and a histogram.
-
-    Parameters
-    ----------
-    catalogue : Catalogue
-    selection : Selection
-    column : str
-        Of the histogram; another one may be chosen.
-    """
+    """How many sequences of a subset there are of each kind, and a histogram of one column or another."""
 
     KEYS: ClassVar[Keys] = {
         "counts": [

@@ -135,7 +135,10 @@ class Following:
 
     def _show_rows(self, rows: Pages) -> None:
         """Show the rows as they are elsewhere, or why they stay."""
-        panel, lacking = self._screen.rows, _lacking(self._without)
+        from orbitdb.store.reading.lives import describe_lacking
+        from orbitdb.symbols.enumeration import MAX_PERIOD
+
+        panel, lacking = self._screen.rows, describe_lacking([p for p in self._without if p <= MAX_PERIOD])
         assert self._standings is not None
         if lacking and not self._standings.known.any():
             panel.say_standing(f"the rows stay at a = {self._screen.selection.a:g}: {lacking}")
@@ -145,15 +148,3 @@ class Following:
             panel.say_standing("; ".join(filter(None, (", ".join(others) or "no other", lacking))))
             panel.table.show(rows, panel.table.cursor)
         panel.say()
-
-
-def _lacking(periods: list[int]) -> str:
-    """Say of which periods no births are stored, and what finds them."""
-    from orbitdb.store.reading.fills import written_periods
-    from orbitdb.symbols.enumeration import MAX_PERIOD
-
-    if not periods:
-        return ""
-    found = [p for p in periods if p <= MAX_PERIOD]
-    remedy = f"; 'orbitdb births --p {max(found)}' finds them" if found else ""
-    return f"births of {written_periods(periods)} are not stored{remedy}"

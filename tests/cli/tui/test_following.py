@@ -207,7 +207,7 @@ def test_the_table_follows_the_orbit_in_a_and_comes_back(born, size):
         assert all(row[2] is row[4] is row[10] is None for row in rows)
         assert f"{len(alive)} orbits at a = {screen.here:.9g}" in shown(app)
         assert f"{sum(row[3] == 'not yet' for row in rows)} not yet, " in shown(app)
-        assert "'orbitdb births --p 4' finds them" in shown(app)
+        assert "'orbitdb births --p 4' finds them" in str(app.screen.query_one("#standing").render())
         await press(pilot, "escape")
         assert table.source.a is None
         assert screen.orbit.a == screen.here == 1.6

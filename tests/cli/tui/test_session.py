@@ -18,7 +18,6 @@ from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, folded, lines_of
 from orbitdb.cli.tui.table import jumping, source
 from orbitdb.cli.tui.table.columns import USUAL, Column
-from orbitdb.cli.tui.table.following import _lacking
 from orbitdb.cli.tui.table.paged_table import PagedTable, _fitting
 from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.columns import IN_CATALOGUE
@@ -159,14 +158,6 @@ def test_long_codes_and_orbits_are_told_in_short():
     assert folded([("a", "x " * 12), ("bcd", "")], 15)[:2] == [
         [("a    ", "name"), ("x x x x x", "")], [("     x x x x x", "")]
     ]  # fmt: skip
-
-
-def test_births_that_no_command_finds_have_no_remedy():
-    """A period of which words were filled one by one may be beyond all that are enumerated."""
-    assert _lacking([]) == ""
-    found = [f"births of {asked} are not stored{remedy}" for asked, remedy in (
-        ("period 41", ""), ("periods 8, 41", "; 'orbitdb births --p 8' finds them"))]  # fmt: skip
-    assert [_lacking(periods) for periods in ([41], [8, 41])] == found
 
 
 @pytest.mark.slow
