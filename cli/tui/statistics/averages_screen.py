@@ -1,6 +1,7 @@
 """The statistics screen: Table 1, entropies and Lyapunov averages of the chosen subset."""
 
-from functools import partial
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
 from rich.table import Table
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from orbitdb.store.reading.catalogue import Catalogue
 
 _BOUNCES = 6_000_000
+_FIRST = 11
+"""The highest period of which the averages are there at once."""
 _TITLES = {"entropy": "topological entropy", "lambda_d": "λ per bounce", "lambda_c": "λ per length"}
 _WEIGHTS = {Weight.EXPONENTIAL: "weights e^-λ", Weight.DETERMINANT: "weights 1/|det(1 - M)|"}
 
@@ -72,12 +75,26 @@ class StatisticsScreen(OwnScreen[None]):
         self._refer(self._bounces)
 
     def _compute(self) -> None:
-        find = partial(statistics, self._catalogue, self._selection, self._weight)
-        in_thread(self, "numbers", lambda _: find(), self._take)
+        """Average over the first periods, which takes no time, and then over all."""
+        spans = self._selection.periods or ((2, _FIRST),)
+        first = tuple((low, min(high, _FIRST)) for low, high in spans if low <= _FIRST)
+        parts = [replace(self._selection, periods=first)] if first else []
+        self._average([*parts, self._selection], self._weight)
 
-    def _take(self, found: Result) -> None:
-        self.found = found
-        self._show()
+    def _average(self, parts: Sequence[Selection], weight: Weight) -> None:
+        now, *others = parts
+
+        def go_on(found: Result | None) -> None:
+            if weight is not self._weight:  # the other one is wanted by now
+                return
+            if found is not None:
+                self.found = found
+                self._show()
+            if others:
+                self._average(others, weight)
+
+        fail = (lambda _: go_on(None)) if others else None
+        in_thread(self, "numbers", lambda _: statistics(self._catalogue, now, weight), go_on, fail)
 
     @work(thread=True, exclusive=True, group="trajectories")
     def _refer(self, bounces: int, anew: bool = False) -> None:
