@@ -14,7 +14,7 @@ from orbitdb.numerals import real, whole
 from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 _AROUND = " \t\r\n\ufeff"
 """What may stand around a code; Windows begins files with a mark of the order of bytes."""

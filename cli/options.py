@@ -48,9 +48,9 @@ def offered_half_lengths(context: typer.Context, incomplete: str) -> list[str]:
     """Offer the values of a in the catalogue that is named, or meant; none if it cannot be read."""
     from contextlib import closing
 
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.errors import InputError, StoreError
     from orbitdb.numerals import exact
-    from orbitdb.store.reading.catalogue import Catalogue
 
     try:
         with closing(Catalogue(context.params.get("db"))) as catalogue:

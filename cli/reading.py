@@ -16,14 +16,14 @@ from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 
 if TYPE_CHECKING:
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.catalogue import Catalogue
 
 
 @contextmanager
 def reading(db: Path | None, a: float | None, choice: Choice) -> "Iterator[tuple[Catalogue, Selection]]":
     """Give a catalogue as it is at one moment, and the subset chosen by options at the a that is meant."""
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
     chosen = choice.at(USUAL_A if a is None else a)  # reports a wrong option first
     with closing(Catalogue(db, a)) as opened, opened.at_one_moment() as catalogue:
@@ -36,7 +36,7 @@ def reading_all(
     db: Path | None, asked: Sequence[str] | None, choice: Choice
 ) -> "Iterator[tuple[Catalogue, tuple[Selection, ...]]]":
     """Give a catalogue as it is at one moment, and the subset chosen by options at every a that is meant."""
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
     values = arguments.named(asked)
     chosen = choice.at(values[0] if values else USUAL_A)  # so that a wrong option is told first
@@ -85,7 +85,7 @@ def all_meant(path: Path, asked: Sequence[str] | None) -> tuple[float, ...]:
         return values
     if not asked:
         return (meant(path, None),)
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
     with closing(Catalogue(path)) as catalogue:
         return arguments.stored(catalogue)
@@ -115,7 +115,7 @@ def note_gaps(
     catalogue: "Catalogue", chosen: "Selection", names: Sequence[str] = (), order: str = "p"
 ) -> None:
     """Say which chosen periods are stored in part, are not filled, or lack births that matter."""
-    from orbitdb.store.reading.averaged import gaps
+    from orbitdb.catalogue.gaps import gaps
 
     for told in gaps(catalogue, chosen, names=names, order=order):
         note(told)
@@ -123,7 +123,7 @@ def note_gaps(
 
 def note_nothing(catalogue: "Catalogue", chosen: "Selection", more: str = "") -> None:
     """Say that a subset is empty, if any of its periods is filled: of others that is not known."""
-    from orbitdb.store.reading.averaged import nothing
+    from orbitdb.catalogue.gaps import nothing
 
     for told in nothing(catalogue, chosen):
         note(f"{told}{more}")

@@ -58,7 +58,7 @@ def note(message: str) -> None:
 def note_partial(fills: "Sequence[Fill]", a: float, left_out: bool = False) -> None:
     """Say which periods are stored in part, if there are any."""
     if fills:
-        from orbitdb.store.reading.fills import describe_partial
+        from orbitdb.catalogue.gaps import describe_partial
 
         note(describe_partial(fills, a, left_out))
 

@@ -13,8 +13,8 @@ from orbitdb.cli.render import note
 from orbitdb.cli.render import write as write_rows
 
 if TYPE_CHECKING:
+    from orbitdb.catalogue.results import Result
     from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.results import Result
 
 KEYS = (
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",

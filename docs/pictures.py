@@ -65,16 +65,18 @@ def plain_screenshot(svg: str) -> str:
 
 def deviations(folder: Path) -> str:
     """Draw how far every average of lambda is from the trajectories, against the period."""
+    import numpy as np
+    from matplotlib.ticker import MaxNLocator
+
     from orbitdb import Catalogue, Selection, Stadium, Status
-    from orbitdb.averages.by_period import lyapunov
     from orbitdb.averages.exact_means import exact_means
-    from orbitdb.plots.deviations import draw_deviations
-    from orbitdb.plots.style import figure, save
-    from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
+    from orbitdb.averages.period_sums import lyapunov_of_periods
+    from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
+    from orbitdb.plots.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, figure, save
     from orbitdb.trajectories.legwise import simulate_legs
 
     subset = read_whole(Catalogue(folder / CATALOGUE), Selection(a=1.6, statuses=(Status.ORBIT,)))
-    found, held = lyapunov(subset.classes.rows(), subset.highest), sum_rules_of(subset)
+    found, held = lyapunov_of_periods(subset.sums(), subset.highest), sum_rules_of(subset)
     means = exact_means(1.6)
     known = simulate_legs(Stadium(1.6), 20_000_000, (means.growth.value, means.growth.error)).lambda_d
     averages = {
@@ -86,8 +88,18 @@ def deviations(folder: Path) -> str:
     }
     with figure(7.2, 4.0) as made:
         ax = made.add_subplot()
-        off = {name: values / known - 1 for name, values in averages.items()}
-        draw_deviations(ax, found.p, off, held.lambda_d_sum_rule_error / known)
+        looks = (("x:", BLUE), ("^-", GREEN), ("s--", ORANGE), ("D-", PURPLE), ("o-", INK))
+        for (name, values), (look, colour) in zip(averages.items(), looks, strict=True):
+            ax.plot(found.p, np.abs(values / known - 1), look, color=colour, markersize=5, label=name)
+        ax.set(yscale="log", xlabel="period $p$ (bounces)", ylabel="relative deviation")
+        ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+        low, high = ax.get_ylim()
+        estimate = held.lambda_d_sum_rule_error / known
+        ax.fill_between(
+            found.p, low, estimate, color=FAINT, alpha=0.3, linewidth=0, label="estimate of its error"
+        )
+        ax.set_ylim(low, high)
+        ax.legend(loc="center left", bbox_to_anchor=(1, 0.5))
         ax.set_title(r"$\lambda_d$ at $a = 1.6$ against trajectories leg by leg")
     save(made, folder / "figure.svg", "svg", "deviations of Lyapunov averages")
     return (folder / "figure.svg").read_text(encoding="utf-8")
@@ -133,8 +145,7 @@ def entropy_width(folder: Path) -> str:
 
     from orbitdb import Stadium
     from orbitdb.entropy.bounds import levels
-    from orbitdb.plots.enclosures import draw_width
-    from orbitdb.plots.style import figure, save
+    from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure, save
 
     def measured(a: float) -> tuple["np.ndarray", "np.ndarray"]:
         seconds, width, began = [], [], time.process_time()
@@ -147,7 +158,12 @@ def entropy_width(folder: Path) -> str:
 
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
-        draw_width(ax, {a: measured(a) for a in (0.05, 0.2, 0.5, 1.0, 1.6, 3.0, 10.0)})
+        colours = (BLUE, ORANGE, GREEN, PURPLE, INK, GREY, BLUE)
+        looks = zip(("o-", "s-", "^-", "D-", "v-", "x--", "+--"), colours, strict=True)
+        for a, (look, colour) in zip((0.05, 0.2, 0.5, 1.0, 1.6, 3.0, 10.0), looks, strict=True):
+            ax.loglog(*measured(a), look, color=colour, markersize=4, linewidth=1, label=f"$a = {a:g}$")
+        ax.set(xlabel="time of one processor (s)", ylabel="upper bound - lower bound")
+        ax.legend(loc="center left", bbox_to_anchor=(1, 0.5))
     save(made, folder / "figure.svg", "svg", "width of the entropy bounds against time")
     return (folder / "figure.svg").read_text(encoding="utf-8")
 

@@ -2,15 +2,15 @@
 
 The catalogue
     `Catalogue`: a database file, opened for reading; `Selection`: a chosen subset of it; `Subset`: the
-    chosen rows as arrays; `Trajectory`, with what it shadows as `Followed`, and `Candidate`: what
-    `Catalogue.identify` finds.
+    chosen rows as arrays. `Catalogue.identify` finds a `Trajectory`, with the orbits that it shadows as
+    `Followed`, or each `Candidate` for a length.
 Orbits
-    `solve_word`: what becomes of one word; `solve`: of many, as arrays; `existence`: from where to where
-    in a a word is an orbit; `Orbit`, `Orbits` and `Status` are what they give; `Stadium`: the billiard.
+    `solve_word` solves one word, `solve` many as arrays; `existence` finds the ranges of a in which a word
+    is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
 Trajectories
-    `simulate`: averages over random trajectories, as a `Reference`.
+    `simulate` averages over random trajectories; the result is a `Reference`.
 Quantum levels
-    `levels`: all of a stadium in a range of k, each window of a parity as `Levels`.
+    `levels` computes all levels of a stadium in a range of k, as one `Levels` for each window and parity.
 Errors
     `InputError`, `StoreError`, `WorkError`: each says in one line what is wrong and what to do.
 
@@ -21,26 +21,26 @@ Examples
 >>> orbit.status, round(orbit.length, 9), round(orbit.lyapunov, 9)
 (<Status.ORBIT: 'orbit'>, 22.454362411, 9.637918174)
 
-These names are the public interface, and nothing else is promised to stay as it is.
+These names are the public interface. Everything else may change between versions.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from orbitdb.version import __version__
-
 if TYPE_CHECKING:
     from orbitdb.billiard.stadium import Stadium
+    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.catalogue.identification import Candidate, Followed, Trajectory
+    from orbitdb.catalogue.subset import Subset
     from orbitdb.errors import InputError, StoreError, WorkError
     from orbitdb.orbits.births.lives import existence, solve_word
     from orbitdb.orbits.newton import solve
     from orbitdb.orbits.orbit import Orbit, Orbits, Status
     from orbitdb.quantum.levels import Levels, levels
     from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.identification import Candidate, Followed, Trajectory
-    from orbitdb.store.reading.subset import Subset
     from orbitdb.trajectories.ensemble import Reference, simulate
+
+__version__ = "0.2.0"
 
 __all__ = [
     "Candidate",
@@ -68,15 +68,15 @@ __all__ = [
 
 _HOMES = {
     "billiard.stadium": ("Stadium",),
+    "catalogue.catalogue": ("Catalogue",),
+    "catalogue.identification": ("Candidate", "Followed", "Trajectory"),
+    "catalogue.subset": ("Subset",),
     "errors": ("InputError", "StoreError", "WorkError"),
     "orbits.births.lives": ("existence", "solve_word"),
     "orbits.newton": ("solve",),
     "orbits.orbit": ("Orbit", "Orbits", "Status"),
     "quantum.levels": ("Levels", "levels"),
     "store.asking.selection": ("Selection",),
-    "store.reading.catalogue": ("Catalogue",),
-    "store.reading.identification": ("Candidate", "Followed", "Trajectory"),
-    "store.reading.subset": ("Subset",),
     "trajectories.ensemble": ("Reference", "simulate"),
 }
 _HOME_OF = {name: f"orbitdb.{home}" for home, names in _HOMES.items() for name in names}

@@ -1,6 +1,7 @@
 """The columns: what every number and text in rows, files and JSON is, its unit, and what bounds its error.
 
-Said once, here, for the schema, the files, the command line, the terminal UI and the documentation.
+Said once, here, for the schema, the files, the command line, the terminal UI and the documentation. How a
+column is computed is said in `orbitdb/store/file/schema.py` (`SHARED`, `OF_WORD`).
 """
 
 from dataclasses import dataclass
@@ -131,7 +132,7 @@ OF_ANSWERS = (
     Column("coordinates", "numbers", "the coordinates of all bounces", _PLACE, "error", _NONE),
     Column("stored", "yes or no", "whether it comes from the catalogue; else it was solved on the spot"),
     Column("exists", "pairs",
-           "from where to where in a the word is an orbit; null for no end", "radius", "", "unknown"),
+           "the ranges of a in which the word is an orbit; null for no end", "radius", "", "unknown"),
 )  # fmt: skip
 """What `query --code` tells besides; coordinates are in files, too, if asked for."""
 

@@ -1,10 +1,12 @@
-"""Equality of frozen dataclasses that hold arrays, of which NumPy's ``==`` makes arrays and no truth."""
+"""Frozen dataclasses that hold arrays: equal by value, of which NumPy's ``==`` makes arrays and no truth."""
 
+import reprlib
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 
 class ByValue:
@@ -17,10 +19,40 @@ class ByValue:
     def __eq__(self, other: object) -> bool:
         if other.__class__ is not self.__class__:
             return NotImplemented
-        return all(map(_same, _values(self), _values(other)))
+        return bool(_key(_values(self)) == _key(_values(other)))
 
     def __hash__(self) -> int:
-        return hash(tuple(map(_key, _values(self))))
+        return hash(_key(_values(self)))
+
+    def __repr__(self) -> str:
+        """Name the fields in one line, of arrays their shapes; for dataclasses made with ``repr=False``."""
+        named = zip((field.name for field in fields(self)), _values(self), strict=True)  # type: ignore[arg-type]
+        return f"{type(self).__name__}({', '.join(f'{name}={_brief(value)}' for name, value in named)})"
+
+
+class Columns(ByValue):
+    """Base of dataclasses, made with ``eq=False``, whose arrays have N entries along their last axis.
+
+    Fields that are no arrays hold for all N.
+    """
+
+    def rows(self, chosen: slice | NDArray[Any]) -> Self:
+        """Return some of the N, given a slice, their places or a mask."""
+        return type(self)(*(_chosen(value, chosen) for value in _values(self)))
+
+
+def _chosen(value: Any, chosen: slice | NDArray[Any]) -> Any:
+    if isinstance(value, Columns):
+        return value.rows(chosen)
+    if not isinstance(value, np.ndarray):
+        return value
+    if isinstance(chosen, slice):
+        return value[..., chosen]
+    return value.take(np.flatnonzero(chosen) if chosen.dtype == np.bool_ else chosen, axis=-1)
+
+
+def _brief(value: Any) -> str:
+    return f"<array of shape {value.shape}>" if isinstance(value, np.ndarray) else reprlib.repr(value)
 
 
 def _values(record: Any) -> list[Any]:
@@ -28,25 +60,13 @@ def _values(record: Any) -> list[Any]:
     return [getattr(record, field.name) for field in fields(record)]
 
 
-def _same(one: Any, other: Any) -> bool:
-    if not (isinstance(one, np.ndarray) and isinstance(other, np.ndarray)):
-        return bool(_key(one) == _key(other))
-    if one.shape != other.shape or one.dtype.kind != other.dtype.kind:
-        return False
-    same = one == other
-    if one.dtype.kind == "f":
-        same &= np.signbit(one) == np.signbit(other)
-        same |= np.isnan(one) & np.isnan(other)
-    return bool(same.all())
-
-
 def _key(value: Any) -> Any:
     """Return something with a hash that is equal for equal values."""
     if isinstance(value, np.ndarray):
         if value.dtype.kind == "f":
             one_nan = np.where(np.isnan(value), np.nan, value)  # which has many bit patterns
-            return value.shape, one_nan.astype(float).tobytes()
-        return value.shape, tuple(value.ravel().tolist())
+            return "f", value.shape, one_nan.astype(float).tobytes()
+        return value.dtype.kind, value.shape, tuple(value.ravel().tolist())
     if isinstance(value, Mapping):
         return frozenset((name, _key(item)) for name, item in value.items())
     if isinstance(value, list | tuple):

@@ -11,11 +11,11 @@ class InputError(ValueError):
 
 
 class StoreError(Exception):
-    """The database, or the disk under a file, cannot be used; the message says why and what to do."""
+    """The database, or the disk, cannot be used; the message says why and what to do."""
 
 
 class WorkError(Exception):
-    """Work could not be done by the processes that should do it; the message says why and what to do."""
+    """Worker processes could not do their work; the message says why and what to do."""
 
 
 class ExportError(InputError):

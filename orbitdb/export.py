@@ -13,16 +13,14 @@ import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from orbitdb.columns import kind_of
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.plaintext import cell
 
 if TYPE_CHECKING:
-    import pyarrow as pa
-
-    from orbitdb.column_blocks import Column
+    from orbitdb.column_files import Column
 
 Row = Sequence[Any]
 Metadata = Mapping[str, Any]
@@ -35,9 +33,9 @@ def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Any], delimit
     """Write one line a row under a line of names, and return how many rows there were.
 
     Lists have blanks between, None is empty, and no text is a formula (`orbitdb.plaintext.cell`). Rows may
-    come as blocks of columns (`orbitdb.column_blocks.ColumnBlock`), which takes half the time.
+    come as blocks of columns (`orbitdb.column_files.ColumnBlock`), which takes half the time.
     """
-    from orbitdb.column_blocks import in_columns
+    from orbitdb.column_files import in_columns
 
     file.write(delimiter.join(_field(name, delimiter) for name in columns) + "\n")
     count = 0
@@ -54,7 +52,7 @@ def _fields(column: "Column", delimiter: str) -> list[str]:
     """Return a column as fields of csv; what words of a class share is made once."""
     import numpy as np
 
-    from orbitdb.column_blocks import plain
+    from orbitdb.column_files import plain
 
     if isinstance(column, np.ndarray):
         bits, inverse = np.unique(column.view(np.int64), return_inverse=True)  # 0.0 and -0.0 are two
@@ -152,7 +150,7 @@ def write_file(
                 TEXT_WRITERS[form](file, columns, rows)
             beside.write_text(json.dumps(described, indent=2) + "\n", encoding="utf-8")
         return
-    from orbitdb.npz import write_npz  # with NumPy, which texts do without
+    from orbitdb.column_files import write_npz, write_parquet  # with NumPy, which texts do without
 
     with complete(path) as data, open(data, "wb") as binary:
         (write_parquet if form == "parquet" else write_npz)(binary, columns, rows, metadata)
@@ -214,55 +212,3 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
     finally:
         with contextlib.suppress(OSError):
             draft.unlink()
-
-
-def write_parquet(file: IO[bytes], columns: Sequence[str], rows: Iterable[Any], metadata: Metadata) -> None:
-    """Write typed columns, with each part of the metadata as JSON in the schema's metadata."""
-    from pyarrow import parquet
-
-    from orbitdb.column_blocks import in_columns
-
-    schema = arrow_schema(columns, metadata)
-    with parquet.ParquetWriter(file, schema) as writer:
-        for block in in_columns(rows):
-            writer.write_batch(arrow_batch(block, schema))
-
-
-def arrow_schema(columns: Sequence[str], metadata: Metadata) -> "pa.Schema":
-    """Return the schema of some columns, with each part of the metadata as JSON."""
-    import pyarrow as pa
-
-    types = {
-        "number": pa.float64(),
-        "integer": pa.int64(),
-        "text": pa.string(),
-        "numbers": pa.list_(pa.float64()),
-        "integers": pa.list_(pa.int64()),
-    }
-    notes = {name: json.dumps(value) for name, value in metadata.items()}
-    return pa.schema([(name, types[kind_of(name)]) for name in columns], metadata=notes)
-
-
-def arrow_batch(block: "Sequence[Column]", schema: "pa.Schema") -> "pa.RecordBatch":
-    """Return columns of rows as a batch of Arrow."""
-    import pyarrow as pa
-
-    arrays = [_arrow(values, field.type) for values, field in zip(block, schema, strict=True)]
-    return pa.record_batch(arrays, schema=schema)
-
-
-def _arrow(values: "Column", kind: "pa.DataType") -> "pa.Array":
-    """Return a column as an Arrow array."""
-    import numpy as np
-    import pyarrow as pa
-
-    from orbitdb.column_blocks import Lists
-
-    if isinstance(values, Lists):
-        starts = np.concatenate([[0], np.cumsum(values.lengths)]).astype(np.int32)
-        return pa.ListArray.from_arrays(
-            pa.array(starts), pa.array(values.values, kind.value_type), mask=pa.array(~values.present)
-        )
-    if isinstance(values, np.ndarray):
-        return pa.array(values, type=kind, from_pandas=True)  # NaN is none
-    return pa.array(values, type=kind)

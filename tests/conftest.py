@@ -15,6 +15,7 @@ if TYPE_CHECKING:  # the process that only starts those that test need not impor
     from orbitdb.filling.resuming import Progress
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for whatever is started, as `orbitdb.cli.main` does
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each of them would translate all that it imports again
 settings.register_profile("quick", deadline=None, max_examples=20)
 settings.register_profile("thorough", deadline=None, max_examples=60)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
@@ -56,7 +57,7 @@ def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def small_sweeps(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut periods into many blocks, for which other processes are begun."""
-    monkeypatch.setattr("orbitdb.filling.swept_blocks._LEAST", 16)
+    monkeypatch.setattr("orbitdb.filling.swept_blocks._CLASSES", 16)
     monkeypatch.setattr("orbitdb.filling.sweeps.SMALL", 1)
 
 
@@ -65,11 +66,16 @@ class Outcome(NamedTuple):
     out: str
     err: str
 
+    def says(self, code: int, *pieces: str) -> bool:
+        """Tell whether it ended with a code, no data, and one line that has some pieces in it."""
+        one = self.err.count("\n") == 1
+        return (self.code, self.out, one) == (code, "", True) and all(each in self.err for each in pieces)
+
 
 @pytest.fixture(scope="session")
 def filled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.periods import fill_periods
-    from orbitdb.store.reading.catalogue import Catalogue
 
     path = tmp_path_factory.mktemp("filled") / "orbits.db"
     Catalogue.create(path)
@@ -121,9 +127,9 @@ def cli(
 @pytest.fixture(scope="session")
 def varied(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A catalogue of p = 2..6 at a = 1.6 and 1, one word of p = 12, and the words pruned at p = 3."""
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.periods import fill_geometric, fill_periods
     from orbitdb.filling.single_word import fill_word
-    from orbitdb.store.reading.catalogue import Catalogue
 
     path = tmp_path_factory.mktemp("varied") / "orbits.db"
     Catalogue.create(path)

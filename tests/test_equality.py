@@ -11,7 +11,8 @@ import pytest
 
 import orbitdb
 from orbitdb import Catalogue, Orbit, Selection, solve, solve_word
-from orbitdb.averages.by_period import entropy, lyapunov
+from orbitdb.averages.by_period import entropy
+from orbitdb.averages.period_sums import lyapunov
 from orbitdb.equality import ByValue
 from orbitdb.symbols.words import from_strings
 
@@ -102,3 +103,16 @@ def test_averages_are_equal_though_some_are_nan(varied):
         assert average(rows, 6) == average(rows, 6)
         assert hash(average(rows, 6)) == hash(average(rows, 6))
         assert average(rows, 6) != average(rows, 5)
+
+
+def test_what_holds_large_arrays_is_written_in_one_line(filled):
+    catalogue = Catalogue(filled, a=1.6)
+    found = (
+        catalogue.identify(start=(0, 0.001, 0)),
+        catalogue.spectrum(),
+        solve(from_strings(["13", "31"]), 1.6),
+    )
+    for record in found:
+        assert "\n" not in repr(record)
+        assert repr(record).startswith(f"{type(record).__name__}(")
+        assert len(repr(record)) < 1000

@@ -16,8 +16,8 @@ from orbitdb.cli.storing import Solvers, bring
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.resuming import Progress
-    from orbitdb.store.reading.catalogue import Catalogue
 
 EXAMPLES = """
 Examples:
@@ -56,8 +56,8 @@ def births(
     be one at least once; always: classes that are orbits from a = 0 on; least, largest: first and last
     birth. Goes on where it was stopped; without --p it shows what is stored.
     """
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.file.database import default_path
-    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.symbols.enumeration import MAX_PERIOD
 
     path = db or default_path()
@@ -105,9 +105,9 @@ def _ended(catalogue: "Catalogue", periods: Sequence[int]) -> list[tuple[object,
 
 
 def _fill(periods: range, path: Path, solvers: Solvers) -> None:
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.birth_blocks import BLOCK
     from orbitdb.filling.births import fill_births
-    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.symbols.counting import count_admissible
 
     start, span = time.monotonic(), f"p = {periods[0]}..{periods[-1]}"

@@ -199,7 +199,7 @@ def _keeping(db: Path | None, store: bool | None, prove: bool, asked: dict[str, 
         if store is None:
             note(f"not kept: {_why_not_kept(path)}")
         return
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.writing.records import keep_bounds
     from orbitdb.store.writing.writer import Writer
 

@@ -34,7 +34,7 @@ def entropy(
     the zeta function cut off at p, which converges much faster, with its change from p - 1, which is no
     error. The proved bounds are those that 'orbitdb bounds' has stored, or some found on the spot.
     """
-    from orbitdb.store.reading.results import PROVED
+    from orbitdb.catalogue.results import PROVED
 
     form = options.chosen(format_, json)
     with progress("reading orbits"), reading_all(db, a, averaged(choice)) as (catalogue, stadiums):

@@ -19,8 +19,8 @@ from orbitdb.columns import OF_BOUNCES
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.catalogue import Catalogue
 
 EXAMPLES = """
 Examples:
@@ -145,7 +145,7 @@ def _note_nothing(catalogue: "Catalogue", stadiums: "Sequence[Selection]", limit
 
 def _watched(rows: Iterator[Any], shown: Progress) -> Iterator[Any]:
     """Pass rows on, or blocks of them, and show how many they are."""
-    from orbitdb.column_blocks import ColumnBlock
+    from orbitdb.column_files import ColumnBlock
 
     count, told = 0, -_BETWEEN_TELLING
     for row in rows:

@@ -97,11 +97,11 @@ def _fill_periods(
     db: Path | None,
     dry_run: bool,
 ) -> None:
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.blocks import METHODS
     from orbitdb.filling.estimate import LARGE, about, check_room, gigabytes, need
     from orbitdb.filling.periods import fill_geometric, fill_periods
     from orbitdb.store.file.database import default_path
-    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.symbols.counting import count_admissible, count_primitive
 
     path = db or default_path()

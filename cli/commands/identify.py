@@ -18,7 +18,7 @@ from orbitdb.errors import InputError
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.identification import Candidate, Followed, Trajectory
+    from orbitdb.catalogue.identification import Candidate, Followed, Trajectory
 
 EXAMPLES = """
 Examples:
@@ -134,10 +134,10 @@ def _show_trajectory(
 def _identify(asked: dict[str, Any], a: float | None, db: Path | None) -> tuple["Trajectory", float]:
     """Return what is found of a trajectory, with a catalogue or without one, and the a that is meant."""
     from orbitdb.billiard.stadium import Stadium
+    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.catalogue.identification import identify_trajectory
     from orbitdb.orbits.newton import solve_word
     from orbitdb.store.file.database import check_file, default_path
-    from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.identification import identify_trajectory
 
     path = db or default_path()
     stadium = Stadium(meant(path, a))
@@ -194,9 +194,9 @@ def _show_length(
     mark: bool,
 ) -> int:
     """Write the stored orbits that have a length; return how many there are."""
+    from orbitdb.catalogue.gaps import describe_fills
     from orbitdb.numerals import exact
     from orbitdb.orbits.orbit import Status
-    from orbitdb.store.reading.fills import describe_fills
 
     names = LENGTH_COLUMNS if form in options.FOR_PEOPLE else LENGTH_KEYS
     most = _ON_SCREEN if limit is None and form is Format.TABLE else limit

@@ -8,7 +8,7 @@ from orbitdb.cli.render import write, write_facts
 from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.reading.records import Enclosure
     from orbitdb.store.reading.sweeps import Sweep
 
@@ -38,7 +38,7 @@ def info(
     storing besides, the seconds of processors. Of periods that are swept no rows are stored; solving has
     all of it. selection: of which orbits, where chosen ones are swept.
     """
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
     form = options.chosen(format_, json)
     with Catalogue(db).at_one_moment() as catalogue:
@@ -102,12 +102,13 @@ def _swept(a: float, sweep: "Sweep") -> tuple[Any, ...]:
 
 def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
     """Return where the catalogue is and what it takes, in words."""
+    from orbitdb.catalogue.gaps import written_periods
     from orbitdb.filling.estimate import gigabytes
     from orbitdb.store.file.schema import SCHEMA_VERSION
-    from orbitdb.store.reading.fills import written_periods
     from orbitdb.store.reading.records import room
 
-    taken = room(catalogue)
+    with catalogue.reading() as connection:
+        taken = room(connection)
     facts = [
         ("catalogue", str(catalogue.path.resolve())),
         ("schema", str(SCHEMA_VERSION)),

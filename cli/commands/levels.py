@@ -1,6 +1,7 @@
 """``orbitdb levels``: the quantum levels of the stadium."""
 
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -53,37 +54,48 @@ def levels(
     two letters, even or odd under x -> -x and then under y -> -y. Levels that the catalogue holds are not
     computed again, so that a run that was ended goes on where it was.
     """
+    import numpy as np
+
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.quantum.levels import windows
+    from orbitdb.quantum.weyl import weyl
     from orbitdb.store.file.database import default_path
 
     low, high = read_range("--k", k)
     stadium, parities = Stadium(a), read_parities(parity)
     for each in parities:
         list(windows(stadium, each, low, high))  # so that a range that is refused leaves no file
-    path = db or default_path()
-    if store:
+    path = (db or default_path()) if store else None
+    if path is not None:
         bring(path)
-    known = _known(path, stadium.a, parities) if store else {each: [] for each in parities}
-    from orbitdb.store.reading.spectrum import missing_levels
+    found = {each: _known(path, a, each) for each in parities}
+    from orbitdb.catalogue.spectrum import missing_levels
 
     tasks = [
         task
         for each in parities
-        for gap in missing_levels(known[each], low, high)
+        for gap in missing_levels(found[each], low, high)
         for task in windows(stadium, each, *gap)
     ]
-    for found in _solve(tasks, Solvers.chosen(None, None, jobs), path if store else None, k):
-        known[found.parity].append(found)
-    parts = [each for windows_of in known.values() for each in windows_of]
+    for solved in _solve(tasks, Solvers.chosen(None, None, jobs), path, k):
+        found[solved.parity].append(solved)
     rows = sorted(
-        (level, error, str(each.parity))
-        for each in parts
-        for level, error in zip(each.k.tolist(), each.error.tolist(), strict=True)
+        (level, error, str(each))
+        for each, parts in found.items()
+        for part in parts
+        for level, error in zip(part.k.tolist(), part.error.tolist(), strict=True)
         if low <= level < high
     )
     write(COLUMNS, rows, options.chosen(format_, json))
-    _note_counts(stadium.a, known, low, high)
+    for each, parts in found.items():
+        below = min(part.below + int((part.k < low).sum()) for part in parts if part.high > low)
+        own = [row for row in rows if row[2] == each]
+        places = np.linspace(low, high, 2000)
+        count = below + np.searchsorted([row[0] for row in own], places)
+        off = float((count - weyl(stadium, each)(places)).mean())
+        worst = f", errors up to {max(row[1] for row in own):.0e}" if own else ""
+        levels_of = several(len(own), "level", "levels")
+        note(f"{each}: {levels_of}, none missing; on the mean {off:+.2f} from Weyl's law{worst}")
     if not rows:
         raise typer.Exit(1)
 
@@ -124,63 +136,38 @@ def read_parities(text: str | None) -> "list[Parity]":
         raise InputError(f"--parity {text!r:.40}: use ee, eo, oe, oo, with commas between") from None
 
 
-def _known(path: Path, a: float, parities: "list[Parity]") -> "dict[Parity, list[Levels]]":
-    from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.spectrum import stored_levels
+def _known(path: Path | None, a: float, parity: "Parity") -> "list[Levels]":
+    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.catalogue.spectrum import stored_levels
 
+    if path is None:
+        return []
     with closing(Catalogue(path)) as catalogue, catalogue.reading() as connection:
-        return {each: stored_levels(connection, a, each) for each in parities}
+        return stored_levels(connection, a, parity)
 
 
-def _solve(tasks: "list[LevelTask]", solvers: Solvers, path: Path | None, k: str) -> "list[Levels]":
+def _solve(tasks: "list[LevelTask]", solvers: Solvers, path: Path | None, k: str) -> "Iterator[Levels]":
     """Solve tasks, and keep what they give if there is a catalogue."""
-    import numpy as np
-
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.quantum.weyl import Weyl
+    from orbitdb.quantum.weyl import weyl
+    from orbitdb.store.writing.records import keep_levels
+    from orbitdb.store.writing.writer import Writer
 
     if not tasks:
-        return []
-    found: list[Levels] = []
-    ends = np.array([[task.low, task.high] for task in tasks])
-    smooth = Weyl.of(Stadium(tasks[0].a), None).number(ends) @ (-0.25, 0.25)
-    worth = WORTH_PROCESSES if smooth.sum() > _WORTH and len(tasks) > 1 else 1
-    writer = None
-    if path is not None:
-        from orbitdb.store.writing.records import keep_levels
-        from orbitdb.store.writing.writer import Writer
-
-        writer = Writer(path, {"command": "levels", "k": k, "a": tasks[0].a})
-    try:
-        with progress("levels") as shown, solvers.at_work(worth, 1) as workers:
-            shown.tell("levels", 0, len(tasks), counted=False)
-            for done, solved in enumerate(workers.solved(tasks), 1):
-                found.append(solved)
-                if writer is not None:
-                    keep_levels(writer, solved)
-                text = f"levels {solved.parity} to k = {solved.high:.4g}"
-                shown.tell(text, done, len(tasks), counted=False)
-    finally:
-        if writer is not None:
-            writer.close()
-    return found
-
-
-def _note_counts(a: float, known: "dict[Parity, list[Levels]]", low: float, high: float) -> None:
-    """Say how many levels there are by parity, and how far from Weyl's law their number is on the mean."""
-    import numpy as np
-
-    from orbitdb.billiard.stadium import Stadium
-    from orbitdb.quantum.weyl import Weyl
-
-    for parity, parts in known.items():
-        inside = [each for each in parts if each.high > low and each.low < high]
-        k, error = (np.concatenate([getattr(each, name) for each in inside]) for name in ("k", "error"))
-        here = (k >= low) & (k < high)
-        below = min(each.below + int((each.k < low).sum()) for each in inside)
-        places = np.linspace(low, high, 2000)
-        count = below + np.searchsorted(np.sort(k[here]), places)
-        off = float((count - Weyl.of(Stadium(a), parity).number(places)).mean())
-        worst = f", errors up to {error[here].max():.0e}" if here.any() else ""
-        count_of = several(int(here.sum()), "level", "levels")
-        note(f"{parity}: {count_of}, none missing; on the mean {off:+.2f} from Weyl's law{worst}")
+        return
+    stadium = Stadium(tasks[0].a)
+    smooth = {task: weyl(stadium, task.parity) for task in tasks}
+    expected = sum(number(task.high) - number(task.low) for task, number in smooth.items())
+    worth = WORTH_PROCESSES if expected > _WORTH else 1
+    parameters = {"command": "levels", "k": k, "a": stadium.a}
+    with (
+        nullcontext() if path is None else closing(Writer(path, parameters)) as writer,
+        progress("levels") as shown,
+        solvers.at_work(worth, 1) as workers,
+    ):
+        shown.tell("levels", 0, len(tasks), counted=False)
+        for done, solved in enumerate(workers.solved(tasks), 1):
+            if writer is not None:
+                keep_levels(writer, solved)
+            shown.tell(f"levels {solved.parity} to k = {solved.high:.4g}", done, len(tasks), counted=False)
+            yield solved

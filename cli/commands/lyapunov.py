@@ -57,7 +57,7 @@ def lyapunov(
     """
     form, many = options.chosen(format_, json), several(a)
     with progress("averaging") as shown, reading_all(db, a, averaged(choice)) as (catalogue, stadiums):
-        from orbitdb.store.reading.averaged import lyapunov as average
+        from orbitdb.catalogue.averaged import lyapunov as average
 
         def tell(done: float) -> None:
             shown.tell("summing pseudo-cycles", done, 1.0, counted=False)

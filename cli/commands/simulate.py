@@ -56,8 +56,8 @@ def simulate(
     small part of lambda is sampled whose exact mean is not known.
     """
     from orbitdb.billiard.stadium import Stadium
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.file.database import default_path
-    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.trajectories import ensemble
 
     if not 1 <= bounces <= _MOST:

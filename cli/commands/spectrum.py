@@ -15,6 +15,7 @@ from orbitdb.cli.progress.line import progress
 from orbitdb.cli.reading import reading
 from orbitdb.cli.render import note, write
 from orbitdb.errors import InputError
+from orbitdb.numerals import real
 
 EXAMPLES = """
 Examples:
@@ -95,35 +96,30 @@ def read_file(path: Path, energies: bool, parity: str | None) -> list[float]:
         If it cannot be read, or something in it is no level.
     """
     try:
-        rows = [row for row in csv.reader(path.read_text(encoding="utf-8-sig").splitlines()) if row]
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) else "no text"
         raise InputError(f"{path}: {why}; give a file with one level a line") from None
-    name, place, sort = "energy" if energies else "k", 0, None
-    if (rows and not _is_number(rows[0][0])) or (rows and name in rows[0]):
-        heading = [each.strip() for each in rows.pop(0)]
-        if name not in heading:
-            raise InputError(
-                f"{path}: its heading has no column {name}: name one so, or leave the heading out"
-            )
-        place = heading.index(name)
-        sort = heading.index("parity") if "parity" in heading and parity is not None else None
+    lines, name = [line for line in text.splitlines() if line.strip()], "energy" if energies else "k"
+    bare = not lines or _level(lines[0].split(",")[0]) is not None
+    table = csv.DictReader(lines, [name] if bare else None, skipinitialspace=True)
+    if name not in (table.fieldnames or ()):
+        raise InputError(f"{path}: its heading has no column {name}: name one so, or leave the heading out")
     found = []
-    for number, row in enumerate(rows, 1):
-        if sort is not None and row[sort : sort + 1] != [parity]:
+    for number, row in enumerate(table, 1):
+        if parity not in (None, row.get("parity", parity)):
             continue
-        text = row[place].strip() if place < len(row) else ""
-        if not _is_number(text):
-            raise InputError(f"{path}: row {number} has no level: {text!r:.40}; give one number a line")
-        value = float(text)
-        if value <= 0:
-            raise InputError(f"{path}: row {number} is {value:g}: levels are above 0")
-        found.append(math.sqrt(value) if energies else value)
+        level = _level(row[name] or "")
+        if level is None:
+            raise InputError(f"{path}: row {number} has no level: {row[name]!r:.40}; give one number a line")
+        if level <= 0:
+            raise InputError(f"{path}: row {number} is {level:g}: levels are above 0")
+        found.append(math.sqrt(level) if energies else level)
     return found
 
 
-def _is_number(text: str) -> bool:
+def _level(text: str) -> float | None:
     try:
-        return math.isfinite(float(text))
+        return real(text)
     except ValueError:
-        return False
+        return None

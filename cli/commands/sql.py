@@ -30,14 +30,14 @@ def sql(
     It may read the views catalogue (see 'orbitdb columns') and life, and nothing else, for a minute at
     most; nothing can be written. code('310') finds a word in any rotation.
     """
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.codes import hint
     from orbitdb.store.asking.parsing import parse_parameter
-    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.statements import run_statement
 
     values = dict(parse_parameter(parameter) for parameter in parameters or ())
-    with closing(Catalogue(db)) as opened, opened.at_one_moment() as catalogue:
-        names, rows = run_statement(catalogue, statement, values)
+    with closing(Catalogue(db)) as catalogue, catalogue.reading() as connection:
+        names, rows = run_statement(connection, statement, values)
         if (told := hint(statement)) is not None:
             note(told)
         if not write(names, rows, options.chosen(format_, json)):

@@ -109,9 +109,9 @@ def _sweep(path: Path, chosen: "Selection", periods: Sequence[int], solvers: Sol
 
 def _write(path: Path, chosen: "Selection", periods: Sequence[int], form: Format) -> None:
     """Write one row a period; say of which orbits they are, if not of all."""
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.orbits.orbit import Status
     from orbitdb.store.asking.sweepable import swept_text
-    from orbitdb.store.reading.catalogue import Catalogue
 
     subset = (text,) if (text := swept_text(chosen)) else ()
     if subset:

@@ -18,8 +18,8 @@ from orbitdb.errors import InputError, StoreError
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.store.reading.fills import Fill
     from orbitdb.verification.check import Check, Step
 
@@ -83,9 +83,9 @@ def verify(
     of a period that is partial, what is stored.
     """
     from orbitdb.billiard.stadium import Stadium
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.file.database import default_path
     from orbitdb.store.file.guard import TamperedError
-    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.verification.check import Check
     from orbitdb.verification.verify import report
     from orbitdb.verification.verify import verify as steps
@@ -180,7 +180,7 @@ def _unfilled(catalogue: "Catalogue", chosen: "Selection") -> str | None:
         swept = tuple(each.p for subset in subsets for each in catalogue.sweeps(chosen.a, subset))
     except StoreError:
         return None  # it is among what is checked
-    from orbitdb.store.reading.averaged import without
+    from orbitdb.catalogue.gaps import without
 
     rest = without(chosen, swept) if swept else chosen
     return None if rest is None else catalogue.unfilled(rest)

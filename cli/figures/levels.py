@@ -4,16 +4,17 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue.spectrum import read_classes, read_levels
 from orbitdb.cli.figures.orbits import short
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
-from orbitdb.plots.quantum import draw_count, draw_fluctuation, draw_spectrum
+from orbitdb.plots.quantum import draw_spectrum, draw_staircase
 from orbitdb.plots.style import entitle, explain, figure
+from orbitdb.quantum.amplitudes import orbit_terms
 from orbitdb.quantum.lengths import counted, family_count
-from orbitdb.quantum.weyl import Weyl
+from orbitdb.quantum.weyl import weyl
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.spectrum import read_classes, read_levels
 
 _LENGTHS = (1.0, 12.0)
 _PLACES = 2000
@@ -25,12 +26,11 @@ def draw_length_spectrum(catalogue: Catalogue, chosen: Selection) -> Figure:
     found = catalogue.spectrum(_LENGTHS, points=1000, a=chosen.a)
     for said in found.notes():
         note(said)
-    strongest = [(peak.length, peak.height, short(peak.code)) for peak in found.peaks(1)]
-    quantum = None if found.quantum is None else np.abs(found.quantum)
     with figure(7.2, 4.8) as made:
         ax = made.add_subplot()
-        draw_spectrum(ax, found.length, np.abs(found.orbits), quantum, found.complete, strongest)
-        entitle(made, _titled(made, f"length spectrum at a = {chosen.a:g}, k below {found.k_max:.4g}"))
+        draw_spectrum(ax, found, short)
+        made.set_label(f"length spectrum at a = {chosen.a:g}, k below {found.k_max:.4g}")
+        entitle(made, str(made.get_label()))
         explain(made, ax)
     return made
 
@@ -43,26 +43,19 @@ def draw_levels(catalogue: Catalogue, chosen: Selection) -> Figure:
     InputError
         If there are no levels.
     """
-    stadium = Stadium(chosen.a)
     known = read_levels(catalogue, chosen.a, None)
     if known is None:
         raise InputError(f"no levels to draw: 'orbitdb levels --k 0:30 --a {chosen.a:g}' finds them")
     k, end = known
-    at = np.linspace(0.5, end, _PLACES)
+    at, stadium = np.linspace(0.5, end, _PLACES), Stadium(chosen.a)
     classes, _, highest = read_classes(catalogue, chosen)
-    smooth = Weyl.of(stadium, None).number(at)
-    family = family_count(stadium, at, _LONGEST)
-    orbits = counted(classes, at, _LONGEST)
+    smooth, family = weyl(stadium, None)(at), family_count(stadium, at, _LONGEST)
+    orbits = counted(orbit_terms(classes, _LONGEST), at)
     note(f"orbits and bouncing balls of lengths up to {_LONGEST:g}: a partial sum")
     with figure(7.2, 6.0) as made:
         above, below = made.subplots(2, 1, sharex=True)
-        draw_count(above, k, smooth, at)
-        draw_fluctuation(below, at, np.searchsorted(k, at) - smooth, family, family + orbits, highest)
-        entitle(made, _titled(made, f"{len(k)} levels at a = {chosen.a:g}, k below {end:.4g}"))
+        draw_staircase(above, below, k, at, smooth, family, orbits, highest)
+        made.set_label(f"{len(k)} levels at a = {chosen.a:g}, k below {end:.4g}")
+        entitle(made, str(made.get_label()))
         explain(made, above, below)
     return made
-
-
-def _titled(made: Figure, title: str) -> str:
-    made.set_label(title)
-    return title

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.figures.orbits import short
 from orbitdb.entropy.letters import geometric_entropy
 from orbitdb.errors import InputError
@@ -16,7 +17,6 @@ from orbitdb.plots.enclosures import draw_entropy_over_a
 from orbitdb.plots.paths import draw_orbit
 from orbitdb.plots.style import BLUE, ORANGE, explain, figure
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 
 _MOST = 4
 """Periods drawn, the highest ones."""

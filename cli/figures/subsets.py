@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from orbitdb.averages.fixed_points import missing_periods
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue.gaps import joined_spans
+from orbitdb.catalogue.results import Result
 from orbitdb.cli.figures.orbits import short
 from orbitdb.cli.reading import note_gaps, note_nothing
 from orbitdb.cli.render import note
@@ -20,9 +23,6 @@ from orbitdb.orbits.beyond import least_length
 from orbitdb.plots import curves, paths
 from orbitdb.plots.style import entitle, explain, figure
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.fills import joined_spans
-from orbitdb.store.reading.results import Result
 
 _NOTHING = ": nothing to draw"
 
@@ -63,11 +63,11 @@ def _draw_lyapunov(catalogue: Catalogue, chosen: Selection, _limit: int) -> Figu
     return made
 
 
-def _line(found: Result, name: str) -> curves.Line | None:
+def _line(found: Result, name: str) -> tuple[float, float] | None:
     """Return what trajectories give of an exponent."""
     if f"{name}_trajectory" not in found.columns:
         return None
-    return curves.Line(found[f"{name}_trajectory"][0], found[f"{name}_error_trajectory"][0])
+    return found[f"{name}_trajectory"][0], found[f"{name}_error_trajectory"][0]
 
 
 def _told(found: Result) -> Result:

@@ -29,7 +29,7 @@ from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.reading.lookup import Lives
 
 _SECONDS_BETWEEN_LOOKS = 2.0
@@ -247,7 +247,7 @@ class BrowseApp(OrderlyApp):
 
 def _opened(path: Path) -> "Catalogue | None":
     """Open a catalogue if there is one."""
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.file.database import check_file
-    from orbitdb.store.reading.catalogue import Catalogue
 
     return None if check_file(path) is None else Catalogue(path)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.gaps import describe_partial
 from orbitdb.cli.options import Format
 from orbitdb.cli.reading import provenance
 from orbitdb.cli.render import code_text, write_data
@@ -17,10 +18,9 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.svg import orbit_svg
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.fills import describe_partial
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 ROWS = (".csv", ".tsv", ".json", ".jsonl", ".parquet")
 PICTURES = (".svg", ".png")

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.averages.fixed_points import ClassRows, FixedPointSums, Weight, divisors, fixed_point_sums
+from orbitdb.averages.fixed_points import ClassRows, Weight, divisors
 from orbitdb.averages.pseudocycles import Factors, expand_by_stability
-from orbitdb.averages.zeta import CycleAverages, Expansion, cycle_averages, expand, last_term, leading_zero
+from orbitdb.averages.zeta import CycleAverages, cycle_averages, expand, last_term, leading_zero
 from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
@@ -128,29 +128,25 @@ class Lyapunov(ByValue):
     faults: tuple[str, ...]
 
 
-def lyapunov(rows: ClassRows, highest: int, weight: Weight = Weight.EXPONENTIAL) -> Lyapunov:
-    """Return the Lyapunov averages at p = 2 .. highest, truncated by period.
-
-    Source: Biham and Kvale, eqs. (5) and (6); the weights may be others than theirs.
-    """
-    sums = fixed_point_sums(rows, highest, weight)
-    return lyapunov_of_sums(sums, [Ranges.of(rows.rows(rows.period <= n)) for n in range(2, highest + 1)])
-
-
-def lyapunov_of_sums(sums: FixedPointSums, ranges: "Sequence[Ranges]") -> Lyapunov:
-    """Return the Lyapunov averages, as `lyapunov` does, from sums over fixed points alone.
+def lyapunov_of_sums(sums: Floats, ranges: "Sequence[Ranges]") -> Lyapunov:
+    """Return the Lyapunov averages from sums over fixed points.
 
     Parameters
     ----------
-    sums : FixedPointSums
-        Of the orders 1 to the highest.
+    sums : ndarray, shape (4, n)
+        Of w, w lambda, w L and w lambda / L over all fixed points of the orders 1 to n, orbits of divisors
+        repeated.
     ranges : sequence of Ranges
-        Of all orbits up to p = 2, 3, .. to the highest order.
+        Of all orbits up to p = 2, 3, .. n.
+
+    Notes
+    -----
+    Source: Biham and Kvale, eqs. (5) and (6); the weights may be others than theirs.
     """
-    p = np.arange(1, len(sums.total) + 1)
-    total = np.where(sums.total > 0, sums.total, np.nan)
-    discrete, continuous = sums.lyapunov / total / p, sums.ratio / total
-    series = _expansion(sums)
+    p = np.arange(1, sums.shape[1] + 1)
+    total = np.where(sums[0] > 0, sums[0], np.nan)
+    discrete, continuous = sums[1] / total / p, sums[3] / total
+    series = expand(sums[0], sums[1:3])
     found = [
         ZetaAverages.within(cycle_averages(series.cut(n)), each)
         for n, each in zip(p[1:].tolist(), ranges, strict=True)
@@ -159,24 +155,14 @@ def lyapunov_of_sums(sums: FixedPointSums, ranges: "Sequence[Ranges]") -> Lyapun
         p=p[1:],
         lambda_d=discrete[1:],
         lambda_c=continuous[1:],
-        lambda_d_pair=_pairs(discrete),
-        lambda_c_pair=_pairs(continuous),
+        lambda_d_pair=(discrete[:-1] + discrete[1:]) / 2,
+        lambda_c_pair=(continuous[:-1] + continuous[1:]) / 2,
         lambda_d_zeta=np.array([one.lambda_d for one in found]),
         lambda_c_zeta=np.array([one.lambda_c for one in found]),
         mean_path_zeta=np.array([one.mean_path for one in found]),
         z0=np.array([one.z0 for one in found]),
         faults=tuple(one.fault for one in found),
     )
-
-
-def _pairs(values: Floats) -> Floats:
-    pairs: Floats = (values[:-1] + values[1:]) / 2
-    return pairs
-
-
-def _expansion(sums: FixedPointSums) -> Expansion:
-    scale = np.exp(-sums.least)
-    return expand(sums.total * scale, np.stack([sums.lyapunov, sums.length]) * scale)
 
 
 @dataclass(frozen=True)
@@ -235,8 +221,8 @@ class ZetaAverages:
         return cls(math.nan, math.nan, math.nan, math.nan, fault)
 
     @classmethod
-    def of(cls, found: CycleAverages, rows: ClassRows) -> "ZetaAverages":
-        """Take ratios of cycle averages of the observables lambda and L over some orbits.
+    def within(cls, found: CycleAverages, ranges: Ranges) -> "ZetaAverages":
+        """Take ratios of cycle averages of the observables lambda and L, given the ranges of the orbits.
 
         Notes
         -----
@@ -245,11 +231,6 @@ class ZetaAverages:
         averages may be anything: one outside that range shows it, and condemns the others. So does a
         series that does not converge at the zero (`orbitdb.averages.zeta.last_term`).
         """
-        return cls.within(found, Ranges.of(rows))
-
-    @classmethod
-    def within(cls, found: CycleAverages, ranges: Ranges) -> "ZetaAverages":
-        """Take ratios as `of` does, where the ranges of the orbits are known."""
         exponent, length = (float(value) for value in found.observables)
         period = found.period or math.nan  # 0 at a double zero
         values = (exponent / period, exponent / (length or math.nan), length / period)
@@ -301,7 +282,7 @@ def lyapunov_by_stability(
     kept = rows.rows((rows.lyapunov <= cut) & (rows.period <= (highest or rows.period)))
     if not len(kept):
         return ZetaAverages.none(f"(no orbit has a lambda up to {cut:g})")
-    return ZetaAverages.of(cycle_averages(series), kept)
+    return ZetaAverages.within(cycle_averages(series), Ranges.of(kept))
 
 
 def largest_cut(rows: ClassRows, cut: float, most: int) -> float:

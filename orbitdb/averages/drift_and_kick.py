@@ -39,11 +39,6 @@ class Mean:
     error: float
 
 
-def walls_per_leg(a: float) -> float:
-    """Return the mean number of straight bounces of a leg, a."""
-    return a
-
-
 def bounces_per_leg(a: float) -> float:
     """Return the mean number of bounces of a run and its leg, a + pi/2."""
     return a + math.pi / 2
@@ -52,20 +47,6 @@ def bounces_per_leg(a: float) -> float:
 def length_per_leg(a: float) -> float:
     """Return the mean length of the path from one run to the next, pi (pi + 4 a) / 4."""
     return math.pi * (math.pi + 4 * a) / 4
-
-
-def leg_probabilities(a: float, most: int) -> Floats:
-    """Return the probabilities of 0, 1, .. most straight bounces in a leg, shape (most + 1,).
-
-    Second differences of G(h) = sqrt(4 a^2 + h^2): P_n = [G(2n + 2) - 2 G(2n) + G(2n - 2)] / 4, and
-    twice that for n > 0, where the first wall may be either.
-    """
-    h = 2.0 * np.arange(-1, most + 2)
-    g = np.sqrt(4 * a * a + h * h)
-    rises = 4 * (h[1:] + h[:-1]) / 2 / (g[1:] + g[:-1])  # differences of G, without cancellation
-    probabilities: Floats = np.diff(rises) / 4
-    probabilities[1:] *= 2
-    return probabilities
 
 
 def run_probabilities(most: int) -> Floats:

@@ -1,4 +1,4 @@
-"""Sums over the fixed points of each order, from symmetry classes.
+"""The fixed points of each order, from symmetry classes.
 
 One row a class with its size is enough (`ClassRows`): no word and no coordinate is read, and nothing is
 expanded to single words. The fixed points of order p are the points of all orbits whose period d divides
@@ -12,7 +12,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.equality import ByValue
+from orbitdb.equality import Columns
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -29,7 +29,7 @@ class Weight(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class ClassRows(ByValue):
+class ClassRows(Columns):
     """Symmetry classes of isolated orbits, of any periods in any order.
 
     Attributes
@@ -67,16 +67,6 @@ class ClassRows(ByValue):
     def __len__(self) -> int:
         return len(self.period)
 
-    def rows(self, chosen: slice | NDArray[np.intp] | NDArray[np.bool_]) -> "ClassRows":
-        """Return some of the rows."""
-        return ClassRows(
-            self.period[chosen],
-            self.size[chosen],
-            self.length[chosen],
-            self.lyapunov[chosen],
-            self.inverse[chosen],
-        )
-
     def by_period(self) -> dict[int, "ClassRows"]:
         """Return the rows of each period that has any."""
         order = np.argsort(self.period, kind="stable")
@@ -103,51 +93,6 @@ def missing_periods(p: int, filled: Iterable[int]) -> list[int]:
     """Return the periods that a zeta function of order p needs and that are not filled."""
     have = set(filled)
     return [d for d in range(2, p + 1) if d not in have]
-
-
-@dataclass(frozen=True, eq=False)
-class FixedPointSums(ByValue):
-    """Weighted sums over all fixed points of each order 1 .. P, orbits of divisors repeated.
-
-    Attributes
-    ----------
-    least : ndarray, shape (P,)
-        The least lambda of the order, taken out of all weights so that none underflows.
-    total, lyapunov, length, ratio : ndarray, shape (P,)
-        Sums of w, w lambda, w L and w lambda / L, where w is the weight times e^least.
-    """
-
-    least: Floats
-    total: Floats
-    lyapunov: Floats
-    length: Floats
-    ratio: Floats
-
-
-def fixed_point_sums(rows: ClassRows, highest: int, weight: Weight = Weight.EXPONENTIAL) -> FixedPointSums:
-    """Sum over the fixed points of order 1 .. highest.
-
-    All terms of a sum are positive and NumPy adds them in pairs: the relative error of a sum of 10^7
-    terms is a few units in the last place, however far apart they are.
-    """
-    parts = rows.by_period()
-    columns = np.zeros((5, highest))
-    for p in range(1, highest + 1):
-        columns[:, p - 1] = _sums_of_order(p, {d: parts[d] for d in divisors(p) if d in parts}, weight)
-    return FixedPointSums(*columns)
-
-
-def _sums_of_order(p: int, parts: dict[int, ClassRows], weight: Weight) -> list[float]:
-    least = min((p // d * part.lyapunov.min() for d, part in parts.items()), default=0.0)
-    sums = np.zeros(4)
-    for d, part in parts.items():
-        r = p // d
-        lyapunov, length = r * part.lyapunov, r * part.length
-        w = d * part.size * np.exp(least - lyapunov)
-        if weight is Weight.DETERMINANT:
-            w /= determinant_factor(lyapunov, part.inverse & (r % 2 == 1))
-        sums += [w.sum(), (w * lyapunov).sum(), (w * length).sum(), (w * (lyapunov / length)).sum()]
-    return [least, *sums]
 
 
 def determinant_factor(lyapunov: Floats, inverse: NDArray[np.bool_]) -> Floats:

@@ -12,13 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.averages.by_period import Lyapunov, Ranges, lyapunov_of_sums
-from orbitdb.averages.fixed_points import (
-    ClassRows,
-    FixedPointSums,
-    Weight,
-    determinant_factor,
-    divisors,
-)
+from orbitdb.averages.fixed_points import ClassRows, Weight, determinant_factor, divisors
 from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
@@ -97,10 +91,17 @@ class PeriodSums(ByValue):
         return cls(p, values[ranges:].reshape(shape), Ranges(least, greatest))
 
 
+def lyapunov(rows: ClassRows, highest: int, weight: Weight = Weight.EXPONENTIAL) -> Lyapunov:
+    """Return the Lyapunov averages at p = 2 .. highest of orbits, truncated by period."""
+    return lyapunov_of_periods(
+        {p: PeriodSums.of(part, p) for p, part in rows.by_period().items()}, highest, weight
+    )
+
+
 def lyapunov_of_periods(
     periods: Mapping[int, PeriodSums], highest: int, weight: Weight = Weight.EXPONENTIAL
 ) -> Lyapunov:
-    """Return the Lyapunov averages at p = 2 .. highest, as `orbitdb.averages.by_period.lyapunov` does.
+    """Return the Lyapunov averages at p = 2 .. highest.
 
     Parameters
     ----------
@@ -110,14 +111,10 @@ def lyapunov_of_periods(
         At most `HIGHEST`.
     weight : Weight, optional
     """
+    column = list(Weight).index(weight)
+    fixed_points = np.zeros((_COLUMNS, highest))
+    for p in range(1, highest + 1):  # d points an orbit of each divisor d
+        parts = [d * periods[d].sums[p // d - 1, column] for d in divisors(p) if d in periods]
+        fixed_points[:, p - 1] = [math.fsum(terms) for terms in zip(*parts, strict=True)] or 0.0
     ranges = [Ranges.joined(periods[d].ranges for d in periods if d <= p) for p in range(2, highest + 1)]
-    return lyapunov_of_sums(_fixed_points(periods, highest, list(Weight).index(weight)), ranges)
-
-
-def _fixed_points(periods: Mapping[int, PeriodSums], highest: int, weight: int) -> FixedPointSums:
-    """Return the sums over the fixed points of each order: d points an orbit of each divisor d."""
-    columns = np.zeros((_COLUMNS, highest))
-    for p in range(1, highest + 1):
-        parts = [d * periods[d].sums[p // d - 1, weight] for d in divisors(p) if d in periods]
-        columns[:, p - 1] = [math.fsum(column) for column in zip(*parts, strict=True)] or 0.0
-    return FixedPointSums(np.zeros(highest), *columns)
+    return lyapunov_of_sums(fixed_points, ranges)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.averages.zeta import Expansion
-from orbitdb.equality import ByValue
+from orbitdb.equality import Columns
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -25,7 +25,7 @@ CHUNK = 1 << 16
 
 
 @dataclass(frozen=True, eq=False)
-class Factors(ByValue):
+class Factors(Columns):
     """N kinds of factors (1 - t z^p)^count of 1/zeta.
 
     Attributes
@@ -46,16 +46,6 @@ class Factors(ByValue):
 
     def __len__(self) -> int:
         return len(self.period)
-
-    def rows(self, chosen: NDArray[np.intp] | NDArray[np.bool_]) -> "Factors":
-        """Return some of the factors."""
-        return Factors(
-            self.period[chosen],
-            self.count[chosen],
-            self.cost[chosen],
-            self.weight[chosen],
-            self.observables[:, chosen],
-        )
 
 
 def expand_by_stability(
@@ -130,8 +120,8 @@ def _add(sums: Floats, period: Integers, totals: Floats) -> None:
         row += np.bincount(period, values, minlength=len(row))
 
 
-@dataclass(frozen=True)
-class _Terms:
+@dataclass(frozen=True, eq=False)
+class _Terms(Columns):
     """Pseudo-cycles: their dearest factor and how often it stands in them, and their products."""
 
     last: Integers
@@ -156,24 +146,14 @@ class _Terms:
 
     def halves(self) -> "list[_Terms]":
         middle = len(self) // 2
-        return [self._rows(slice(None, middle)), self._rows(slice(middle, None))]
-
-    def _rows(self, chosen: slice | NDArray[np.intp] | NDArray[np.bool_]) -> "_Terms":
-        return _Terms(
-            self.last[chosen],
-            self.times[chosen],
-            self.period[chosen],
-            self.cost[chosen],
-            self.value[chosen],
-            self.observables[:, chosen],
-        )
+        return [self.rows(slice(None, middle)), self.rows(slice(middle, None))]
 
     def repeated(self, factors: Factors, cut: float, degree: int) -> "_Terms":
         """Return the terms with their dearest factor once more, where its count and the cut allow."""
-        begun = self._rows(self.last >= 0)
+        begun = self.rows(self.last >= 0)
         fits = begun.times < factors.count[begun.last]
         fits &= begun.cost + factors.cost[begun.last] <= cut
-        terms = begun._rows(fits & (begun.period + factors.period[begun.last] <= degree))
+        terms = begun.rows(fits & (begun.period + factors.period[begun.last] <= degree))
         more = (factors.count[terms.last] - terms.times) / (terms.times + 1)
         return terms._times(factors, terms.last, terms.times + 1, more)
 
@@ -184,11 +164,11 @@ class _Terms:
 
     def followed(self, factors: Factors, room: Integers, degree: int) -> "_Terms":
         """Return the terms with each of the dearer factors counted by `room`."""
-        terms = self._rows(np.repeat(np.arange(len(self)), room))
+        terms = self.rows(np.repeat(np.arange(len(self)), room))
         start = np.repeat(self.last + 1 - (room.cumsum() - room), room)
         new = start + np.arange(len(start))
         fits = terms.period + factors.period[new] <= degree
-        terms, new = terms._rows(fits), new[fits]
+        terms, new = terms.rows(fits), new[fits]
         return terms._times(factors, new, np.ones_like(new), factors.count[new].astype(float))
 
     def _times(self, factors: Factors, new: Integers, times: Integers, multiple: Floats) -> "_Terms":

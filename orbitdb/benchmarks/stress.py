@@ -13,7 +13,8 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.averages.fixed_points import ClassRows, fixed_point_sums
+from orbitdb.averages.fixed_points import ClassRows
+from orbitdb.averages.period_sums import HIGHEST, PeriodSums
 from orbitdb.benchmarks.representatives import representatives
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import certificates, solve
@@ -185,16 +186,12 @@ def weighted_sums(terms: int = 30_000_000) -> Iterator[Outcome]:
     rng = np.random.default_rng(1)
     lyapunov = 40 * rng.random(terms) + 0.5
     ones = np.ones(terms, dtype=np.int64)
-    rows = ClassRows(ones, ones, lyapunov / 0.4, lyapunov, np.zeros(terms, dtype=bool))
+    rows = ClassRows(HIGHEST * ones, ones, lyapunov / 0.4, lyapunov, np.zeros(terms, dtype=bool))
     begin = perf_counter()
-    sums = fixed_point_sums(rows, 1)
+    sums = PeriodSums.of(rows, HIGHEST).sums[0, 0]
     seconds = perf_counter() - begin
-    weight = np.exp(lyapunov.min() - lyapunov)
-    pairs = (
-        (sums.total[0], weight),
-        (sums.lyapunov[0], weight * lyapunov),
-        (sums.length[0], weight * rows.length),
-    )
+    weight = np.exp(-lyapunov)
+    pairs = zip(sums.tolist(), (weight, weight * lyapunov, weight * rows.length), strict=False)
     errors = [_relative_error(found, parts) for found, parts in pairs]
     yield Outcome(
         case="sum",

@@ -6,15 +6,14 @@ All arrays of legs and runs have shape (m, N), as in `orbitdb.billiard.legs`.
 import numpy as np
 
 from orbitdb.arithmetic import ABOVE
-from orbitdb.billiard.legs import Chain, Floats, Legs, following, preceding, turns
+from orbitdb.billiard.legs import Chain, Floats, Legs, following, half_turns, preceding
 from orbitdb.billiard.stadium import HALF_PI
 
 
 def end_angles(legs: Chain, alpha: Floats) -> tuple[Floats, Floats]:
     """Return the angles of the first and the last bounce of each run, shape (m, N) each."""
-    turn = turns(legs, alpha)
-    middle = (turn.incoming - turn.outgoing) / 2
-    spread = legs.d * turn.half * (legs.k - 1)
+    middle = (preceding(legs.parity * alpha) - alpha) / 2
+    spread = legs.d * half_turns(legs, alpha) * (legs.k - 1)
     return middle - spread, middle + spread
 
 
@@ -132,7 +131,7 @@ def coordinates(legs: Legs, a: float, alpha: Floats) -> Floats:
     near, far = a + np.cos(last), a + np.cos(ahead)
     side = (1.0 - 2.0 * (np.arange(m)[:, None] % 2)) / np.where(legs.n > 0, rise + fall, 1.0)
     table = np.concatenate([first, side * (rise * far - fall * near)])
-    steps = np.concatenate([2 * legs.d * turns(legs, alpha).half, side * 2 * (near + far)])
+    steps = np.concatenate([2 * legs.d * half_turns(legs, alpha), side * 2 * (near + far)])
     entry = (legs.run + m * legs.straight) * n_words + np.arange(n_words)
     found: Floats = (table.ravel()[entry] + legs.place * steps.ravel()[entry]).T
     return np.ascontiguousarray(found)

@@ -26,7 +26,7 @@ Run i precedes leg i; run 0 is on the left.
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
 
@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arithmetic import ABOVE
 from orbitdb.billiard.stadium import STRAIGHT
-from orbitdb.equality import ByValue
+from orbitdb.equality import Columns
 
 Floats = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ _LEFT = np.array([False, True, False, False, True, False])
 
 
 @dataclass(frozen=True, eq=False)
-class Chain(ByValue):
+class Chain(Columns):
     """N words as cyclic chains of m runs and m legs each: all that the length depends on.
 
     Attributes
@@ -97,10 +97,6 @@ class Legs(Chain):
     place: NDArray[np.intp]
     straight: NDArray[np.bool_]
 
-    def of_words(self, words: NDArray[np.intp]) -> "Legs":
-        """Return those of some of the words."""
-        return Legs(**{each.name: getattr(self, each.name).take(words, axis=1) for each in fields(self)})
-
 
 def preceding(rows: NDArray[Any]) -> NDArray[Any]:
     """Return for each row the cyclic neighbour before it: a copy, turned along the first axis."""
@@ -125,8 +121,7 @@ def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
     list of (ndarray of intp, Legs)
         One entry for each number of runs: the rows of ``words`` it holds, and their structure.
     """
-    pieces = _Pieces.of(words)
-    return [(rows, pieces.legs(chain, rows)) for rows, chain in pieces.by_runs()]
+    return [(rows, legs(np.arange(len(rows)))) for rows, _, legs in cut_on_demand(words)]
 
 
 def cut_on_demand(
@@ -145,12 +140,7 @@ def cut_on_demand(
     """
     pieces = _Pieces.of(words)
     for rows, chain in pieces.by_runs():
-        yield rows, Chain(*chain), partial(pieces.some_legs, chain, rows)
-
-
-def chains(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Chain]]:
-    """Cut admissible words as `cut` does, where it does not matter which bounce stands where."""
-    return [(rows, Chain(*chain)) for rows, chain in _Pieces.of(words).by_runs()]
+        yield rows, chain, partial(pieces.legs, chain, rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,8 +175,8 @@ class _Pieces:
         fresh[:, 1:] |= crossing
         return cls(symbols, origin, straight, fresh, fresh & ~straight)
 
-    def by_runs(self) -> Iterator[tuple[NDArray[np.intp], list[NDArray[Any]]]]:
-        """Yield for each number of runs the rows of the words that have it, and their k, d, n and s."""
+    def by_runs(self) -> Iterator[tuple[NDArray[np.intp], Chain]]:
+        """Yield for each number of runs the rows of the words that have it, and their chains."""
         starts = np.flatnonzero(self.run_starts)  # words begin with a run: none reaches into the next
         symbols = self.symbols.ravel()
         n = np.add.reduceat(self.straight.ravel(), starts, dtype=float)
@@ -199,19 +189,15 @@ class _Pieces:
         for m in np.flatnonzero(np.bincount(runs)):
             rows = np.flatnonzero(runs == m)
             chain = first_run[rows] + np.arange(m)[:, None]
-            yield rows, [part[chain] for part in (k, d, n, s)]
+            yield rows, Chain(*(part[chain] for part in (k, d, n, s)))
 
-    def legs(self, chain: list[NDArray[Any]], rows: NDArray[np.intp]) -> Legs:
-        """Return the legs of some words, whose k, d, n and s are known."""
-        k, d, n, s = chain
-        p = self.symbols.shape[1]
-        back = rows * p + (np.arange(p)[:, None] - self.origin[rows, 0]) % p
+    def legs(self, chain: Chain, rows: NDArray[np.intp], few: NDArray[np.intp]) -> Legs:
+        """Return the legs of a few of some words, whose chains are known."""
+        part, p = chain.chain(few), self.symbols.shape[1]
+        back = rows[few] * p + (np.arange(p)[:, None] - self.origin[rows[few], 0]) % p
         run, place = self.places
-        return Legs(k, d, n, s, run.take(back), place.take(back), self.straight.take(back))
-
-    def some_legs(self, chain: list[NDArray[Any]], rows: NDArray[np.intp], few: NDArray[np.intp]) -> Legs:
-        """Return the legs of a few of some words."""
-        return self.legs([part.take(few, axis=1) for part in chain], rows[few])
+        whole = run.take(back), place.take(back), self.straight.take(back)
+        return Legs(part.k, part.d, part.n, part.s, *whole)
 
     @cached_property
     def places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -254,28 +240,13 @@ def centre_directions(legs: Chain, a: float | Floats) -> Floats:
     return np.arctan(legs.n * legs.s / a)
 
 
-@dataclass(frozen=True, eq=False)
-class Turns(ByValue):
-    """What the directions of the legs say of the runs, all of shape (m, N).
+def half_turns(legs: Chain, alpha: Floats) -> Floats:
+    """Return psi / 2k, half the turn at every bounce of each run, shape (m, N).
 
-    Attributes
-    ----------
-    incoming, outgoing : ndarray
-        Slope of the leg before the run at its end, and of the leg behind it at its start (radians).
-    half : ndarray
-        psi / 2k, half the turn at every bounce; also the angle between path and tangent.
+    It is also the angle between path and tangent.
     """
-
-    incoming: Floats
-    outgoing: Floats
-    half: Floats
-
-
-def turns(legs: Chain, alpha: Floats) -> Turns:
-    """Return the turns of the runs between legs of directions alpha, shape (m, N)."""
-    incoming = preceding(legs.parity * alpha)
-    half = (np.pi - legs.d * (incoming + alpha)) / (2 * legs.k)
-    return Turns(incoming, alpha, half)
+    half: Floats = (np.pi - legs.d * (preceding(legs.parity * alpha) + alpha)) / (2 * legs.k)
+    return half
 
 
 def add_up(rows: NDArray[Any]) -> Floats:
@@ -290,7 +261,7 @@ def add_up(rows: NDArray[Any]) -> Floats:
 
 def length(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:
     """Return L(alpha) of each word, shape (N,)."""
-    half = turns(legs, alpha).half
+    half = half_turns(legs, alpha)
     return add_up(2 * a * np.cos(alpha) + legs.lift * np.sin(alpha) + 2 * legs.k * np.sin(half))
 
 
@@ -304,7 +275,7 @@ def summation_rounding(m: int) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Derivatives(ByValue):
+class Derivatives(Columns):
     """First and second derivatives of L at some directions, all of shape (m, N).
 
     Attributes
@@ -324,21 +295,24 @@ class Derivatives(ByValue):
     beyond: Floats
     stiffness: Floats
 
-    def of_words(self, words: NDArray[np.intp]) -> "Derivatives":
-        """Return those of some of the words."""
-        rows = (self.gradient, self.lean, self.beyond, self.stiffness)
-        return Derivatives(*(row.take(words, axis=1) for row in rows))
-
 
 def derivatives(legs: Chain, a: float | Floats, alpha: Floats) -> Derivatives:
     """Return the derivatives of L at directions alpha, shape (m, N)."""
-    half = turns(legs, alpha).half
+    half = half_turns(legs, alpha)
     across, along = np.sin(alpha), np.cos(alpha)
     pull = -legs.d * np.cos(half)
     lean = legs.lift * along - 2 * a * across
     gradient = lean + pull + legs.parity * following(pull)
     beyond = 2 * a * along + legs.lift * across
     return Derivatives(gradient, lean, beyond, np.sin(half) / (2 * legs.k))
+
+
+def pressed_directions(
+    alpha: Floats, slopes: Derivatives, limits: tuple[Floats, Floats]
+) -> NDArray[np.bool_]:
+    """Tell which directions stand at a limit that the gradient pushes against, shape (m, N)."""
+    low, high = limits
+    return ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
 
 
 def gradient_rounding(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:

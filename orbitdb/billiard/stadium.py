@@ -74,7 +74,7 @@ class Stadium:
 
     @property
     def mean_free_path(self) -> float:
-        """Mean path between two bounces, pi Area / Perimeter, of the invariant measure."""
+        """Mean path between two bounces in the invariant measure, pi Area / Perimeter."""
         return math.pi * self.area / self.perimeter
 
     def points(self, symbols: NDArray[np.uint8], coordinates: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -112,7 +112,7 @@ class Stadium:
         """Return the place of bounces along the boundary, in units of the radius, from 0 to the perimeter.
 
         Anticlockwise from the left end of the bottom wall: bottom, right, top, left; the joints lie at
-        0, 2a, 2a + pi and 4a + pi. Symbols and coordinates have any one shape; the result has the same.
+        0, 2a, 2a + pi and 4a + pi. Symbols, coordinates and the result have the same shape.
         """
         a = self.a
         middle = np.array([a, 4 * a + 1.5 * math.pi, 3 * a + math.pi, 2 * a + HALF_PI])

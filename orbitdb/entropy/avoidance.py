@@ -14,22 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.entropy.letters import LETTERS, MIRROR, SIGN, Letters, X, reverse
+from orbitdb.entropy.letters import LETTERS, MIRROR, SIGN, WAYS, Letters, X, reverse
 from orbitdb.equality import ByValue
 
 _NOTHING = np.uint8(255)
 _UPRIGHT = np.flatnonzero(SIGN >= 0).astype(np.uint8)
 
-_WAYS = {
-    "U": "UXab", "D": "DXba", "X": "UDXab", "A": "UDXab", "B": "DUXba",
-    "a": "wA", "v": "wA", "b": "vB", "w": "vB",
-}  # fmt: skip
-"""What may follow, so ordered that a letter and its mirror image, X aside, have images in one place."""
-
-_MOST_WAYS = max(map(len, _WAYS.values()))
-_WAYS_OF = np.array([len(_WAYS[letter]) for letter in LETTERS], dtype=np.uint8)
-_PLACE = np.array([[max(_WAYS[one].find(two), 0) for two in LETTERS] for one in LETTERS], dtype=np.uint8)
-_FOLLOWER = np.array([[LETTERS.index((_WAYS[one] * 3)[k]) for k in range(_MOST_WAYS)] for one in LETTERS])
+_MOST_WAYS = max(map(len, WAYS.values()))
+_WAYS_OF = np.array([len(WAYS[letter]) for letter in LETTERS], dtype=np.uint8)
+_PLACE = np.array([[max(WAYS[one].find(two), 0) for two in LETTERS] for one in LETTERS], dtype=np.uint8)
+_FOLLOWER = np.array([[LETTERS.index((WAYS[one] * 3)[k]) for k in range(_MOST_WAYS)] for one in LETTERS])
 _X_MIRRORED = _PLACE[X, MIRROR[_FOLLOWER[X]]]
 """Where the images of the letters behind X stand."""
 

@@ -29,10 +29,11 @@ from orbitdb.billiard.legs import (
     derivatives,
     direction_limits,
     gradient_rounding,
+    pressed_directions,
 )
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains
-from orbitdb.equality import ByValue
+from orbitdb.equality import ByValue, Columns
 from orbitdb.orbits.newton import tridiagonal
 
 EPSILON = float(np.finfo(float).eps)
@@ -46,7 +47,7 @@ _ROUNDING = 12 * EPSILON
 
 
 @dataclass(frozen=True, eq=False)
-class Corner(ByValue):
+class Corner(Columns):
     """N windows with an extreme push at each end.
 
     Attributes
@@ -66,11 +67,6 @@ class Corner(ByValue):
     high: Floats
     marked: NDArray[np.intp]
     lean: Floats
-
-    def rows(self, chosen: NDArray[np.intp]) -> "Corner":
-        """Return some of the windows."""
-        low, high = self.low.take(chosen, axis=1), self.high.take(chosen, axis=1)
-        return Corner(self.legs.chain(chosen), low, high, self.marked[chosen], self.lean[chosen])
 
 
 def orientation(chains: OpenChains) -> Floats:
@@ -152,7 +148,7 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
     last = np.full(len(value), np.inf)
     for _ in range(MAX_STEPS):
         slopes = derivatives(problem.legs, a, alpha)
-        pressed = _pressed(problem, alpha, slopes)
+        pressed = pressed_directions(alpha, slopes, (problem.low, problem.high))
         found = _condition(problem, alpha, _direction_error(problem.legs, a, alpha, slopes, pressed))
         value[active], error[active] = found.value, found.error
         going = np.flatnonzero(_worth(found, last, enough[active]))
@@ -160,7 +156,7 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
             break
         if len(going) < len(active):
             active, alpha, pressed = active[going], alpha.take(going, axis=1), pressed.take(going, axis=1)
-            problem, slopes = problem.rows(going), _rows(slopes, going)
+            problem, slopes = problem.rows(going), slopes.rows(going)
         last = found.error[going]
         alpha = _step(problem, alpha, slopes, pressed)
     return Condition(value, error)
@@ -172,7 +168,9 @@ def directions(problem: Corner, a: float) -> Floats:
     unknowns = len(alpha) - 2
     for _ in range(MAX_STEPS if unknowns else 0):
         slopes = derivatives(problem.legs, a, alpha)
-        moved = _step(problem, alpha.copy(), slopes, _pressed(problem, alpha, slopes))
+        moved = _step(
+            problem, alpha.copy(), slopes, pressed_directions(alpha, slopes, (problem.low, problem.high))
+        )
         change, alpha = np.abs(moved - alpha).max(initial=0.0), moved
         if change < _SMALL:
             break
@@ -183,17 +181,6 @@ def _worth(found: Condition, last: Floats, enough: Floats) -> NDArray[np.bool_]:
     """Tell for which windows a further step may tell more."""
     unclear = (found.error > enough) & (np.abs(found.value) < _CLEAR * found.error)
     return unclear & ((found.error > _SMALL) | (found.error < last / 2))
-
-
-def _rows(slopes: Derivatives, chosen: NDArray[np.intp]) -> Derivatives:
-    parts = (slopes.gradient, slopes.lean, slopes.beyond, slopes.stiffness)
-    return Derivatives(*(part.take(chosen, axis=1) for part in parts))
-
-
-def _pressed(problem: Corner, alpha: Floats, slopes: Derivatives) -> NDArray[np.bool_]:
-    """Tell which directions stand at a limit that the gradient pushes against, shape (m + 2, N)."""
-    low, high = problem.low, problem.high
-    return ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
 
 
 def _step(problem: Corner, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]) -> Floats:

@@ -12,17 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.errors import InputError
-from orbitdb.symbols.words import from_strings, to_strings
 
 Letters = NDArray[np.uint8]
 
 LETTERS = "UDXabwvAB"
 U, D, X, TO_TOP, TO_BOTTOM, DOWN_LEG, UP_LEG, FROM_TOP, FROM_BOTTOM = range(len(LETTERS))
 
-_FOLLOWERS = {
-    "U": "UXab", "D": "DXab", "X": "UDXab", "A": "UDXab", "B": "UDXab",
+WAYS = {
+    "U": "UXab", "D": "DXba", "X": "UDXab", "A": "UDXab", "B": "DUXba",
     "a": "wA", "v": "wA", "b": "vB", "w": "vB",
 }  # fmt: skip
+"""What may follow, so ordered that a letter and its mirror image, X aside, have images in one place."""
 
 
 def letters_of(text: str) -> Letters:
@@ -43,11 +43,7 @@ def text_of(letters: Letters) -> str:
     return "".join(LETTERS[letter] for letter in letters)
 
 
-def _table(entries: dict[str, str]) -> NDArray[np.bool_]:
-    return np.array([[after in entries[before] for after in LETTERS] for before in LETTERS])
-
-
-MAY_FOLLOW = _table(_FOLLOWERS)
+MAY_FOLLOW = np.array([[after in WAYS[before] for after in LETTERS] for before in LETTERS])
 """MAY_FOLLOW[x, y]: whether letter y may stand behind letter x; the geometric rules, all of them."""
 
 MIRROR = letters_of("DUXbavwBA")
@@ -98,36 +94,3 @@ def edge_words(words: NDArray[np.uint8]) -> Letters:
         Symbols, cyclic.
     """
     return _EDGES[words, np.roll(words, -1, axis=1)]
-
-
-def edges_of(code: str) -> str:
-    """Return the cyclic edge word of an admissible code, beginning with the edge behind its first bounce."""
-    return text_of(edge_words(from_strings([code]))[0])
-
-
-def code_of(edges: str) -> str:
-    """Return the code of a cyclic edge word, beginning with the bounce before its first edge.
-
-    Its first run is on the left. An edge word with an odd number of legs closes on the other semicircle:
-    the code goes round twice.
-
-    Raises
-    ------
-    InputError
-        If it breaks a rule, or has no leg.
-    """
-    word = letters_of(edges)
-    if not len(word) or not MAY_FOLLOW[word, np.roll(word, -1)].all():
-        raise InputError(f"edge word {edges!r}: some letter may not follow the one before it")
-    legs = int(ENDS_LEG[word].sum())
-    if not legs:
-        raise InputError(f"edge word {edges!r} has no complete leg")
-    word = np.tile(word, 1 + legs % 2)
-    before = np.roll(word, 1)
-    on_run = IN_RUN[word] | STARTS_LEG[word]
-    passed = np.cumsum(ENDS_LEG[before]) - ENDS_LEG[before][0]
-    downward = (word == D) | (before == D)
-    right = passed % 2 == 1
-    semicircle = np.where(right, np.where(downward, 5, 3), np.where(downward, 4, 1))
-    wall = np.where(np.isin(word, (DOWN_LEG, FROM_TOP)), 2, 0)
-    return to_strings(np.where(on_run, semicircle, wall).astype(np.uint8)[None])[0]

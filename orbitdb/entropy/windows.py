@@ -22,7 +22,7 @@ from orbitdb.entropy.letters import (
     letters_of,
     text_of,
 )
-from orbitdb.equality import ByValue
+from orbitdb.equality import ByValue, Columns
 
 _FIRST = ("UX", "Ua", "Da", "Xa", "Aa", "Ba")
 UNKNOWN_RUN, PART_OF_RUN, PART_OF_LEG = range(3)
@@ -67,12 +67,6 @@ def first_windows() -> Windows:
     return Windows(letters, np.ones(len(letters), dtype=np.intp))
 
 
-def windows_of(*texts: str) -> Windows:
-    """Return windows of one length, each written with a bar at its mark."""
-    marks = np.array([text.index("|") for text in texts], dtype=np.intp)
-    return Windows(np.array([letters_of(text.replace("|", "")) for text in texts]), marks)
-
-
 def extended(windows: Windows, at_left: NDArray[np.bool_]) -> Windows:
     """Return the windows with one letter more, in all ways, at the end that is chosen for each."""
     ends = np.where(at_left, windows.letters[:, 0], windows.letters[:, -1])
@@ -86,7 +80,7 @@ def extended(windows: Windows, at_left: NDArray[np.bool_]) -> Windows:
 
 
 @dataclass(frozen=True, eq=False)
-class OpenChains(ByValue):
+class OpenChains(Columns):
     """N windows as open chains: run 1, leg 1, run 2 ... leg m, run m + 1, with a leg outside at each end.
 
     Rows run from 0 to m + 1; run i precedes leg i, and run 0 is none. At an end where a leg is cut, legs 0
@@ -121,11 +115,6 @@ class OpenChains(ByValue):
 
     def __len__(self) -> int:
         return len(self.marked)
-
-    def rows(self, chosen: NDArray[np.intp]) -> "OpenChains":
-        """Return the chains of some of the windows."""
-        k, d, n, s = (part.take(chosen, axis=1) for part in (self.k, self.d, self.n, self.s))
-        return OpenChains(k, d, n, s, self.left[chosen], self.right[chosen], self.marked[chosen])
 
     @property
     def sense(self) -> Floats:

@@ -1,29 +1,28 @@
 """Blocks of births: pieces of periods of which the changes are found apart, by whatever process.
 
-Few words take almost as long as thousands, so that small periods go into one block together.
+Few words take almost as long as thousands: so small periods, and pieces of large ones with few classes, go
+into one block together.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
-from orbitdb.equality import ByValue
+from orbitdb.filling.blocks import block_size
 from orbitdb.orbits.births.changes import Changes, find_changes_together
-from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import all_least_words, class_spans, least_words
 from orbitdb.symbols.members import joined_words
+from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import unpack
-from orbitdb.version import __version__
 
 BLOCK = 1 << 17
 """Words of a block: some seconds of work. A third of a second goes into any block, however small."""
 
 _WORDS_A_CLASS = 8
-_BLOCKS_A_JOB = 3
 _SOON = 8
 """The first block has at most this part of a full one, so that something is stored soon."""
 
@@ -43,18 +42,18 @@ class BirthBlock:
 
     spans: tuple[Span, ...]
 
-    def solved(self) -> "SolvedBirths":
+    def solved(self) -> "tuple[SolvedSpan, ...]":
         """Find its classes and their changes."""
-        classes, by = [all_least_words(span) for span in self.spans], arithmetic()
+        classes = [all_least_words(span) for span in self.spans]
         least = [unpack(each.codes, span.p) for each, span in zip(classes, self.spans, strict=True)]
         stabilisers = [each.stabiliser for each in classes]
         words = [joined_words(*each, span.p) for each, span in zip(classes, self.spans, strict=True)]
         parts = zip(self.spans, least, stabilisers, words, find_changes_together(least), strict=True)
-        return SolvedBirths(tuple(SolvedSpan(*part, by) for part in parts), __version__, by)
+        return tuple(SolvedSpan(*part, arithmetic()) for part in parts)
 
 
 @dataclass(frozen=True, eq=False)
-class SolvedSpan(ByValue):
+class SolvedSpan:
     """What became of one span.
 
     Attributes
@@ -80,22 +79,6 @@ class SolvedSpan(ByValue):
     arithmetic: str
 
 
-@dataclass(frozen=True, eq=False)
-class SolvedBirths(ByValue):
-    """What became of a block.
-
-    Attributes
-    ----------
-    parts : tuple of SolvedSpan
-    version, arithmetic : str
-        Of the orbitdb that solved it, and what computed there (`orbitdb.arithmetic.arithmetic`).
-    """
-
-    parts: tuple[SolvedSpan, ...]
-    version: str
-    arithmetic: str
-
-
 def birth_blocks(periods: Sequence[tuple[int, int]], block: int, jobs: int) -> Iterator[BirthBlock]:
     """Cut periods into blocks, in order.
 
@@ -108,35 +91,16 @@ def birth_blocks(periods: Sequence[tuple[int, int]], block: int, jobs: int) -> I
     jobs : int
         How many are solved at once: for several of them the highest periods make smaller blocks.
     """
-    small: list[Span] = []
-    room = block // _SOON
+    held: dict[int, Span] = {}
+    count, room = 0, block // _SOON
     for p, after in periods:
-        total = count_admissible(p)
-        if small and (after >= 0 or total > room):
-            yield BirthBlock(tuple(small))
-            small, room = [], block
-        if after < 0 and total <= room:
-            small.append(Span.whole(p))
-            room -= total
-            continue
-        room, size = block, block
-        if jobs > 1:
-            size = min(block, max(total // (_BLOCKS_A_JOB * jobs), block // _SMALLEST))
-        most = size // _WORDS_A_CLASS
-        yield from (BirthBlock((span,)) for span in _joined(class_spans(p, most, after), most))
-    if small:
-        yield BirthBlock(tuple(small))
-
-
-def _joined(spans: Iterable[Span], most: int) -> Iterator[Span]:
-    """Join neighbours as long as they have no more classes together; most least words are low ones."""
-    held, count = None, 0
-    for span in spans:
-        more = sum(len(each.codes) for each in least_words(span))
-        if held is not None and count + more > most:
-            yield held
-            held, count = None, 0
-        held = span if held is None else held._replace(upto=span.upto)
-        count += more
-    if held is not None:
-        yield held
+        most = block_size(block, p, jobs, _SMALLEST)
+        for span in class_spans(p, most // _WORDS_A_CLASS, after):
+            more = sum(int(SIZES[each.stabiliser].sum()) for each in least_words(span))
+            if held and count + more > min(room, most):
+                yield BirthBlock(tuple(held.values()))
+                held, count, room = {}, 0, block
+            held[p] = held[p]._replace(upto=span.upto) if p in held else span
+            count += more
+    if held:
+        yield BirthBlock(tuple(held.values()))

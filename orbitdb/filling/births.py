@@ -1,17 +1,18 @@
-"""Storing where in a all classes of a period begin and cease to be orbits."""
+"""Storing the births and deaths of all classes of a period."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
 from pathlib import Path
 
 import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
-from orbitdb.filling.birth_blocks import BLOCK, SolvedSpan, birth_blocks
+from orbitdb.filling.birth_blocks import BLOCK, BirthBlock, SolvedSpan, birth_blocks
 from orbitdb.filling.resuming import Progress, resume
 from orbitdb.filling.workers import HERE, Workers
 from orbitdb.store.file.tables import birth_fill
-from orbitdb.store.writing.changes import add_changes, number_events, words_with_changes
+from orbitdb.store.reading.fills import words_up_to
+from orbitdb.store.writing.changes import add_changes, number_events
 from orbitdb.store.writing.classes import add_classes
 from orbitdb.store.writing.cursors import Cursor, close, open_cursor
 from orbitdb.store.writing.writer import Writer
@@ -51,9 +52,8 @@ class _Births:
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         return open_cursor(connection, birth_fill, p=p)
 
-    def solved(self, cursors: Mapping[int, Cursor], workers: Workers) -> Iterator[Sequence[SolvedSpan]]:
-        todo = [(p, cursor.after) for p, cursor in cursors.items()]
-        return (found.parts for found in workers.solved(birth_blocks(todo, BLOCK, workers.jobs)))
+    def blocks(self, cursors: Mapping[int, Cursor], jobs: int) -> Iterator[BirthBlock]:
+        return birth_blocks([(p, cursor.after) for p, cursor in cursors.items()], BLOCK, jobs)
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedSpan) -> dict[str, float]:
         numbers = keys(pack(part.least), cursor.p).tolist()
@@ -64,7 +64,7 @@ class _Births:
     def close(self, cursor: Cursor) -> None:
         p = cursor.p
         with self.writer.writing() as connection:
-            found, total = words_with_changes(connection, p), count_admissible(p)
+            found, total = words_up_to(connection, None, p, "5" * p), count_admissible(p)
             if found != total:
                 raise StoreError(
                     f"births of period {p} are of {found} words instead of {total}: "

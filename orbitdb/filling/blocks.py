@@ -4,17 +4,15 @@ A block says all that is needed to solve it and depends on nothing but itself, s
 the same wherever and in whatever order blocks are solved.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from time import thread_time
-from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
 from orbitdb.orbits.newton import solve_for_orbits
 from orbitdb.orbits.orbit import Orbits
 from orbitdb.orbits.relaxation import relax
@@ -23,40 +21,13 @@ from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import all_least_words, class_spans
 from orbitdb.symbols.members import joined_words
 from orbitdb.symbols.words import unpack
-from orbitdb.version import __version__
-
-
-class Solved(Protocol):
-    """What became of a block, and which orbitdb found it."""
-
-    @property
-    def version(self) -> str:
-        """Of the orbitdb that solved it."""
-
-
-Result = TypeVar("Result", bound=Solved)
-Result_co = TypeVar("Result_co", bound=Solved, covariant=True)
-
-
-class Task(Protocol[Result_co]):
-    """A block of any kind: it knows how it is solved, and goes to other processes as it is."""
-
-    def solved(self) -> Result_co:
-        """Return what becomes of it."""
-
-
-class Solver(Protocol):
-    """A method that turns admissible words of one order into orbits."""
-
-    def __call__(self, words: NDArray[np.uint8], stadium: Stadium) -> Orbits:
-        """Return what becomes of words, shape (N, p)."""
 
 
 @dataclass(frozen=True)
 class Method:
-    """A solver, and how many words make a block that takes it about half a second."""
+    """What turns words of one order, shape (N, p), into orbits, so many in about half a second."""
 
-    solve: Solver
+    solve: Callable[[NDArray[np.uint8], Stadium], Orbits]
     words: int
 
 
@@ -64,8 +35,8 @@ _WORDS_A_CLASS = 4
 """Half of what most classes have: spans are cut by what their prefixes may become, and most get less."""
 
 _BLOCKS_A_JOB = 3
-_SMALLEST = 1 / 4
-"""Of a full block: smaller ones cost more a word."""
+_SMALLEST = 4
+"""Part of a full block: smaller ones cost more a word."""
 
 METHODS = {"newton": Method(solve_for_orbits, 1 << 16), "relaxation": Method(relax, 1 << 8)}
 
@@ -91,13 +62,20 @@ class Block:
     span: Span
     known: bool = False
 
-    def solved(self) -> "SolvedBlock":
+    def solved(self) -> "tuple[SolvedBlock]":
         """Find its classes, and what becomes of them."""
-        return solve_block(self)
+        clock, p = [thread_time()], self.span.p
+        codes, stabiliser = all_least_words(self.span)
+        words = None if self.known else joined_words(codes, stabiliser, p)
+        clock.append(thread_time())
+        orbits = METHODS[self.method].solve(unpack(codes, p), Stadium(self.a))
+        clock.append(thread_time())
+        enumerating, solving = np.diff(clock).tolist()
+        return (SolvedBlock(self.span, stabiliser, words, orbits, enumerating, solving, arithmetic()),)
 
 
 @dataclass(frozen=True, eq=False)
-class SolvedBlock(ByValue):
+class SolvedBlock:
     """What became of a block.
 
     Attributes
@@ -113,8 +91,8 @@ class SolvedBlock(ByValue):
         What became of the classes.
     enumerating, solving : float
         Processor time spent on words and classes, and on their orbits (seconds).
-    version, arithmetic : str
-        Of the orbitdb that solved it, and what computed there (`orbitdb.arithmetic.arithmetic`).
+    arithmetic : str
+        What computed them (`orbitdb.arithmetic.arithmetic`).
     """
 
     span: Span
@@ -123,32 +101,23 @@ class SolvedBlock(ByValue):
     orbits: Orbits
     enumerating: float
     solving: float
-    version: str
     arithmetic: str
+
+
+def block_size(most: int, p: int, jobs: int, smallest: int) -> int:
+    """Return how many words make a block of a period.
+
+    For several jobs a small period makes smaller blocks, so that all of them have work till its end, down to
+    a part of a full block.
+    """
+    share = count_admissible(p) // (_BLOCKS_A_JOB * jobs)
+    return min(most, max(share, most // smallest)) if jobs > 1 else most
 
 
 def cut_into_blocks(
     a: float, method: str, p: int, after: int = -1, jobs: int = 1, known: bool = False
 ) -> Iterator[Block]:
-    """Cut a period, or what of it is behind a packed word, into blocks, in order.
-
-    For several jobs a small period makes smaller blocks, so that all of them have work till its end.
-    """
-    most = METHODS[method].words
-    if jobs > 1:
-        most = min(most, max(count_admissible(p) // (_BLOCKS_A_JOB * jobs), round(_SMALLEST * most)))
+    """Cut a period, or what of it is behind a packed word, into blocks, in order."""
+    most = block_size(METHODS[method].words, p, jobs, _SMALLEST)
     spans = class_spans(p, max(most // _WORDS_A_CLASS, 1), after)
     return (Block(a, method, span, known) for span in spans)
-
-
-def solve_block(block: Block) -> SolvedBlock:
-    """Find the classes of a block, and what becomes of them."""
-    clock, p = [thread_time()], block.span.p
-    codes, stabiliser = all_least_words(block.span)
-    words = None if block.known else joined_words(codes, stabiliser, p)
-    clock.append(thread_time())
-    orbits = METHODS[block.method].solve(unpack(codes, p), Stadium(block.a))
-    clock.append(thread_time())
-    enumerating, solving = np.diff(clock).tolist()
-    by = __version__, arithmetic()
-    return SolvedBlock(block.span, stabiliser, words, orbits, enumerating, solving, *by)

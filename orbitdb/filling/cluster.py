@@ -20,10 +20,9 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 from uuid import uuid4
 
+from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
-from orbitdb.filling.blocks import Result, Solved, Task
-from orbitdb.filling.pool import in_order
-from orbitdb.version import __version__
+from orbitdb.filling.workers import Result, Task, answered, in_order
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -109,7 +108,7 @@ class Cluster:
         WorkError
             If the connection is lost, a block kills worker after worker, or workers cannot solve.
         """
-        return in_order(self, blocks, lambda: _AHEAD * max(self.size().threads, 1))
+        return in_order(self._submit, blocks, lambda: _AHEAD * max(self.size().threads, 1))
 
     def size(self) -> Size:
         """Count the workers there are."""
@@ -123,7 +122,7 @@ class Cluster:
             self._size, self._counted = Size(len(threads), sum(threads)), time.monotonic()
         return self._size
 
-    def submit(self, block: Task[Result]) -> Future[Result]:
+    def _submit(self, block: Task[Any]) -> Future[Any]:
         """Begin with a block."""
         try:
             task = self._client.submit(pickle.loads, pickle.dumps(_Call(block)), key=f"orbitdb-{uuid4()}")
@@ -131,16 +130,13 @@ class Cluster:
             raise _failure(error) from error
         return asyncio.run_coroutine_threadsafe(self._fetch(task), self._client.loop.asyncio_loop)
 
-    def renew(self) -> None:
-        """Do nothing: dask replaces what is lost by itself."""
-
     async def _fetch(self, task: "DaskTask") -> Any:
         try:
             async with self._fetching:
-                found = await task._result()  # `result` would wait in the loop's own thread
+                version, found = await task._result()  # `result` would wait in the loop's own thread
         except Exception as error:
             raise _failure(error) from error
-        return found
+        return answered(version, found)
 
 
 class _Call:
@@ -150,17 +146,20 @@ class _Call:
     would end it, and every other worker behind it.
     """
 
-    def __init__(self, block: Task[Solved]) -> None:
+    def __init__(self, block: Task[Any]) -> None:
         self.block = block
 
-    def __reduce__(self) -> tuple[Callable[[Task[Solved]], Solved], tuple[Task[Solved]]]:
+    def __reduce__(self) -> tuple[Callable[[Task[Any]], tuple[str, Any]], tuple[Task[Any]]]:
         return _solve_alone, (self.block,)
 
 
-def _solve_alone(block: Task[Solved]) -> Solved:
-    """Solve a block while no other thread of this process does: ball arithmetic's precision is shared."""
+def _solve_alone(block: Task[Any]) -> tuple[str, Any]:
+    """Solve a block while no other thread of this process does: ball arithmetic's precision is shared.
+
+    Return also the version of this orbitdb.
+    """
     with _one_at_a_time:
-        return block.solved()
+        return __version__, block.solved()
 
 
 def _connect(scheduler: str) -> "Client":

@@ -7,7 +7,6 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import EntropyBounds, search
 from orbitdb.entropy.verdicts import decide
-from orbitdb.version import __version__
 
 
 @dataclass(frozen=True)
@@ -36,15 +35,15 @@ class EnclosureTask:
 
     def solved(self) -> "Enclosed":
         """Enclose the entropy with longer and longer windows."""
-        stadium, by = Stadium(self.a), (__version__, arithmetic())
+        stadium = Stadium(self.a)
         if not self.prove:
             levels = search(stadium, self.window, self.width, self.seconds, judge=decide)
-            return Enclosed(tuple(levels), 0, 0, 0.0, *by)
+            return Enclosed(tuple(levels), 0, 0, 0.0, arithmetic())
         from orbitdb.entropy.proof import Proof  # it loads flint, which doubles alone do not need
 
         proof = Proof()
         levels = search(stadium, self.window, self.width, self.seconds, judge=proof.decide)
-        return Enclosed(tuple(levels), proof.proved, proof.left_open, proof.seconds, *by)
+        return Enclosed(tuple(levels), proof.proved, proof.left_open, proof.seconds, arithmetic())
 
 
 @dataclass(frozen=True)
@@ -59,13 +58,12 @@ class Enclosed:
         Windows decided in doubles that balls confirm, and that they do not; 0 if they were not asked.
     seconds : float
         Time that the balls have taken.
-    version, arithmetic : str
-        Of the orbitdb that found them, and what computed there (`orbitdb.arithmetic.arithmetic`).
+    arithmetic : str
+        What computed them (`orbitdb.arithmetic.arithmetic`).
     """
 
     levels: tuple[EntropyBounds, ...]
     proved: int
     left_open: int
     seconds: float
-    version: str
     arithmetic: str

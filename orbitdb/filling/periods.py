@@ -1,8 +1,7 @@
 """Filling a catalogue: all classes of some periods, and what becomes of them at one a."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
-from itertools import chain
 from pathlib import Path
 from time import thread_time
 
@@ -10,15 +9,14 @@ import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import StoreError
-from orbitdb.filling.blocks import METHODS, SolvedBlock, cut_into_blocks
+from orbitdb.filling.blocks import METHODS, Block, SolvedBlock, cut_into_blocks
 from orbitdb.filling.resuming import Progress, resume
 from orbitdb.filling.workers import HERE, Workers
-from orbitdb.orbits.orbit import Status
 from orbitdb.store.file.tables import fill
+from orbitdb.store.reading.fills import counts_when_done, status_counts
 from orbitdb.store.writing import classes
 from orbitdb.store.writing.cursors import Cursor, close, open_cursor
 from orbitdb.store.writing.writer import Writer
-from orbitdb.symbols.automaton import RULE_NUMBERS
 from orbitdb.symbols.counting import count_admissible, count_primitive
 from orbitdb.symbols.enumeration import primitive_words
 from orbitdb.symbols.pruning import FAMILY, rule_numbers, rules_broken
@@ -72,12 +70,9 @@ class _Fill:
             self.known.add(p)
         return open_cursor(connection, fill, stadium=self.writer.stadium_id(connection, self.a), p=p)
 
-    def solved(self, cursors: Mapping[int, Cursor], workers: Workers) -> Iterator[Sequence[SolvedBlock]]:
-        blocks = chain.from_iterable(
-            cut_into_blocks(self.a, self.method, p, cursor.after, workers.jobs, p in self.known)
-            for p, cursor in cursors.items()
-        )
-        return ((found,) for found in workers.solved(blocks))
+    def blocks(self, cursors: Mapping[int, Cursor], jobs: int) -> Iterator[Block]:
+        for p, cursor in cursors.items():
+            yield from cut_into_blocks(self.a, self.method, p, cursor.after, jobs, p in self.known)
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedBlock) -> dict[str, float]:
         begun, orbits = thread_time(), part.orbits
@@ -94,35 +89,16 @@ class _Fill:
         }
 
     def close(self, cursor: Cursor) -> None:
+        p, total = cursor.p, count_admissible(cursor.p)
         with self.writer.reading() as connection:  # it takes long: others may write meanwhile
-            found = classes.count_statuses(connection, cursor.row["stadium"], cursor.p)
-        counts = self._counts(cursor.p, found)
-        with self.writer.writing() as connection:
-            close(connection, cursor, counts)
-
-    def _counts(self, p: int, found: Mapping[str, tuple[int, int]]) -> dict[str, int]:
-        """Return the counts of the finished period, checked against the transfer matrix."""
-        words, total = sum(count for count, _ in found.values()), count_admissible(p)
+            found = status_counts(connection, cursor.row["stadium"], p).get(p, {})
+        words = sum(count for count, _ in found.values())
         if words != total:
             raise StoreError(
                 f"period {p} holds {words} words instead of {total}: {self.writer.path} is damaged"
             )
-        primitive = count_primitive(p)
-        rules = {
-            f"rule_{number}": primitive - count_admissible(p, frozenset([number]))
-            for number in sorted(RULE_NUMBERS)
-        }
-        n_c, of_orbits = found.get(Status.ORBIT, (0, 0))
-        boundary, unresolved = (found.get(s, (0, 0))[0] for s in (Status.BOUNDARY, Status.UNRESOLVED))
-        return rules | {
-            "primitive": primitive,
-            "words": words,
-            "n_t": words,
-            "n_c": n_c,
-            "classes": of_orbits,
-            "boundary": boundary,
-            "unresolved": unresolved,
-        }
+        with self.writer.writing() as connection:
+            close(connection, cursor, counts_when_done(p, found) | {"words": words})
 
 
 def fill_geometric(path: Path, periods: Iterable[int]) -> Iterator[Progress]:

@@ -13,7 +13,7 @@ from typing import Protocol, TypeVar
 
 import sqlalchemy as sa
 
-from orbitdb.filling.workers import Workers
+from orbitdb.filling.workers import Task, Workers
 from orbitdb.store.writing.cursors import Cursor, OvertakenError, hold, move
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.counting import count_admissible
@@ -56,8 +56,8 @@ class Work(Protocol[Part]):
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         """Return how far a period has come."""
 
-    def solved(self, cursors: Mapping[int, Cursor], workers: Workers) -> Iterator[Sequence[Part]]:
-        """Solve what is behind some cursors, in order; yield together what was solved together."""
+    def blocks(self, cursors: Mapping[int, Cursor], jobs: int) -> Iterator[Task[Sequence[Part]]]:
+        """Cut what is behind some cursors into blocks, in order; each tells what becomes of its spans."""
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: Part) -> dict[str, float]:
         """Store what became of the span behind a cursor; return what its row adds up, words among it."""
@@ -99,7 +99,7 @@ def _blocks(
 ) -> Iterator[Progress]:
     """Store the blocks behind the cursors, and close every period behind its last one."""
     clock = time.monotonic()
-    for parts in work.solved(cursors, workers):
+    for parts in workers.solved(work.blocks(cursors, workers.jobs)):
         before, clock = clock, time.monotonic()
         seconds = (clock - before) / len(parts)
         for part in parts:

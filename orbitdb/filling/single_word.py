@@ -6,8 +6,7 @@ from pathlib import Path
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.blocks import METHODS
-from orbitdb.orbits.orbit import Orbit, Status
-from orbitdb.orbits.pruned import pruned_word
+from orbitdb.orbits.orbit import Orbit, Status, pruned_word
 from orbitdb.store.reading.lookup import find_or_solve
 from orbitdb.store.writing import classes
 from orbitdb.store.writing.writer import Writer

@@ -1,9 +1,8 @@
 """Sweeping periods: enumerate, solve and add up, and keep counts and sums alone."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import asdict
-from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -12,13 +11,13 @@ from numpy.typing import NDArray
 
 from orbitdb.averages.swept_sum_rules import EXACT, next_tilts
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.resuming import Progress, resume
-from orbitdb.filling.swept_blocks import SweptSums, cut_into_swept_blocks
+from orbitdb.filling.swept_blocks import SweptBlock, SweptSums, cut_into_swept_blocks
 from orbitdb.filling.workers import HERE, Workers
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import swept_text
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.sweeps import moments_of
 from orbitdb.store.writing.cursors import Cursor, close, is_open
 from orbitdb.store.writing.sweeps import add_sums, add_up, open_sweep, tilts_of
@@ -83,12 +82,9 @@ class _Sweep:
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         return open_sweep(self.writer, connection, self.a, p, self.tilts, self.selection)
 
-    def solved(self, cursors: Mapping[int, Cursor], workers: Workers) -> Iterator[Sequence[SweptSums]]:
-        blocks = chain.from_iterable(
-            cut_into_swept_blocks(self.a, p, cursor.after, tilts_of(cursor), self.selection)
-            for p, cursor in cursors.items()
-        )
-        return ((found,) for found in workers.solved(blocks))
+    def blocks(self, cursors: Mapping[int, Cursor], jobs: int) -> Iterator[SweptBlock]:
+        for p, cursor in cursors.items():
+            yield from cut_into_swept_blocks(self.a, p, cursor.after, tilts_of(cursor), self.selection)
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: SweptSums) -> dict[str, float]:
         add_sums(self.writer, connection, cursor, part.sums, part.moments, part.arithmetic)

@@ -14,26 +14,19 @@ from orbitdb.averages.period_sums import PeriodSums
 from orbitdb.averages.swept_sum_rules import tilted_orbits
 from orbitdb.averages.tilt_moments import TiltMoments
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
 from orbitdb.orbits.sums import Exponents, exponents
 from orbitdb.orbits.tally import Tally
 from orbitdb.store.asking.choosing import chosen_words, within_ranges
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import selection_of
-from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import LeastWords, all_least_words, class_spans
-from orbitdb.symbols.symmetry import ELEMENTS, SIZES
-from orbitdb.version import __version__
+from orbitdb.symbols.symmetry import SIZES
 
 Floats = NDArray[np.float64]
 
-_LEAST = 1 << 15
-_BLOCKS = 1 << 8
-"""Blocks of a high period, about: they grow with it, so that their overhead does not."""
-
-_PART = 1 << 15
-"""Classes at a time: it bounds the memory."""
+_CLASSES = 1 << 15
+"""Of a block, at most: it bounds the memory."""
 
 
 @dataclass(frozen=True)
@@ -57,23 +50,17 @@ class SweptBlock:
     tilts: tuple[tuple[int, tuple[float, ...]], ...] = ()
     selection: str = ""
 
-    def solved(self) -> "SweptSums":
+    def solved(self) -> "tuple[SweptSums]":
         """Find its classes, what becomes of them, and the sums over their orbits."""
         clock = thread_time()
         centres = {level: np.array(mu) for level, mu in self.tilts}
-        chosen = selection_of(self.selection, self.a)
-        found = [_summed(part, self.span.p, chosen, centres) for part in _parts(self.span)]
-        tally = sum((each for each, *_ in found), Tally())
-        sums = PeriodSums.joined([each for _, each, _ in found], self.span.p)
-        moments = {
-            level: TiltMoments.joined([TiltMoments.none(mu), *(each[level] for *_, each in found)])
-            for level, mu in centres.items()
-        }
-        return SweptSums(self.span, tally, sums, moments, thread_time() - clock, __version__, arithmetic())
+        classes, chosen = all_least_words(self.span), selection_of(self.selection, self.a)
+        summed = _summed(classes, self.span.p, chosen, centres)
+        return (SweptSums(self.span, *summed, thread_time() - clock, arithmetic()),)
 
 
 @dataclass(frozen=True, eq=False)
-class SweptSums(ByValue):
+class SweptSums:
     """What became of a block.
 
     Attributes
@@ -87,8 +74,8 @@ class SweptSums(ByValue):
         By level, around the tilts that the block has named.
     processor : float
         What it took (seconds of a processor).
-    version, arithmetic : str
-        Of the orbitdb that solved it, and what computed there (`orbitdb.arithmetic.arithmetic`).
+    arithmetic : str
+        What computed it (`orbitdb.arithmetic.arithmetic`).
     """
 
     span: Span
@@ -96,7 +83,6 @@ class SweptSums(ByValue):
     sums: PeriodSums
     moments: dict[int, TiltMoments]
     processor: float
-    version: str
     arithmetic: str
 
 
@@ -105,18 +91,10 @@ def cut_into_swept_blocks(
 ) -> Iterator[SweptBlock]:
     """Cut a period, or what of it is behind a block, into blocks, in order.
 
-    How it is cut depends on p alone, so that sums over blocks are the same however they come about.
+    How it is cut depends on nothing else, so that sums over blocks are the same however they come about.
     """
-    size = max(_LEAST, count_admissible(p) // (len(ELEMENTS) * _BLOCKS))
     named = tuple((level, tuple(mu.tolist())) for level, mu in sorted((tilts or {}).items()))
-    return (SweptBlock(a, span, named, selection) for span in class_spans(p, size, after))
-
-
-def _parts(span: Span) -> Iterator[LeastWords]:
-    """Yield the classes of a span, so many at a time."""
-    classes = all_least_words(span)
-    for start in range(0, len(classes.codes), _PART):
-        yield LeastWords._make(column[start : start + _PART] for column in classes)
+    return (SweptBlock(a, span, named, selection) for span in class_spans(p, _CLASSES, after))
 
 
 def _summed(

@@ -9,24 +9,40 @@ import os
 import pickle
 import signal
 import threading
-from collections.abc import Iterable, Iterator
-from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
-from contextlib import ExitStack, contextmanager, suppress
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack, suppress
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
-from pathlib import Path
+from tempfile import TemporaryFile
+from traceback import format_exc
 from types import TracebackType
-from typing import Generic, NamedTuple, Protocol, Self
-from uuid import uuid4
+from typing import IO, Any, Protocol, Self, TypeVar
 
-from orbitdb.filling.blocks import Result, Task
-from orbitdb.filling.pool import in_order
-from orbitdb.filling.scratch import scratch_folder
+from orbitdb import __version__
+from orbitdb.errors import WorkError
+
+Result = TypeVar("Result")
+Result_co = TypeVar("Result_co", covariant=True)
 
 _AHEAD = 2
 """Blocks under way for each worker, so that none waits for the writer."""
 
+_DEATHS = 3
+"""How often workers may die on one block."""
+
+_PIECE = 1 << 16
+"""Bytes of an answer that are sent at a time."""
+
 _HELD_BACK = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+
+
+class Task(Protocol[Result_co]):
+    """A block of any kind: it knows how it is solved, and goes to other processes as it is."""
+
+    def solved(self) -> Result_co:
+        """Return what becomes of it."""
 
 
 class Workers(Protocol):
@@ -57,21 +73,65 @@ class Here:
 HERE = Here()
 
 
+def in_order(
+    submit: Callable[[Task[Any]], Future[Result]], blocks: Iterable[Task[Any]], ahead: Callable[[], int]
+) -> Iterator[Result]:
+    """Solve blocks that may be finished in any order; yield the results in the order of the blocks.
+
+    Parameters
+    ----------
+    submit : callable
+        Begins with a block, and promises its result.
+    blocks : iterable of Task
+    ahead : callable
+        Says how many blocks may be under way beside the one that is waited for; it is asked before
+        every block, as there may be more workers by then.
+    """
+    waiting: deque[Future[Result]] = deque()
+    for block in blocks:
+        waiting.append(submit(block))
+        while len(waiting) > ahead():
+            yield waiting.popleft().result()
+    while waiting:
+        yield waiting.popleft().result()
+
+
+def answered(version: str, result: Result) -> Result:
+    """Return the result of a worker of this version.
+
+    Raises
+    ------
+    WorkError
+        If it is of another one.
+    """
+    if version != __version__:
+        raise WorkError(f"a worker runs orbitdb {version}: install {__version__} there, too")
+    return result
+
+
 class Processes:
     """Solves blocks in processes of their own; to be used as a context.
 
-    A process that dies costs no more than the blocks under way, which are solved again by new ones.
+    A process that dies costs no more than its block, which is solved again by a new one.
 
     Parameters
     ----------
     jobs : int
         Number of processes.
+
+    Notes
+    -----
+    A thread for each process gives it blocks and takes the results, through a pipe that nobody else uses: a
+    process that is killed holds no lock that others wait for, and its end of the pipe closes with it.
     """
 
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
-        self._started: _Started | None = None
-        self._until_end = ExitStack()
+        self._threads = ThreadPoolExecutor(jobs)
+        self._all: list[_Process] = []
+        self._idle: list[_Process] = []
+        self._answers: set[IO[bytes]] = set()
+        self._ended = False
 
     def __enter__(self) -> Self:
         return self
@@ -79,137 +139,137 @@ class Processes:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._end()
-
-    def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
-        """Yield what became of blocks, in their order."""
-        return in_order(self, blocks, lambda: _AHEAD * self.jobs)
+        """End all processes at once: nobody waits for what is under way."""
+        self._ended = True
+        for process in self._all:
+            process.end()
+        self._threads.shutdown(cancel_futures=True)
+        for answer in self._answers:  # that nobody wants any more
+            answer.close()
 
     def start(self) -> None:
-        """Start the processes, which takes them some tenths of a second, before there are blocks to solve.
+        """Start the processes, which takes them some tenths of a second, before there are blocks to solve."""
+        for _ in range(self.jobs):
+            self._threads.submit(lambda: self._idle.append(self._started()))
 
-        If one of them dies at once, the first block tells so.
-        """
-        self._prepare()
-        with _signals_held_back(), suppress(BrokenExecutor, BrokenPipeError):
-            executor = self._ready().executor
-            for _ in range(self.jobs):  # it starts one for each task that finds none idle
-                executor.submit(os.getpid)
-
-    def submit(self, block: Task[Result]) -> "Parcel[Result]":
-        """Begin with a block."""
-        self._prepare()
-        with _signals_held_back():  # this may start a process
-            ready = self._ready()
-            return Parcel(block, ready.folder, ready.executor)
-
-    def _prepare(self) -> None:
-        """Start what clears semaphores away behind this process, if need be.
-
-        It is to outlive the closing of a terminal. As it starts, it lets signals through that are held back.
-        """
-        if self._started is None and hasattr(signal, "pthread_sigmask"):
-            with _signals_held_back():
-                resource_tracker.ensure_running()
-
-    def _ready(self) -> "_Started":
-        if self._started is None:
-            folder = self._until_end.enter_context(scratch_folder())
-            fresh = multiprocessing.get_context("spawn")  # a fork would share open databases
-            end, lifeline = fresh.Pipe(duplex=False)
-            executor = ProcessPoolExecutor(self.jobs, fresh, _begin_worker, (end,))
-            self._started = _Started(executor, folder, lifeline)
-        return self._started
-
-    def renew(self) -> None:
-        """Put new processes in the place of those of which one has died."""
-        self._end()
-
-    def _end(self) -> None:
-        """End all processes at once: nobody waits for what is under way.
-
-        Told by the executor they might not hear: one that was killed may have held the lock of its queue.
-        """
-        if self._started is not None:
-            self._started.lifeline.close()
-            self._started.executor.shutdown()
-        self._until_end.close()
-        self._started = None
-
-
-class _Started(NamedTuple):
-    """What starts processes when needed, the folder of their parcels, and the line that ends them."""
-
-    executor: Executor
-    folder: Path
-    lifeline: Connection
-
-
-class Parcel(Generic[Result]):
-    """A block on its way to a worker and back, in files.
-
-    Through the pipes of the executor goes no more than their name, which is written at one stroke: a
-    process that dies while it writes something longer leaves the other end waiting for ever.
-    """
-
-    def __init__(self, block: Task[Result], folder: Path, executor: Executor) -> None:
-        self._path = folder / uuid4().hex
-        self._path.write_bytes(pickle.dumps(block))
-        self._solved = executor.submit(_solve_parcel, self._path)
-
-    def result(self) -> Result:
-        """Wait for the worker and return what it found.
+    def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
+        """Yield what became of blocks, in their order.
 
         Raises
         ------
-        BrokenExecutor
-            If a worker has died.
+        WorkError
+            If processes die again and again on one block.
         """
-        self._solved.result()
-        found: Result = pickle.loads(self._path.read_bytes())
-        self._path.unlink()
-        return found
+        answers = in_order(
+            lambda block: self._threads.submit(self._answer, block), blocks, lambda: _AHEAD * self.jobs
+        )
+        for answer in answers:
+            with answer:
+                found = answered(*pickle.load(answer))
+            self._answers.remove(answer)
+            if isinstance(found, Exception):
+                raise found
+            yield found
+
+    def _answer(self, block: Task[Any]) -> IO[bytes]:
+        """Give a block to an idle process, or to a new one if there is none or it dies; return the answer."""
+        try:
+            process = self._idle.pop()
+        except IndexError:
+            process = self._started()
+        for _ in range(_DEATHS):
+            try:
+                answer = process.answer(block)
+            except (EOFError, ConnectionError):
+                process.end()
+                if self._ended:
+                    raise
+                process = self._started()
+            else:
+                self._answers.add(answer)
+                self._idle.append(process)
+                return answer
+        raise WorkError(
+            f"worker processes died {_DEATHS} times on one block: if memory is short, try fewer with --jobs"
+        )
+
+    def _started(self) -> "_Process":
+        process = _Process()
+        self._all.append(process)
+        if self._ended:  # since this began
+            process.end()
+        return process
 
 
-def _solve_parcel(path: Path) -> None:
-    path.write_bytes(pickle.dumps(pickle.loads(path.read_bytes()).solved()))
+class _Process:
+    """A process that solves blocks, started in a thread that is not the main one.
+
+    Ctrl-C and the like are held back in that thread: so they reach no process that is just being started.
+    """
+
+    def __init__(self) -> None:
+        if hasattr(signal, "pthread_sigmask"):
+            signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)
+            resource_tracker.ensure_running()  # as it starts, it lets signals through that are held back
+            signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)
+        fresh = multiprocessing.get_context("spawn")  # a fork would share open databases
+        self._line, other = fresh.Pipe()
+        self._process = fresh.Process(target=_work, args=(other,), daemon=True)
+        self._process.start()
+        other.close()
+
+    def answer(self, block: Task[Any]) -> IO[bytes]:
+        """Have a block solved; return what `_work` says, in a file: answers may wait, and take no memory.
+
+        Raises
+        ------
+        EOFError, ConnectionError
+            If the process has died.
+        """
+        self._line.send_bytes(pickle.dumps(block))
+        with ExitStack() as unless_whole:
+            file = unless_whole.enter_context(TemporaryFile())
+            while piece := self._line.recv_bytes():
+                file.write(piece)
+            file.seek(0)
+            unless_whole.pop_all()
+            return file
+
+    def end(self) -> None:
+        """End the process at once."""
+        self._process.kill()
+        self._process.join()
 
 
-@contextmanager
-def _signals_held_back() -> Iterator[None]:
-    """Deliver Ctrl-C and the like afterwards, lest they tear a process that is just being started."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    caught: list[int] = []  # in case another thread of this process, which has no such mask, takes a signal
-    ours = {n: action for n in _HELD_BACK if callable(action := signal.getsignal(n))}
-    main = threading.current_thread() is threading.main_thread()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)
-    try:
-        for number in ours if main else ():
-            signal.signal(number, lambda n, _: caught.append(n))
-        yield
-    finally:
-        for number, action in ours.items() if main else ():
-            signal.signal(number, action)
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        for number in caught:
-            signal.raise_signal(number)
+def _work(line: Connection) -> None:
+    """Solve block after block; answer with the version of this orbitdb and the result or an error, in pieces.
 
-
-def _begin_worker(lifeline: Connection) -> None:
-    """Leave signals to the process that stores, and end at once when it cuts the line or is killed."""
-    for number in _HELD_BACK:
-        signal.signal(number, signal.SIG_IGN)
+    Signals are left to the process that stores; if that is killed, this one ends at once.
+    """
+    for number in _HELD_BACK:  # but for SIGTERM, by which Python ends the children of a process that ends
+        signal.signal(number, signal.SIG_DFL if number == signal.SIGTERM else signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _HELD_BACK)  # the process began with the mask above
-    threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    with suppress(EOFError):
+        while True:
+            data = line.recv_bytes()
+            try:
+                found = pickle.loads(data).solved()
+            except Exception as error:
+                error.add_note(format_exc())
+                found = error
+            answer = memoryview(pickle.dumps((__version__, found)))
+            for start in range(0, len(answer), _PIECE):
+                line.send_bytes(answer[start : start + _PIECE])
+            line.send_bytes(b"")
 
 
-def _end_with(lifeline: Connection) -> None:
-    with suppress(EOFError, OSError):
-        lifeline.recv()
-    os._exit(1)
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def cores() -> int:

@@ -32,9 +32,10 @@ from orbitdb.billiard.legs import (
     direction_limits,
     following,
     gradient_rounding,
+    half_turns,
     preceding,
+    pressed_directions,
     summation_rounding,
-    turns,
 )
 from orbitdb.billiard.stability import exponent
 
@@ -42,22 +43,20 @@ Floats = NDArray[np.float64]
 EPSILON = float(np.finfo(float).eps)
 
 
-def pressed_directions(
-    legs: Chain, a: float | Floats, alpha: Floats, slopes: Derivatives
-) -> NDArray[np.bool_]:
-    """Tell which directions stand at a limit that the gradient pushes against."""
-    low, high = direction_limits(legs, a)
-    return ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
-
-
 def direction_errors(
-    legs: Chain, a: float | Floats, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]
+    legs: Chain,
+    a: float | Floats,
+    alpha: Floats,
+    slopes: Derivatives,
+    limits: tuple[Floats, Floats] | None = None,
 ) -> Floats:
     """Bound the distance of every direction from the maximum, rounding included, shape (m, N).
 
-    Directions that are pressed against a limit do not enter but for rounding: there g_i delta_i <= 0.
-    Along the way D stays above D - |lean| |delta| / 2 - D delta^2 / 2 in the mean.
+    Directions that are pressed against a limit, by default those of `direction_limits`, do not enter but
+    for rounding: there g_i delta_i <= 0. Along the way D stays above D - |lean| |delta| / 2 - D delta^2 / 2
+    in the mean.
     """
+    pressed = pressed_directions(alpha, slopes, direction_limits(legs, a) if limits is None else limits)
     size, rounding = np.abs(slopes.gradient), gradient_rounding(legs, a, alpha)
     steep = np.where(pressed, np.maximum(rounding - size, 0.0), size + rounding)
     first = _concave_bound(steep, slopes.beyond / 2)
@@ -82,7 +81,7 @@ def coordinate_error(legs: Legs, a: float, alpha: Floats, alpha_error: Floats, s
     more than one wall 19 eps (a + 1).
     """
     first, last = slack_error[:2]
-    across = np.sin(turns(legs, alpha).half)
+    across = np.sin(half_turns(legs, alpha))
     shift = np.maximum(last * (across + 2 * last), following(first * (across + 2 * first)))
     least = np.abs(np.sin(alpha)) * (1 - 4 * EPSILON) - ABOVE * alpha_error
     with np.errstate(divide="ignore"):
@@ -98,7 +97,7 @@ def length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alpha
     A leg's terms, and for the sine, the product and the sums a run's, are good to 2.5 eps of their size;
     psi/2k being good to 4.3 eps / k, that adds 8.5 eps |cos(psi/2k)|.
     """
-    half = turns(legs, alpha).half
+    half = half_turns(legs, alpha)
     terms = 2 * a * np.cos(alpha) + 2 * legs.n * np.abs(np.sin(alpha)) + 2 * legs.k * np.sin(half)
     second = add_up((np.abs(slopes.gradient) + gradient_rounding(legs, a, alpha)) * alpha_error)
     each = 3 * EPSILON + summation_rounding(len(terms))

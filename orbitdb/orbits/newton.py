@@ -23,12 +23,12 @@ from orbitdb.billiard.legs import (
     following,
     length,
     preceding,
+    pressed_directions,
 )
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.orbit import NUMBERS, Orbit, Orbits, Status, finite
-from orbitdb.orbits.pruned import pruned_word
-from orbitdb.orbits.status import assess, assess_orbits
+from orbitdb.orbits.orbit import NUMBERS, Orbit, Orbits, Status, finite, pruned_word
+from orbitdb.orbits.status import assess
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.pruning import need_admissible
 from orbitdb.symbols.words import from_strings, parse_primitive
@@ -78,12 +78,12 @@ def solve(words: NDArray[np.uint8], stadium: Stadium | float, tolerance: float =
     Returns
     -------
     Orbits
-        Every word with its status; where doubles cannot decide it, ball arithmetic does.
+        Every word with its status; if doubles cannot decide it, ball arithmetic does.
 
     Raises
     ------
     WordError
-        If one of them is not admissible, or they are no array of words.
+        If a word is not admissible, or ``words`` is not an array of words.
     StadiumError
         If there is no such stadium.
     """
@@ -101,12 +101,7 @@ def solve_for_orbits(words: NDArray[np.uint8], stadium: Stadium) -> Orbits:
 
     What it tells is the same, bit by bit, as `solve_admissible` does.
     """
-    orbits = Orbits.empty(words)
-    for rows, chain, legs in cut_on_demand(words):
-        found = newton(chain, stadium.a)
-        way = found.alpha, found.iterations
-        orbits.place(rows, assess_orbits(words[rows], chain, legs, stadium, way))
-    return _left_to_balls(orbits, stadium)
+    return _left_to_balls(solve_in_doubles(words, stadium, every=False), stadium)
 
 
 def _left_to_balls(orbits: Orbits, stadium: Stadium) -> Orbits:
@@ -143,12 +138,18 @@ def solve_word(word: str, stadium: Stadium | float) -> Orbit:
     )
 
 
-def solve_in_doubles(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE) -> Orbits:
-    """Find the orbits of admissible words as `solve` does, but leave unresolved what doubles do not show."""
+def solve_in_doubles(
+    words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE, every: bool = True
+) -> Orbits:
+    """Find the orbits of admissible words as `solve` does, but leave unresolved what doubles do not show.
+
+    If not every number is asked for, words without an orbit get their status, margin and steps alone.
+    """
     orbits = Orbits.empty(words)
-    for rows, legs in cut(words):
-        found = newton(legs, stadium.a, tolerance)
-        orbits.place(rows, assess(words[rows], legs, stadium, found.alpha, found.iterations))
+    for rows, chain, legs in cut_on_demand(words):
+        found = newton(chain, stadium.a, tolerance)
+        way = found.alpha, found.iterations
+        orbits.place(rows, assess(words[rows], chain, legs, stadium, way, every))
     return orbits
 
 
@@ -254,11 +255,10 @@ def _stalled(size: Floats, last: Floats) -> NDArray[np.bool_]:
 def newton_step(legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:
     """Return the Newton step within the limits; directions that press against a limit stay."""
     slopes = derivatives(legs, a, alpha)
-    low, high = limits
-    pressed = ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
+    pressed = pressed_directions(alpha, slopes, limits)
     rhs = np.where(pressed, 0.0, slopes.gradient)
     (step,) = solve_cyclic(*minus_hessian(legs, slopes, pressed), rhs[None])
-    return np.clip(alpha + step, low, high) - alpha
+    return np.clip(alpha + step, *limits) - alpha
 
 
 def minus_hessian(legs: Chain, slopes: Derivatives, pressed: NDArray[np.bool_]) -> tuple[Floats, Floats]:

@@ -15,6 +15,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
 from orbitdb.symbols.members import FIRST, STABILISER_OF
+from orbitdb.symbols.pruning import FAMILY, rules_of
 from orbitdb.symbols.symmetry import REVERSE, act_on_coordinates, act_on_words
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
 
@@ -67,7 +68,7 @@ def finite(number: np.float64) -> float | None:
     return float(number) if np.isfinite(number) else None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Orbits(ByValue):
     """N words of one order p and the stationary points of their length.
 
@@ -108,7 +109,7 @@ class Orbits(ByValue):
 
     @classmethod
     def empty(cls, words: NDArray[np.uint8]) -> "Orbits":
-        """Return the words with nothing known of them yet: unresolved, all numbers NaN."""
+        """Return words that are not solved yet: unresolved, all numbers NaN."""
         n, p = words.shape
         return cls(
             words=words,
@@ -123,7 +124,7 @@ class Orbits(ByValue):
         return Orbits(**{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
 
     def place(self, rows: NDArray[np.intp], part: "Orbits") -> None:
-        """Write what a part of the batch has become into the given rows."""
+        """Write the results of a part of the batch into the given rows."""
         for name in ("status", "coordinates", "iterations", *NUMBERS):
             getattr(self, name)[rows] = getattr(part, name)
 
@@ -132,12 +133,12 @@ class Orbits(ByValue):
 class Orbit:
     """One word at one a, and what became of it.
 
-    Two are equal if they are one cyclic word, in any rotation, at one a.
+    Two are equal if they are the same cyclic word, in any rotation, at the same a.
 
     Attributes
     ----------
     code : str
-        The word in the rotation that was asked for.
+        The word in the rotation that you asked for.
     representative : str
         The least word of its symmetry class; for a pruned word, its own least rotation.
     a : float
@@ -155,14 +156,14 @@ class Orbit:
     length, lyapunov, margin, residual, error, length_error, lyapunov_error : float or None
         As in `Orbits`.
     coordinates : ndarray, shape (p,), or None
-        In the order of ``code``; they cannot be written to, so that an orbit may be a key.
+        In the order of ``code``, read-only, so that an orbit can be a key.
     solver : str or None
         ``newton``, or ``relaxation`` for the paper's method; None for a word that is not solved.
     stored : bool
         Whether it comes from a catalogue or was solved on the spot.
     exists : tuple of (float, float or None), or None
-        From where to where in a it is an orbit, if the catalogue it comes from has the births of its
-        period, or `orbitdb.solve_word` was asked for it.
+        The ranges of a in which it is an orbit, if its catalogue has the births of its
+        period, or you asked `orbitdb.solve_word` for them.
     """
 
     code: str
@@ -217,8 +218,8 @@ class Orbit:
 
     @property
     def maslov(self) -> int | None:
-        """Maslov index of one traversal, 3p - walls; None for a word that is in no class."""
-        return None if self.class_size is None else 3 * self.p - self.walls
+        """Maslov index of one traversal, 3p - walls; None for a word without a class."""
+        return None if self.class_size is None else stability.maslov_index(self.p, self.walls)
 
     def amplitude(self, k: float, repetitions: int = 1) -> float | None:
         """Return what the orbit adds to the density of levels at k, one cyclic word counted.
@@ -228,7 +229,7 @@ class Orbit:
         k : float
             Wavenumber, in 1/radius.
         repetitions : int, optional
-            How often it is gone round, r.
+            The number of traversals, r.
 
         Returns
         -------
@@ -239,11 +240,11 @@ class Orbit:
         Raises
         ------
         ValueError
-            If it is gone round less than once.
+            If there is less than one traversal.
 
         Notes
         -----
-        Gutzwiller's trace formula; its reverse, if that is another word, adds as much.
+        Gutzwiller's trace formula. The reverse, if it is another word, adds as much.
         """
         if repetitions < 1:
             raise ValueError(f"{repetitions} repetitions: give 1 or more")
@@ -256,7 +257,7 @@ class Orbit:
 
     @property
     def points(self) -> Floats | None:
-        """The bounces in Cartesian coordinates, shape (p, 2), None where it has no coordinates."""
+        """The bounces in Cartesian coordinates, shape (p, 2), or None."""
         if self.coordinates is None:
             return None
         return Stadium(self.a).points(from_strings([self.code])[0], self.coordinates)
@@ -268,7 +269,7 @@ class Orbit:
 
     @property
     def sine(self) -> Floats | None:
-        """Sines of the angles between the path that leaves and the normal, shape (p,), or None.
+        """Sines of the angles between the outgoing path and the normal, shape (p,), or None.
 
         Positive where the path goes anticlockwise.
         """
@@ -284,7 +285,7 @@ class Orbit:
 
     @property
     def monodromy(self) -> Floats | None:
-        """The monodromy matrix from behind the last bounce, shape (2, 2), of (d theta, d y), or None.
+        """The monodromy matrix of (d theta, d y) from after the last bounce, shape (2, 2), or None.
 
         Biham and Kvale, eqs. (3) and (4), as mended in `orbitdb.billiard.stability`. Its entries lose digits
         as lambda grows; `trace` does not.
@@ -296,17 +297,17 @@ class Orbit:
 
     @property
     def trace(self) -> float | None:
-        """The trace of the monodromy matrix, 2 cosh(lambda), negative where straight bounces are odd."""
+        """Trace of the monodromy matrix, 2 cosh(lambda), negative if `walls` is odd."""
         if self.lyapunov is None:
             return None
         return float(np.exp(self.lyapunov) + np.exp(-self.lyapunov)) * (-1.0) ** self.walls
 
     def reverse(self) -> "Orbit":
-        """Return the time reverse: the same path, run through backwards."""
+        """Return the time reverse: the same path, traversed backwards."""
         return self._image(REVERSE)
 
     def images(self) -> "tuple[Orbit, ...]":
-        """Return the orbits of its symmetry class, itself first; of a pruned word only itself."""
+        """Return the orbits of its symmetry class, itself first; for a pruned word only itself."""
         if not self.symmetry:
             return (self,)
         return tuple(self._image(g) for g in np.flatnonzero(FIRST[STABILISER_OF[self.symmetry]]).tolist())
@@ -366,3 +367,12 @@ class Orbit:
             raise ValueError(f"{self.code:.40} at a = {self.a:g} cannot be drawn: {self.status.sentence}")
         axes = load("orbitdb.plots.axes", "plot()", "plot")
         return axes.orbit_axes(self.code, Stadium(self.a), points, ax)
+
+
+def pruned_word(word: str, a: float) -> Orbit | None:
+    """Return what a primitive word is that no orbit can have: pruned, or the family 02; else None."""
+    least = least_rotation(word)
+    if least == FAMILY:
+        return Orbit(word, least, a, Status.FAMILY)
+    rules = tuple(rules_of(word))
+    return Orbit(word, least, a, Status.GEOMETRIC, rules) if rules else None

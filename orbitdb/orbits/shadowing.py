@@ -16,7 +16,7 @@ from orbitdb.billiard.writing import written
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import EXISTING
 from orbitdb.symbols.pruning import rules_broken
-from orbitdb.symbols.words import from_strings, least_rotation, primitive_root, to_strings
+from orbitdb.symbols.words import are_primitive, from_strings, least_rotation, primitive_root, to_strings
 
 Floats = NDArray[np.float64]
 Symbols = NDArray[np.uint8]
@@ -105,7 +105,7 @@ def _candidates(
             np.append(back, True) | np.insert(back, 0, True)
         )  # the same backwards in time
         words = _closed(stadium, symbols, points, starts, p)
-        kept = (rules_broken(words) == 0) & _primitive(words)
+        kept = (rules_broken(words) == 0) & are_primitive(words)
         if kept.any():
             yield words[kept], starts[kept]
     if whole and len(symbols) >= 2:
@@ -125,14 +125,6 @@ def _closed(stadium: Stadium, symbols: Symbols, points: Floats, starts: Rows, p:
     here = symbols[around]
     x, y = np.moveaxis(points[around], -1, 0)
     return written(stadium, x, np.where(STRAIGHT[here], here - 1.0, y), SIDE[here])[0]
-
-
-def _primitive(words: Symbols) -> NDArray[np.bool_]:
-    p = words.shape[1]
-    shorter = [d for d in range(1, p) if p % d == 0]
-    repeats = [(words == np.roll(words, d, axis=1)).all(axis=1) for d in shorter]
-    primitive: NDArray[np.bool_] = ~np.logical_or.reduce(repeats)
-    return primitive
 
 
 def _stretches(

@@ -1,4 +1,8 @@
-"""From directions to a status: whether a word is an orbit, as far as doubles can decide it."""
+"""From directions to a status: whether a word is an orbit, as far as doubles can decide it.
+
+What they leave open, orbits through joints among it, goes to `orbitdb.orbits.balls.enclosure`; words that
+break the geometric rules are described in `orbitdb.orbits.pruned`.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -7,12 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import ABOVE, check_functions
-from orbitdb.billiard.bounces import (
-    coordinates,
-    margin_distances,
-    slack_errors,
-    slacks,
-)
+from orbitdb.billiard.bounces import coordinates, margin_distances, slack_errors, slacks
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -24,149 +23,109 @@ from orbitdb.billiard.legs import (
 )
 from orbitdb.billiard.stability import exponent, forces
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
+from orbitdb.equality import Columns
 from orbitdb.orbits.error_bounds import (
     coordinate_error,
     direction_errors,
     lambda_error,
     length_error,
-    pressed_directions,
 )
 from orbitdb.orbits.orbit import Orbits, Status
 
 Floats = NDArray[np.float64]
 
 
-def assess(
-    words: NDArray[np.uint8],
-    legs: Legs,
-    stadium: Stadium,
-    alpha: Floats,
-    iterations: NDArray[np.int64],
-) -> Orbits:
-    """Turn solved directions into orbits with error bounds and a status, as far as doubles can decide.
-
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-    legs : Legs
-        The same words, cut.
-    stadium : Stadium
-    alpha : ndarray, shape (m, N)
-        Directions of the legs at (or near) the maximum of the length, between the limits.
-    iterations : ndarray of int, shape (N,)
-        Steps the solver took.
-
-    Returns
-    -------
-    Orbits
-    """
-    return _measured(words, legs, stadium, alpha, iterations, _decided(legs, stadium.a, alpha))
-
-
-def assess_orbits(
-    words: NDArray[np.uint8],
-    chain: Chain,
-    legs: Callable[[NDArray[np.intp]], Legs],
-    stadium: Stadium,
-    found: tuple[Floats, NDArray[np.int64]],
-) -> Orbits:
-    """Do as `assess` does, but of words that are proved to be no orbits tell margin and steps alone.
-
-    Parameters
-    ----------
-    words, stadium, found
-        As there, ``found`` being the directions and the steps that the solver took.
-    chain : Chain
-        The words, cut.
-    legs : callable
-        From places among the words to their `Legs`.
-    """
-    alpha, iterations = found
-    verdict = _decided(chain, stadium.a, alpha)
-    orbits = replace(Orbits.empty(words), status=verdict.status, margin=verdict.margin, iterations=iterations)
-    left = np.flatnonzero(verdict.status != Status.DYNAMICAL)
-    if len(left):
-        here = legs(left), stadium, alpha.take(left, axis=1), iterations[left]
-        orbits.place(left, _measured(words[left], *here, verdict.of_words(left)))
-    return orbits
-
-
 @dataclass(frozen=True, eq=False)
-class _Verdict(ByValue):
+class Verdict(Columns):
     """What has become of N words, and what that was decided by.
 
     Attributes
     ----------
     slopes : Derivatives
     alpha_error : ndarray, shape (m, N)
-    slack_error : ndarray, shape (4, m, N)
-    status, margin : ndarray, shape (N,)
-        As in `Orbits`.
+    slack, slack_error : ndarray, shape (4, m, N)
+    status : ndarray of str, shape (N,)
+        Values of `Status`.
     """
 
     slopes: Derivatives
     alpha_error: Floats
+    slack: Floats
     slack_error: Floats
     status: NDArray[np.str_]
-    margin: Floats
-
-    def of_words(self, words: NDArray[np.intp]) -> "_Verdict":
-        """Return those of some of the words."""
-        errors = self.alpha_error.take(words, axis=1), self.slack_error.take(words, axis=2)
-        return _Verdict(self.slopes.of_words(words), *errors, self.status[words], self.margin[words])
 
 
-def _decided(legs: Chain, a: float, alpha: Floats) -> _Verdict:
-    """Tell which words are orbits, as far as doubles can."""
+def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
+    """Tell which words are orbits, as far as doubles can.
+
+    Parameters
+    ----------
+    legs : Chain
+    a : float or ndarray, shape (N,)
+    alpha : ndarray, shape (m, N)
+        Directions of the legs at (or near) the maximum of the length, between the limits.
+    """
     check_functions()
     slopes = derivatives(legs, a, alpha)
-    alpha_error = direction_errors(legs, a, alpha, slopes, pressed_directions(legs, a, alpha, slopes))
-    slack = slacks(legs, alpha)
-    slack_error = slack_errors(legs, alpha_error)
-    status = status_of(slack, slack_error, between_limits(legs, a, alpha, alpha_error))
-    margin = margin_distances(legs, alpha, slack).min(axis=(0, 1))
-    return _Verdict(slopes, alpha_error, slack_error, status, margin)
+    alpha_error = direction_errors(legs, a, alpha, slopes)
+    slack, slack_error = slacks(legs, alpha), slack_errors(legs, alpha_error)
+    outside = (slack < -slack_error).any(axis=(0, 1))
+    low, high = direction_limits(legs, a)
+    # surely away from the limits, the maximum is a stationary point
+    between = np.all(np.minimum(alpha - low, high - alpha) > ABOVE * alpha_error, axis=0)
+    inside = (slack > slack_error).all(axis=(0, 1)) & between
+    undecided = np.where(inside, Status.ORBIT.value, Status.UNRESOLVED.value)
+    status = np.where(outside, Status.DYNAMICAL.value, undecided)
+    return Verdict(slopes, alpha_error, slack, slack_error, status)
 
 
-def _measured(
+def assess(
     words: NDArray[np.uint8],
-    legs: Legs,
+    chain: Chain,
+    legs: Callable[[NDArray[np.intp]], Legs],
     stadium: Stadium,
-    alpha: Floats,
-    iterations: NDArray[np.int64],
-    verdict: _Verdict,
+    found: tuple[Floats, NDArray[np.int64]],
+    every: bool = True,
 ) -> Orbits:
+    """Turn solved directions into orbits with error bounds and a status, as far as doubles can decide.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    chain : Chain
+        The same words, cut.
+    legs : callable
+        From places among the words to their `Legs`.
+    stadium : Stadium
+    found : (ndarray, ndarray)
+        The directions, as in `decide`, and the steps that the solver took.
+    every : bool, optional
+        If not, of words that are proved to be no orbits only status, margin and steps are told.
+    """
+    alpha, iterations = found
+    verdict = decide(chain, stadium.a, alpha)
+    margin = margin_distances(chain, alpha, verdict.slack).min(axis=(0, 1))
+    orbits = replace(Orbits.empty(words), status=verdict.status, margin=margin, iterations=iterations)
+    left = np.flatnonzero(every | (verdict.status != Status.DYNAMICAL))
+    if len(left):
+        here = legs(left), stadium, alpha.take(left, axis=1), verdict.rows(left)
+        orbits.place(left, _measured(orbits.rows(left), *here))
+    return orbits
+
+
+def _measured(orbits: Orbits, legs: Legs, stadium: Stadium, alpha: Floats, verdict: Verdict) -> Orbits:
     """Return all that is to be known of words of which it has been decided what becomes of them."""
     a, slopes, alpha_error = stadium.a, verdict.slopes, verdict.alpha_error
     place, lyapunov = coordinates(legs, a, alpha), exponent(slopes)
-    return Orbits(
-        words=words,
-        status=verdict.status,
+    return replace(
+        orbits,
         coordinates=place,
         length=length(legs, a, alpha),
         lyapunov=lyapunov,
-        margin=verdict.margin,
-        residual=np.abs(forces(stadium, words, place)).max(axis=1),
+        residual=np.abs(forces(stadium, orbits.words, place)).max(axis=1),
         error=coordinate_error(legs, a, alpha, alpha_error, verdict.slack_error),
         length_error=length_error(legs, a, alpha, slopes, alpha_error),
         lyapunov_error=lambda_error(legs, slopes, alpha_error, lyapunov),
-        iterations=iterations,
-    )
-
-
-def between_limits(legs: Chain, a: float | Floats, alpha: Floats, alpha_error: Floats) -> NDArray[np.bool_]:
-    """Tell for which words the maximum is surely away from the limits, and so a stationary point."""
-    low, high = direction_limits(legs, a)
-    return np.all(np.minimum(alpha - low, high - alpha) > ABOVE * alpha_error, axis=0)
-
-
-def status_of(slack: Floats, slack_error: Floats, between: NDArray[np.bool_]) -> NDArray[np.str_]:
-    """Return the statuses that slacks with error bounds, shape (4, m, N), show; shape (N,)."""
-    outside = (slack < -slack_error).any(axis=(0, 1))
-    inside = (slack > slack_error).all(axis=(0, 1)) & between
-    return np.where(
-        outside, Status.DYNAMICAL.value, np.where(inside, Status.ORBIT.value, Status.UNRESOLVED.value)
     )
 
 

@@ -11,16 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import check_functions
-from orbitdb.billiard.bounces import slack_errors, slacks
-from orbitdb.billiard.legs import Chain, Derivatives, centre_directions, derivatives, direction_limits, length
+from orbitdb.billiard.legs import (
+    Chain,
+    Derivatives,
+    centre_directions,
+    cut_on_demand,
+    derivatives,
+    direction_limits,
+    length,
+)
 from orbitdb.billiard.stability import exponent
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.error_bounds import direction_errors, pressed_directions
 from orbitdb.orbits.newton import newton, newton_step
 from orbitdb.orbits.orbit import Status
-from orbitdb.orbits.packed_chains import cut_packed
-from orbitdb.orbits.status import between_limits, status_of, surely_outside
+from orbitdb.orbits.status import decide, surely_outside
 from orbitdb.symbols.words import unpack
 
 Floats = NDArray[np.float64]
@@ -61,7 +66,7 @@ class Exponents(ByValue):
             length=self.length[chosen],
             lyapunov=self.lyapunov[chosen],
             legs=self.legs.chain(chosen),
-            slopes=self.slopes.of_words(chosen),
+            slopes=self.slopes.rows(chosen),
         )
 
 
@@ -80,7 +85,7 @@ def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Ex
         Of some of the words, until all are told of.
     """
     check_functions()
-    for rows, legs in cut_packed(codes, p):
+    for rows, legs, _ in cut_on_demand(unpack(codes, p)):
         for start in range(0, len(rows), _BATCH):
             here = np.arange(start, min(start + _BATCH, len(rows)))
             part = legs.chain(here)
@@ -107,9 +112,8 @@ def _decided(
     """Solve some words from directions that are near, and prove what becomes of them."""
     a = stadium.a
     alpha = newton(legs, a, start=alpha).alpha
-    slopes = derivatives(legs, a, alpha)
-    error = direction_errors(legs, a, alpha, slopes, pressed_directions(legs, a, alpha, slopes))
-    status = status_of(slacks(legs, alpha), slack_errors(legs, error), between_limits(legs, a, alpha, error))
+    verdict = decide(legs, a, alpha)
+    slopes, status = verdict.slopes, verdict.status
     lengths, exponents_ = length(legs, a, alpha), exponent(slopes)
     for place in np.flatnonzero(status == Status.UNRESOLVED).tolist():
         from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to load, and seldom needed
@@ -125,5 +129,5 @@ def _decided(
         lengths[orbits],
         exponents_[orbits],
         legs.chain(orbits),
-        slopes.of_words(orbits),
+        slopes.rows(orbits),
     )

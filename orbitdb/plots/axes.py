@@ -1,6 +1,7 @@
 """Orbits and subsets drawn into axes of matplotlib, which may be the caller's."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 from matplotlib import pyplot
@@ -22,11 +23,10 @@ _LONGEST = 40
 
 def orbit_axes(code: str, stadium: Stadium, points: Floats, ax: Axes | None) -> Axes:
     """Draw an orbit in its stadium, given its bounces, shape (p, 2), with its code above it."""
-    with look():
-        ax = _axes(ax)
-        draw_orbit(ax, stadium, points)
-        ax.set_title(code if len(code) <= _LONGEST else f"{code[: _LONGEST - 3]}...")
-    return ax
+    with _axes(ax) as axes:
+        draw_orbit(axes, stadium, points)
+        axes.set_title(code if len(code) <= _LONGEST else f"{code[: _LONGEST - 3]}...")
+    return axes
 
 
 def phase_space_axes(title: str, stadium: Stadium, periods: Sequence[Period], ax: Axes | None) -> Axes:
@@ -37,24 +37,28 @@ def phase_space_axes(title: str, stadium: Stadium, periods: Sequence[Period], ax
         place.append(along.ravel())
         sine.append(sines.ravel())
         colour.append(np.repeat(lambda_d, symbols.shape[1]))
-    with look():
-        ax = _axes(ax)
-        draw_birkhoff(ax, stadium, *map(np.concatenate, (place, sine, colour)))
-        ax.set_title(_fitted(title, ax), pad=20)
-    return ax
+    with _axes(ax) as axes:
+        draw_birkhoff(axes, stadium, *map(np.concatenate, (place, sine, colour)))
+        axes.set_title(_fitted(title, axes), pad=20)
+    return axes
 
 
 def lengths_axes(title: str, length: Floats, ax: Axes | None) -> Axes:
     """Draw how many orbits are no longer than L, given their lengths, shape (N,)."""
+    with _axes(ax) as axes:
+        draw_staircase(axes, length, np.ones(len(length), np.int64))
+        axes.set_title(_fitted(title, axes))
+    return axes
+
+
+@contextmanager
+def _axes(ax: Axes | None) -> Iterator[Axes]:
+    """Give axes, by default of a new figure, to draw in the house's look."""
+    # The figure comes before the look, whose end undoes all settings: the first one loads the backend, and
+    # that of a notebook then sets that figures are shown.
+    figure = ax.figure if ax else pyplot.figure(layout="constrained")
     with look():
-        ax = _axes(ax)
-        draw_staircase(ax, length, np.ones(len(length), np.int64))
-        ax.set_title(_fitted(title, ax))
-    return ax
-
-
-def _axes(ax: Axes | None) -> Axes:
-    return pyplot.subplots(layout="constrained")[1] if ax is None else ax
+        yield ax or figure.subplots()
 
 
 def _fitted(title: str, ax: Axes) -> str:

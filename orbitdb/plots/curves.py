@@ -52,14 +52,6 @@ def draw_entropy(
     ax.set_xlim(p[0] - 0.7, p[-1] + 0.5)
 
 
-@dataclass(frozen=True)
-class Line:
-    """A reference value with its standard error."""
-
-    value: float
-    error: float
-
-
 @dataclass(frozen=True, eq=False)
 class LyapunovRows(ByValue):
     """One kind of Lyapunov average by period; arrays of shape (n,).
@@ -72,8 +64,8 @@ class LyapunovRows(ByValue):
         Mean of the values at p - 1 and p.
     zeta : ndarray
         From the zeta function cut off at order p; NaN where it has no zero.
-    reference : Line or None
-        Of random trajectories.
+    reference : (float, float) or None
+        Of random trajectories, with its standard error.
     sum_rule, sum_rule_error : ndarray or None
         By sum rules, and the estimate of its error; None where they have no meaning.
     """
@@ -81,7 +73,7 @@ class LyapunovRows(ByValue):
     plain: Floats
     pair: Floats
     zeta: Floats
-    reference: Line | None
+    reference: tuple[float, float] | None
     sum_rule: Floats | None = None
     sum_rule_error: Floats | None = None
 
@@ -105,7 +97,7 @@ def draw_lyapunov(ax: Axes, p: Integers, rows: LyapunovRows, symbol: str, unit: 
         ax.fill_between(p, low, high, color=INK, alpha=0.15, linewidth=0)
         ax.plot(p, rows.sum_rule, "o-", color=INK, markersize=3, linewidth=1, label="sum rules (band: error)")
     if rows.reference is not None:
-        value, error = rows.reference.value, rows.reference.error
+        value, error = rows.reference
         ax.axhspan(value - 2 * error, value + 2 * error, color=PURPLE, alpha=0.35, linewidth=0)
         ax.axhline(value, color=INK, linewidth=1, label=r"random trajectories (band: $\pm 2$ errors)")
     _by_period(ax, rf"$\langle {symbol} \rangle$ ({unit})")

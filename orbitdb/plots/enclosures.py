@@ -1,4 +1,4 @@
-"""Figures of proved bounds on the topological entropy: over a with what orbits give, and against time."""
+"""Figures of proved bounds on the topological entropy: over a, with what orbits give."""
 
 from collections.abc import Mapping
 
@@ -6,20 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE
+from orbitdb.plots.style import BLUE, GREY, ORANGE, PURPLE
 
 Floats = NDArray[np.float64]
 
 _STYLES = ((BLUE, "-"), (ORANGE, "--"))
-_LOOKS = (
-    ("o-", BLUE),
-    ("s-", ORANGE),
-    ("^-", GREEN),
-    ("D-", PURPLE),
-    ("v-", INK),
-    ("x--", GREY),
-    ("+--", BLUE),
-)
 
 
 def draw_entropy_over_a(
@@ -51,18 +42,3 @@ def draw_entropy_over_a(
     ax.axhline(limit, color=GREY, linewidth=0.8, label="bound at every $a$")
     ax.set(xscale="log", xlabel="$a$", ylabel="topological entropy (per bounce)")
     ax.set_ylim(min(float(lower.min()), limit - 0.1) - 0.02, limit + 0.02)
-
-
-def draw_width(ax: Axes, found: Mapping[float, tuple[Floats, Floats]]) -> None:
-    """Draw how far the bounds are apart against the time spent, level by level.
-
-    Parameters
-    ----------
-    ax : Axes
-    found : mapping of float to (ndarray, ndarray)
-        By a, seven at most: seconds from the beginning, and upper less lower bound.
-    """
-    for (a, (seconds, width)), (look, colour) in zip(found.items(), _LOOKS, strict=False):
-        ax.loglog(seconds, width, look, color=colour, markersize=4, linewidth=1, label=f"$a = {a:g}$")
-    ax.set(xlabel="time of one processor (s)", ylabel="upper bound - lower bound")
-    ax.legend(loc="center left", bbox_to_anchor=(1, 0.5))

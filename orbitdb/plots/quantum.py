@@ -1,63 +1,57 @@
 """Figures of levels: the length spectrum beside that of orbits, and the counting function."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
 
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE
+from orbitdb.quantum.spectrum import Spectrum
 
 Floats = NDArray[np.float64]
 
 
-def draw_spectrum(
-    ax: Axes,
-    length: Floats,
-    orbits: Floats,
-    quantum: Floats | None,
-    complete: float,
-    peaks: Sequence[tuple[float, float, str]],
-) -> None:
-    """Draw |F| of levels upwards and that of orbits downwards.
-
-    Parameters
-    ----------
-    ax : Axes
-    length, orbits : ndarray, shape (n,)
-    quantum : ndarray, shape (n,), or None
-    complete : float
-        Up to which length no orbit is missing.
-    peaks : sequence of (float, float, str)
-        Length, height and label of each peak.
-    """
-    if quantum is not None:
-        ax.plot(length, quantum, color=BLUE, label="levels")
-    ax.plot(length, -orbits, color=ORANGE, label="orbits, downwards")
-    if complete < length[-1]:
-        ax.axvspan(
-            max(complete, length[0]), length[-1], color=GREY, alpha=0.12, label="orbits may be missing"
-        )
-    side = 1 if quantum is not None else -1
-    for x, height, label in peaks:
-        ax.annotate(label, (x, side * height), xytext=(0, 4 * side), textcoords="offset points", fontsize=7,
-                    rotation=90, ha="center", va="bottom" if side > 0 else "top")  # fmt: skip
+def draw_spectrum(ax: Axes, found: Spectrum, label: Callable[[str], str]) -> None:
+    """Draw |F| of levels upwards, that of orbits downwards, and the labels that peaks' codes get."""
+    side = -1 if found.quantum is None else 1
+    if found.quantum is not None:
+        ax.plot(found.length, np.abs(found.quantum), color=BLUE, label="levels")
+    ax.plot(found.length, -np.abs(found.orbits), color=ORANGE, label="orbits, downwards")
+    first, last = found.length[[0, -1]]
+    if found.complete < last:
+        beyond = max(found.complete, first)
+        ax.axvspan(beyond, last, color=GREY, alpha=0.12, label="orbits may be missing")
+    for peak in found.peaks(1):
+        ax.annotate(label(peak.code), (peak.length, side * peak.height), xytext=(0, 4 * side),
+                    textcoords="offset points", fontsize=7, rotation=90, ha="center",
+                    va="bottom" if side > 0 else "top")  # fmt: skip
     ax.axhline(0, color=INK, linewidth=0.6)
     ax.margins(x=0, y=0.25)
     ax.set(xlabel="length $x/R$", ylabel=r"$|F(x)|$")
 
 
-def draw_count(ax: Axes, k: Floats, smooth: Floats, at: Floats) -> None:
-    """Draw the number of levels below k, the levels given, and its smooth part at some places."""
-    ax.step(np.append(0.0, k), np.arange(len(k) + 1), where="post", color=BLUE, label="levels")
-    ax.plot(at, smooth, color=ORANGE, linestyle="--", linewidth=1, label="Weyl's law")
-    ax.set(ylabel="levels below $k$")
+def draw_staircase(
+    above: Axes, below: Axes, k: Floats, at: Floats, smooth: Floats, family: Floats, orbits: Floats, p: int
+) -> None:
+    """Draw the number of levels, and how far it is from its smooth part.
 
-
-def draw_fluctuation(ax: Axes, at: Floats, levels: Floats, family: Floats, all_terms: Floats, p: int) -> None:
-    """Draw how far the levels are from Weyl's law, and what bouncing balls and orbits make of that."""
-    ax.plot(at, levels, color=BLUE, linewidth=0.8, label="levels, less Weyl's law")
-    ax.plot(at, family, color=GREEN, linestyle=":", label="bouncing balls")
+    Parameters
+    ----------
+    above, below : Axes
+    k : ndarray, shape (N,)
+        The levels.
+    at, smooth, family, orbits : ndarray, shape (n,)
+        Wavenumbers, the smooth part there, and what bouncing balls and orbits make of the rest.
+    p : int
+        The highest period of the orbits.
+    """
+    above.step(np.append(0.0, k), np.arange(len(k) + 1), where="post", color=BLUE, label="levels")
+    above.plot(at, smooth, color=ORANGE, linestyle="--", linewidth=1, label="Weyl's law")
+    above.set(ylabel="levels below $k$")
+    rest = np.searchsorted(k, at) - smooth
+    below.plot(at, rest, color=BLUE, linewidth=0.8, label="levels, less Weyl's law")
+    below.plot(at, family, color=GREEN, linestyle=":", label="bouncing balls")
     label = f"bouncing balls and orbits to $p = {p}$, a partial sum"
-    ax.plot(at, all_terms, color=ORANGE, linewidth=0.8, label=label)
-    ax.set(xlabel="$kR$", ylabel="fluctuation")
+    below.plot(at, family + orbits, color=ORANGE, linewidth=0.8, label=label)
+    below.set(xlabel="$kR$", ylabel="fluctuation")

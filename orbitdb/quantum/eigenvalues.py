@@ -10,8 +10,7 @@ from orbitdb.errors import WorkError
 Floats = NDArray[np.float64]
 
 _MORE = 6
-"""Eigenvalues beyond those of an interval that are asked for at first."""
-_TRIES = 5
+"""Eigenvalues beyond those of an interval that are asked for: iterations then settle sooner."""
 
 
 def eigenvalues(root: sparse.csr_matrix, low: float, high: float) -> tuple[int, Floats]:
@@ -48,16 +47,16 @@ def eigenvalues(root: sparse.csr_matrix, low: float, high: float) -> tuple[int, 
     factors, _ = _factors(matrix, middle)
     inverse = linalg.LinearOperator(matrix.shape, factors.solve, dtype=np.float64)
     start = np.random.default_rng(0).standard_normal(matrix.shape[0])  # the same levels every time
-    asked = count + _MORE
-    for _ in range(_TRIES):
-        asked = min(asked, matrix.shape[0] - 2)
-        _, vectors = linalg.eigsh(matrix, asked, sigma=middle, OPinv=inverse, v0=start, tol=1e-13)
-        values = np.sort((np.square(root @ vectors)).sum(axis=0) / np.square(vectors).sum(axis=0))
-        found: Floats = values[(values >= low) & (values < high)]
-        if len(found) == count:
-            return below, found
-        asked += max(_MORE, count // 3)
-    raise WorkError(f"{len(found)} of {count} levels with k^2 from {low:g} to {high:g} were found")
+    asked = min(count + _MORE, matrix.shape[0] - 2)
+    _, vectors = linalg.eigsh(matrix, asked, sigma=middle, OPinv=inverse, v0=start, tol=1e-13)
+    values = np.sort((np.square(root @ vectors)).sum(axis=0) / np.square(vectors).sum(axis=0))
+    found: Floats = values[(values >= low) & (values < high)]
+    if len(found) != count:
+        raise WorkError(
+            f"only {len(found)} of {count} levels with k^2 from {low:g} to {high:g} were found: "
+            "change the ends of the range slightly"
+        )
+    return below, found
 
 
 def _factors(matrix: sparse.csc_matrix, shift: float) -> tuple[linalg.SuperLU, int]:

@@ -6,13 +6,14 @@ orbits gives a peak at x = l, and a small image at -l.
 """
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.quantum.amplitudes import Classes, Terms, orbit_terms
-from orbitdb.quantum.weyl import Parity, Weyl
+from orbitdb.quantum.amplitudes import Terms
+from orbitdb.quantum.weyl import Parity, weyl
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -54,7 +55,7 @@ def of_levels(
     """
     inside = k[k < k_max]
     nodes, weights = _quadrature(k_max, x)
-    smooth = weights * Weyl.of(stadium, parity).density(nodes)
+    smooth = weights * weyl(stadium, parity).deriv()(nodes)
     return _transform(inside, _window(inside, k_max), x) - _transform(nodes, smooth, x)
 
 
@@ -62,20 +63,27 @@ def of_terms(terms: Terms, x: Floats, k_max: float) -> Complexes:
     """Return F from terms; x in rising order, shape (n,)."""
     found = np.zeros(len(x), np.complex128)
     far = reach(k_max)
-    order = np.argsort(terms.length)
-    length, amplitude = terms.length[order], terms.amplitude[order]
+    ordered = terms.rows(np.argsort(terms.length))
     for first in range(0, len(x), _POINTS):
         here = x[first : first + _POINTS]
-        low, high = np.searchsorted(length, [here[0] - far, here[-1] + far])
-        step = max(1, BLOCK // len(here))
+        low, high = np.searchsorted(ordered.length, [here[0] - far, here[-1] + far])
+        step = BLOCK // len(here)
         for at in range(low, high, step):
-            some, of = length[at : min(at + step, high)], amplitude[at : min(at + step, high)]
-            peaks = _peak(here[:, None] - some, k_max) @ of.conj() + _peak(here[:, None] + some, k_max) @ of
-            found[first : first + len(here)] += peaks / 2
+            some = ordered.rows(np.arange(at, min(at + step, high)))
+            found[first : first + len(here)] += peak_of_each(some, here, k_max).sum(axis=1)
     return found
 
 
 _POINTS = 64
+
+
+def peak_of_each(terms: Terms, x: Floats, k_max: float) -> Complexes:
+    """Return F of each term alone at lengths x, shape (n, N)."""
+    at, length, amplitude = x[:, None], terms.length, terms.amplitude
+    found: Complexes = (
+        _peak(at - length, k_max) * amplitude.conj() + _peak(at + length, k_max) * amplitude
+    ) / 2
+    return found
 
 
 def _peak(y: Floats, k_max: float) -> Complexes:
@@ -87,60 +95,55 @@ def _peak(y: Floats, k_max: float) -> Complexes:
 
 
 def of_family(stadium: Stadium, x: Floats, k_max: float, parity: Parity | None = None) -> Complexes:
-    """Return F from the bouncing balls between the straight walls (`family_density`)."""
-    nodes, weights = _quadrature(k_max, x)
-    return _transform(nodes, weights * family_density(stadium, nodes, x[-1] + reach(k_max), parity), x)
+    """Return F from the bouncing balls between the straight walls (`family`)."""
+    k, weights = _quadrature(k_max, x)
+    balls = family(stadium, k, x[-1] + reach(k_max), parity)
+    return _transform(k, weights * sum((wave.real for _, wave in balls), np.zeros_like(k)), x)
 
 
-def family_density(stadium: Stadium, k: Floats, longest: float, parity: Parity | None = None) -> Floats:
-    """Return what the bouncing balls, up to a length, add to the density at each k.
+def family(
+    stadium: Stadium, k: Floats, longest: float, parity: Parity | None = None
+) -> Iterator[tuple[int, Complexes]]:
+    """Yield the lengths l of the bouncing balls, and A exp(i k l) at each k, as in `Terms`.
 
     Notes
     -----
-    Among the levels of one parity a ball that goes j times up and down a quarter has length l = 2j and gives
-    (-chi_y)^j times the sum of three terms: of the family (a k / pi) sqrt(2 / (pi k l)) cos(k l - pi/4), of
-    the axis x = 0 chi_x cos(k l) / (2 pi), and of its edge at the joint Re(E_j exp(i k l)) (2 / pi), with
-    E_j from `EDGE`. Of all levels only even j remain, four times the family and the edge.
+    Among the levels of one parity a ball that goes j times up and down a quarter has length l = 2j, and A is
+    (-chi_y)^j times the sum of three terms: of the family (a k / pi) sqrt(2 / (pi k l)) exp(-i pi/4), of the
+    axis x = 0 chi_x / (2 pi), and of its edge at the joint E_j (2 / pi), with E_j from `EDGE`. Of all levels
+    only even j remain, four times the family and the edge.
     """
-    found = np.zeros_like(k)
     x, y = (0, -1) if parity is None else parity.signs
     step, share = (2, 4) if parity is None else (1, 1)
     for j in range(step, math.floor(longest / 2) + 1, step):
-        turn = 2 * k * j
-        family = stadium.a * np.sqrt(k / (math.pi**3 * j)) * np.cos(turn - math.pi / 4)
-        edge = (EDGE[j - 1] * np.exp(1j * turn)).real * 2 / math.pi if j <= len(EDGE) else 0.0
-        found += (-y) ** j * (share * (family + edge) + x * np.cos(turn) / (2 * math.pi))
-    return found
+        edge = EDGE[j - 1] * 2 / math.pi if j <= len(EDGE) else 0.0
+        balls = stadium.a * np.sqrt(k / (math.pi**3 * j)) * np.exp(-0.25j * math.pi) + edge
+        yield 2 * j, (-y) ** j * (share * balls + x / (2 * math.pi)) * np.exp(2j * j * k)
 
 
 def family_terms(stadium: Stadium, k_max: float, longest: float, parity: Parity | None = None) -> Terms:
     """Return the bouncing balls as terms that are as strong in the middle of the window."""
-    step, share = (2, 4) if parity is None else (1, 1)
-    y = -1 if parity is None else parity.signs[1]
-    j = np.arange(step, math.floor(longest / 2) + 1, step)
-    size = share * stadium.a * np.sqrt(k_max / (2 * math.pi**3 * j)) * float(-y) ** j
-    return Terms((2 * j).astype(np.float64), size * np.exp(-0.25j * math.pi), np.full(len(j), -1), j // step)
+    middle = np.array([k_max / 2])
+    balls = list(family(stadium, middle, longest, parity))
+    length = np.array([each for each, _ in balls], np.float64)
+    waves = np.array([wave[0] for _, wave in balls], np.complex128)
+    once = 4 if parity is None else 2
+    return Terms(
+        length, waves * np.exp(-1j * middle * length), np.full(len(balls), -1), length.astype(int) // once
+    )
 
 
-def counted(classes: Classes, k: Floats, longest: float) -> Floats:
-    """Return what orbits add to the number of levels below each k: the sum of Im(A exp(i k l)) / l."""
-    terms = orbit_terms(classes, longest)
-    parts = np.array_split(k, max(1, len(k) * len(terms.length) // BLOCK))
-    sizes = terms.amplitude / terms.length
-    return np.concatenate([(np.exp(1j * part[:, None] * terms.length) @ sizes).imag for part in parts])
+def counted(terms: Terms, k: Floats) -> Floats:
+    """Return what terms add to the number of levels below each k: the sum of Im(A exp(i k l)) / l."""
+    return _transform(terms.length, terms.amplitude / terms.length, k).imag
 
 
 def family_count(stadium: Stadium, k: Floats, longest: float) -> Floats:
-    """Return what the bouncing balls add to the number of levels below each k, from 0 on.
+    """Return what the bouncing balls add to the number of levels below each k.
 
     To leading orders the integral of a term is the term a quarter of a turn behind, over its length.
     """
-    found = np.zeros_like(k)
-    for j in range(2, math.floor(longest / 2) + 1, 2):
-        turn = 2 * k * j
-        edge = (EDGE[j - 1] * np.exp(1j * turn)).imag * 2 / math.pi if j <= len(EDGE) else 0.0
-        found += 4 * (stadium.a * np.sqrt(k / (math.pi**3 * j)) * np.sin(turn - math.pi / 4) + edge) / (2 * j)
-    return found
+    return sum((wave.imag / length for length, wave in family(stadium, k, longest)), np.zeros_like(k))
 
 
 def _window(k: Floats, k_max: float) -> Floats:
@@ -155,7 +158,7 @@ def _quadrature(k_max: float, x: Floats) -> tuple[Floats, Floats]:
     return k, weights * k_max / 2 * _window(k, k_max)
 
 
-def _transform(k: Floats, weights: Floats, x: Floats) -> Complexes:
+def _transform(k: Floats, weights: Floats | Complexes, x: Floats) -> Complexes:
     """Return the sum of weights exp(i k x), shape of x."""
     parts = np.array_split(x, max(1, len(x) * len(k) // BLOCK))
     return np.concatenate([np.exp(1j * part[:, None] * k) @ weights for part in parts])

@@ -12,10 +12,9 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.extras import load
-from orbitdb.orbits.beyond import least_length
-from orbitdb.quantum.amplitudes import Classes, Terms, orbit_terms
-from orbitdb.quantum.lengths import family_terms, of_family, of_levels, of_terms, reach
-from orbitdb.quantum.weyl import Parity, Weyl
+from orbitdb.quantum.amplitudes import Terms
+from orbitdb.quantum.lengths import peak_of_each
+from orbitdb.quantum.weyl import Parity, weyl
 
 if TYPE_CHECKING:
     import pandas
@@ -56,7 +55,7 @@ class Peak(NamedTuple):
     strength: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Spectrum(ByValue):
     """The length spectrum F(x), windowed with sin^4(pi k / k_max).
 
@@ -112,11 +111,9 @@ class Spectrum(ByValue):
 
     def rows(self) -> list[tuple[float | None, ...]]:
         """Return one row a length, its columns `COLUMNS`."""
-        parts = np.stack([self.length, self.orbits.real, self.orbits.imag], axis=1).tolist()
-        if self.quantum is None:
-            return [(x, None, None, *orbits) for x, *orbits in parts]
-        pairs = zip(parts, self.quantum.tolist(), strict=True)
-        return [(x, level.real, level.imag, *orbits) for (x, *orbits), level in pairs]
+        nothing = [None] * len(self.length)
+        quantum = (nothing, nothing) if self.quantum is None else _parts(self.quantum)
+        return list(zip(self.length.tolist(), *quantum, *_parts(self.orbits), strict=True))
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the rows as a data frame of pandas (extra ``pandas``)."""
@@ -129,80 +126,16 @@ class Spectrum(ByValue):
         tops = 1 + np.flatnonzero((inner > height[:-2]) & (inner >= height[2:]) & (inner > height.max() / 20))
         for top in tops.tolist():
             x = self.length[top : top + 1]
-            near = np.flatnonzero(np.abs(self.terms.length - x) < 2 * math.pi / self.k_max)
-            near = near[np.argsort(-np.abs(self.terms.amplitude[near]))][: 4 * most]
-            alone = [
-                (float(np.abs(of_terms(self.terms.rows(near[n : n + 1]), x, self.k_max)[0])), term)
-                for n, term in enumerate(near.tolist())
-            ]
-            for strength, term in sorted(alone, reverse=True)[:most]:
-                orbit = int(self.terms.orbit[term])
-                code = _FAMILY if orbit < 0 else str(self.codes[orbit])
-                yield Peak(
-                    float(x[0]),
-                    float(height[top]),
-                    code,
-                    int(self.terms.repetitions[term]),
-                    float(self.terms.length[term]),
-                    strength,
-                )
+            near = self.terms.rows(np.abs(self.terms.length - x) < 2 * math.pi / self.k_max)
+            strength = np.abs(peak_of_each(near, x, self.k_max)[0])
+            for n in np.argsort(-strength)[:most].tolist():
+                code = _FAMILY if near.orbit[n] < 0 else str(self.codes[near.orbit[n]])
+                of_term = int(near.repetitions[n]), float(near.length[n]), float(strength[n])
+                yield Peak(float(x[0]), float(height[top]), code, *of_term)
 
 
-def complete_length(highest: int, a: float, parity: Parity | None) -> float:
-    """Return up to which length terms are complete, given all orbits up to a period (0: none).
-
-    Half orbits of one parity are as long as half an orbit.
-    """
-    if highest < 2:
-        return 0.0
-    return least_length(highest, a) / (1 if parity is None else 2)
-
-
-def spectrum(
-    stadium: Stadium,
-    classes: Classes,
-    codes: NDArray[np.object_],
-    highest: int,
-    length: Floats,
-    k_max: float,
-    levels: Floats | None = None,
-    parity: Parity | None = None,
-) -> Spectrum:
-    """Return the length spectrum of orbits, and of levels if there are some.
-
-    Parameters
-    ----------
-    stadium : Stadium
-    classes : Classes
-        The orbits.
-    codes : ndarray of object, shape (C,)
-        Their representatives.
-    highest : int
-        All orbits up to this period are among them.
-    length : ndarray, shape (n,)
-        Where, in rising order.
-    k_max : float
-        The end of the window, in 1/radius.
-    levels : ndarray, optional
-        All levels of the parity below `k_max`.
-    parity : Parity, optional
-        By default all levels together.
-    """
-    longest = float(length[-1]) + reach(k_max)
-    terms = orbit_terms(classes, longest, parity)
-    orbits = of_terms(terms, length, k_max) + of_family(stadium, length, k_max, parity)
-    quantum = None if levels is None else of_levels(levels, length, k_max, stadium, parity)
-    return Spectrum(
-        stadium.a,
-        parity,
-        k_max,
-        length,
-        orbits,
-        quantum,
-        complete_length(highest, stadium.a, parity),
-        terms.and_more(family_terms(stadium, k_max, longest, parity)),
-        codes,
-    )
+def _parts(values: Complexes) -> tuple[list[float], list[float]]:
+    return values.real.tolist(), values.imag.tolist()
 
 
 def check_levels(k: Floats, stadium: Stadium, parity: Parity | None) -> None:
@@ -220,7 +153,7 @@ def check_levels(k: Floats, stadium: Stadium, parity: Parity | None) -> None:
     if (falls := np.flatnonzero(np.diff(k) < 0)).size:
         n = int(falls[0])
         raise InputError(f"level {n + 2} ({k[n + 1]:g}) is below the one before it: sort the levels")
-    expected = float(Weyl.of(stadium, parity).number(k[-1:])[0])
+    expected = float(weyl(stadium, parity)(k[-1]))
     if abs(len(k) - expected) > _OFF * expected + 4:
         of = "" if parity is None else f" of parity {parity}"
         raise InputError(

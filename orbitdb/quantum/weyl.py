@@ -7,15 +7,11 @@ they or their normal derivatives are, by parity. Perimeter terms are -length k /
 """
 
 import math
-from dataclasses import dataclass
 from enum import StrEnum
 
-import numpy as np
-from numpy.typing import NDArray
+from numpy.polynomial import Polynomial
 
 from orbitdb.billiard.stadium import Stadium
-
-Floats = NDArray[np.float64]
 
 
 class Parity(StrEnum):
@@ -32,38 +28,18 @@ class Parity(StrEnum):
         return 1 if self.value[0] == "e" else -1, 1 if self.value[1] == "e" else -1
 
 
-@dataclass(frozen=True)
-class Weyl:
-    """N(k) = quadratic k^2 + linear k + constant.
+def weyl(stadium: Stadium, parity: Parity | None) -> Polynomial:
+    """Return the smooth number of levels below k (1/radius), of one parity or of all (None)."""
+    if parity is None:
+        return Polynomial([1 / 6, -stadium.perimeter / (4 * math.pi), stadium.area / (4 * math.pi)])
+    x, y = parity.signs
+    edge = stadium.perimeter / 4 - x - y * (stadium.a + 1)
+    corners = (x * y - x - y) / 16
+    return Polynomial([1 / 24 + corners, -edge / (4 * math.pi), stadium.area / (16 * math.pi)])
 
-    Attributes
-    ----------
-    quadratic, linear, constant : float
-    """
 
-    quadratic: float
-    linear: float
-    constant: float
-
-    @classmethod
-    def of(cls, stadium: Stadium, parity: Parity | None) -> "Weyl":
-        """Return it for one parity, or for all levels (None)."""
-        if parity is None:
-            return cls(stadium.area / (4 * math.pi), -stadium.perimeter / (4 * math.pi), 1 / 6)
-        x, y = parity.signs
-        edge = stadium.perimeter / 4 - x - y * (stadium.a + 1)
-        corners = (x * y - x - y) / 16
-        return cls(stadium.area / (16 * math.pi), -edge / (4 * math.pi), 1 / 24 + corners)
-
-    def number(self, k: Floats) -> Floats:
-        """Return the smooth number of levels below k (1/radius)."""
-        return (self.quadratic * k + self.linear) * k + self.constant
-
-    def density(self, k: Floats) -> Floats:
-        """Return its derivative."""
-        return 2 * self.quadratic * k + self.linear
-
-    def wavenumber(self, number: float) -> float:
-        """Return the k below which there are so many levels, roughly; 0 where there are fewer at all."""
-        root = self.linear**2 - 4 * self.quadratic * (self.constant - number)
-        return max(0.0, (math.sqrt(max(root, 0.0)) - self.linear) / (2 * self.quadratic))
+def wavenumber(smooth: Polynomial, number: float) -> float:
+    """Return the k below which there are so many levels, roughly; 0 where there are fewer at all."""
+    constant, linear, quadratic = smooth.coef.tolist()
+    root = linear**2 - 4 * quadratic * (constant - number)
+    return max(0.0, (math.sqrt(max(root, 0.0)) - linear) / (2 * quadratic))

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from orbitdb.symbols.automaton import STRAIGHT_SYMBOLS, automaton
 from orbitdb.symbols.enumeration import CHUNK, Span, closes
-from orbitdb.symbols.symmetry import classify_packed, mirrored
+from orbitdb.symbols.symmetry import classify, mirrored
 from orbitdb.symbols.words import BITS
 
 Integers = NDArray[np.int64]
@@ -77,7 +77,7 @@ def least_words(span: Span) -> Iterator[LeastWords]:
         whole = whole.rows(closes(whole.codes, whole.states, span.p))
         whole = whole.rows(_no_image_less(whole, span.p))
         if len(whole.codes):
-            classes = classify_packed(whole.codes, span.p)
+            classes = classify(whole.codes, span.p)
             least = classes.representative == whole.codes
             if least.any():
                 yield LeastWords(whole.codes[least], classes.stabiliser[least])

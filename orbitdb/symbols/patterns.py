@@ -4,14 +4,14 @@ Where a pattern may go on in a word is a set of places, a bit each, three bits a
 symbol of the pattern after the other moves the sets of all words on, in a few operations on integers.
 """
 
-import re
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.symbols.symmetry import next_symbols
+from orbitdb.symbols.symmetry import ELEMENTS, SIZES, next_symbols, packed_images
 from orbitdb.symbols.words import BITS, MAX_KEYED, SYMBOLS, least_rotation
 
 Integers = NDArray[np.int64]
@@ -77,8 +77,7 @@ class Like:
 
     def fits(self, word: str) -> bool:
         """Tell whether a word, as it is written, fits."""
-        parts = [re.compile(part.replace("_", ".")) for part in self.pattern.split("%")]
-        return _goes_through(parts, word) == self.wanted
+        return fnmatchcase(word, self.pattern.replace("%", "*").replace("_", "?")) == self.wanted
 
     def fitting(self, codes: Integers, p: int) -> Found:
         """Return which packed words of order p <= `MAX_KEYED`, as they are written, fit."""
@@ -92,20 +91,6 @@ class Like:
             if symbol != "_":
                 places &= where[symbol]
         return (places & 1 != 0) == self.wanted
-
-
-def _goes_through(parts: list[re.Pattern[str]], word: str) -> bool:
-    """Tell whether a word consists of some parts with anything in between, as early as they come."""
-    if len(parts) == 1:
-        return parts[0].fullmatch(word) is not None
-    *before, last = parts
-    found = before[0].match(word)
-    for part in before[1:]:
-        if found is None:
-            return False
-        found = part.search(word, found.end())
-    size = len(last.pattern)
-    return found is not None and found.end() + size <= len(word) and bool(last.match(word, len(word) - size))
 
 
 def _where(symbol: str, codes: Integers, p: int) -> Integers:
@@ -123,3 +108,31 @@ def _spread(places: Integers, p: int) -> None:
     while step <= BITS * p:
         places |= places >> step
         step *= 2
+
+
+def words_containing(codes: Integers, stabiliser: NDArray[np.uint8], p: int, factor: str) -> Integers:
+    """Count the words of symmetry classes that contain a factor.
+
+    Parameters
+    ----------
+    codes : ndarray of int64, shape (N,)
+        One packed word of order p <= 20 of each class.
+    stabiliser : ndarray of uint8, shape (N,)
+        Their stabilisers.
+    p : int
+    factor : str
+        Symbols 0..5.
+
+    Returns
+    -------
+    ndarray of int64, shape (N,)
+
+    Notes
+    -----
+    As a selection has it, a word contains what its least rotation, written twice, contains. So it has every
+    factor of up to p + 1 symbols that it has in any rotation, and none of more than 2 p.
+    """
+    images = np.zeros(len(codes), dtype=np.int64)
+    for image in packed_images(codes, p):
+        images += Factor(factor).fitting(image, p)
+    return images * SIZES[stabiliser] // len(ELEMENTS)  # each word is the image under so many elements

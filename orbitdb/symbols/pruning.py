@@ -132,9 +132,11 @@ def need_admissible(words: Words) -> None:
         With the first that is not admissible.
     """
     if not isinstance(words, np.ndarray) or words.ndim != 2 or words.dtype.kind not in "iu":
-        raise WordError("give words as an array, shape (N, p), as orbitdb.symbols.words.from_strings makes")
+        raise WordError(
+            "give words as an array of shape (N, p), such as orbitdb.symbols.words.from_strings returns"
+        )
     if words.size and not 0 <= words.min() <= words.max() < len(SYMBOLS):
-        raise WordError("the words have symbols that are not 0 1 2 3 4 5")
+        raise WordError("words may contain only the symbols 0 to 5")
     if (masks := rules_broken(words)).any():
         row = int(np.flatnonzero(masks)[0])
         broken = ", ".join(map(str, rule_numbers(int(masks[row]))))

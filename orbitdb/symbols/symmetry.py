@@ -142,22 +142,15 @@ def image_coordinates(
     -------
     ndarray, shape (N, p)
         In the order of ``words``.
-    """
-    return image_places(from_strings(words), from_strings(least), element, coordinates)
-
-
-def image_places(
-    words: NDArray[np.uint8], least: NDArray[np.uint8], element: int, coordinates: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return what `image_coordinates` does, of words as arrays, shape (N, p).
 
     Raises
     ------
     ValueError
         If one is no rotation of its image.
     """
-    shift = _turns(act_on_words(element, least), words)[:, None]
-    turned, p = act_on_coordinates(element, least, coordinates), words.shape[1]
+    symbols = from_strings(least)
+    shift = _turns(act_on_words(element, symbols), from_strings(words))[:, None]
+    turned, p = act_on_coordinates(element, symbols, coordinates), symbols.shape[1]
     return np.take_along_axis(turned, (shift + np.arange(p)) % p, axis=1)
 
 
@@ -196,18 +189,7 @@ class Classes(ByValue):
     stabiliser: NDArray[np.uint8]
 
 
-def classify(words: NDArray[np.uint8]) -> Classes:
-    """Find the symmetry class of each word of order p <= 20.
-
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-        Primitive words, each its own least rotation.
-    """
-    return classify_packed(pack(words), words.shape[1])
-
-
-def classify_packed(codes: NDArray[np.int64], p: int) -> Classes:
+def classify(codes: NDArray[np.int64], p: int) -> Classes:
     """Find the symmetry class of each packed word of order p <= 20, primitive and its own least rotation."""
     parts = [_classify(codes[start : start + _BATCH], p) for start in range(0, max(len(codes), 1), _BATCH)]
     names = (each.name for each in fields(Classes))

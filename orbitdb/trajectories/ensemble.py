@@ -108,9 +108,9 @@ class Reference:
     mean_free_path, mean_free_path_error : float
         Mean path between bounces; `Stadium.mean_free_path` is its exact value.
     bounces : int
-        Bounces that were made.
+        Bounces in all.
     groups : int
-        Number of independent starts whose spread the errors come from.
+        Number of independent starts; the errors come from their spread.
     seed : int
     """
 
@@ -142,8 +142,8 @@ def simulate(
     seed : int, optional
         The same seed and numbers give the same result.
     trajectories : int, optional
-        Run at the same time; by default `TRAJECTORIES`, or fewer where that comes nearer to the bounces,
-        but `LEAST`.
+        How many run at the same time; by default `TRAJECTORIES`, or fewer if that comes nearer to the
+        bounces, but at least `LEAST`.
     progress : callable, optional
         Called every few hundred steps with the fraction done and the averages so far.
 

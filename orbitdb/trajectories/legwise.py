@@ -10,7 +10,7 @@ invariant measure of the runs, so that every one of them is independent.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,16 +89,6 @@ def simulate_legs(
     Below about a = 0.1 an angle t changes little over many legs, and what is left of lambda is no longer
     small: the errors hold, but those of `orbitdb.trajectories.ensemble` are smaller.
     """
-    for done, found in legwise_references(stadium, bounces, known, seed):
-        if progress is not None:
-            progress(done, found)
-    return found
-
-
-def legwise_references(
-    stadium: Stadium, bounces: int, known: tuple[float, float], seed: int = 0
-) -> Iterator[tuple[float, Reference]]:
-    """Yield the fraction done and the averages so far, after every batch of `simulate_legs`."""
     if bounces < 1:
         raise ValueError("give at least one bounce")
     legs = bounces / (stadium.a + math.pi / 2)
@@ -111,7 +101,10 @@ def legwise_references(
     for count in range(1, batches + 1):
         terms = _batch(stadium.a, each, legs_each, rng)
         moments += terms.sum(axis=1), (terms**2).sum(axis=1)
-        yield count / batches, _reference(moments, count * each, legs_each, stadium, known, seed)
+        found = _reference(moments, count * each, legs_each, stadium, known, seed)
+        if progress is not None:
+            progress(count / batches, found)
+    return found
 
 
 def _batch(a: float, starts: int, legs: int, rng: np.random.Generator) -> Floats:

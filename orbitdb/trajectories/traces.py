@@ -83,7 +83,9 @@ def trace_start(
     symbols, coordinates = written(stadium, *_joined(x, y, side))
     ahead, back = (_known(stadium, each, tolerance, way) for each, way in _ways(x, y, side, error))
     if not ahead + back:
-        raise InputError(f"doubles know no bounce of this start to {tolerance:g}: give a larger tolerance")
+        raise InputError(
+            f"rounding hides every bounce of this start at {tolerance:g}: give a larger tolerance"
+        )
     middle = x.shape[1] - 1
     kept = slice(middle - back, middle + ahead)
     points = stadium.points(symbols, coordinates)
@@ -116,7 +118,7 @@ def _numbers(values: Any, help: str) -> Floats:
     except (TypeError, ValueError, OverflowError):
         raise InputError(help) from None
     if not np.isfinite(found).all():
-        raise InputError(f"{help}; nan and inf are no places")
+        raise InputError(f"{help}; nan and inf are not coordinates")
     return found
 
 
@@ -185,15 +187,15 @@ def trace_points(stadium: Stadium, points: Any, tolerance: float) -> Trace:
     InputError
         If they are no such points.
     """
-    found = _numbers(points, "points are pairs x,y, one a bounce")
+    found = _numbers(points, "give points as pairs x,y, one per bounce")
     if found.size == 0:
-        raise InputError("there are no points: give x,y of at least three bounces, one pair a line")
+        raise InputError("there are no points: give x,y of at least three bounces, one pair per line")
     if found.ndim != 2 or found.shape[1] != 2:
-        raise InputError("points are pairs x,y, one a bounce")
+        raise InputError("give points as pairs x,y, one per bounce")
     if not _LEAST_POINTS <= len(found) <= MOST_BOUNCES:
         many = "few" if len(found) < _LEAST_POINTS else "many"
         raise InputError(
-            f"too {many} points ({len(found)}): give {_LEAST_POINTS} to {MOST_BOUNCES}, one a bounce"
+            f"too {many} points ({len(found)}): give {_LEAST_POINTS} to {MOST_BOUNCES}, one per bounce"
         )
     _check_on_boundary(stadium, found, tolerance)
     same = np.flatnonzero((found[1:] == found[:-1]).all(axis=1))

@@ -1,77 +1,59 @@
 """Parts of a catalogue that are checked apart, by whatever process: what is found depends on nothing else."""
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
+import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.equality import ByValue
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.verification.check import Step
-from orbitdb.version import __version__
+from orbitdb.store.reading.audit import Ids
+from orbitdb.verification.check import Check, Step
 
-if TYPE_CHECKING:
-    import sqlalchemy as sa
+_SYMBOLS = 1 << 17
+_CLASSES = 4096
 
 
 @dataclass(frozen=True)
-class Checked:
-    """What was found in a part, and which orbitdb looked."""
-
-    step: Step
-    version: str
-
-
-@dataclass(frozen=True, eq=False)
-class Part(ByValue, ABC):
+class Part:
     """A part of a catalogue that is to be checked.
 
     Attributes
     ----------
-    path : Path
-        The catalogue.
+    stage : str
+        What it belongs to.
+    find : callable
+        Checks what a connection reads.
+    done, total : int
+        As of a `Step`.
     """
+
+    stage: str
+    find: Callable[[sa.Connection], Iterable[Check]]
+    done: int = 0
+    total: int = 1
+
+    def checked(self, connection: sa.Connection) -> Step:
+        """Return what is found in what a connection reads."""
+        return Step(self.stage, self.done, self.total, tuple(self.find(connection)))
+
+
+@dataclass(frozen=True)
+class Apart:
+    """A part of the catalogue in a file, to be checked by any process."""
 
     path: Path
+    part: Part
 
-    @abstractmethod
-    def checked(self, connection: "sa.Connection") -> Step:
-        """Return what is found in what a connection reads."""
-
-    def solved(self) -> Checked:
+    def solved(self) -> Step:
         """Return what is found in the catalogue as it is now: the rows of a class stay what they are."""
         with _opened(self.path).reading() as connection:
-            return Checked(self.checked(connection), __version__)
-
-
-@dataclass(frozen=True, eq=False)
-class ClassBlock(Part, ABC):
-    """Classes of one period that are to be checked.
-
-    Attributes
-    ----------
-    p : int
-    ids : ndarray of int64, shape (N,)
-        Their numbers.
-    before, total : int
-        How many classes are checked before these, and how many there are to check.
-    """
-
-    p: int
-    ids: NDArray[np.int64]
-    before: int
-    total: int
-
-    @property
-    def done(self) -> int:
-        """How many classes are checked with these."""
-        return self.before + len(self.ids)
+            return self.part.checked(connection)
 
 
 @lru_cache(maxsize=1)
@@ -79,20 +61,47 @@ def _opened(path: Path) -> Catalogue:
     return Catalogue(path)
 
 
-def is_chosen(p: int, selections: Sequence[Selection]) -> bool:
-    """Tell whether a period is chosen at some a; without any a all are."""
-    return not selections or any(each.includes(p) for each in selections)
-
-
 class Workers(Protocol):
     """Something that checks parts, such as `orbitdb.filling.workers.Processes`."""
 
-    def solved(self, blocks: Iterable[Part]) -> Iterator[Checked]:
+    def solved(self, blocks: Iterable[Apart]) -> Iterator[Step]:
         """Yield what was found in parts, in their order."""
 
 
-def steps_of(parts: Iterable[Part], connection: "sa.Connection", workers: Workers | None) -> Iterator[Step]:
-    """Yield what is found in parts, in their order: by workers, or here, in what one connection reads."""
-    if workers is None:
-        return (part.checked(connection) for part in parts)
-    return (found.step for found in workers.solved(parts))
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Classes of one period, or pruned words, that are checked together.
+
+    Attributes
+    ----------
+    p : int
+    ids : ndarray of int64, shape (N,)
+        Their numbers.
+    done, total : int
+        How many are checked with these, and how many there are to check.
+    """
+
+    p: int
+    ids: NDArray[np.int64]
+    done: int
+    total: int
+
+    def part(self, stage: str, find: Callable[["Block", sa.Connection], Iterable[Check]]) -> Part:
+        """Return them as a part that is checked by a function."""
+        return Part(f"{stage}, p = {self.p}", partial(find, self), self.done, self.total)
+
+
+def blocks(ids: Ids, size: int = _CLASSES) -> Iterator[Block]:
+    """Cut classes into blocks of at most so many, and of fewer long words."""
+    done, total = 0, sum(map(len, ids.values()))
+    for p, those in ids.items():
+        step = max(1, min(size, _SYMBOLS // p))
+        for start in range(0, len(those), step):
+            block = those[start : start + step]
+            done += len(block)
+            yield Block(p, block, done, total)
+
+
+def is_chosen(p: int, selections: Sequence[Selection]) -> bool:
+    """Tell whether a period is chosen at some a; without any a all are."""
+    return not selections or any(each.includes(p) for each in selections)

@@ -6,8 +6,6 @@ the speed that is stored.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,18 +16,18 @@ from orbitdb.billiard.bounces import slack_errors
 from orbitdb.billiard.legs import Chain, derivatives, direction_limits
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.orbits.births.batches import JOINTS, Batch
-from orbitdb.orbits.births.brackets import Signs, statuses
+from orbitdb.orbits.births.brackets import Signs
 from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
-from orbitdb.orbits.error_bounds import direction_errors, pressed_directions
+from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import newton
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import BORN, DIED
 from orbitdb.store.file.tables import change, cycle
-from orbitdb.store.reading.audit import blocks, by_period, ids_in, sampled
+from orbitdb.store.reading.audit import by_period, ids_in, sampled
 from orbitdb.store.reading.soundness import sound_words
 from orbitdb.symbols.words import MAX_KEYED, from_strings
-from orbitdb.verification.blocks import ClassBlock, is_chosen
-from orbitdb.verification.check import Check, Step, judged
+from orbitdb.verification.blocks import Block, Part, blocks, is_chosen
+from orbitdb.verification.check import Check, judged
 
 Floats = NDArray[np.float64]
 Marks = NDArray[np.bool_]
@@ -39,38 +37,23 @@ _CLOSE = 1e-6
 """Relative, of slopes: no proof rests on them, and they are computed without bounds."""
 
 
-def change_blocks(
-    connection: sa.Connection,
-    path: Path,
-    selections: Sequence[Selection],
-    sample: int | None,
-    rng: np.random.Generator,
-) -> Iterator["ChangeBlock"]:
+def change_parts(
+    connection: sa.Connection, selections: Sequence[Selection], sample: int | None, rng: np.random.Generator
+) -> Iterator[Part]:
     """Yield blocks of the classes with births of the chosen periods, or of so many drawn at random."""
     born = by_period(connection, ids_in(connection, change.c.cycle))
     chosen = [those for p, those in born.items() if 2 <= p <= MAX_KEYED and is_chosen(p, selections)]
     drawn = sampled(np.concatenate([np.zeros(0, np.int64), *chosen]), sample, rng)
-    for p, block, before in blocks(by_period(connection, drawn)):
-        yield ChangeBlock(path, p, block, before, len(drawn))
+    return (block.part("births", _check_changes) for block in blocks(by_period(connection, drawn)))
 
 
-@dataclass(frozen=True, eq=False)
-class ChangeBlock(ClassBlock):
-    """Classes of which the births and deaths are to be decided again."""
-
-    def checked(self, connection: sa.Connection) -> Step:
-        """Return what is found in the rows that a connection reads."""
-        first, last = int(self.ids[0]), int(self.ids[-1])
-        query = sa.select(change, cycle.c.word).join_from(change, cycle)
-        here = change.c.cycle.between(first, last)
-        rows = connection.execute(query.where(here).order_by(change.c.cycle, change.c.number)).all()
-        wanted = set(self.ids.tolist())
-        check = check_changes([row for row in rows if row.cycle in wanted], self.p)
-        return Step(f"births, p = {self.p}", self.done, self.total, (check,))
-
-
-def check_changes(rows: Sequence[Any], p: int) -> Check:
-    """Check births and deaths of classes of one period, rows of ``change`` with their ``word``."""
+def _check_changes(block: Block, connection: sa.Connection) -> Iterator[Check]:
+    """Decide the births and deaths of classes of one period again."""
+    query = sa.select(change, cycle.c.word).join_from(change, cycle)
+    here = change.c.cycle.between(int(block.ids[0]), int(block.ids[-1]))
+    found = connection.execute(query.where(here).order_by(change.c.cycle, change.c.number)).all()
+    p, wanted = block.p, set(block.ids.tolist())
+    rows = [row for row in found if row.cycle in wanted]
     words = sorted({row.word for row in rows})
     sound = [words[i] for i in sound_words(words, p)]
     place = {word: i for i, word in enumerate(sound)}
@@ -82,7 +65,7 @@ def check_changes(rows: Sequence[Any], p: int) -> Check:
         failed = _wrong_sides(batch, word, known) | _wrong_bounces(batch, word, known)
         wrong |= {id(known[i]) for i in np.flatnonzero(failed)}
     labels = [f"{row.word} at a = {row.a:g}" for row in rows]
-    return judged("changes", labels, [id(row) in wrong for row in rows])
+    yield judged("changes", labels, [id(row) in wrong for row in rows])
 
 
 def _is_sound(row: Any) -> bool:
@@ -109,10 +92,7 @@ def _signs(batch: Batch, word: Places, a: Floats) -> Signs:
     """Tell which words are orbits, each at its own a: 1, -1, or 0 where balls do not decide it either."""
     sign = np.zeros(len(word), np.int8)
     for here, legs in _chains(batch, word):
-        sign[here] = statuses(legs, a[here], newton(legs, a[here]).alpha)
-    unknown = np.flatnonzero(sign == 0)
-    if len(unknown):
-        sign[unknown] = batch.signs_at(word[unknown], a[unknown])
+        sign[here] = batch.signs(word[here], legs, a[here], newton(legs, a[here]).alpha)
     return sign
 
 
@@ -149,5 +129,5 @@ def _slacks(legs: Chain, a: Floats) -> tuple[Floats, Floats, Floats]:
     alpha = newton(legs, a).alpha
     moved = motion(legs, a, alpha, limits)
     slopes = derivatives(legs, a, alpha)
-    errors = direction_errors(legs, a, alpha, slopes, pressed_directions(legs, a, alpha, slopes))
+    errors = direction_errors(legs, a, alpha, slopes)
     return *slacks_and_slopes(legs, alpha, moved.drift), 2 * slack_errors(legs, errors).max(axis=(0, 1))

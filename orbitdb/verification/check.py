@@ -1,6 +1,6 @@
 """Check: how one promise of a catalogue fares over many rows."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -68,6 +68,17 @@ def judged(name: str, labels: Sequence[str], wrong: NDArray[np.bool_] | Sequence
     marks = np.asarray(wrong, dtype=bool)
     first = shown(labels[int(marks.argmax())]) if marks.any() else None
     return Check(name, len(marks), int(marks.sum()), first=first)
+
+
+def listed(name: str, rows: int, wrong: Sequence[str]) -> Check:
+    """Return a check of so many rows, of which those that are wrong are told."""
+    return Check(name, rows, len(wrong), first=wrong[0] if wrong else None)
+
+
+def single(name: str, label: str, wrong: Iterable[str]) -> Check:
+    """Return a check of one row, and say the first of what is wrong with it."""
+    first = next(iter(wrong), None)
+    return Check(name, 1, int(first is not None), first=None if first is None else f"{label}: {first}")
 
 
 def shares(deviation: NDArray[np.float64], allowed: NDArray[np.float64]) -> NDArray[np.float64]:

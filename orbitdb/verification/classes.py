@@ -6,9 +6,7 @@ twice, and no word in two classes. `orbitdb.verification.completeness` tells how
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import sqlalchemy as sa
@@ -16,7 +14,7 @@ import sqlalchemy as sa
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tables import cycle, pruned
-from orbitdb.store.reading.audit import blocks, by_period, ids_in, load_rows
+from orbitdb.store.reading.audit import by_period, ids_in, load_rows
 from orbitdb.store.reading.soundness import is_written, sound_words
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.members import joined_members, joined_words
@@ -30,64 +28,56 @@ from orbitdb.symbols.words import (
     least_rotations,
     pack,
 )
-from orbitdb.verification.blocks import ClassBlock, is_chosen
-from orbitdb.verification.check import Step, judged
+from orbitdb.verification.blocks import Block, Part, blocks, is_chosen
+from orbitdb.verification.check import Check, judged
 
 Row = tuple[Any, ...]
 
 
-def class_blocks(
-    connection: sa.Connection, path: Path, selections: Sequence[Selection]
-) -> Iterator["WordRows"]:
+def class_parts(connection: sa.Connection, selections: Sequence[Selection]) -> Iterator[Part]:
     """Yield blocks of all classes and pruned words of the chosen periods; of all, if no a is chosen."""
     for table in (cycle, pruned):
         found = by_period(connection, ids_in(connection, table.c.id), table)
-        chosen = {p: ids for p, ids in found.items() if is_chosen(p, selections)}
-        total = sum(map(len, chosen.values()))
-        for p, block, before in blocks(chosen):
-            yield WordRows(path, p, block, before, total, table is pruned)
+        for block in blocks({p: ids for p, ids in found.items() if is_chosen(p, selections)}):
+            yield block.part(*(("pruned words", _rules) if table is pruned else ("classes", _classes)))
 
 
-@dataclass(frozen=True, eq=False)
-class WordRows(ClassBlock):
-    """Rows of `cycle` of one period, or of `pruned`.
+def _classes(block: Block, connection: sa.Connection) -> Iterator[Check]:
+    yield _compared("classes", block.p, load_rows(connection, cycle, block.ids))
 
-    Attributes
-    ----------
-    pruned : bool
-        Whether they are of `pruned`.
-    """
 
-    pruned: bool
+def _rules(block: Block, connection: sa.Connection) -> Iterator[Check]:
+    yield _compared("rules", block.p, load_rows(connection, pruned, block.ids))
 
-    def checked(self, connection: sa.Connection) -> Step:
-        """Return what is found in the rows that a connection reads."""
-        rows = load_rows(connection, pruned if self.pruned else cycle, self.ids)
-        words = [row[2] for row in rows]
-        wrong = [row != must for row, must in zip(rows, self._expected(rows), strict=True)]
-        name, stage = ("rules", "pruned words") if self.pruned else ("classes", "classes")
-        return Step(f"{stage}, p = {self.p}", self.done, self.total, (judged(name, words, wrong),))
 
-    def _expected(self, rows: Sequence[Row]) -> list[Row | None]:
-        """Return rows as their words say that they must be; None for words that must not be there."""
-        words = [row[2] for row in rows]
-        if self.pruned:
-            sound = [i for i, word in enumerate(words) if is_written(word, self.p)]
-        else:
-            sound = sound_words(words, self.p).tolist()
-        found: list[Row | None] = [None] * len(rows)
-        known = [words[i] for i in sound]
-        if known:
-            rest = _pruned_rows(known, self.p) if self.pruned else _class_rows(known, self.p)
-            for i, columns in zip(sound, rest, strict=True):
-                found[i] = columns and (self._id(columns[1], rows[i][0]), *columns)
-        return found
+def _compared(name: str, p: int, rows: Sequence[Row]) -> Check:
+    """Check rows of `cycle`, or of `pruned`."""
+    expected = _expected(rows, p, name == "rules")
+    return judged(
+        name, [row[2] for row in rows], [row != must for row, must in zip(rows, expected, strict=True)]
+    )
 
-    def _id(self, word: str, stored: int) -> int:
-        """Return the id that a word must have; longer ones are numbered as they came."""
-        if self.p <= MAX_KEYED:
-            return -key(word) if self.pruned else key(word)
-        return min(stored, -LONG) if self.pruned else max(stored, LONG)
+
+def _expected(rows: Sequence[Row], p: int, of_pruned: bool) -> list[Row | None]:
+    """Return rows as their words say that they must be; None for words that must not be there."""
+    words = [row[2] for row in rows]
+    if of_pruned:
+        sound = [i for i, word in enumerate(words) if is_written(word, p)]
+    else:
+        sound = sound_words(words, p).tolist()
+    found: list[Row | None] = [None] * len(rows)
+    if known := [words[i] for i in sound]:
+        rest = _pruned_rows(known, p) if of_pruned else _class_rows(known, p)
+        for i, columns in zip(sound, rest, strict=True):
+            found[i] = columns and (_id(columns[1], of_pruned, rows[i][0]), *columns)
+    return found
+
+
+def _id(word: str, of_pruned: bool, stored: int) -> int:
+    """Return the id that a word must have; longer ones are numbered as they came."""
+    if len(word) <= MAX_KEYED:
+        return -key(word) if of_pruned else key(word)
+    return min(stored, -LONG) if of_pruned else max(stored, LONG)
 
 
 def _class_rows(words: Sequence[str], p: int) -> Iterator[Row]:
@@ -97,7 +87,7 @@ def _class_rows(words: Sequence[str], p: int) -> Iterator[Row]:
         stabilisers = [each.stabiliser for each in families]
         joined = [joined_members(each.representative) for each in families]
     else:
-        found = symmetry.classify_packed(least_rotations(pack(from_strings(words)), p), p)
+        found = symmetry.classify(least_rotations(pack(from_strings(words)), p), p)
         stabilisers = found.stabiliser.tolist()
         joined = joined_words(found.representative, found.stabiliser, p)
     for mask, members in zip(stabilisers, joined, strict=True):

@@ -6,68 +6,46 @@ makes them different, and their words are as many as the transfer matrix says.
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import Any
 
-from orbitdb.orbits.orbit import Status
+import sqlalchemy as sa
+
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import DONE, FILLING
 from orbitdb.store.reading import audit
+from orbitdb.store.reading.fills import counts_when_done, status_counts, words_up_to
 from orbitdb.store.reading.lives import birth_fills
-from orbitdb.symbols.automaton import RULE_NUMBERS
-from orbitdb.symbols.counting import count_admissible, count_primitive
+from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import least_words
 from orbitdb.symbols.members import ELEMENT_ROWS
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.verification.blocks import Part, is_chosen
-from orbitdb.verification.check import Check, Step, shown
-
-if TYPE_CHECKING:
-    import sqlalchemy as sa
+from orbitdb.verification.check import Check, listed, shown, single
 
 
-@dataclass(frozen=True, eq=False)
-class FilePart(Part):
-    """One of the promises of the whole file, a name of `OF_FILE`."""
-
-    name: str
-
-    def checked(self, connection: "sa.Connection") -> Step:
-        """Return what is found in what a connection reads."""
-        rows, wrong = OF_FILE[self.name](connection)
-        return Step("file", 0, 1, (Check(self.name, rows, len(wrong), first=wrong[0] if wrong else None),))
+def file_parts(selections: Sequence[Selection]) -> list[Part]:
+    """Return the whole file, and its counts of the chosen periods; what takes longest comes first."""
+    whole = [Part("file", find) for find in (_references, _file, _elements)]
+    return [*whole, Part("counts", partial(_counts, selections))]
 
 
-def _file(connection: "sa.Connection") -> tuple[int, list[str]]:
-    return 1, audit.file_errors(connection)[:1]
+def _references(connection: sa.Connection) -> Iterator[Check]:
+    yield listed("foreign keys", audit.row_count(connection), audit.dangling(connection))
 
 
-def _references(connection: "sa.Connection") -> tuple[int, list[str]]:
-    return audit.row_count(connection), audit.dangling(connection)
+def _file(connection: sa.Connection) -> Iterator[Check]:
+    yield listed("file", 1, audit.file_errors(connection)[:1])
 
 
-def _elements(connection: "sa.Connection") -> tuple[int, list[str]]:
+def _elements(connection: sa.Connection) -> Iterator[Check]:
     stored, expected = audit.elements(connection), set(ELEMENT_ROWS)
-    return len(stored), [f"place {n} of {symmetry}" for symmetry, n, _ in sorted(stored ^ expected)]
+    wrong = [f"place {n} of {symmetry}" for symmetry, n, _ in sorted(stored ^ expected)]
+    yield listed("elements", len(stored), wrong)
 
 
-OF_FILE = {"foreign keys": _references, "file": _file, "elements": _elements}
-"""What is looked at, and what is wrong; the longest first."""
-
-
-@dataclass(frozen=True, eq=False)
-class CountsPart(Part):
-    """The numbers of words of every period, and the counts of every fill."""
-
-    selections: tuple[Selection, ...]
-
-    def checked(self, connection: "sa.Connection") -> Step:
-        """Return what is found in what a connection reads."""
-        return Step("counts", 0, 1, tuple(check_counts(connection, self.selections)))
-
-
-def check_counts(connection: "sa.Connection", selections: Sequence[Selection]) -> Iterator[Check]:
+def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
     """Check the numbers of words of every period, and the counts of every fill."""
     fills, words, births = audit.fills(connection), audit.word_counts(connection), birth_fills(connection)
     whole = {fill["p"] for fill in fills if fill["state"] == DONE} | {each.p for each in births if each.whole}
@@ -76,19 +54,17 @@ def check_counts(connection: "sa.Connection", selections: Sequence[Selection]) -
             yield _count(p, words.get(p, (0, 0))[1], p in whole)
     chosen = {s.a: s for s in selections}
     here = [fill for fill in fills if fill["a"] in chosen and chosen[fill["a"]].includes(fill["p"])]
-    solved = {n: audit.status_counts(connection, n) for n in {fill["stadium"] for fill in here}}
+    solved = {n: status_counts(connection, n) for n in {fill["stadium"] for fill in here}}
     for fill in here:
         if fill["state"] == DONE:
             statuses = solved[fill["stadium"]].get(fill["p"], {})
-            wrong = list(_wrong_counts(fill, statuses, words.get(fill["p"], (0, 0))[0]))
+            wrong = _wrong_counts(fill, statuses, words.get(fill["p"], (0, 0))[0])
         else:
-            wrong = list(_wrong_cursor(connection, fill, fill["stadium"]))
-        label = f"p = {fill['p']} at a = {fill['a']:g}: {wrong[0]}" if wrong else None
-        yield Check("fills", 1, int(bool(wrong)), first=label)
+            wrong = _wrong_cursor(connection, fill, fill["stadium"])
+        yield single("fills", f"p = {fill['p']} at a = {fill['a']:g}", wrong)
     for row in audit.partial_births(connection):
         if is_chosen(row["p"], selections):
-            wrong = list(_wrong_cursor(connection, row, None))
-            yield Check("births", 1, int(bool(wrong)), first=f"p = {row['p']}: {wrong[0]}" if wrong else None)
+            yield single("births", f"p = {row['p']}", _wrong_cursor(connection, row, None))
 
 
 def _count(p: int, words: int, whole: bool) -> Check:
@@ -98,7 +74,7 @@ def _count(p: int, words: int, whole: bool) -> Check:
     return Check("counts", words, abs(words - expected), first=first)
 
 
-def _wrong_cursor(connection: "sa.Connection", row: Mapping[str, Any], stadium: int | None) -> Iterator[str]:
+def _wrong_cursor(connection: sa.Connection, row: Mapping[str, Any], stadium: int | None) -> Iterator[str]:
     """Yield what is wrong with a period in the making: all classes up to its cursor must be there."""
     p, cursor = row["p"], row["cursor"]
     if row["state"] != FILLING:
@@ -108,7 +84,7 @@ def _wrong_cursor(connection: "sa.Connection", row: Mapping[str, Any], stadium: 
     else:
         parts = least_words(Span(p, -1, -1 if cursor is None else int(cursor, 8)))
         expected = sum(int(SIZES[part.stabiliser].sum()) for part in parts)
-        stored = 0 if cursor is None else audit.words_up_to(connection, stadium, p, cursor)
+        stored = 0 if cursor is None else words_up_to(connection, stadium, p, cursor)
         yield from (f"{n} sequences instead of {expected}" for n in (stored, row["words"]) if n != expected)
 
 
@@ -116,18 +92,7 @@ def _wrong_counts(
     fill: Mapping[str, Any], statuses: Mapping[str, tuple[int, int]], classes: int
 ) -> Iterator[str]:
     """Yield what is wrong with the counts of a period that is filled, given those of its rows by status."""
-    p, primitive = fill["p"], count_primitive(fill["p"])
-    n_c, orbit_classes = statuses.get(Status.ORBIT, (0, 0))
-    expected = {
-        "primitive": primitive,
-        **{f"rule_{n}": primitive - count_admissible(p, frozenset([n])) for n in sorted(RULE_NUMBERS)},
-        "n_t": count_admissible(p),
-        "n_c": n_c,
-        "classes": orbit_classes,
-        "boundary": statuses.get(Status.BOUNDARY, (0, 0))[0],
-        "unresolved": statuses.get(Status.UNRESOLVED, (0, 0))[0],
-    }
-    for name, value in expected.items():
+    for name, value in counts_when_done(fill["p"], statuses).items():
         if fill[name] != value:
             yield f"{name} is {fill[name]} instead of {value}"
     solved = sum(count for _, count in statuses.values())

@@ -2,12 +2,12 @@
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
 import sqlalchemy as sa
 
+from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
 from orbitdb.orbits.balls.enclosure import PRECISION
 from orbitdb.store.file.schema import SCHEMA_VERSION
@@ -22,9 +22,7 @@ from orbitdb.store.file.tables import (
     stadium,
     sweep,
 )
-from orbitdb.verification.blocks import Part
-from orbitdb.verification.check import Check, Step, shown
-from orbitdb.version import __version__
+from orbitdb.verification.check import Check, judged, listed, shown
 
 _COMMANDS = {
     "orbit": (orbit, ("fill",)),
@@ -57,29 +55,19 @@ def runs_of_here(connection: sa.Connection) -> set[int]:
     return {number for number in same if asked.get(number, {}).get("arithmetic") == here}
 
 
-@dataclass(frozen=True, eq=False)
-class ProvenancePart(Part):
-    """All runs, and the columns of other tables that name or repeat them."""
-
-    def checked(self, connection: sa.Connection) -> Step:
-        """Return what is found in what a connection reads."""
-        asked = parameters_of(connection)
-        checks = (_revision(connection), *_runs(connection, asked), *_certificates(connection))
-        return Step("provenance", 0, 1, checks)
-
-
-def _revision(connection: sa.Connection) -> Check:
-    """Check what the file says of its schema to Alembic."""
+def check_provenance(connection: sa.Connection) -> Iterator[Check]:
+    """Check the schema that Alembic is told, all runs, and the columns that name or repeat them."""
     found = connection.exec_driver_sql("SELECT version_num FROM alembic_version").scalars().all()
-    wrong = found != [f"{SCHEMA_VERSION:04}"]
-    return Check("schema", 1, int(wrong), first="alembic_version" if wrong else None)
+    yield judged("schema", ["alembic_version"], [found != [f"{SCHEMA_VERSION:04}"]])
+    yield from _runs(connection, parameters_of(connection))
+    yield from _certificates(connection)
 
 
 def _runs(connection: sa.Connection, asked: Mapping[int, Mapping[str, Any]]) -> Iterator[Check]:
     """Check runs, and that each has written what its command writes, orbits with its method and at its a."""
     rows = connection.execute(sa.select(run.c.id, run.c.started, run.c.version)).all()
     wrong = [f"run {row.id}" for row in rows if row.id not in asked or not _is_told(row.started, row.version)]
-    yield Check("provenance", len(rows), len(wrong), first=wrong[0] if wrong else None)
+    yield listed("provenance", len(rows), wrong)
     for name, (table, commands) in _COMMANDS.items():
         groups = connection.execute(sa.select(table.c.run, sa.func.count()).group_by(table.c.run)).all()
         strange = [
@@ -87,7 +75,7 @@ def _runs(connection: sa.Connection, asked: Mapping[int, Mapping[str, Any]]) -> 
             for number, _ in groups
             if number is not None and asked.get(number, {}).get("command") not in commands
         ]
-        yield Check("provenance", 0, len(strange), first=strange[0] if strange else None)
+        yield listed("provenance", 0, strange)
     columns = orbit.c.run, orbit.c.solver, stadium.c.a
     query = sa.select(*columns, sa.func.min(orbit.c.cycle), sa.func.count()).join_from(orbit, stadium)
     for number, solver, a, first, count in connection.execute(query.group_by(*columns)):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.error_bounds import direction_errors, pressed_directions
+from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import certificates, newton
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
 from orbitdb.symbols.words import to_strings
@@ -115,7 +115,7 @@ def restart(words: NDArray[np.uint8], stadium: Stadium, times: int, rng: np.rand
 
 def _errors(legs: Legs, a: float, alpha: Floats) -> Floats:
     slopes = derivatives(legs, a, alpha)
-    return direction_errors(legs, a, alpha, slopes, pressed_directions(legs, a, alpha, slopes))
+    return direction_errors(legs, a, alpha, slopes)
 
 
 def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, Marks, Floats, Sequence[int]]:

@@ -8,20 +8,13 @@ import numpy as np
 
 from orbitdb import __version__
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import certificate
-from orbitdb.store.reading.audit import (
-    StoredBlock,
-    blocks,
-    choose,
-    ids_in,
-    load_orbits,
-    stadium_id,
-    whole_rows,
-)
-from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.audit import StoredBlock, choose, ids_in, load_orbits, stadium_id, whole_rows
 from orbitdb.store.writing.records import replace_certificates
 from orbitdb.store.writing.writer import Writer
+from orbitdb.verification.blocks import blocks
 from orbitdb.verification.check import Check, Step, judged
 from orbitdb.verification.invariants import with_bounds
 from orbitdb.verification.recomputation import prove
@@ -52,25 +45,25 @@ def certify(
         Behind every batch that is safely stored.
     """
     catalogue = Catalogue(path)
-    ids = choose(catalogue, selection, sample, np.random.default_rng(seed))
     with catalogue.reading() as connection:
+        chosen = choose(connection, selection, sample, np.random.default_rng(seed))
         number = stadium_id(connection, selection.a)
         if number is None:
             return
         proofs = ids_in(connection, certificate.c.cycle, certificate.c.stadium == number)
     known = proofs[:0] if again else proofs
-    todo = {p: np.setdiff1d(those, known) for p, those in ids.items()}
-    total = sum(map(len, todo.values()))
+    todo = {p: np.setdiff1d(those, known) for p, those in chosen.items()}
     writer = Writer(path, {"command": "verify --rigorous", "a": selection.a})
     try:
-        for p, block, before in blocks(todo, _BATCH):
+        for block in blocks(todo, _BATCH):
             with catalogue.reading() as connection:
-                stored = load_orbits(connection, number, block)
-            check, certificates = _prove_block(stored, p, Stadium(selection.a))
+                stored = load_orbits(connection, number, block.ids)
+            check, certificates = _prove_block(stored, block.p, Stadium(selection.a))
             with writer.writing() as connection:
-                replace_certificates(writer, connection, number, block.tolist(), certificates, __version__)
+                ids = block.ids.tolist()
+                replace_certificates(writer, connection, number, ids, certificates, __version__)
             check = replace(check, first=check.first and f"{check.first} at a = {selection.a:g}")
-            yield Step(f"proofs, p = {p} at a = {selection.a:g}", before + len(block), total, (check,))
+            yield Step(f"proofs at a = {selection.a:g}, p = {block.p}", block.done, block.total, (check,))
     finally:
         writer.close()
 

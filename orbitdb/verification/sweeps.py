@@ -9,6 +9,7 @@ import numpy as np
 from orbitdb.averages.fixed_points import ClassRows
 from orbitdb.averages.period_sums import PeriodSums
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Status
@@ -17,7 +18,6 @@ from orbitdb.store.asking.choosing import chosen_words, within_ranges
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import DONE
 from orbitdb.store.reading import audit
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.lives import birth_fills, counts_at
 from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.counting import count_admissible

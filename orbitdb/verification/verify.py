@@ -5,40 +5,34 @@ with itself (`orbitdb.verification.invariants`) and with new solutions
 (`orbitdb.verification.recomputation`).
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from itertools import chain
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import EXISTING, Orbits
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading import audit
-from orbitdb.store.reading.audit import Ids, StoredBlock, blocks, choose, load_orbits, whole_rows
-from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.store.reading.audit import Ids, StoredBlock, choose, load_orbits, whole_rows
 from orbitdb.symbols.words import to_strings
-from orbitdb.verification.births import check_births, whole_births
-from orbitdb.verification.blocks import ClassBlock, Part, Workers, steps_of
-from orbitdb.verification.changes import change_blocks
+from orbitdb.verification.births import check_births, prove_lives, whole_births
+from orbitdb.verification.blocks import Apart, Block, Part, Workers, blocks
+from orbitdb.verification.changes import change_parts
 from orbitdb.verification.check import Check, Step, judged, measured
-from orbitdb.verification.classes import class_blocks
-from orbitdb.verification.completeness import OF_FILE, CountsPart, FilePart
-from orbitdb.verification.enclosures import enclosure_parts
+from orbitdb.verification.classes import class_parts
+from orbitdb.verification.completeness import file_parts
 from orbitdb.verification.invariants import check_consistency, with_bounds
-from orbitdb.verification.levels import level_parts
-from orbitdb.verification.lives import prove_lives
-from orbitdb.verification.provenance import ProvenancePart, runs_of_here
+from orbitdb.verification.provenance import check_provenance, runs_of_here
 from orbitdb.verification.recomputation import check_against, check_bits, restart
+from orbitdb.verification.records import record_parts
 from orbitdb.verification.sweeps import check_sweeps
-from orbitdb.verification.trajectories import trajectory_parts
-
-if TYPE_CHECKING:
-    import sqlalchemy as sa
 
 PROMISES = {
     "file": "SQLite finds the file sound",
@@ -131,15 +125,19 @@ def verify(
     """
     rng = np.random.default_rng(seed)
     with catalogue.at_one_moment() as still, still.reading() as connection:
-        classes = {s.a: choose(still, s, sample, rng) for s in selections}
+        classes = {s.a: choose(connection, s, sample, rng) for s in selections}
         parts = chain(
-            _parts(still, connection, selections, classes, (restarts, seed)),
-            change_blocks(connection, still.path, selections, sample, rng),
-            trajectory_parts(connection, still.path),
-            enclosure_parts(connection, still.path),
-            level_parts(connection, still.path),
+            file_parts(selections),
+            [Part("provenance", check_provenance)],
+            class_parts(connection, selections),
+            *(_orbit_parts(a, ids, restarts, seed) for a, ids in classes.items()),
+            change_parts(connection, selections, sample, rng),
+            record_parts(connection),
         )
-        yield from steps_of(parts, connection, workers)
+        if workers is None:
+            yield from (part.checked(connection) for part in parts)
+        else:
+            yield from workers.solved(Apart(still.path, part) for part in parts)
         born = whole_births(connection, selections)
         yield Step("births", 0, 1, tuple(check_births(connection, born)))
         if missing_births:
@@ -147,65 +145,29 @@ def verify(
         yield Step("sweeps", 0, 1, tuple(check_sweeps(still, selections)))
 
 
-def _parts(
-    catalogue: Catalogue,
-    connection: "sa.Connection",
-    selections: Sequence[Selection],
-    chosen: Mapping[float, Ids],
-    starts: tuple[int, int],
-) -> Iterator[Part]:
-    """Yield what can be checked apart, what takes long and cannot be cut first."""
-    path = catalogue.path
-    yield from (FilePart(path, name) for name in OF_FILE)
-    yield CountsPart(path, tuple(selections))
-    yield ProvenancePart(path)
-    yield from class_blocks(connection, path, selections)
-    for a, ids in chosen.items():
-        yield from _orbit_blocks(path, a, ids, *starts)
-
-
-def _orbit_blocks(path: Path, a: float, ids: Ids, restarts: int, seed: int) -> Iterator["OrbitBlock"]:
+def _orbit_parts(a: float, ids: Ids, restarts: int, seed: int) -> Iterator[Part]:
     """Yield blocks of the classes that are chosen at one a."""
-    total = sum(map(len, ids.values()))
-    for p, block, before in blocks(ids):
-        yield OrbitBlock(path, p, block, before, total, a, restarts, seed)
+    return (block.part(f"orbits at a = {a:g}", partial(_orbits, a, restarts, seed)) for block in blocks(ids))
 
 
-@dataclass(frozen=True, eq=False)
-class OrbitBlock(ClassBlock):
-    """Classes of which the orbits at one a are to be checked.
-
-    Attributes
-    ----------
-    a : float
-    restarts, seed : int
-        As in `verify`.
-    """
-
-    a: float
-    restarts: int
-    seed: int
-
-    def checked(self, connection: "sa.Connection") -> Step:
-        """Return what is found in the rows that a connection reads."""
-        stage = f"orbits, p = {self.p} at a = {self.a:g}"
-        number = audit.stadium_id(connection, self.a)
-        if number is None:
-            return Step(stage, self.done, self.total, ())
-        stored, stadium = load_orbits(connection, number, self.ids), Stadium(self.a)
-        whole = stored.whole(self.p)
-        checks = [judged("values", stored.words, ~whole)]
-        rows = whole_rows(stored, self.p, whole)
-        if rows:
-            with np.errstate(all="ignore"):  # what is stored may be any number
-                orbits = with_bounds(stored.orbits(rows), stadium)
-                checks += _block(orbits, stored, rows, stadium, runs_of_here(connection))
-            if self.restarts:
-                rng = np.random.default_rng([self.seed, self.before])
-                checks.append(restart(orbits.words, stadium, self.restarts, rng))
-        at = f"at a = {self.a:g}"
-        named = (replace(check, first=check.first and f"{check.first} {at}") for check in checks)
-        return Step(stage, self.done, self.total, tuple(named))
+def _orbits(a: float, restarts: int, seed: int, block: Block, connection: sa.Connection) -> Iterator[Check]:
+    """Check the orbits of some classes."""
+    number = audit.stadium_id(connection, a)
+    if number is None:
+        return
+    stored, stadium = load_orbits(connection, number, block.ids), Stadium(a)
+    whole = stored.whole(block.p)
+    checks = [judged("values", stored.words, ~whole)]
+    rows = whole_rows(stored, block.p, whole)
+    if rows:
+        with np.errstate(all="ignore"):  # what is stored may be any number
+            orbits = with_bounds(stored.orbits(rows), stadium)
+            checks += _block(orbits, stored, rows, stadium, runs_of_here(connection))
+        if restarts:
+            rng = np.random.default_rng([seed, block.done - len(block.ids)])
+            checks.append(restart(orbits.words, stadium, restarts, rng))
+    for check in checks:
+        yield replace(check, first=check.first and f"{check.first} at a = {a:g}")
 
 
 def _block(

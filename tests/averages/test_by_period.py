@@ -9,21 +9,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from quick import slow_but
-from solutions import class_rows
+from solutions import class_rows, words_of
 
-from orbitdb.averages.by_period import entropy, lyapunov, lyapunov_by_stability
+from orbitdb.averages.by_period import entropy, lyapunov_by_stability
 from orbitdb.averages.fixed_points import (
     ClassRows,
     Weight,
     divisors,
-    fixed_point_sums,
     missing_divisors,
     missing_periods,
 )
+from orbitdb.averages.period_sums import PeriodSums, lyapunov
 from orbitdb.billiard.stability import Links, bounce_matrices
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
-from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import primitive_root, to_strings
 
@@ -114,10 +113,9 @@ def test_zeta_averages_are_derivatives_of_the_growth_rate_of_every_sequence(weig
 def test_topological_zeta_is_the_product_over_every_cyclic_word():
     product = np.eye(1, DIRECT + 1)[0]
     for p in range(2, DIRECT + 1):
-        for words in admissible_words(p):
-            for _ in range((solve(words, Stadium(1.6)).status == "orbit").sum()):
-                shifted = np.concatenate([np.zeros(p), product])[: DIRECT + 1]
-                product = product - shifted
+        for _ in range((solve(words_of(p), Stadium(1.6)).status == "orbit").sum()):
+            shifted = np.concatenate([np.zeros(p), product])[: DIRECT + 1]
+            product = product - shifted
     found = entropy(class_rows(1.6, DIRECT), DIRECT)
     for i, order in enumerate(range(2, DIRECT + 1)):
         z0 = math.exp(-found.h_zeta[i])
@@ -243,19 +241,11 @@ def test_sums_of_very_different_terms_are_exact_to_rounding():
     n = 200_000
     exponent = rng.uniform(0.5, 40, n)
     rows = ClassRows(np.full(n, 3), rng.integers(1, 9, n), exponent * 2, exponent, rng.random(n) < 0.5)
-    sums = fixed_point_sums(rows, 3)
-    w = 3 * rows.size * np.exp(sums.least[2] - exponent)
-    assert sums.total[2] == pytest.approx(math.fsum(w), rel=1e-14)
-    assert sums.lyapunov[2] == pytest.approx(math.fsum(w * exponent), rel=1e-14)
-    assert sums.ratio[2] == pytest.approx(sums.total[2] / 2, rel=1e-14)
-
-
-def test_averages_of_long_words_do_not_underflow():
-    one = ClassRows(np.array([3]), np.array([2]), np.array([500.0]), np.array([2000.0]), np.array([True]))
-    found = lyapunov(one, 6)
-    assert found.lambda_d[1] == pytest.approx(2000 / 3)
-    assert found.lambda_d[4] == pytest.approx(2000 / 3)
-    assert found.lambda_c[1] == pytest.approx(4)
+    total, lyapunov_sum, _, ratio = PeriodSums.of(rows, 3).sums[0, 0]
+    w = rows.size * np.exp(-exponent)
+    assert total == pytest.approx(math.fsum(w), rel=1e-14)
+    assert lyapunov_sum == pytest.approx(math.fsum(w * exponent), rel=1e-14)
+    assert ratio == pytest.approx(total / 2, rel=1e-14)
 
 
 @pytest.mark.parametrize("weight", Weight)

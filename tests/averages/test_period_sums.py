@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from solutions import class_rows
 
-from orbitdb.averages.by_period import lyapunov
 from orbitdb.averages.fixed_points import Weight
-from orbitdb.averages.period_sums import PeriodSums, lyapunov_of_periods
+from orbitdb.averages.period_sums import PeriodSums, lyapunov, lyapunov_of_periods
 
 
 def parts_of(a: float, p: int, count: int) -> list[PeriodSums]:

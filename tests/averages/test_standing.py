@@ -9,12 +9,12 @@ from quick import slow_but
 from solutions import class_rows
 
 from orbitdb import Catalogue, Selection
-from orbitdb.averages.by_period import Lyapunov, entropy, lyapunov, lyapunov_by_stability
+from orbitdb.averages.by_period import Lyapunov, entropy, lyapunov_by_stability
 from orbitdb.averages.fixed_points import Weight
+from orbitdb.averages.period_sums import lyapunov
 from orbitdb.averages.standing import faults_of, standing
+from orbitdb.catalogue.whole_periods import why_missing
 from orbitdb.cli.tui.statistics.averages import curves_of, statistics, table_of
-from orbitdb.filling.periods import fill_periods
-from orbitdb.store.reading.whole_periods import why_missing
 
 HIGHEST = 9
 ZETA = ("lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
@@ -120,25 +120,6 @@ def test_a_chosen_period_says_nothing_of_the_file(varied):
     found = statistics(Catalogue(varied), Selection(periods=((6, 6),)))
     assert "the zeta function lacks p = 2, 3, 4, 5 (not chosen)" in found.notes
     assert found.facts[0].startswith("entropy of all orbits: 1.15549571 < h < 1.16257011")
-
-
-@pytest.mark.fuzz
-def test_the_command_leaves_out_a_spurious_average_and_says_so(tmp_path, cli):
-    path = tmp_path / "small.db"
-    Catalogue.create(path)
-    for _ in fill_periods(path, 1e-6, range(2, 9)):
-        pass
-    done = cli("lyapunov", "--a", "1e-6", "--weight", "det", "--db", str(path), "--json")
-    rows = json.loads(done.out)
-    for name in ("lambda_d_zeta", "lambda_c_zeta", "z0"):
-        assert [row["p"] for row in rows if row[name] is None] == [6, 7, 8]
-    assert "the zeta function gives no average at p = 6 (its zero" in done.err
-    done = cli("lyapunov", "--a", "1e-6", "--cut", "2", "--db", str(path), "--json")
-    assert set(json.loads(done.out)[0].values()) == {2.0, None}
-    assert "the zeta function gives no average (its zero" in done.err
-    done = cli("entropy", "--a", "1e-6", "--db", str(path), "--json")
-    assert [row["p"] for row in json.loads(done.out) if row["h_zeta"] is None] == [8]
-    assert "at p = 8 (it has no real zero)" in done.err
 
 
 def test_averages_of_no_orbit_have_no_fault():

@@ -13,10 +13,10 @@ from orbitdb.averages.sum_rules import sum_rules
 from orbitdb.averages.tilted import tilt
 from orbitdb.benchmarks.representatives import representatives
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.orbits.newton import solve
 from orbitdb.store.asking.criteria import choose
-from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
 from orbitdb.symbols.words import from_strings
 
 HIGHEST = 9

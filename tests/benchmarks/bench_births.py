@@ -19,9 +19,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 from births50 import birth_error
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.tally import Tally
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.words import from_strings
 

@@ -15,7 +15,7 @@ from textual import events
 
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.table.paged_table import PagedTable
-from orbitdb.cli.tui.table.source import Head, Ordering
+from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 
@@ -62,7 +62,7 @@ async def _measure(path: Path, steps: list[tuple[str, Selection, Ordering]]) -> 
         await _until(lambda: len(table.source) > 0)
         tell("first rows", [], len(table.source))
         await pilot.pause()  # the first picture of the screen keeps keys waiting, too
-        keys = await _keys_until(app, lambda: not isinstance(table.source, Head))
+        keys = await _keys_until(app, lambda: table.source.whole)
         tell("all rows", keys, len(table.source))
         for name, selection, ordering in steps:
             begun, worked = time.perf_counter(), time.process_time()

@@ -9,10 +9,10 @@ import time
 
 import numpy as np
 
-from orbitdb.averages.by_period import lyapunov
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import ClassRows
 from orbitdb.averages.leg_sums import LegSums, leg_sums
+from orbitdb.averages.period_sums import lyapunov
 from orbitdb.averages.sum_rules import SumRules, sum_rules
 from orbitdb.benchmarks.representatives import representatives
 from orbitdb.billiard.stadium import STRAIGHT, Stadium

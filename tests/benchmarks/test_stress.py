@@ -7,7 +7,6 @@ import pytest
 
 from orbitdb.benchmarks.representatives import representatives
 from orbitdb.benchmarks.stress import (
-    CASES,
     closed_words,
     compare,
     extreme_stadia,
@@ -105,7 +104,3 @@ def test_a_wrong_row_does_not_pass():
     assert not compare("x", "altered", altered, Stadium(), 0.0).passed
     swapped = np.where(orbits.status == Status.ORBIT, Status.DYNAMICAL.value, orbits.status)
     assert compare("x", "status", dataclasses.replace(orbits, status=swapped), Stadium(), 0.0).wrong > 0
-
-
-def test_the_catalogue_of_cases_is_complete():
-    assert set(CASES) == {"stadium", "joint", "run", "leg", "trajectory", "margin", "sum"}

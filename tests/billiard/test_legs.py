@@ -3,6 +3,7 @@
 import mpmath as mp
 import numpy as np
 import pytest
+from solutions import words_of
 
 from orbitdb.billiard.bounces import (
     coordinates,
@@ -24,10 +25,9 @@ from orbitdb.billiard.legs import (
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.newton import newton
-from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.words import from_strings
 
-ALL = {p: np.concatenate(list(admissible_words(p))) for p in range(2, 8)}
+ALL = {p: words_of(p) for p in range(2, 8)}
 STEP = 1e-30
 
 

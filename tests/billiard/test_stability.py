@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 import reference
 from quick import slow_but
-from solutions import real, representatives
+from solutions import real, representatives, words_of
 
 from orbitdb.billiard.legs import Derivatives, cut, derivatives, direction_limits
 from orbitdb.billiard.stability import Links, bounce_matrices, couplings_of, exponent, forces, hessian
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.error_bounds import lambda_error
 from orbitdb.orbits.newton import newton, solve
-from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.words import from_strings, to_strings
 
 VALUES = [0.1, 0.5, 1.6, 5.0]
@@ -130,7 +129,7 @@ def test_forces_are_the_derivative_of_the_length_anywhere():
 @pytest.mark.parametrize("p", slow_but(range(2, 10), range(2, 12)))
 @pytest.mark.slow
 def test_lambda_against_fifty_digits(p):
-    words = np.concatenate(list(admissible_words(p))) if p > 8 else representatives(p)
+    words = words_of(p) if p > 8 else representatives(p)
     orbits = solve(words[:: 1 + len(words) // 12], Stadium(1.6))
     for i in np.flatnonzero(real(orbits)):
         (word,) = to_strings(orbits.words[i : i + 1])

@@ -60,19 +60,6 @@ def test_periods_that_nobody_knows_are_still_told(cli):
     assert json.loads(cli("table", "--a", "0.77", "--p", "4", "--json").out)[0]["N"] == 130
 
 
-@pytest.mark.slow
-def test_the_entropy_of_an_a_that_is_not_filled(cli):
-    cli("births", "--p", "6")
-    born = cli("entropy", "--a", "0.8", "--json")
-    assert born.code == 0
-    assert born.err.startswith("periods 2-6 at a = 0.8: from births, with no fill\n")
-    refused = cli("entropy", "--a", "0.8", "--reversal", "self")
-    assert refused.code == 1
-    assert "not filled" in refused.err or "nothing is filled" in refused.err
-    cli("fill", "--p", "6", "--a", "0.8")
-    assert json.loads(cli("entropy", "--a", "0.8", "--json").out) == json.loads(born.out)
-
-
 def test_query_says_over_which_a_a_word_is_an_orbit(cli):
     (found,) = json.loads(cli("query", "--code", "010203113", "--json").out)
     assert list(found)[-1] == "exists"
@@ -115,14 +102,6 @@ def test_query_names_who_is_born_with_a_word(cli):
         assert f"from a = {a.strip()[:7]}" in cli("query", "--code", word).out
 
 
-@pytest.mark.slow
-def test_a_stored_orbit_knows_its_life(cli):
-    cli("fill", "--p", "5")
-    bare = json.loads(cli("query", "--code", "01552", "--json").out)
-    cli("births", "--p", "5")
-    assert json.loads(cli("query", "--code", "01552", "--json").out) == bare
-
-
 def test_a_life_that_ends_is_a_line(cli, tmp_path):
     """No class of few bounces ceases to be an orbit; here two do by hand, one of them to come back."""
     cli("births", "--p", "4")
@@ -163,32 +142,6 @@ def test_lives_that_end_are_listed(cli):
 
 
 @pytest.mark.slow
-def test_verify_compares_births_with_fills(cli, tmp_path):
-    cli("births", "--p", "5")
-    outcome = cli("verify")
-    assert outcome.code == 0
-    assert "births and deaths" in outcome.err
-    proved = cli("verify", "--births", "--json")
-    rows = {row["check"]: (row["rows"], row["failures"]) for row in json.loads(proved.out)}
-    assert rows["lives"] == (28, 0)
-    cli("fill", "--p", "4")
-    assert cli("verify").code == 0
-    for damage in (
-        "UPDATE change SET a = 100 WHERE a = (SELECT max(a) FROM change)",
-        "UPDATE change SET kind = 'died' WHERE a = (SELECT max(a) FROM change)",
-        "DELETE FROM change WHERE a = (SELECT max(a) FROM change)",
-        "UPDATE fill SET n_c = n_c - 1 WHERE p = 4",
-    ):
-        before = (tmp_path / "orbits.db").read_bytes()
-        with closing(sqlite3.connect(tmp_path / "orbits.db")) as plain, plain:
-            plain.execute(damage)
-        outcome = cli("verify")
-        assert outcome.code == 1, damage
-        assert "births: not every row keeps that births and deaths take turns" in outcome.err
-        (tmp_path / "orbits.db").write_bytes(before)
-
-
-@pytest.mark.slow
 def test_averages_leave_out_periods_whose_births_nobody_knows(cli, tmp_path):
     from orbitdb import Catalogue
     from orbitdb.cli.tui.statistics.averages import statistics
@@ -204,14 +157,6 @@ def test_averages_leave_out_periods_whose_births_nobody_knows(cli, tmp_path):
         found = statistics(catalogue, Selection(exists=(0.8,)))
     assert found["p"] == [2, 3, 4]
     assert any(note.startswith("births of periods 5-6 are not found") for note in found.notes)
-
-
-def test_where_a_word_exists_is_told_in_words(cli):
-    words = ["0131", "13", "010203113", "1^200 (02)^50 3"]
-    lines = cli("query", *words, "-c", "exists").out.splitlines()
-    assert lines[1:3] == ["for no a", "for every a"]
-    assert lines[3].startswith("from a = 0.386252501738 to 0.473270308236, and from")
-    assert lines[4] == ""  # too long to be followed: not known
 
 
 def test_cells_tell_never_from_unknown(cli):

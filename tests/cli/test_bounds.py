@@ -10,11 +10,10 @@ import pexpect
 import pytest
 from terminal import ended, spawn
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.arguments import lengths
 from orbitdb.cli.commands.bounds import Balls
 from orbitdb.errors import InputError
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 
 WHY = "the time, the length of windows or the memory was not enough\n"
 KEYS = ["a", "window", "lower", "upper", "windows", "undecided"]
@@ -91,25 +90,6 @@ def test_a_grid_shows_the_last_bounds_of_every_a_and_keeps_all(cli, jobs, tmp_pa
     assert {each.proof for each in curve} == {"balls" if jobs else "doubles"}
     assert ("balls prove" in found.err) == bool(jobs)
     assert cli(*asked, "--width", "0.1").err.endswith("at 2 of 3 a: " + WHY)
-
-
-@pytest.mark.slow
-def test_bounds_are_drawn_over_a_with_the_entropy_from_births(cli, tmp_path):
-    asked = ("plot", "entropy", "--over-a", "-o", str(tmp_path / "over.svg"))
-    cli("births", "--p", "4")
-    assert "orbitdb bounds --a 0.3:10:40" in cli(*asked).err
-    cli("bounds", "--a", "1:4:3", "--window", "4")
-    drawn = cli(*asked)
-    assert drawn.err == f"topological entropy over a, in {tmp_path / 'over.svg'}\n"
-    from orbitdb.cli.figures.over_a import draw_over_a
-
-    with Catalogue(tmp_path / "orbits.db").at_one_moment() as catalogue:
-        ax = draw_over_a(catalogue, Selection()).axes[0]
-    assert len(ax.containers[0][2][0].get_segments()) == 3
-    assert [line.get_label() for line in ax.lines][-2:] == ["$h(4; a)$, from births", "bound at every $a$"]
-    for kind, more in (("lengths", "--over-a"), ("entropy", "--over-a --a 1")):
-        refused = cli("plot", kind, *more.split(), "-o", str(tmp_path / "no.svg"))
-        assert (refused.code, len(refused.err.splitlines())) == (2, 1)
 
 
 GRIDS = ["x", "1:2", "1:2:1", "1:2:x", "2:1:5", "0:1:5", "1:1.0001:900", "1:2:3:4", "1:2:1e9"]

@@ -6,8 +6,8 @@ from inspect import signature
 from typing import Any
 
 from orbitdb import Catalogue, Stadium
+from orbitdb.catalogue.identification import NEAR, SAME_LENGTH, SHOWN
 from orbitdb.filling.periods import fill_periods
-from orbitdb.store.reading.identification import NEAR, SAME_LENGTH, SHOWN
 from orbitdb.trajectories.ensemble import simulate
 from orbitdb.trajectories.traces import BOUNCES
 from orbitdb.verification.verify import verify

@@ -2,8 +2,21 @@
 
 import json
 import sqlite3
+from itertools import chain
 
 import pytest
+
+KNOWN = {
+    "ee": [1.6968700531, 2.4751285339, 3.5221245323, 4.6281147069, 4.7689782892, 5.1744043795, 5.7253817965,
+           5.9243991828, 6.6838927375, 6.97746271, 7.629073278, 7.891809769],
+    "eo": [3.2154008292, 3.7449119298, 4.5888546908, 5.5604514283, 6.3255968183, 6.5491270572, 6.6905549587,
+           7.2570185124, 7.6237116943],
+    "oe": [2.0265300566, 2.9840193136, 4.0737835658, 4.9204322215, 5.1902694751, 5.5097729062, 6.2160614538,
+           6.4259598715, 7.1540051445, 7.5432350916, 7.9908315249],
+    "oo": [3.4256302952, 4.1417352305, 5.0662018867, 6.0618744376, 6.4574420169, 6.9111301528, 7.1205344228,
+           7.6440296075],
+}  # fmt: skip
+"""Of each parity, all below k = 8 at a = 1.6."""
 
 
 @pytest.mark.slow
@@ -26,6 +39,7 @@ def test_levels_are_kept_and_the_missing_ones_are_added(cli, tmp_path):
     assert [row["k"] for row in fresh] == pytest.approx([row["k"] for row in again], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_levels_altered_by_hand_are_refused(cli, tmp_path):
     path = str(tmp_path / "levels.db")
     cli("levels", "--k", "0:4", "--parity", "ee", "--db", path)
@@ -54,13 +68,10 @@ def test_bad_ranges_get_one_line(cli, tmp_path, options, told):
     assert not (tmp_path / "none.db").exists()
 
 
-@pytest.fixture(scope="module")
-def levels_file(tmp_path_factory):
-    from orbitdb.quantum.levels import levels
-
-    k = sorted(level for each in levels(1.6, 8.0) for level in each.k.tolist())
-    path = tmp_path_factory.mktemp("levels") / "k.txt"
-    path.write_text("".join(f"{level!r}\n" for level in k))
+@pytest.fixture
+def levels_file(tmp_path):
+    path = tmp_path / "k.txt"
+    path.write_text("".join(f"{level!r}\n" for level in sorted(chain(*KNOWN.values()))))
     return path
 
 
@@ -104,8 +115,11 @@ def test_files_that_hold_no_levels_get_one_line(cli, filled, levels_file, tmp_pa
     assert found.err.count("\n") == 1
 
 
-def test_figures_of_levels_are_drawn(cli, filled, tmp_path):
-    assert cli("levels", "--k", "0:4", "--db", str(filled)).code == 0
+@pytest.mark.slow
+def test_levels_are_the_known_ones_and_drawn(cli, filled, tmp_path):
+    found = json.loads(cli("levels", "--k", "0:8", "--db", str(filled), "--json").out)
+    for parity, known in KNOWN.items():
+        assert [row["k"] for row in found if row["parity"] == parity] == pytest.approx(known, abs=1e-9)
     for kind in ("spectrum", "staircase"):
         target = tmp_path / f"{kind}.png"
         found = cli("plot", kind, "-o", str(target), "--db", str(filled))

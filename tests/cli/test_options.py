@@ -2,7 +2,6 @@
 
 import csv
 import io
-import json
 import re
 import shlex
 import subprocess
@@ -15,33 +14,30 @@ from orbitdb.errors import InputError
 from orbitdb.numerals import real, whole
 
 IDLE = [
-    ("query --code 13 --where 'p > 2'", "--where does nothing with --code: leave it out"),
-    ("query --code 13 --p 3 --order p --limit 3 --offset 1",
-     "--p, --order, --limit, --offset do nothing with --code: leave them out"),
-    ("query --code 13 -P x=1", "-P does nothing with --code: leave it out"),
-    ("query -P x=1", "-P says what a name in --where stands for: give --where, or leave out -P"),
-    ("query --where 'p > 2' -P x=1", "where 'p > 2': it has no :x: leave out what is given for it"),
-    ("query --json --format csv", "--json and --format csv contradict one another: leave one of them out"),
-    ("fill --p 3 --code 13", "--p does nothing with --code: leave it out"),
-    ("fill --code 13 --from 2 --jobs 2 --geometric --executor processes",
-     "--from, --geometric, --jobs, --executor do nothing with --code: leave them out"),
-    ("plot orbit --code 13 --p 3 -o x.svg", "--p does nothing in plot orbit: leave it out"),
-    ("plot reverse --code 13 --limit 3 -o x.svg", "--limit does nothing in plot reverse: leave it out"),
-    ("plot entropy --code 13 -o x.svg", "--code does nothing in plot entropy: leave it out"),
-    ("plot births 13 -o x.svg", "WORD does nothing in plot births: leave it out"),
-    ("plot sheet 13 --code 3 -o x.svg", "WORD, --code do nothing in plot sheet: leave them out"),
-    ("plot lengths --limit 3 -o x.svg", "--limit does nothing in plot lengths: leave it out"),
-    ("bench --kind stress --a 2 --p 3", "--a, --p do nothing with --kind stress: leave them out"),
-    ("bench --kind stages --p 2 --plot x.svg", "--plot does nothing with --kind stages: leave it out"),
-    ("verify --seed 3", "--seed does nothing without --sample or --restarts: leave it out"),
-    ("export - --format csv --force", "--force does nothing on stdout: leave it out"),
+    ("query --code 13 --where 'p > 2'", "--where|--code"),
+    ("query --code 13 --p 3 --order p --limit 3 --offset 1", "--p, --order, --limit, --offset|--code|them"),
+    ("query --code 13 -P x=1", "-P|--code"),
+    ("query -P x=1", "-P|--where"),
+    ("query --where 'p > 2' -P x=1", "'p > 2'|:x"),
+    ("query --json --format csv", "--json|--format csv|contradict"),
+    ("fill --p 3 --code 13", "--p|--code"),
+    ("fill --code 13 --from 2 --jobs 2 --geometric --executor processes", "--geometric, --jobs|--code|them"),
+    ("plot orbit --code 13 --p 3 -o x.svg", "--p|plot orbit"),
+    ("plot reverse --code 13 --limit 3 -o x.svg", "--limit|plot reverse"),
+    ("plot entropy --code 13 -o x.svg", "--code|plot entropy"),
+    ("plot births 13 -o x.svg", "WORD|plot births"),
+    ("plot sheet 13 --code 3 -o x.svg", "WORD, --code|plot sheet"),
+    ("plot lengths --limit 3 -o x.svg", "--limit|plot lengths"),
+    ("bench --kind stress --a 2 --p 3", "--a, --p|--kind stress"),
+    ("bench --kind stages --p 2 --plot x.svg", "--plot|--kind stages"),
+    ("verify --seed 3", "--seed|--sample|--restarts"),
+    ("export - --format csv --force", "--force|stdout"),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("command", "said"), IDLE, ids=[command for command, _ in IDLE])
-def test_options_that_do_nothing_are_refused(cli, filled, command, said):
-    done = cli(*shlex.split(command))
-    assert done == (2, "", f"orbitdb: {said}\n")
+@pytest.mark.parametrize(("command", "named"), IDLE, ids=[command for command, _ in IDLE])
+def test_options_that_do_nothing_are_refused(cli, filled, command, named):
+    assert cli(*shlex.split(command)).says(2, "orbitdb: ", *named.split("|"))
 
 
 NO_NUMBERS = [
@@ -73,12 +69,6 @@ def test_numbers_are_read_as_people_write_them():
             whole(text)
 
 
-def test_counts_may_have_an_exponent(cli, filled):
-    assert len(cli("query", "--limit", "1e1", "--format", "jsonl").out.splitlines()) == 10
-    found = json.loads(cli("simulate", "--bounces", "2e4", "--json", "--no-store").out)[0]["bounces"]
-    assert found == pytest.approx(20000, rel=0.05)
-
-
 def test_a_value_that_looks_like_a_number_is_one_only_if_people_write_it_so(cli, filled):
     for value, code in ("7", 0), ("7.0", 0), ("0_7", 1):
         assert cli("query", "--where", "p = :x", "-P", f"x={value}", "--limit", "1").code == code
@@ -107,21 +97,6 @@ def test_columns_of_rows_are_told_how_they_are_asked_for(cli, filled, column):
     assert (head.split(), row.split()[1]) == ([column, "code"], "1123213")
 
 
-@pytest.mark.parametrize(("text", "codes"), [("13\n\n 1^2 3\n", ["13", "113"]), ("", [])])
-def test_codes_to_ask_for_come_from_stdin(cli, filled, monkeypatch, text, codes):
-    monkeypatch.setattr("sys.stdin", io.StringIO(text))
-    done = cli("query", "--code", "-", "--json", "-c", "code")
-    assert [row["code"] for row in json.loads(done.out)] == codes
-    assert (done.code, done.err) == ((0, "") if codes else (1, "no code on stdin\n"))
-
-
-def test_repetitions_are_told_clearly(cli, filled):
-    assert cli("query", "--code", "12321311232131", "--json").err == (
-        "12321311232131 repeats 1232131 (twice): this is 1232131\n"
-    )
-    assert cli("query", "--code", "131313", "--json").err == "131313 repeats 13 (3 times): this is 13\n"
-
-
 def test_a_minus_is_stdout(cli, filled, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     named, silent = (cli("export", *target, "--format", "csv", "--p", "3") for target in (["-"], []))
@@ -144,16 +119,11 @@ NO_ROOM = "orbitdb: the output cannot be written (No space left on device)\n"
     [
         ("columns", ">&-", 3, NOWHERE),
         *(
-            pytest.param(*case, marks=pytest.mark.fuzz)
-            for case in (
-                ("table", ">/dev/full", 3, NO_ROOM),
-                ("query --format csv", ">&-", 3, NOWHERE),
-                ("--version", ">&-", 3, NOWHERE),
-            )
-        ),
-        *(
             pytest.param(*case, marks=pytest.mark.slow)
             for case in (
+                ("table", ">/dev/full", 3, NO_ROOM),
+                ("query --format csv", ">/dev/full", 3, NO_ROOM),
+                ("--help", ">/dev/full", 3, NO_ROOM),
                 ("table", ">&-", 3, NOWHERE),
                 ("table", ">&- 2>&-", 3, ""),
                 ("table", ">/dev/null 2>&-", 0, ""),
@@ -196,8 +166,7 @@ def test_a_folder_that_is_gone_is_told(tmp_path):
 
 
 def test_an_option_before_the_command_is_told_its_place(cli):
-    told = "orbitdb: No such option: --db (options stand behind a command, as in 'orbitdb table --db PATH')\n"
-    assert cli("--db", "x.db", "table") == (2, "", told)
+    assert cli("--db", "x.db", "table").says(2, "--db", "behind a command", "orbitdb table --db PATH")
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
@@ -207,7 +176,7 @@ def test_codes_come_from_files_of_windows_too(cli, monkeypatch, end):
 
 
 def test_a_cut_with_too_many_terms_is_told_one_that_is_taken(cli, filled, monkeypatch):
-    from orbitdb.store.reading import averaged
+    from orbitdb.catalogue import averaged
 
     monkeypatch.setattr(averaged, "_MOST_FACTORS", 40)
     refused = cli("lyapunov", "--weight", "det", "--cut", "9")

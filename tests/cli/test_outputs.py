@@ -1,8 +1,8 @@
 """What every command writes, in each format, is what the library says, column by column.
 
-One table: a command line, and a call of the library that gives the same columns. Each is run as JSON, as a
-table and in one of the other formats by turns. Numbers are equal to the last bit; in a table, meant for
-people, to the last digit shown.
+One table: a command line, and a call of the library that gives the same columns. Each is run as JSON and in
+one of the other formats by turns; numbers are equal to the last bit. `test_sessions` has tables, and
+`tests/store/test_questions.py` the rows of `query` and `export`.
 """
 
 import csv
@@ -20,27 +20,26 @@ import pytest
 from solutions import representatives
 
 from orbitdb import Catalogue, Stadium, existence, simulate, solve_word
-from orbitdb.averages.by_period import entropy, lyapunov, lyapunov_by_stability
+from orbitdb.averages.by_period import entropy, lyapunov_by_stability
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import Weight
+from orbitdb.averages.period_sums import lyapunov
 from orbitdb.benchmarks import stage_times, stress
 from orbitdb.benchmarks import work_precision as methods
 from orbitdb.benchmarks.agreement import agreement
+from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.births.changes import find_changes
-from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
 from orbitdb.store.writing.records import add_reference
 from orbitdb.store.writing.writer import Writer
-from orbitdb.symbols.pruning import rules_broken
-from orbitdb.symbols.words import from_strings
 from orbitdb.trajectories.ensemble import Reference
 from orbitdb.trajectories.legwise import simulate_legs
 from orbitdb.verification.verify import report, verify
 
 Columns = dict[str, list[Any]]
 OTHERS = ("csv", "tsv", "jsonl")
-"""Formats of which each command writes one, beside JSON and a table: all come from the same rows."""
+"""Formats of which each command writes one, beside JSON: all come from the same rows."""
 TRAJECTORY = simulate(Stadium(1.6), 20_000, seed=89)
 
 
@@ -64,39 +63,9 @@ def plain(values: Any) -> list[Any]:
     return [None if value != value or value == "" else value for value in listed]
 
 
-def rows_of(catalogue: Catalogue, a: float, **criteria: Any) -> Columns:
-    """The columns of ``query`` and ``export`` from the arrays of a subset."""
-    subset = catalogue.select(a=a, **criteria)
-    names = ("representative", "p", "status", "length", "lyapunov", "lambda_d", "lambda_c", "time_reversal",
-             "class_size", "walls", "margin", "residual", "error", "length_error", "lyapunov_error",
-             "symmetry")  # fmt: skip
-    columns = {name: plain(getattr(subset, name)) for name in names}
-    words = subset.codes.tolist()
-    masks = [int(rules_broken(from_strings([word]))[0]) for word in words]
-    columns["rules"] = [[n for n in range(1, 7) if mask >> (n - 1) & 1] for mask in masks]
-    columns["class_size"] = [size or None for size in columns["class_size"]]
-    columns["solver"] = [size and "newton" for size in columns["class_size"]]
-    columns["walls"] = [
-        size and sum(map(word.count, "02")) for word, size in zip(words, columns["class_size"], strict=True)
-    ]
-    columns["maslov"] = [
-        None if walls is None else 3 * len(word) - walls
-        for word, walls in zip(words, columns["walls"], strict=True)
-    ]
-    return {"code": words, "a": [a] * len(words), **columns}
-
-
 KEYS = ("code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
         "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error")  # fmt: skip
 MORE = ("length_error", "lyapunov_error", "symmetry", "solver")
-
-
-def queried(a: float = 1.6, **criteria: Any) -> Callable[[Catalogue], Columns]:
-    def call(catalogue: Catalogue) -> Columns:
-        found = rows_of(catalogue, a, **criteria)
-        return {name: found[name] for name in (*KEYS, *MORE)}
-
-    return call
 
 
 def words_of(*words: str) -> Callable[[Catalogue], Columns]:
@@ -306,11 +275,6 @@ class Case:
 MISSING = {"N": {6}, "K_0": {6}, "h_zeta": {3, 5, 6}, "h_zeta_change": {3, 5, 6}}
 GAPS = {name: {6} if name in ("lambda_d", "lambda_c") else {3, 5, 6} for name in LYAPUNOV[1:]}
 CASES = [
-    Case("query --p 2-4 --limit 1000", queried(p="2-4")),
-    Case("query --p 2-4 --status all --limit 1000", queried(p="2-4", status="all")),
-    Case("query --p 3 --status geometric", queried(p=3, status="geometric")),
-    Case("query --a 1 --range length=:8 --status orbit", queried(a=1.0, length=(None, 8), status="orbit")),
-    Case("query --a 1 --range length=8:8", queried(a=1.0, length=(8, 8)), slow=True),
     Case("query --code 1232131 --code 01132", words_of("1232131", "01132")),
     Case("identify --start 0,0.001,0 --bounces 9 --limit 4", shadowed, slow=True),
     Case("identify --length 22 --tolerance 0.4", with_length),
@@ -344,54 +308,16 @@ def of_csv(text: str, delimiter: str = ",") -> list[dict[str, Any]]:
     return list(csv.DictReader(io.StringIO(text), delimiter=delimiter))
 
 
-def of_table(text: str) -> list[dict[str, Any]]:
-    """Cells of aligned columns, which have two blanks between them in every line."""
-    lines = text.splitlines()
-    width = max(map(len, lines))
-    lines = [line.ljust(width) for line in lines]
-    used = ["  " if all(line[i : i + 2].strip() == "" for line in lines) else "x" for i in range(width)]
-    starts = [i for i in range(width) if used[i] == "x" and (i == 0 or used[i - 1] != "x")]
-    cells = [[line[i:j].strip() for i, j in zip(starts, [*starts[1:], width], strict=True)] for line in lines]
-    return [dict(zip(cells[0], row, strict=True)) for row in cells[1:]]
-
-
-def of_exponents(text: str) -> list[dict[str, Any]]:
-    """Cells of the two tables of ``lyapunov``, named as elsewhere; 0.884(49) is a value and its error."""
-    found: list[dict[str, Any]] = []
-    for kind, block in zip("dc", text.split("\n\n"), strict=True):
-        for i, row in enumerate(of_table(block)):
-            value, _, error = row.pop("sum_rule", "").rstrip(")").partition("(")
-            places = len(value.partition(".")[2])
-            cells = {name if name in ("p", "z0", f"lambda_{kind}") else f"lambda_{kind}_{name}": cell
-                     for name, cell in row.items()}  # fmt: skip
-            off = error and f"{int(error) / 10**places:.{places}f}"
-            cells |= {f"lambda_{kind}_sum_rule": value, f"lambda_{kind}_sum_rule_error": off}
-            found[i : i + 1] = [(found[i] if kind == "c" else {}) | cells]
-    return [{name: row[name] for name in (*LYAPUNOV, *SUM_RULES)} for row in found]
-
-
-def of_facts(text: str) -> list[dict[str, Any]]:
-    """One row, whose numbers stand one a line, each with its error."""
-    row = {}
-    for line in text.splitlines():
-        name, shown = line.split("  ", 1)
-        value, _, error = shown.strip().partition(" +- ")
-        name = name.replace(" ", "_")
-        row |= {name: value, f"{name}_error": error} if error else {name: value}
-    return [row]
-
-
 READERS: dict[str, Callable[[str], list[dict[str, Any]]]] = {
     "csv": of_csv,
     "tsv": lambda text: of_csv(text, "\t"),
     "json": json.loads,
     "jsonl": lambda text: [json.loads(line) for line in text.splitlines()],
-    "table": of_table,
 }
 
 
 def same(shown: Any, value: Any, form: str, name: str) -> bool:
-    """Tell whether what is shown is the value: all of it, or in a table all digits that are there."""
+    """Tell whether what is shown is the value, all of it."""
     if form in ("json", "jsonl"):
         return shown == value and isinstance(shown, bool) == isinstance(value, bool)
     if value is None:
@@ -400,21 +326,12 @@ def same(shown: Any, value: Any, form: str, name: str) -> bool:
         parts = [part for part in shown.split(" ") if part] if not any(map(nested, value)) else [shown]
         return nested(value[:1]) or all(same(*each, form, name) for each in zip(parts, value, strict=True))
     if isinstance(value, float):
-        return float(shown) == value if form != "table" else near(shown, value)
+        return float(shown) == value
     return shown == str(value)
 
 
 def nested(value: Any) -> bool:
     return isinstance(value, list) and bool(value)
-
-
-def near(shown: str, value: float) -> bool:
-    """Tell whether a number in a table is off by less than one of its last digit."""
-    digits, _, power = shown.partition("e")
-    places = len(digits.partition(".")[2])
-    return abs(float(shown) - value) < 1.0000001 * 10.0 ** (int(power or 0) - places) or (
-        "." not in digits and float(shown) == float(f"{value:g}")
-    )
 
 
 @pytest.fixture
@@ -435,7 +352,7 @@ def same_clock(monkeypatch) -> Callable[[], None]:
 def pairs() -> list[Any]:
     """Every case with the formats it is written in."""
     return [
-        pytest.param(case, ("json", "table", other), id=f"{case.line} ({other})",
+        pytest.param(case, ("json", other), id=f"{case.line} ({other})",
                      marks=[pytest.mark.slow] if case.slow else [])
         for case, other in zip(CASES, cycle(OTHERS))
     ]  # fmt: skip
@@ -451,56 +368,9 @@ def test_a_command_writes_what_the_library_says(case, forms, stored, cli, same_c
     for form in forms:
         same_clock()
         done = cli(*case.line.split(), "--format", form, *place)
-        text = done.out
-        if case.line.startswith("query") and form == "table":
-            continue  # other columns; facts of words
-        brief = form == "table" and case.line.startswith(("identify", "info"))  # some columns, below facts
-        text = text.rpartition("\n\n")[2] if brief else text
-        exponents = form == "table" and "lambda_d_pair" in expected
-        facts = form == "table" and case.line.startswith("simulate")
-        rows = (of_exponents if exponents else of_facts if facts else READERS[form])(text)
         assert done.code == 0, done.err
-        names = [name for name in expected if form != "table" or not name.endswith(("_trajectory", *BOUNDS))]
-        names = names[: len(rows[0])] if brief else names
-        assert [list(row) for row in rows] == [names] * count, form
-        if len(names) < len(expected) and "h_lower" in expected:
-            assert f"{expected['h_lower'][0]:.8f} < h < " in done.err
-        elif len(names) < len(expected) and not brief:
-            assert f"trajectories: lambda_d = {TRAJECTORY.lambda_d:.6f} +- " in done.err
+        rows = READERS[form](done.out)
+        assert [list(row) for row in rows] == [list(expected)] * count, form
         for i, row in enumerate(rows):
             for name, shown in row.items():
                 assert same(shown, expected[name][i], form, name), (form, name, i, shown, expected[name][i])
-
-
-def test_exports_hold_what_the_library_says(stored, tmp_path, cli):
-    """Files are read by the libraries that others read them with."""
-    from pyarrow import parquet
-
-    expected = queried(p="2-4", status="all")(Catalogue(stored, 1.6))
-    for ending in ("csv", "jsonl", "parquet", "npz"):
-        target = tmp_path / f"orbits.{ending}"
-        done = cli("export", str(target), "--a", "1.6", "--p", "2-4", "--status", "all", "--db", str(stored))
-        assert done.code == 0, done.err
-        if ending == "parquet":
-            assert parquet.read_table(target).to_pydict() == expected
-        elif ending == "npz":
-            assert_npz(target, expected)
-        else:
-            rows = READERS[ending](target.read_text())
-            assert [list(row) for row in rows] == [list(expected)] * len(expected["code"])
-            for i, row in enumerate(rows):
-                assert all(same(shown, expected[name][i], ending, name) for name, shown in row.items())
-
-
-def assert_npz(target: Path, expected: Columns) -> None:
-    """Compare arrays, in which a row that has no number has NaN, no integer -1, no text an empty one."""
-    with np.load(target) as archive:
-        found = dict(archive)
-    lists = np.split(found.pop("rules"), found.pop("rules_start")[1:-1])
-    assert [list(each) for each in lists] == expected["rules"]
-    found.pop("metadata")
-    assert [*found] == [name for name in expected if name != "rules"]
-    for name, column in found.items():
-        absent = "" if column.dtype.kind == "U" else -1 if column.dtype.kind == "i" else math.nan
-        wanted = [absent if value is None else value for value in expected[name]]
-        np.testing.assert_array_equal(column, np.array(wanted, column.dtype), err_msg=name)

@@ -67,20 +67,20 @@ def test_an_orbit_is_followed_in_a(cli, varied):
 @pytest.mark.parametrize(
     ("command", "said"),
     [
-        ("table --a all --a 1", "--a all is every a that is stored: leave out the others, or name each"),
-        ("query --a 1 --a x", "--a: 'x' is not a number"),
-        ("entropy --a 1:2", "--a '1:2': give one a, or a grid FROM:TO:COUNT such as 0.3:10:40"),
-        ("lyapunov --a 0", "--a: a = 0.0 is not a half length: give a number from 1e-06 to 1e+06"),
+        ("table --a all --a 1", "--a all"),
+        ("query --a 1 --a x", "'x' is not a number"),
+        ("entropy --a 1:2", "FROM:TO:COUNT"),
+        ("lyapunov --a 0", "not a half length"),
     ],
 )
 def test_what_a_cannot_be(cli, command, said):
-    assert cli(*command.split()) == (2, "", f"orbitdb: {said}\n")
+    assert cli(*command.split()).says(2, "--a", said)
 
 
 @pytest.mark.parametrize("command", ["table", "query", "query 13"])
 def test_all_that_are_stored_are_those_of_a_catalogue(cli, tmp_path, command):
-    missing = f"orbitdb: no catalogue at {tmp_path / 'orbits.db'}: make one with 'orbitdb fill --p 11'\n"
-    assert cli(*command.split(), "--a", "all") == (3, "", missing)
+    done = cli(*command.split(), "--a", "all")
+    assert done.says(3, f"no catalogue at {tmp_path / 'orbits.db'}", "orbitdb fill")
 
 
 def test_what_is_missing_at_one_a_is_told_and_the_others_are_shown(cli, varied):

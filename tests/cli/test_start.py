@@ -5,8 +5,6 @@ import sys
 
 import pytest
 
-from orbitdb.cli.app import _ROOM_OF, program
-
 ROOMS = [
     "numpy", "sqlalchemy", "alembic", "scipy", "flint", "textual", "matplotlib", "asyncio", "multiprocessing",
     "orbitdb.averages", "orbitdb.averages.sum_rules", "orbitdb.entropy", "orbitdb.filling",
@@ -56,15 +54,6 @@ def test_a_command_loads_what_it_needs(filled, monkeypatch):
     assert dict(zip(LIGHTEST_FIRST, loaded, strict=True)) == {
         line: sorted(rooms.split()) for line, rooms in LIGHTEST_FIRST.items()
     }
-
-
-def test_every_command_is_found_in_its_module():
-    whole = program().registered_commands
-    names = [command.name or command.callback.__name__ for command in whole]
-    assert sorted(names) == sorted(_ROOM_OF)
-    for name, room in _ROOM_OF.items():
-        own = program([room]).registered_commands
-        assert name in [command.name or command.callback.__name__ for command in own]
 
 
 @pytest.mark.parametrize("typed", ["colums", "--versio", "table --colour"])

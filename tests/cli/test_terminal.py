@@ -1,7 +1,6 @@
 """Commands in a real terminal, as people use them."""
 
 import re
-import shutil
 import signal
 import sys
 from itertools import chain
@@ -31,6 +30,7 @@ FILLING = [
     ("migrate", "--db", "{folder}/empty.db"),
     ("births", "--p", "5", *NEW),
     ("sweep", "--p", "7", *NEW),
+    ("bounds", "--window", "6", "--prove", *NEW),
 ]
 READING = [
     ("verify", "--p", "2-5", "--format", "csv"),
@@ -65,29 +65,8 @@ QUIET = [
     ("browse", "--p", "x"),
     ("nothing",),
 ]
-EACH_KIND = [
-    ("fill", "--p", "5", *NEW),
-    ("fill", "--p", "6", *NEW),  # goes on
-    ("fill", "--p", "4", "--a", "1", *NEW),
-    ("fill", "--p", "3", "--method", "relaxation", "--a", "2", *NEW),
-    ("fill", "--p", "3", "--geometric", *NEW),
-    ("births", "--p", "4", *NEW),
-    ("sweep", "--p", "5", *NEW),
-    ("verify", "--rigorous", "--p", "2", *NEW),
-    ("bench", "--kind", "stages", "--p", "2-3"),
-    ("bounds", "--window", "6", "--prove", *NEW),
-    ("simulate", "--bounces", "30000", *NEW),
-    ("export", "{folder}/rows.csv", "--p", "2-4"),
-    ("lyapunov", "--cut", "4", "--p", "2-4", "--json"),
-]
 A_FEW = [("fill", "--p", "5", *NEW)]
 A_FEW_QUIET = [("query", "--p", "2,3"), ("query", "--code", "9")]
-EACH_QUIET_KIND = [
-    ("query", "--code", "1232131"),
-    ("query", "--p", "2,3", "--format", "tsv"),
-    ("query", "--code", "9"),
-    ("nothing",),
-]
 HELP = [("--help",), ("--version",), *((name, "--help") for name in commands())]
 
 
@@ -136,34 +115,13 @@ def on_screens_as_in_files(commands, quiet, tmp_path: Path, widths=(80,), **vari
             assert session.erased, run
 
 
-@pytest.mark.parametrize(
-    ("commands", "quiet", "widths"),
-    [
-        pytest.param(A_FEW, A_FEW_QUIET, (80,), id="few"),
-        pytest.param(EACH_KIND, EACH_QUIET_KIND, (80, 200), id="all", marks=pytest.mark.slow),
-    ],
-)
-def test_each_kind_of_command(varied, tmp_path, commands, quiet, widths):
-    on_screens_as_in_files(commands, quiet, tmp_path, widths, ORBITDB_DB=str(varied))
+def test_what_fills_and_what_asks(varied, tmp_path):
+    on_screens_as_in_files(A_FEW, A_FEW_QUIET, tmp_path, ORBITDB_DB=str(varied))
 
 
 @pytest.mark.slow
 def test_what_fills(tmp_path):
-    on_screens_as_in_files(FILLING, [], tmp_path)
-
-
-@pytest.mark.fuzz
-def test_several_processes_and_the_way_they_have_come(tmp_path):
-    wanted = ["fill", "--p", "10", "--jobs", "2", "--db", str(tmp_path / "orbits.db")]
-    (session,) = run_several_in_terminal([Run(wanted, 200)])
-    well_behaved(session)
-    frames = re.findall(r"words, p = +(\d+) of 10  .{40}  +(\d+)%", session.raw)
-    shares = [int(share) for _, share in frames]
-    assert len(shares) > 1
-    assert shares == sorted(shares)
-    assert all(int(share) > 10 for period, share in frames if period == "10")  # of all, not of this one
-    (told,) = session.lines
-    assert told.startswith("p = 2..10 at a = 1.6: 29301 sequences, 17277 orbits")
+    on_screens_as_in_files(FILLING, [], tmp_path, (80, 200))
 
 
 @pytest.mark.slow
@@ -274,22 +232,6 @@ def test_told_to_end_while_the_bar_is_up(tmp_path, arguments):
     ends_in_order(ended(child, (child.before, 200)), 143, [said])
 
 
-@pytest.mark.fuzz
-def test_trajectories_leg_by_leg_are_ended_begun_again_and_shown(varied, tmp_path):
-    path = shutil.copy(varied, tmp_path)
-    child = spawn("simulate", "--legwise", "--bounces", "1000000000", "--db", path)
-    child.expect(r"lambda_d = 0\.8868?\d* \+- \d\.\de-0[4-9][^\r]*[━╾─]{26}[^\r]*\r")
-    shown = child.before + child.after
-    child.sendintr()
-    child.expect(pexpect.EOF)
-    ends_in_order(ended(child, (shown + child.before, 80)), 130, [INTERRUPTED.removesuffix(GOES_ON)])
-    assert "no trajectory value" in run_in_terminal("lyapunov", "--db", path).text
-    assert run_in_terminal("simulate", "--legwise", "--bounces", "300000", "--db", path).code == 0
-    session = run_in_terminal("lyapunov", "--db", path)
-    well_behaved(session)
-    assert re.search(r"trajectories: lambda_d = 0\.8867\d{3} \+- \d\.\de-06", session.text)
-
-
 @pytest.mark.slow
 def test_ctrl_z_and_back(tmp_path):
     shell = spawn("--norc", "--noprofile", "-i", command=["bash"], PS1="$ ")
@@ -396,14 +338,3 @@ def test_browse_leaves_the_terminal_as_it_was(varied, leave, code, said, columns
     assert session.restored
     assert "Traceback" not in session.text
     assert same("".join(session.lines)) == same(said)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("columns", fuzz_but([80], [80, 200]))
-@pytest.mark.parametrize("arguments", [("births", "--p", "5"), ("bounds", "--window", "8", "--prove")])
-def test_births_and_bounds(tmp_path, columns, arguments):
-    path = ["--db", str(tmp_path / "orbits.db")] if arguments[0] == "births" else []
-    session = run_in_terminal(*arguments, *path, columns=columns)
-    assert session.code == 0, session.text
-    assert "Traceback" not in session.text
-    assert session.restored

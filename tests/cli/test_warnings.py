@@ -1,12 +1,9 @@
 """No command and no use of the library leaves a file open or warns: all is run with -W error -X dev."""
 
-import gc
 import sys
 
 import pytest
 from processes import run
-
-from orbitdb import Catalogue
 
 STRICT = [sys.executable, "-W", "error", "-X", "dev", "-P", "-c"]
 _CHAIN = """
@@ -93,13 +90,3 @@ def test_the_process_of_a_command_ends_clean(filled, arguments, code):
 def test_the_library_may_drop_a_catalogue_without_close(filled):
     done = run(filled, command=[*STRICT, LIBRARY])
     assert (done.returncode, done.stderr) == (0, "")
-
-
-def test_a_dropped_catalogue_closes_its_file(filled):
-    catalogue = Catalogue(filled)
-    engine = catalogue._engine
-    assert "13" in catalogue
-    assert engine.pool.checkedin() == 1
-    del catalogue
-    gc.collect()
-    assert engine.pool.checkedin() == 0

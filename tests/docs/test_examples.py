@@ -99,7 +99,7 @@ shell = lambda line: subprocess.run(["bash", "-ec", line], check=True)
 """Takes what is pasted line by line, as the prompts of Python and of a shell do, and ends at an error."""
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 def test_the_first_pages_are_pasted_into_one_fresh_home_without_an_error(tmp_path):
     """In the order in which they are read, where nothing has been set and nothing filled."""
     first = [pages.ROOT / "README.md", *(pages.ROOT / f"docs/{name}.md" for name in FIRST_PAGES)]

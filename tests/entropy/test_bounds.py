@@ -7,9 +7,11 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
+from edges import code_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from quick import fuzz_but
+from solutions import words_of
 
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.billiard.stadium import Stadium
@@ -21,7 +23,6 @@ from orbitdb.entropy.letters import (
     MAY_FOLLOW,
     MIRROR,
     U,
-    code_of,
     edge_words,
     geometric_entropy,
     letters_of,
@@ -32,7 +33,6 @@ from orbitdb.entropy.verdicts import Verdict, decide
 from orbitdb.entropy.windows import Windows, extended, first_windows
 from orbitdb.orbits.newton import solve, solve_word
 from orbitdb.orbits.orbit import Status
-from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.words import primitive_root
 
 EDGE_WORDS = np.array(
@@ -153,7 +153,7 @@ def test_orbits_avoid_forbidden_windows_and_words_of_allowed_ones_are_orbits(a, 
     seeking = automaton(patterns(a, longest))
     orbits, counted = np.zeros((2, longest + 1), dtype=np.int64)
     for p in range(2, longest + 1):
-        words = np.concatenate(list(admissible_words(p)))
+        words = words_of(p)
         seen = seeking.follow(np.tile(edge_words(words), (1, longest // p + 2)))
         status = solve(words, Stadium(a)).status
         real = (status == Status.ORBIT) | (status == Status.BOUNDARY)

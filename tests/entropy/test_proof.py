@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from edges import windows_of
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy import proof as module
@@ -9,7 +10,7 @@ from orbitdb.entropy.bounds import search
 from orbitdb.entropy.letters import MIRROR
 from orbitdb.entropy.proof import Proof, proved
 from orbitdb.entropy.verdicts import Decision, Verdict, decide
-from orbitdb.entropy.windows import Windows, extended, first_windows, windows_of
+from orbitdb.entropy.windows import Windows, extended, first_windows
 
 OPPOSITE = np.array([Verdict.UNDECIDED, Verdict.FORBIDDEN, Verdict.ALLOWED], dtype=np.uint8)
 

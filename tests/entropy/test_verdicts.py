@@ -5,19 +5,20 @@ from itertools import compress
 
 import numpy as np
 import pytest
+from edges import code_of, windows_of
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from quick import slow_but
+from solutions import words_of
 
 from orbitdb.billiard.bounces import slacks
-from orbitdb.billiard.legs import cut, turns
+from orbitdb.billiard.legs import cut, half_turns
 from orbitdb.entropy import clamped
 from orbitdb.entropy.clamped import corner, solve_corner
-from orbitdb.entropy.letters import IN_RUN, MIRROR, STARTS_LEG, X, code_of, edge_words
+from orbitdb.entropy.letters import IN_RUN, MIRROR, STARTS_LEG, X, edge_words
 from orbitdb.entropy.verdicts import Verdict, decide
-from orbitdb.entropy.windows import Windows, open_chains, windows_of
+from orbitdb.entropy.windows import Windows, open_chains
 from orbitdb.orbits.newton import newton
-from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.words import from_strings
 
 LENGTHS = (0.05, 1.6)
@@ -42,7 +43,7 @@ class Junctions:
             slack = slacks(legs, alpha)
             least = np.minimum(slack[1], slack[2])
             rising = (legs.k > 1) & (legs.s != legs.d)
-            f = np.where(rising, turns(legs, alpha).half + legs.d * alpha, np.nan)
+            f = np.where(rising, half_turns(legs, alpha) + legs.d * alpha, np.nan)
             runs = np.where(legs.straight, 0, legs.run)
             last = ~legs.straight & (legs.place == np.take_along_axis(legs.k, runs, axis=0) - 1)
             bounce, word = np.nonzero(last)
@@ -95,7 +96,7 @@ def check(words: np.ndarray, a: float, extents: list[tuple[int, int]]) -> np.nda
 def test_no_word_contradicts_a_window(a):
     """All words of up to six bounces, around every junction: verdicts, and the range of f."""
     extents = [(1, 1), (2, 3), (1, 5), (5, 2), (4, 6)]
-    counts = sum(check(np.concatenate(list(admissible_words(p))), a, extents) for p in (2, 3, 4, 5, 6))
+    counts = sum(check(words_of(p), a, extents) for p in (2, 3, 4, 5, 6))
     assert (counts > 30).all()
 
 
@@ -133,7 +134,7 @@ def test_legs_between_long_runs_are_as_flat_as_can_be():
 
 
 def test_mirror_images_have_one_verdict():
-    words = np.concatenate(list(admissible_words(6)))
+    words = words_of(6)
     windows, _, _ = stretches(words, 4, 4)
     mirrored = decide(Windows(MIRROR[windows.letters], windows.mark), 1.0)
     plain = decide(windows, 1.0)
@@ -143,7 +144,7 @@ def test_mirror_images_have_one_verdict():
 
 def test_conditions_stay_within_their_errors():
     """f at rough directions is no farther from that at exact ones than its bound says."""
-    words = np.concatenate(list(admissible_words(7)))
+    words = words_of(7)
     windows, _, _ = stretches(words, 8, 8)
     for a in (0.1, 1.6):
         for _, chains in open_chains(windows):
@@ -156,7 +157,7 @@ def test_conditions_stay_within_their_errors():
 
 def test_what_is_too_close_to_call_is_undecided(monkeypatch):
     """With a rounding error of 0.2 in f no window is decided whose f comes nearer to 0 than that."""
-    windows, _, _ = stretches(np.concatenate(list(admissible_words(6))), 4, 4)
+    windows, _, _ = stretches(words_of(6), 4, 4)
     low, high = ranges(windows, 1.6)
     plain = decide(windows, 1.6).verdict
     monkeypatch.setattr(clamped, "_ROUNDING", 0.2)

@@ -5,10 +5,9 @@ from contextlib import closing
 
 import pytest
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.births import fill_births
-from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.records import best_reference
 
 LAST_CLASS = "WHERE p = 5 AND word = (SELECT max(word) FROM cycle WHERE p = 5)"
 
@@ -37,7 +36,7 @@ def altered(source, path, statement):
         ),
         (
             "INSERT INTO trajectory SELECT id, id, 1, 1, 'abc', 1, 1, 1, 1, 1, 1, 1 FROM stadium",
-            lambda catalogue: best_reference(catalogue, 1.6),
+            Catalogue.reference,
             "a seed that is none: 'abc'",
         ),
     ],

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from processes import COMMAND
 from quick import slow_but
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.words import WordError, parse, run_notation
 
 SELECTING = {
@@ -263,33 +263,3 @@ def test_names_that_are_not_utf_8(varied, tmp_path):
     outcome = run("query", "--code", b"13\xff", "--where", b"\xff")
     judge(outcome, ["query"])
     assert outcome[0] == 2
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
-@pytest.mark.parametrize("arguments", [["query", "--json"], ["--help"], ["export", "--format", "csv"]])
-def test_a_full_disk_behind_stdout(varied, arguments):
-    environment = os.environ | {"ORBITDB_DB": str(varied)}
-    with open("/dev/full", "w") as full:
-        done = subprocess.run(
-            [*COMMAND, *arguments],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            env=environment,
-            check=False,
-        )
-    assert done.returncode == 3
-    assert done.stderr == "orbitdb: the output cannot be written (No space left on device)\n"
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="needs a POSIX shell")
-@pytest.mark.parametrize(("closed", "code"), [(">&-", 3), ("2>&-", 0), (">&- 2>&-", 3)])
-def test_closed_outputs(varied, closed, code):
-    environment = os.environ | {"ORBITDB_DB": str(varied)}
-    command = " ".join(f"'{part}'" for part in [*COMMAND, "query", "--p", "3"])
-    done = subprocess.run(f"{command} {closed}", shell=True, capture_output=True, text=True, env=environment,
-                          check=False)  # fmt: skip
-    assert done.returncode == code
-    assert "Traceback" not in done.stdout + done.stderr

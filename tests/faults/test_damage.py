@@ -78,27 +78,6 @@ def flipped_bit(data: bytes, moments: random.Random) -> bytes:
     return data[:place] + bytes([data[place] ^ 1 << bit]) + data[place + 1 :]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "content",
-    [
-        b"no database at all " * 50,
-        *(
-            pytest.param(content, marks=pytest.mark.slow)
-            for content in (b"", b"short", b"SQLite format 3\0" + bytes(200))
-        ),
-    ],
-)
-def test_no_catalogue(tmp_path, content):
-    path = tmp_path / "other.db"
-    path.write_bytes(content)
-    reading = [each for each in COMMANDS if each[0] != "fill" and "--code" not in each]
-    for arguments, code, err in run_several([*reading, ["browse"]], path):
-        assert code == (2 if arguments[0] == "browse" else 3), arguments
-        assert len(err.splitlines()) == 1
-    assert path.read_bytes() == content
-
-
 @pytest.mark.parametrize(
     "harm",
     [

@@ -15,8 +15,6 @@ from older import make_older
 from processes import run, run_several, small_blocks
 from quick import fuzz_but
 
-from orbitdb.store.file.schema import PAGE_SIZE
-
 resource = pytest.importorskip("resource")
 
 CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH, PR_CAPBSET_DROP = 1, 2, 24
@@ -93,23 +91,6 @@ def test_wherever_a_fill_is_starved_it_goes_on(filled, tmp_path, size):
     assert content(path) == content(filled)
 
 
-@pytest.mark.fuzz
-def test_the_close_of_a_period_has_no_room(filled, tmp_path):
-    """Every size of the journal between the last block and the end."""
-    whole = tmp_path / "whole.db"
-    shutil.copy(filled, whole)
-    with closing(sqlite3.connect(whole)) as plain, plain:
-        plain.execute(
-            "UPDATE fill SET state = 'filling', n_t = NULL, n_c = NULL, classes = NULL, boundary = NULL"
-        )
-    for pages in range(1, 4):
-        path = tmp_path / f"{pages}.db"
-        shutil.copy(whole, path)
-        fails(run("fill", "--p", "8", "--db", path, preexec_fn=room(PAGE_SIZE * pages)), "has room")
-        assert run("fill", "--p", "8", "--db", path).returncode == 0
-        assert content(path) == content(filled)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("size", fuzz_but([100], [0, 100]))
 def test_a_migration_has_no_room_for_its_copy(filled, disk, size):
@@ -144,33 +125,6 @@ def test_a_figure_has_no_room(filled, disk, name):
     folder = disk(4)
     fails(run("plot", "lengths", "-o", folder / name, "--db", filled), "No space left")
     assert list(folder.iterdir()) == []
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
-@pytest.mark.parametrize(
-    "arguments",
-    [["table"], pytest.param(["query", "--format", "csv", "--limit", "9999"], marks=pytest.mark.slow)],
-)
-def test_the_output_has_no_room(filled, arguments):
-    with open("/dev/full", "wb") as full:
-        done = subprocess.run(
-            [
-                sys.executable,
-                "-P",
-                "-c",
-                "from orbitdb.cli.main import run; run()",
-                *arguments,
-                "--db",
-                filled,
-            ],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            check=False,
-        )
-    assert done.returncode == 3
-    assert done.stderr == "orbitdb: the output cannot be written (No space left on device)\n"
 
 
 @pytest.mark.slow

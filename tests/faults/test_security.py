@@ -18,6 +18,7 @@ from processes import COMMAND
 from quick import slow_but
 from screens import drive, press, settle, shown, table_of, until
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.export import export as export_shown
 from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.errors import StoreError
@@ -30,7 +31,6 @@ from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import LONG, SCHEMA_VERSION, TABLES, VIEWS
 from orbitdb.store.file.tables import metadata
 from orbitdb.store.file.tokens import tokens
-from orbitdb.store.reading.catalogue import Catalogue
 
 
 @pytest.fixture

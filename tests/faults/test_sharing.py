@@ -12,12 +12,12 @@ import pytest
 from contents import agrees, content, is_sound
 from processes import run, run_several, small_blocks, start, wait_until_ready
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.store.file import database
 from orbitdb.store.file.database import check_file
 from orbitdb.store.file.engines import reading_engine, writing_engine
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import SCHEMA_VERSION
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.writing.cursors import OvertakenError
 from orbitdb.store.writing.writer import Writer
 
@@ -115,23 +115,6 @@ def test_a_commit_holds_rows_and_cursor(filled, tmp_path, options):
     all_end_well(process)
     assert len(looks) > 2  # of hundreds of commits, on a machine however busy
     assert content(path) == content(filled)
-
-
-@pytest.mark.fuzz
-@pytest.mark.parametrize("jobs", [pytest.param("1", marks=pytest.mark.fuzz), "2"])
-def test_three_fills_at_once(tmp_path, jobs):
-    """They make the same new file, and fill the same periods, one of them at another a."""
-    path, expected = tmp_path / "shared.db", tmp_path / "expected.db"
-    arguments = ["fill", "--p", "6", "--jobs", jobs, "--db", path]
-    commands = [arguments, arguments, [*arguments, "--a", "1"]]
-    processes = [start(*each, command=small_blocks(32)) for each in commands]
-    for process in processes:
-        wait_until_ready(process)
-    all_end_well(*processes)
-    for a in ("1.6", "1"):
-        assert run("fill", "--p", "6", "--a", a, "--db", expected).returncode == 0
-    assert content(path) == content(expected)
-    assert run("verify", "--db", path).returncode == 0
 
 
 @pytest.mark.slow

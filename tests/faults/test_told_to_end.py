@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -88,8 +89,13 @@ def at_a_moment(folder, arguments, catalogue, moment):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("turn", fuzz_but(range(3), range(8)))
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize(
+    ("name", "turn"),
+    fuzz_but(
+        [(name, turn) for at, name in enumerate(COMMANDS) for turn in (at % 4, (at + 3) % 4)],
+        list(product(COMMANDS, range(8))),
+    ),
+)
 def test_told_to_end_at_any_moment(stored, tmp_path, name, turn):
     signalled, group = ("SIGTERM", "SIGHUP")[turn % 2], turn % 4 > 1
     started = at_a_moment(tmp_path, COMMANDS[name], stored, seeded(turn).uniform(0.0, 1.5))

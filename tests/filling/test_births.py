@@ -11,16 +11,14 @@ import numpy as np
 import pytest
 
 from orbitdb import existence
-from orbitdb.errors import InputError, StoreError
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.errors import StoreError
 from orbitdb.filling import births as module
 from orbitdb.filling.birth_blocks import BLOCK, birth_blocks
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.workers import Processes
 from orbitdb.orbits.newton import solve
-from orbitdb.store.asking.criteria import choose
-from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.writing import changes as writing
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.words import from_strings, to_strings
 
@@ -134,24 +132,6 @@ def test_processes_find_the_same(born, tmp_path, monkeypatch):
     assert stored(path) == stored(born)
 
 
-def test_nothing_is_stored_by_halves(born, monkeypatch):
-    """What fails while a period is closed leaves it open, and goes on later."""
-    fresh = born.with_name("fresh.db")
-    Catalogue.create(fresh)
-
-    def broken(*_: object) -> None:
-        raise RuntimeError
-
-    monkeypatch.setattr(writing, "events", broken)
-    with pytest.raises(RuntimeError):
-        fill(fresh, [5])
-    monkeypatch.undo()
-    (half,) = Catalogue(fresh).birth_fills()
-    assert not half.whole
-    fill(fresh, [5])
-    assert Catalogue(fresh).birth_fills()[0].whole
-
-
 def test_a_second_process_goes_on_behind_the_first(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "BLOCK", 100)
     path = tmp_path / "two.db"
@@ -161,18 +141,6 @@ def test_a_second_process_goes_on_behind_the_first(tmp_path, monkeypatch):
     other.close()
     assert [(step.p, step.words) for step in one] == [(5, 96)]
     assert [each.births for each in Catalogue(path).birth_fills()] == [0, 0, 13]
-
-
-def test_the_figure_of_births_has_the_periods_that_have_some(born, monkeypatch):
-    from orbitdb.cli.figures.over_a import draw_births
-
-    monkeypatch.setattr("orbitdb.cli.figures.over_a._PLACES", 12)
-    above, _, below = draw_births(Catalogue(born), choose()).axes
-    assert [line.get_label() for line in above.lines] == ["$p = 5$", "$p = 6$", "$p = 7$"]
-    assert [above.lines[0].get_xdata()[end] for end in (0, -1)] == pytest.approx([0.02, 1.5 * 4.773733293664])
-    assert [text.get_text() for text in below.get_legend().get_texts()] == ["$p = 6$", "$p = 7$"]
-    with pytest.raises(InputError, match="no births to draw"):
-        draw_births(Catalogue(born), choose(p="2-4"))  # all of them are orbits from a = 0 on
 
 
 def test_a_missing_class_is_noticed(born):

@@ -17,17 +17,14 @@ from typing import TYPE_CHECKING
 import pytest
 from contents import rows
 from processes import small_blocks
-from workforce import Deadly, filled_by
+from workforce import Deadly, Failing, filled_by
 
-from orbitdb.cli.storing import _told
+from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.blocks import Block, cut_into_blocks
-from orbitdb.filling.cluster import Cluster, Size, _address, _failure, _line
-from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.cluster import Cluster
 from orbitdb.filling.workers import HERE
-from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.version import __version__
 
 if TYPE_CHECKING:  # its import takes a second
     from distributed import LocalCluster
@@ -44,23 +41,6 @@ sys.meta_path.insert(0, Missing())
 """
 
 
-def test_what_a_worker_says_is_one_line():
-    assert _line(RuntimeError("no luck\nat all")) == "no luck"
-    assert _line(MemoryError()) == "MemoryError"
-
-
-@pytest.mark.parametrize(
-    ("workers", "threads", "said"),
-    [
-        (0, 0, "no workers yet; waiting for the first"),
-        (3, 3, "3 workers"),
-        (3, 4, "3 workers with 4 threads; each solves with one of them: start more with --nthreads 1"),
-    ],
-)
-def test_a_user_is_told_how_large_it_is(workers, threads, said):
-    assert _told(Size(workers, threads)) == said
-
-
 @pytest.fixture(scope="module")
 def local_cluster() -> Iterator["LocalCluster"]:
     """Two worker processes, started again when they die; the scheduler runs in this process."""
@@ -70,18 +50,11 @@ def local_cluster() -> Iterator["LocalCluster"]:
         yield cluster
 
 
-class Failing:
-    """A block that cannot be solved."""
-
-    def solved(self) -> None:
-        raise ZeroDivisionError("by nothing\nat all")
-
-
 class Counting:
     """A block that says how many are under way."""
 
     def __init__(self, number: int) -> None:
-        self.number, self.version = number, __version__
+        self.number = number
 
     def solved(self) -> "Counting":
         return self
@@ -91,14 +64,13 @@ class Counting:
 @pytest.mark.usefixtures("small_blocks")
 def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch):
     """Where it is, what it solves, what it cannot solve, how much it holds, and that it is gone."""
-    from distributed import KilledWorker, LocalCluster
+    from distributed import LocalCluster
 
-    file, missing = tmp_path / "scheduler.json", tmp_path / "missing.json"
+    file = tmp_path / "scheduler.json"
     for content in ("", "{}", "[]", "\0"):
         file.write_text(content)
         with pytest.raises(InputError, match="not a file that a dask scheduler has written"):
             Cluster(str(file)).__enter__()
-    assert _address(str(missing)) == str(missing)
     alone = filled_by(HERE, tmp_path / "alone.db", periods=(6,))
     options = {"processes": False, "protocol": "tcp", "dashboard_address": None}
     with LocalCluster(n_workers=1, threads_per_worker=2, **options) as cluster:
@@ -114,7 +86,6 @@ def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch):
             for _ in range(2):  # a task of its own each, or what failed once would have failed
                 with pytest.raises(WorkError, match=r"not solve a block: ZeroDivisionError: by nothing$"):
                     list(workers.solved([Failing()]))
-            workers.renew()
             workers._client.close()
             assert workers.size() == (1, 2)  # it is asked now and then
             monkeypatch.setattr("orbitdb.filling.cluster._COUNTED", 0.0)
@@ -126,8 +97,6 @@ def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch):
         Cluster(str(file)).__enter__()
     with pytest.raises(InputError, match=r"answers at foo://there:1 \(.+\): give"):
         Cluster("foo://there:1").__enter__()
-    assert "died 4 times on one block" in str(_failure(KilledWorker("x", None, 3)))
-    assert f"install orbitdb {__version__} there" in str(_failure(ModuleNotFoundError("no orbitdb")))
 
 
 @pytest.mark.slow
@@ -140,28 +109,6 @@ def test_rows_are_those_of_a_fill_here_and_nothing_stays_on_the_cluster(tmp_path
         next(workers.solved(cut_into_blocks(1.6, "newton", 9)))  # the fill is left in the middle
         assert local_cluster.scheduler.tasks
     wait_until(lambda: not local_cluster.scheduler.tasks)
-
-
-@pytest.mark.fuzz
-@pytest.mark.usefixtures("small_blocks")
-def test_rows_are_the_same_though_workers_are_killed(tmp_path, local_cluster):
-    from distributed import Client
-
-    alone = filled_by(HERE, tmp_path / "alone.db")
-    path = tmp_path / "shared.db"
-    migrate(path)
-    killed = []
-    with Client(local_cluster) as client, Cluster(local_cluster.scheduler_address) as workers:
-        for step in fill_periods(path, 1.6, (7, 8), workers=workers):
-            if step.p == 8 and len(killed) < 2:  # both, and perhaps with results that nobody has read
-                victim = next(pid for pid in client.run(os.getpid).values() if pid not in killed)
-                os.kill(victim, signal.SIGKILL)
-                killed.append(victim)
-                time.sleep(0.5)
-            assert len(local_cluster.scheduler.tasks) < 12
-        assert rows(path) == rows(alone)
-        filled_by(workers, path, a=1.0)  # from the classes that are stored
-    assert rows(path) == rows(filled_by(HERE, alone, a=1.0))
 
 
 @pytest.mark.slow
@@ -316,15 +263,6 @@ def test_where_no_scheduler_is(tmp_path, monkeypatch, cli, listens):
 @pytest.mark.parametrize("scheduler", ["", "rubbish", "foo://there:1", "tls://there:1", "x" * 5000])
 def test_addresses_that_are_none(scheduler):
     with pytest.raises(InputError, match="no dask scheduler answers"), Cluster(scheduler):
-        pass
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("content", ["", "{}", "[]", "\0"])
-def test_a_file_that_is_no_schedulers(tmp_path, content):
-    file = tmp_path / "scheduler.json"
-    file.write_text(content)
-    with pytest.raises(InputError, match="not a file that a dask scheduler has written"), Cluster(str(file)):
         pass
 
 

@@ -2,8 +2,6 @@
 
 import os
 import sqlite3
-import subprocess
-import sys
 import time
 from contextlib import closing
 from itertools import zip_longest
@@ -12,13 +10,13 @@ from pathlib import Path
 import pytest
 from contents import content
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.filling.single_word import fill_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.counting import count_admissible, count_primitive
 
 TABLE_1 = {2: (1, 1), 3: (8, 8), 4: (32, 32), 5: (96, 80), 6: (252, 188), 7: (712, 376), 8: (2096, 1424)}
@@ -43,12 +41,6 @@ def test_all_sequences_are_there_once(filled):
         words = [row[0] for row in catalogue.rows(Selection(periods=((p, p),)), ["word"])]
         assert len(words) == len(set(words)) == n_t
         assert catalogue.count(Selection(periods=((p, p),), statuses=(Status.ORBIT,))) == n_c
-
-
-def test_filling_again_changes_nothing(filled):
-    before = content(filled)
-    fill(filled)
-    assert content(filled) == before
 
 
 @pytest.mark.slow
@@ -148,36 +140,6 @@ def test_a_period_that_lost_words_is_not_called_whole(tmp_path):
     with pytest.raises(StoreError, match=r"period 6 holds 244 words instead of 252: .* is damaged"):
         list(going)
     assert not Catalogue(path).fills(1.6)[0].whole
-
-
-@pytest.mark.slow
-def test_a_locked_database_is_named(filled, monkeypatch):
-    monkeypatch.setattr("orbitdb.store.file.database.BUSY_TIMEOUT", 0.1)
-    with sqlite3.connect(filled, isolation_level=None) as other:
-        other.execute("BEGIN IMMEDIATE")
-        with pytest.raises(StoreError, match="another process that writes"):
-            fill(filled, 1.0)
-        other.execute("ROLLBACK")
-    other.close()
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX limits")
-def test_a_full_disk_loses_nothing(filled, tmp_path):
-    path = tmp_path / "full.db"
-    migrate(path)
-    script = (
-        "import resource, sys; from pathlib import Path; from orbitdb.filling.periods import fill_periods;"
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000));"
-        "list(fill_periods(Path(sys.argv[1]), 1.6, range(2, 9)))"
-    )
-    result = subprocess.run(
-        [sys.executable, "-P", "-c", script, str(path)], capture_output=True, text=True, check=False
-    )
-    assert result.returncode == 1
-    assert "StoreError" in result.stderr.splitlines()[-1]
-    fill(path)
-    assert content(path) == content(filled)
 
 
 def test_progress_counts_words(tmp_path):

@@ -55,7 +55,7 @@ def many_blocks() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(blocks.METHODS, "newton", blocks.Method(solve_for_orbits, 8))
         patch.setattr(births, "BLOCK", 64)
-        patch.setattr(swept_blocks, "_LEAST", 8)
+        patch.setattr(swept_blocks, "_CLASSES", 8)
         yield
 
 
@@ -136,7 +136,7 @@ WAYS = st.sampled_from(["closed", "raised", "killed"])
 
 @pytest.mark.parametrize("name", WORKS)
 @given(cuts=st.lists(st.tuples(WAYS, st.integers(0, 100)), min_size=1, max_size=4))
-@settings(max_examples=6)
+@settings(max_examples=settings().max_examples // 6)
 def test_what_is_cut_at_any_moment_goes_on(
     empty: Path, in_one_go: dict[str, Stored], name: str, cuts: list[tuple[str, int]]
 ) -> None:

@@ -11,6 +11,8 @@ from quick import slow_but
 
 from orbitdb.averages.period_sums import PeriodSums
 from orbitdb.averages.swept_sum_rules import beginning
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.errors import StoreError
 from orbitdb.filling import swept_blocks
 from orbitdb.filling.periods import fill_periods
@@ -18,9 +20,7 @@ from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.filling.workers import HERE, Processes, Workers
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.sweeps import Sweep
-from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
 
 PERIODS = range(2, 7)
 
@@ -72,7 +72,7 @@ class Tired:
     jobs = 1
 
     def solved(self, blocks):
-        return (replace(block.solved(), processor=3600.0) for block in blocks)
+        return ((replace(block.solved()[0], processor=3600.0),) for block in blocks)
 
 
 @pytest.mark.usefixtures("small_sweeps")
@@ -100,7 +100,7 @@ def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     """They are those of the orbits, and each period's moments are around the tilts of those before it."""
     for module in (
         "averages.swept_sum_rules",
-        "store.reading.whole_periods",
+        "catalogue.whole_periods",
         "filling.sweeps",
     ):
         monkeypatch.setattr(f"orbitdb.{module}.EXACT", 5)

@@ -11,6 +11,7 @@ from quick import slow_but
 
 from orbitdb.averages.period_sums import PeriodSums
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import InputError
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
@@ -22,10 +23,9 @@ from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import SWEPT_MEASURES, selection_of, swept_text
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.factors import words_containing
 from orbitdb.symbols.least_words import LeastWords, least_words
+from orbitdb.symbols.patterns import words_containing
 from orbitdb.symbols.symmetry import GROUPS, label, members
 from orbitdb.symbols.words import from_strings, pack, to_strings, unpack
 

@@ -4,7 +4,7 @@ from collections import Counter
 
 import pytest
 from mutants import differs, mutants
-from mutate import main, sample
+from mutate import sample
 from verdicts import Verdict, of_the_wing, report
 
 SOURCE = '''"""A package."""
@@ -90,52 +90,3 @@ def test_a_sample_is_the_same_whatever_else_is_altered():
     assert chosen == sample(["a.py"], more, 5, seed=3) != sample(["a.py"], more, 5, seed=4)
     below = sample(["a.py"], {"a.py": "import math\n" + SOURCE}, 5, seed=3)
     assert [(each.kind, each.text) for each in below] == [(each.kind, each.text) for each in chosen]
-
-
-CONFIGURATION = """
-[tool.setuptools]
-packages = ["tiny", "tiny.far"]
-[tool.setuptools.package-dir]
-tiny = "tiny"
-"tiny.far" = "far"
-[tool.pytest.ini_options]
-addopts = "--import-mode=importlib"
-"""
-
-FILES = {
-    "pyproject.toml": CONFIGURATION,
-    "tiny/__init__.py": "",
-    "far/__init__.py": "",
-    "far/seen.py": "def twice(x):\n    return 2 * x\n",
-    "far/unseen.py": "def half(x):\n    return x / 2\n\ndef never(x):\n    return x - 1\n",
-    "far/endless.py": "def count(x):\n    while x:\n        x -= 1\n    return x\n",
-    "tests/far/test_seen.py": "import subprocess, sys\n"
-    "def test_in_a_process():\n"
-    "    code = 'from tiny.far.seen import twice; print(twice(4))'\n"
-    "    assert subprocess.check_output([sys.executable, '-P', '-c', code]) == b'8\\n'\n",
-    "tests/far/test_unseen.py": "from tiny.far.unseen import half\ndef test_blind():\n    half(4)\n",
-    "tests/far/test_endless.py": "from tiny.far.endless import count\n"
-    "def test_ends():\n"
-    "    assert count(3) == 0\n",
-}
-
-
-@pytest.mark.fuzz
-def test_who_notices_is_told(tmp_path, capsys, monkeypatch):
-    """A good test, through another process; a blind one; lines that nobody executes; a loop without end."""
-    for name, text in FILES.items():
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text(text)
-    monkeypatch.setattr("mutate._START", 10.0)
-    main(["far", "--jobs", "1"], tmp_path)
-    told = capsys.readouterr().out
-    assert (tmp_path / "far/seen.py").read_text() == FILES["far/seen.py"]
-    shown = [line for line in told.splitlines() if line.startswith("far/")]
-    assert all(line.startswith("far/unseen.py:") for line in shown)
-    assert {line.split(" (")[0] for line in shown} == {
-        "far/unseen.py:2: survived",
-        "far/unseen.py:5: never executed",
-    }
-    far, total = (line.split() for line in told.splitlines()[1:3])
-    assert far[1:] == total[1:]
-    assert int(far[3]) >= 1  # the loop

@@ -3,20 +3,20 @@
 import numpy as np
 import pytest
 from quick import slow_but
+from solutions import words_of
 
 from orbitdb import Stadium, solve_word
 from orbitdb.averages.by_period import lyapunov_by_stability
 from orbitdb.averages.fixed_points import ClassRows
 from orbitdb.orbits.beyond import least_exponent, least_length
 from orbitdb.orbits.newton import solve
-from orbitdb.symbols.enumeration import admissible_words
 
 
 @pytest.mark.parametrize("a", slow_but([0.05, 1.6], [1e-3, 0.05, 0.3, 1.0, 1.6, 3.0, 12.0, 1e4]))
 def test_no_orbit_of_more_bounces_is_below(a):
     least = []
     for p in range(3, 9):
-        orbits = solve(np.concatenate(list(admissible_words(p))), Stadium(a))
+        orbits = solve(words_of(p), Stadium(a))
         real = orbits.status == "orbit"
         least.append((orbits.lyapunov[real].min(), orbits.length[real].min()))
     for p, (exponent, length) in enumerate(np.minimum.accumulate(least[::-1])[::-1], 2):
@@ -52,7 +52,7 @@ def test_a_cut_below_the_bound_depends_on_no_further_period():
     """Neither orbits nor products of shorter ones are left out by the highest period."""
     parts = []
     for p in range(2, 9):
-        orbits = solve(np.concatenate(list(admissible_words(p))), Stadium(1.6))
+        orbits = solve(words_of(p), Stadium(1.6))
         real = orbits.status == "orbit"
         ones = np.ones(real.sum(), int)
         inverse = np.zeros(real.sum(), bool)

@@ -95,8 +95,7 @@ def bounds_of(word: str, a: float, alpha: Floats, moved: Floats | None = None) -
     """The bounds at directions alpha; where it is given how far these may be off, by that."""
     _, own = chain(word)
     slopes = derivatives(own, a, alpha)
-    pressed = bounds.pressed_directions(own, a, alpha, slopes)
-    direction = bounds.direction_errors(own, a, alpha, slopes, pressed) if moved is None else moved
+    direction = bounds.direction_errors(own, a, alpha, slopes) if moved is None else moved
     slack = bounces.slack_errors(own, direction)
     return {
         "gradient": gradient_rounding(own, a, alpha)[:, 0],
@@ -379,7 +378,7 @@ def test_rounding_at_a_limit_may_turn_a_gradient_that_presses(monkeypatch):
     monkeypatch.setattr(legs, "np", Worse(-1, 1))
     slopes = derivatives(own, a, alpha)
     monkeypatch.undo()
-    pressed = bounds.pressed_directions(own, a, alpha, slopes)
+    pressed = legs.pressed_directions(alpha, slopes, legs.direction_limits(own, a))
     assert pressed.all()
     assert (apart(path.alpha, alpha[:, 0]) > 0).all()
     assert (

@@ -8,12 +8,10 @@ from flint import ctx
 from quick import slow_but
 from solutions import random_word, real, representatives, solved
 
-from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.balls.enclosure import Enclosure, enclose
-from orbitdb.orbits.newton import newton, solve
+from orbitdb.orbits.newton import solve, solve_in_doubles
 from orbitdb.orbits.orbit import Orbits, Status
-from orbitdb.orbits.status import assess
 from orbitdb.symbols.words import from_strings, parse, to_strings
 
 VALUES = [0.5, 1.6, 5.0]
@@ -131,9 +129,7 @@ def test_bounds_are_not_much_larger_than_they_must_be(a):
 @pytest.mark.parametrize("a", slow_but([0.3], [0.3, 1.6, 20.0]))
 def test_bounds_of_long_words(text, a):
     words = from_strings([parse(text)] * 2)
-    ((_, legs),) = cut(words)
-    found = newton(legs, a)
-    orbits = assess(words, legs, Stadium(a), found.alpha, found.iterations)
+    orbits = solve_in_doubles(words, Stadium(a))
     exact = enclose(words[0], Stadium(a))
     for row in range(2):
         if orbits.status[row] != Status.UNRESOLVED:
@@ -169,8 +165,6 @@ def test_steep_legs_are_not_taken_to_press_against_their_limits(text, margin):
 def test_doubles_leave_what_they_cannot_decide():
     """011032 runs through a joint at a = 1: no double can tell on which side it lies."""
     words = from_strings(["011032"])
-    ((_, legs),) = cut(words)
-    found = newton(legs, 1.0)
-    orbits = assess(words, legs, Stadium(1.0), found.alpha, found.iterations)
+    orbits = solve_in_doubles(words, Stadium(1.0))
     assert orbits.status[0] == Status.UNRESOLVED
     assert abs(orbits.margin[0]) <= orbits.error[0]

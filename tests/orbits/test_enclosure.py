@@ -6,7 +6,7 @@ import pytest
 import reference
 from flint import arb, ctx
 from quick import slow_but
-from solutions import representatives
+from solutions import representatives, words_of
 
 from orbitdb.billiard.legs import cut, direction_limits
 from orbitdb.billiard.stability import forces
@@ -17,7 +17,6 @@ from orbitdb.orbits.balls.joints import joins
 from orbitdb.orbits.balls.path import BallPath
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.orbits.orbit import Status
-from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.symmetry import members
 from orbitdb.symbols.words import from_strings, parse, to_strings
 
@@ -168,7 +167,7 @@ def test_these_are_all_joint_orbits(a):
 @pytest.mark.parametrize("a", slow_but([1.6], [0.5, 1.6, 5.0]))
 @pytest.mark.parametrize("p", slow_but(range(2, 8), range(2, 10)))
 def test_enclosures_hold_the_mpmath_solution(p, a):
-    words = np.concatenate(list(admissible_words(p)))
+    words = words_of(p)
     orbits = solve(words, Stadium(a))
     rows = np.flatnonzero(orbits.status == Status.ORBIT)
     for row in np.random.default_rng(p).permutation(rows)[:4]:

@@ -10,22 +10,11 @@ from orbitdb.billiard.legs import cut, derivatives, direction_limits
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits import sums as module
 from orbitdb.orbits.newton import newton_step, solve
-from orbitdb.orbits.packed_chains import cut_packed
 from orbitdb.orbits.status import surely_outside
 from orbitdb.orbits.sums import exponents
 from orbitdb.symbols.words import pack
 
 A = [1.0, 1.6, pytest.param(0.05, marks=pytest.mark.slow), pytest.param(20.0, marks=pytest.mark.slow)]
-
-
-@pytest.mark.parametrize("p", [2, 5, 8])
-def test_packed_words_are_cut_as_words_are(p):
-    words = np.roll(representatives(p), 3, axis=1)
-    expected, found = cut(words), list(cut_packed(pack(words), p))
-    assert len(found) == len(expected)
-    for (rows, part), (same_rows, legs) in zip(found, expected, strict=True):
-        assert np.array_equal(rows, same_rows)
-        assert all(np.array_equal(getattr(part, name), getattr(legs, name)) for name in "kdns")
 
 
 @pytest.mark.parametrize("a", A)

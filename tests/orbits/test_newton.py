@@ -13,7 +13,7 @@ from solutions import random_word, real, representatives, solved, words_of
 from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits, length
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
-from orbitdb.orbits.error_bounds import direction_errors, pressed_directions
+from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import MAX_STEPS, _uphill, newton, solve, solve_for_orbits
 from orbitdb.orbits.orbit import NUMBERS, Status
 from orbitdb.symbols.pruning import rules_broken, rules_of
@@ -57,7 +57,7 @@ def test_table_1_of_the_paper(highest):
 @pytest.mark.parametrize("p", slow_but(range(2, 10), range(2, 11)))
 def test_one_representative_counts_for_its_class(p):
     words = words_of(p)
-    classes = classify(words)
+    classes = classify(pack(words), p)
     own = classes.representative == pack(words)
     sizes = np.array([class_size(int(mask)) for mask in classes.stabiliser[own]])
     assert sizes[real(solve(words[own], Stadium(1.6)))].sum() == np.count_nonzero(real(solved(p, 1.6)))
@@ -187,7 +187,7 @@ def test_newton_comes_to_the_same_orbit_from_anywhere(a):
 def own_errors(legs: Legs, a: float, alpha: np.ndarray) -> np.ndarray:
     """How far directions are from the maximum, by their own bounds."""
     slopes = derivatives(legs, a, alpha)
-    return direction_errors(legs, a, alpha, slopes, pressed_directions(legs, a, alpha, slopes))
+    return direction_errors(legs, a, alpha, slopes)
 
 
 def test_statuses_do_not_change_within_a_mixed_batch():

@@ -14,7 +14,9 @@ from quick import slow_but
 
 from orbitdb import Catalogue, Selection, Stadium, solve_word
 from orbitdb.averages import by_period
+from orbitdb.averages.period_sums import lyapunov
 from orbitdb.billiard.stability import birkhoff
+from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.cli.figures import orbits, over_a, subsets
 from orbitdb.entropy.bounds import search
 from orbitdb.entropy.letters import geometric_entropy
@@ -25,7 +27,6 @@ from orbitdb.orbits.orbit import Status
 from orbitdb.plots.paths import draw_orbit
 from orbitdb.plots.style import BLUE, ORANGE, figure
 from orbitdb.store.reading.lookup import with_existence
-from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
 from orbitdb.store.writing.records import add_reference, keep_bounds
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.words import from_strings
@@ -131,9 +132,21 @@ LONG = "time_reversal = 'self' and class_size > 0 and margin > 1e-9 and lambda_c
 
 
 @pytest.mark.parametrize(
-    "kind", slow_but(["sheet", "birkhoff"], ["sheet", "birkhoff", "lengths", "entropy", "lyapunov"])
+    ("kind", "where"),
+    [
+        ("sheet", LONG),
+        *(
+            pytest.param(kind, where, marks=pytest.mark.slow)
+            for kind, where in (
+                ("sheet", None),
+                ("birkhoff", "length < " + "9" * 200),
+                ("lengths", LONG),
+                ("entropy", None),
+                ("lyapunov", LONG),
+            )
+        ),
+    ],
 )
-@pytest.mark.parametrize("where", [None, LONG, "length < " + "9" * 200])
 def test_titles_stay_in_their_figure(known, kind, where):
     chosen = Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,), where=where)
     made = subsets.OF_SUBSETS[kind](known, chosen, 9)
@@ -165,6 +178,7 @@ def test_arrows_of_a_path_and_back_stand_apart():
     assert abs(there - back) > 5
 
 
+@pytest.mark.slow
 def test_every_faint_line_is_explained(known):
     orbit = with_existence(solve_word("01552", 1.6))
     drawn = [orbits.draw_orbit(orbit), orbits.draw_reverse(orbit), over_a.draw_life(orbit)]
@@ -203,7 +217,7 @@ def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
 def test_the_exponents_by_every_method(known, capsys):
     made = subsets.OF_SUBSETS["lyapunov"](known, Selection(1.6, periods=((2, 6),)), 0)
     subset = known.classes(a=1.6, p="2-6")
-    found = by_period.lyapunov(subset.rows(), 6)
+    found = lyapunov(subset.rows(), 6)
     rules = sum_rules_of(read_whole(known, Selection(1.6, periods=((2, 6),))))
     assert len(made.axes) == 2
     for ax, name, unit in zip(made.axes, ("lambda_d", "lambda_c"), ("bounce", "length $R$"), strict=True):
@@ -340,6 +354,7 @@ def test_births_over_a(known):
     assert changes.get_xlabel() == "$a$"
 
 
+@pytest.mark.slow
 def test_figures_are_as_wide_as_a_column_of_text(known):
     orbit = with_existence(solve_word("01552", 1.6))
     drawn = [over_a.draw_births(known, WHOLE), over_a.draw_life(orbit)]

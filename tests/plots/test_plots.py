@@ -1,9 +1,11 @@
 """Figures: what is drawn is what was given, and files are what their endings say."""
 
-import json
+import os
+import sys
 import xml.etree.ElementTree as ET
 
 import numpy as np
+import processes
 import pytest
 from matplotlib.figure import Figure
 from quick import slow_but
@@ -13,9 +15,6 @@ from orbitdb.errors import InputError
 from orbitdb.export import FIGURES, form_of
 from orbitdb.orbits.svg import number_labels
 from orbitdb.plots import curves, paths, style
-from orbitdb.plots.deviations import draw_deviations
-from orbitdb.plots.enclosures import draw_width
-from orbitdb.store.asking.criteria import choose
 
 WORDS = ["13", "1232131", "010232", "111333", "11133"]
 SVG = "{http://www.w3.org/2000/svg}"
@@ -46,47 +45,6 @@ def test_every_bounce_is_numbered_once_outside_the_stadium(word):
     for place, outward, _ in labels:
         x, y = np.add(place, np.multiply(0.2, outward))
         assert np.hypot(x - np.clip(x, -1.6, 1.6), y) == pytest.approx(1.2)
-
-
-def test_entropy_figure_holds_the_numbers(ax):
-    p = np.arange(2, 6)
-    k_0, h = np.array([0.3466, 1.059, 1.216, 1.198]), np.array([0.35, 1.0, 1.1, 1.19])
-    curves.draw_entropy(ax, p, k_0, h, (1.1, 1.2))
-    drawn = next(line for line in ax.lines if line.get_label().startswith("$K_0"))
-    np.testing.assert_array_equal(drawn.get_xydata(), np.column_stack([p, k_0]))
-    hidden = [text.get_text() for text in ax.texts]
-    assert hidden == ["↓ 0.3466"]
-
-
-def test_lyapunov_figure_shows_the_reference_with_twice_its_error(ax):
-    p = np.arange(2, 5)
-    values = np.array([2.1, 1.5, 1.2])
-    rows = curves.LyapunovRows(values, values, np.array([2.1, np.nan, 1.3]), curves.Line(0.887, 0.01))
-    curves.draw_lyapunov(ax, p, rows, r"\lambda_d", "per bounce")
-    (band,) = ax.patches
-    assert (band.get_y(), band.get_height()) == pytest.approx((0.867, 0.04))
-
-
-def test_lyapunov_figure_shows_sum_rules_with_their_error(ax):
-    p, values = np.arange(2, 5), np.array([0.8, 0.85, 0.88])
-    rows = curves.LyapunovRows(values, values, values, None, values, np.array([0.1, 0.02, 0.01]))
-    curves.draw_lyapunov(ax, p, rows, r"\lambda_d", "per bounce")
-    (band,) = ax.collections
-    assert band.get_paths()[0].get_extents().get_points()[:, 1] == pytest.approx([0.7, 0.9])
-    assert any(line.get_label().startswith("sum rules") for line in ax.lines)
-
-
-def test_deviations_are_drawn_by_their_size_above_the_estimate_of_the_last(ax):
-    p = np.arange(2, 5)
-    off = {"one": np.array([-0.1, 0.02, np.nan]), "two": np.array([1e-3, -1e-4, 1e-5])}
-    draw_deviations(ax, p, off, np.array([1e-2, 1e-3, 1e-4]))
-    drawn = {line.get_label(): line.get_ydata() for line in ax.lines}
-    assert {name: values[:2].tolist() for name, values in drawn.items()} == {
-        "one": [0.1, 0.02],
-        "two": [1e-3, 1e-4],
-    }
-    (band,) = ax.collections
-    assert band.get_paths()[0].get_extents().y1 == pytest.approx(1e-2)
 
 
 def test_staircase_ends_at_the_number_of_orbits_and_density_integrates_to_it(ax):
@@ -145,6 +103,24 @@ def test_the_svg_path_has_the_bounces_at_their_places():
     np.testing.assert_allclose(drawn / scale * [1, -1], orbit.points, atol=0.01 / scale)
 
 
+def test_drawing_keeps_what_the_backend_of_a_notebook_sets(tmp_path):
+    """It is loaded by the first figure, and shows further ones only if it stays interactive."""
+    (tmp_path / "notebook_backend.py").write_text(
+        "import matplotlib\n"
+        "from matplotlib.backends.backend_agg import FigureCanvas\n"
+        "matplotlib.interactive(True)\n"
+    )
+    drawing = (
+        "import matplotlib\n"
+        "from orbitdb import solve_word\n"
+        "solve_word('13', 1.6).plot()\n"
+        "print(matplotlib.is_interactive())\n"
+    )
+    env = os.environ | {"MPLBACKEND": "module://notebook_backend", "PYTHONPATH": str(tmp_path)}
+    done = processes.run("-c", drawing, command=[sys.executable], cwd=tmp_path, env=env)
+    assert done.stdout.split() == ["True"], done.stderr
+
+
 def test_words_without_an_orbit_have_no_picture():
     assert solve_word("0", Stadium())._repr_svg_() is None
     assert solve_word("02", Stadium()).points is None
@@ -180,20 +156,6 @@ def test_the_command_draws_every_kind(varied, tmp_path, cli, arguments):
     assert [path.name for path in tmp_path.iterdir() if path.suffix == ".part"] == []
 
 
-def test_a_sheet_is_as_large_as_its_orbits(varied):
-    """A radius is 0.26 inches, both ways; a title has room above a single one, too."""
-    from orbitdb.cli.figures.subsets import OF_SUBSETS
-
-    for p, count in ((2, 1), (5, 15)):
-        made = OF_SUBSETS["sheet"](Catalogue(varied), choose(p=p), 99)
-        (wide, high), (ax,) = made.get_size_inches(), made.axes
-        (left, right), (low, top) = ax.get_xlim(), ax.get_ylim()
-        assert len(ax.texts) == count
-        assert wide == pytest.approx(max(4.0, 0.26 * (right - left)))
-        title = 0.17 * made.get_suptitle().count("\n")
-        assert high == pytest.approx(0.26 * (top - low) + 0.6 + title, abs=0.1)
-
-
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
@@ -211,18 +173,6 @@ def test_what_cannot_be_drawn_is_said(varied, tmp_path, cli, arguments, code, sa
     assert (done.code, target.exists()) == (code, False)
     assert said in done.err
     assert len(done.err.splitlines()) == 1
-
-
-@pytest.mark.slow
-def test_periods_that_an_average_lacks_are_named(varied, tmp_path, cli):
-    done = cli("plot", "entropy", "--p", "3-6", "-o", str(tmp_path / "f.svg"), "--db", str(varied))
-    assert "p = 2" in done.err.splitlines()[0]
-
-
-def test_json_is_not_a_figure(varied, tmp_path, cli):
-    done = cli("plot", "entropy", "-o", str(tmp_path / "f.json"), "--db", str(varied))
-    assert done.code == 2
-    assert json.dumps("f.json").strip('"') in done.err
 
 
 @pytest.mark.slow
@@ -246,13 +196,3 @@ def test_orbits_and_subsets_draw_themselves_into_axes(varied):
         Catalogue(varied).select(p=3).plot()
     with pytest.raises(ValueError, match="nothing to draw"):
         Catalogue(varied).select(p=3, status="geometric").plot("lengths")
-
-
-def test_widths_of_bounds_are_drawn_level_by_level(ax):
-    found = {a: (np.array([0.1, 1.0, 5.0]), np.array([0.3, 0.2, 0.1]) / a) for a in (1.0, 1.6)}
-    draw_width(ax, found)
-    for line, (a, (seconds, width)) in zip(ax.lines, found.items(), strict=True):
-        assert line.get_label() == f"$a = {a:g}$"
-        assert line.get_xydata().tolist() == np.column_stack([seconds, width]).tolist()
-    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["$a = 1$", "$a = 1.6$"]

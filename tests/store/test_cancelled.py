@@ -5,9 +5,9 @@ from contextlib import closing
 
 import pytest
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.criteria import choose
-from orbitdb.store.reading.catalogue import Catalogue
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,8 @@ import sqlalchemy as sa
 from quick import slow_but
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
-from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.newton import solve_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.conditions import COLUMNS
@@ -23,10 +23,7 @@ from orbitdb.store.file.engines import writing_engine
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import APPLICATION_ID, SCHEMA_VERSION
 from orbitdb.store.file.tables import metadata
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.symmetry import members
-
-BOMB = "WITH RECURSIVE bomb(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM bomb) SELECT max(n) FROM bomb"
 
 
 def plainly(statement: str | None) -> str:
@@ -65,24 +62,6 @@ def test_a_new_file_is_what_all_migrations_make_of_none(tmp_path):
         tables = dict(plain.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
     plain.close()
     assert all("STRICT" in tables[name] for name in metadata.tables)
-
-
-def test_failed_migration_leaves_nothing(tmp_path, monkeypatch):
-    from orbitdb.store.file import migrate as module
-
-    def broken(connection: sa.Connection) -> None:
-        connection.exec_driver_sql("CREATE TABLE half (done INTEGER)")
-        raise RuntimeError("in the middle")
-
-    monkeypatch.setattr(module, "_create", broken)
-    path = tmp_path / "new.db"
-    with pytest.raises(RuntimeError):
-        module.migrate(path)
-    monkeypatch.undo()
-    assert migrate(path) == (0, SCHEMA_VERSION, None)
-    with sqlite3.connect(path) as plain:
-        assert not plain.execute("SELECT 1 FROM sqlite_master WHERE name = 'half'").fetchall()
-    plain.close()
 
 
 @pytest.mark.parametrize(
@@ -170,38 +149,6 @@ def test_every_image_of_a_stored_orbit_is_found_in_every_rotation(filled, word):
                 assert stored.lyapunov == pytest.approx(solved.lyapunov, rel=1e-13)
 
 
-@pytest.mark.parametrize(
-    ("where", "message"),
-    [
-        ("p IN (SELECT p FROM cycle)", "nothing else"),
-        ("p = (SELECT count(*) FROM sqlite_master)", "nothing else"),
-        ("1) UNION SELECT 1 FROM catalogue WHERE (1", "syntax"),
-        ("1; DROP TABLE orbit", "one statement"),
-        ("1 ORDER BY p", "syntax"),
-        ("colour = 'blue'", "no such column"),
-        ("load_extension('evil')", r"load_extension\(\) may not be called"),
-        ("p = :missing", "-P name=value"),
-        (f"({BOMB}) > 0", "WITH may not be used"),
-        ("length(zeroblob(100000000)) > 0", r"zeroblob\(\) may not be called"),
-        ("", "incomplete"),
-        ("p = ", "incomplete"),
-    ],
-)  # fmt: skip
-def test_expressions_that_do_more_than_select_are_refused(filled, where, message):
-    with pytest.raises(SelectionError, match=message) as caught:
-        list(Catalogue(filled).rows(Selection(where=where)))
-    assert "\n" not in str(caught.value)
-
-
-def test_a_slow_expression_is_stopped(filled, monkeypatch):
-    from orbitdb.store.asking import expressions
-
-    monkeypatch.setattr(expressions, "SECONDS", 0.05)
-    slow = "(SELECT sum(b.length * catalogue.length * b.lyapunov) FROM catalogue AS b) < 0"
-    with pytest.raises(SelectionError, match=r"more than 0\.05 s"):
-        list(Catalogue(filled).rows(Selection(where=slow)))
-
-
 @pytest.mark.parametrize("names", [["word", "colour"], ["word; DROP TABLE orbit"]])
 def test_unknown_columns_are_named(filled, names):
     with pytest.raises(SelectionError, match="the columns are"):
@@ -218,20 +165,6 @@ def test_plain_sqlite_reads_the_view(filled):
         assert plain.execute("PRAGMA foreign_key_check").fetchall() == []
     plain.close()
     assert row == (2, "orbit", pytest.approx(4 * 2.6, rel=1e-15), "self")
-
-
-def test_writer_and_reader_work_side_by_side(filled):
-    catalogue = Catalogue(filled)
-    fill = fill_periods(filled, 1.6, [9])
-    next(fill)
-    assert catalogue.find("13", 1.6) is not None
-    with catalogue.reading() as connection:
-        seen = connection.exec_driver_sql("SELECT sum(class_size) FROM cycle").scalar()
-        for _ in fill:
-            pass
-        assert connection.exec_driver_sql("SELECT sum(class_size) FROM cycle").scalar() == seen
-    with catalogue.reading() as connection:
-        assert connection.exec_driver_sql("SELECT sum(class_size) FROM cycle").scalar() > seen or seen >= 9637
 
 
 def test_names_that_an_expression_uses():

@@ -12,14 +12,14 @@ from matplotlib.figure import Figure
 from older import make_older
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.app import call
 from orbitdb.cli.tui.statistics.averages import curves_of, statistics
 from orbitdb.entropy.bounds import search
 from orbitdb.errors import InputError, StoreError
 from orbitdb.plots.curves import draw_entropy
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.verification.enclosures import enclosure_parts
+from orbitdb.verification.records import record_parts
 
 
 def altered(path: Path, statement: str) -> list[tuple]:
@@ -122,12 +122,12 @@ def test_altered_bounds_are_refused_and_found_by_verify(enclosed, monkeypatch):
 
     def found() -> list[tuple]:
         with catalogue.reading() as connection:
-            parts = enclosure_parts(connection, enclosed)
+            parts = record_parts(connection)
             checks = [check for part in parts for check in part.checked(connection).checks]
         return [(check.rows, check.failures, check.first) for check in checks]
 
     assert found() == [(3, 0, None), (8, 0, None)]
-    monkeypatch.setattr("orbitdb.verification.enclosures.RECOUNTED", 0)
+    monkeypatch.setattr("orbitdb.verification.records.RECOUNTED", 0)
     closest = catalogue.entropy_bounds()
     where = "WHERE proof = 'balls' AND edges = 3"
     (kept,) = altered(enclosed, f"SELECT lower, upper FROM entropy_bound {where}")

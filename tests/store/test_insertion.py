@@ -5,10 +5,10 @@ from contextlib import closing
 
 import pytest
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.single_word import fill_word
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import LONG
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.writing.classes import NULL, Same, insert
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.words import MAX_KEYED, keys_of_period, parse

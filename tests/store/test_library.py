@@ -1,6 +1,5 @@
 """The catalogue as a Python object: subsets as arrays, classes for averages, words as keys."""
 
-import importlib.util
 import inspect
 import math
 import os
@@ -24,7 +23,7 @@ from orbitdb.filling.single_word import fill_word
 from orbitdb.store.asking.codes import hint
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import SelectionError
-from orbitdb.symbols.words import from_strings, least_rotation
+from orbitdb.symbols.words import least_rotation
 
 
 @pytest.fixture
@@ -45,14 +44,6 @@ def test_an_unknown_name_of_the_package_is_an_attribute_error():
     with pytest.raises(AttributeError, match="no attribute 'orbits_of_all'"):
         orbitdb.orbits_of_all  # noqa: B018
     assert set(dir(orbitdb)) >= {"Catalogue", "Stadium", "solve_word"}
-
-
-def test_no_public_name_is_that_of_a_module():
-    """Else it would be the one or the other, by what was imported before."""
-    import orbitdb
-
-    assert [name for name in orbitdb.__all__ if importlib.util.find_spec(f"orbitdb.{name}")] == []
-    assert all(getattr(orbitdb, name) for name in orbitdb.__all__)
 
 
 def test_classes_are_orbits_unless_another_status_is_named(varied):
@@ -95,12 +86,6 @@ def test_coordinates_that_were_not_read_are_not_made_up(catalogue):
     assert subset.coordinates is None
     with pytest.raises(ValueError, match="coordinates=True"):
         subset.coordinates_of(0)
-
-
-def test_an_empty_subset_is_empty(catalogue):
-    subset = catalogue.select(p=4, length=(99.0, None), coordinates=True)
-    assert len(subset) == len(subset.length) == len(subset.coordinates) == 0
-    assert len(catalogue.classes(p=4, length=(99.0, None))) == 0
 
 
 def test_a_class_by_a_word_that_is_none_is_refused(varied, tmp_path):
@@ -366,14 +351,6 @@ def test_a_selection_and_criteria_do_not_mix(catalogue):
         catalogue.select(Selection(), p=3)
 
 
-def test_points_of_an_orbit_lie_on_the_boundary(catalogue):
-    orbit = catalogue["1233"]
-    x, y = orbit.points.T
-    straight = np.isin(from_strings([orbit.code])[0], (0, 2))
-    np.testing.assert_allclose(np.abs(y[straight]), 1)
-    np.testing.assert_allclose(np.hypot(np.abs(x[~straight]) - 1.6, y[~straight]), 1)
-
-
 @pytest.mark.parametrize(
     ("where", "found"),
     [
@@ -436,13 +413,6 @@ def test_what_is_no_code_in_a_filter_is_refused(catalogue, where, said):
 )
 def test_a_comparison_with_a_rotation_that_names_no_row_is_told(where, told):
     assert hint(where) == told
-
-
-@pytest.mark.parametrize("table", ["orbit", "cycle", "sequence", "run", "sqlite_master"])
-def test_a_free_expression_may_not_even_count_another_table(catalogue, table):
-    for where in (f"(SELECT count(*) FROM {table}) > 0", f"EXISTS (SELECT 1 FROM {table})"):
-        with pytest.raises(SelectionError):
-            catalogue.classes(where=where)
 
 
 def test_a_class_by_a_number_that_is_no_key_is_refused(varied, tmp_path):

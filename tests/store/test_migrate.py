@@ -34,10 +34,10 @@ def least_of(p: int) -> list[str]:
     return [word_of(each) for each in found]
 
 
-@pytest.fixture
-def older(tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def older_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A catalogue of schema 6 with something in every table, and fills half done."""
-    path = tmp_path / "old.db"
+    path = tmp_path_factory.mktemp("older") / "old.db"
     with closing(empty(path)) as plain:
         words = [word for p in range(2, 6) for word in least_of(p)] + ["013311133313"] + LONG_WORDS
         numbers = add_classes(plain, words)
@@ -74,6 +74,11 @@ def older(tmp_path: Path) -> Path:
                 (number, 0.1 * which),
             )
     return path
+
+
+@pytest.fixture
+def older(older_once: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copy(older_once, tmp_path / "old.db"))
 
 
 def asked(path: Path, statement: str) -> list[tuple]:
@@ -192,6 +197,7 @@ def test_a_filled_catalogue_comes_back_from_schema_6(varied, tmp_path):
     assert dump(path) == before
 
 
+@pytest.mark.slow
 def test_words_of_a_million_bounces(tmp_path):
     path, word = tmp_path / "old.db", "1" * 500_000 + "3" * 499_998 + "02"
     with closing(empty(path)) as plain:
@@ -313,8 +319,8 @@ def test_a_fill_brings_an_older_catalogue_to_the_newest_schema(varied_older, cli
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_a_stopped_fill_goes_on_after_the_migration(varied_older):
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.periods import fill_periods
-    from orbitdb.store.reading.catalogue import Catalogue
 
     migrate(varied_older)
     going = fill_periods(varied_older, 1.6, [8])

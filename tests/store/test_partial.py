@@ -1,18 +1,15 @@
 """Reading beside a fill, or behind one that was stopped: whole periods, or a word that they are not."""
 
 import json
-import subprocess
-import sys
 
 import pytest
 import sqlalchemy as sa
-from processes import SMALL_BLOCKS
 from quick import slow_but
 
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue.whole_periods import read_whole
 from orbitdb.filling.periods import fill_periods
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.whole_periods import read_whole
 from orbitdb.symbols.counting import count_admissible
 
 SENTENCE = (
@@ -169,34 +166,3 @@ def test_whole_periods_are_read_without_their_neighbours_parts(partial):
     assert found.classes.p.max() == found.highest == 8
     assert found.missing == []
     assert len(read_whole(Catalogue(partial), NINE).classes) == 0
-
-
-@pytest.mark.fuzz
-def test_readers_beside_a_process_that_fills(cli, filled):
-    """Whenever they look: all words of the period, none, or a word that it is partial."""
-    script = SMALL_BLOCKS + (
-        "import sys; from pathlib import Path; from orbitdb.filling.periods import fill_periods;"
-        "[(print(step.words, flush=True), sys.stdin.readline())"
-        " for step in fill_periods(Path(sys.argv[1]), 1.6, [9])]"
-    )
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-    with subprocess.Popen([sys.executable, "-P", "-c", script, str(filled)], **pipes) as process:
-        for _ in range(4):
-            stored = int(process.stdout.readline())
-            assert look(cli) == (stored, [SENTENCE])
-            process.stdin.write("\n")
-            process.stdin.flush()
-        process.stdin.close()  # from here on it waits for nobody
-        while process.poll() is None:
-            words, said = look(cli)
-            assert said == ([] if words in (0, count_admissible(9)) else [SENTENCE]) or said == [SENTENCE]
-            averages = cli("lyapunov", "--json")
-            periods = [row["p"] for row in json.loads(averages.out)]
-            assert periods == [*range(2, 9)] if notes(averages) == [LEFT_OUT] else [*range(2, 10)]
-    assert process.returncode == 0
-    assert look(cli) == (count_admissible(9), [])
-
-
-def look(cli):
-    asked = cli("query", "--p", "9", "--format", "csv", "-c", "code")
-    return len(asked.out.splitlines()) - 1, [line for line in asked.err.splitlines() if "partial" in line]

@@ -14,11 +14,12 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from questions import CRITERIA, EDGES, LIMITS, NAMES, OFFSETS, ORDERS, catalogue_to_ask, expected
+from quick import slow_but
 
+from orbitdb.catalogue.tallies import histogram, marginal, tally
 from orbitdb.cli.main import _run
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.criteria import choose
-from orbitdb.store.reading.tallies import histogram, marginal, tally
 
 LISTS = ("rules", "coordinates")
 
@@ -31,7 +32,7 @@ def asked(tmp_path_factory):
 
 
 @given(criteria=CRITERIA, order=ORDERS, limit=LIMITS, offset=OFFSETS, names=NAMES)
-@settings(max_examples=80)
+@settings(max_examples=2 * settings().max_examples)
 @example({"status": "orbit,geometric,dynamical"}, "p", None, 0, ("code", "rules", "coordinates"))
 @example({"contains": "13"}, "-lambda_c", 5, 3, COLUMNS)
 @example({"p": "2-5", "where": "element = 3"}, "code", 9, 4, COLUMNS)
@@ -158,7 +159,7 @@ def as_written(value, name, form):
     return value
 
 
-@pytest.mark.parametrize("form", ["csv", "jsonl", "parquet", "npz"])
+@pytest.mark.parametrize("form", slow_but(["csv", "npz"], ["csv", "jsonl", "parquet", "npz"]))
 @given(criteria=CRITERIA, order=ORDERS, limit=LIMITS, names=NAMES)
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @example({"p": "2-5", "status": "orbit,geometric"}, "p", None, ("rules", "code", "element", "coordinates"))

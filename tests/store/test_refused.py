@@ -9,7 +9,9 @@ import pytest
 from older import make_older
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_blocks import in_columns
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue.whole_periods import read_leg_sums
+from orbitdb.column_files import in_columns
 from orbitdb.errors import StoreError
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbits
@@ -19,8 +21,6 @@ from orbitdb.store.asking.parsing import parse_bound
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.database import plain_errors
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.whole_periods import read_leg_sums
 from orbitdb.symbols.patterns import Like
 from orbitdb.verification.invariants import check_consistency
 from orbitdb.verification.rigorous import certify

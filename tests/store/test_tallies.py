@@ -6,9 +6,9 @@ from contextlib import closing
 import numpy as np
 import pytest
 
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue.tallies import histogram
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
-from orbitdb.store.reading.tallies import histogram
 
 
 def test_bins_have_round_edges(filled_once):

@@ -1,5 +1,7 @@
 """orbitdb as users start it, in processes of its own that can be stopped, killed and starved."""
 
+import contextlib
+import io
 import json
 import os
 import random
@@ -7,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -105,22 +107,32 @@ def seeded(seed: int) -> random.Random:
     return random.Random(seed)
 
 
-_SEVERAL = """
-import contextlib, io, json, sys
-from orbitdb.cli.main import _run
-for arguments in json.loads(sys.argv[1]):
-    out, err = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        code = _run(arguments)
-    print(json.dumps([arguments, code, err.getvalue()]))
+_SEVERAL = f"""
+import json, sys
+sys.path.insert(0, {str(Path(__file__).parent)!r})
+from pathlib import Path
+from processes import run_here
+for each in run_here(json.loads(sys.argv[1]), Path(sys.argv[2])):
+    print(json.dumps(each))
 """
+
+
+def run_here(commands: Sequence[Sequence[str]], path: Path) -> Iterator[tuple[list[str], int, str]]:
+    """Run commands one after the other; give what each was, its exit code and stderr."""
+    from orbitdb.cli.main import _run
+
+    for arguments in commands:
+        out, err = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            code = _run([*arguments, "--db", str(path)])
+        yield [*arguments], code, err.getvalue()
 
 
 def run_several(
     commands: Sequence[Sequence[str]], path: Path, **options: Any
 ) -> list[tuple[list[str], int, str]]:
     """Run commands one after the other in one process; return what each was, its exit code and stderr."""
-    asked = json.dumps([[*arguments, "--db", str(path)] for arguments in commands])
-    done = run(asked, command=[sys.executable, "-P", "-c", _SEVERAL], **options)
+    asked = json.dumps([list(arguments) for arguments in commands])
+    done = run(asked, path, command=[sys.executable, "-P", "-c", _SEVERAL], **options)
     assert done.returncode == 0, done.stderr
     return [tuple(json.loads(line)) for line in done.stdout.splitlines()]

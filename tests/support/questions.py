@@ -9,11 +9,11 @@ from typing import Any
 import model
 from hypothesis import strategies as st
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.filling.single_word import fill_word
 from orbitdb.store.asking.conditions import COLUMNS
-from orbitdb.store.reading.catalogue import Catalogue
 
 DIED, REBORN, ERROR = 0.75, 1.25, 2.0**-30
 """Where, by hand, every third class that is stored with its births dies and is born again, and the error."""

@@ -5,23 +5,25 @@ from functools import cache
 import numpy as np
 
 from orbitdb.averages.fixed_points import ClassRows
+from orbitdb.benchmarks import representatives as classes
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Orbits, Status
-from orbitdb.symbols.enumeration import admissible_words
-from orbitdb.symbols.symmetry import class_size, classify
-from orbitdb.symbols.words import pack
+from orbitdb.symbols.enumeration import Span
+from orbitdb.symbols.least_words import all_least_words
+from orbitdb.symbols.members import all_images
+from orbitdb.symbols.words import unpack
 
 
 @cache
 def words_of(p: int) -> np.ndarray:
-    return np.concatenate(list(admissible_words(p)))
+    """All admissible primitive words of order p as least rotations, in order."""
+    return unpack(np.unique(all_images(all_least_words(Span.whole(p)).codes, p)), p)
 
 
 @cache
 def representatives(p: int) -> np.ndarray:
-    words = words_of(p)
-    return words[classify(words).representative == pack(words)]
+    return classes.representatives(p)[0]
 
 
 @cache
@@ -53,13 +55,10 @@ def class_rows(a: float, highest: int) -> ClassRows:
     """Solve one word of every class up to a period."""
     columns = []
     for p in range(2, highest + 1):
-        for words in admissible_words(p):
-            classes = classify(words)
-            least = classes.representative == pack(words)
-            orbits = solve(words[least], Stadium(a))
-            size = np.array([class_size(int(mask)) for mask in classes.stabiliser[least]])
-            inverse = STRAIGHT[orbits.words].sum(axis=1) % 2 == 1
-            table = np.stack([np.full(len(size), p), size, orbits.length, orbits.lyapunov, inverse])
-            columns.append(table[:, orbits.status == "orbit"])
+        words, size = classes.representatives(p)
+        orbits = solve(words, Stadium(a))
+        inverse = STRAIGHT[words].sum(axis=1) % 2 == 1
+        table = np.stack([np.full(len(size), p), size, orbits.length, orbits.lyapunov, inverse])
+        columns.append(table[:, orbits.status == "orbit"])
     period, size, length, exponent, inverse = np.concatenate(columns, axis=1)
     return ClassRows(period.astype(int), size.astype(int), length, exponent, inverse == 1)

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Any
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.verification.check import Check
 from orbitdb.verification.verify import report, verify
 

@@ -22,3 +22,10 @@ class Deadly:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return os._exit, (7,)
+
+
+class Failing:
+    """A block that cannot be solved."""
+
+    def solved(self) -> None:
+        raise ZeroDivisionError("by nothing\nat all")

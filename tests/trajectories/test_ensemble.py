@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from quick import slow_but
+from solutions import words_of
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits.newton import solve
-from orbitdb.symbols.enumeration import admissible_words
 from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
 from orbitdb.trajectories.ensemble import Beam, _settled, follow, references, simulate
@@ -360,7 +360,7 @@ def test_senseless_numbers_are_refused(wrong):
 def test_orbits_of_the_catalogue_are_followed_and_read_back(p, a):
     """Rays started on all solved orbits write down their words and coordinates."""
     stadium = Stadium(a)
-    orbits = solve(np.concatenate(list(admissible_words(p))), stadium)
+    orbits = solve(words_of(p), stadium)
     real = orbits.status == "orbit"
     words, coordinates = orbits.words[real], orbits.coordinates[real]
     points = stadium.points(words, coordinates)

@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.births.changes import events
 from orbitdb.store.asking.criteria import choose
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.words import keys_of_period
-from orbitdb.verification.births import check_births, whole_births
-from orbitdb.verification.lives import prove_lives
+from orbitdb.verification.births import check_births, prove_lives, whole_births
 from orbitdb.verification.verify import verify
 
 
@@ -35,7 +34,7 @@ def test_a_period_in_the_making_hides_none_behind_it(begun, monkeypatch):
         pass
     with closing(sqlite3.connect(begun)) as plain, plain:
         plain.execute("UPDATE fill SET state = 'filling', n_c = NULL")
-    monkeypatch.setattr("orbitdb.verification.lives._BLOCK", 12)
+    monkeypatch.setattr("orbitdb.verification.births._BLOCK", 12)
     with Catalogue(begun).reading() as connection:
         steps = list(prove_lives(connection, whole_births(connection)))
         assert [(step.stage, step.done, step.total) for step in steps] == [

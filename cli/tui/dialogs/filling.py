@@ -121,9 +121,9 @@ def cost_of(path: Path, wish: Wish) -> Cost:
 
 def work(path: Path, state: FillState) -> Generator[FillState, None, None]:
     """Fill, and tell how far it is behind every batch that is safely stored."""
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.periods import fill_periods
     from orbitdb.filling.single_word import fill_word
-    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.symbols.counting import count_admissible
 
     Catalogue.create(path)

@@ -5,17 +5,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orbitdb.averages.fixed_points import Weight
+from orbitdb.catalogue.averaged import enclosure, entropy_of_rows, lyapunov_of_rows, outside, read
+from orbitdb.catalogue.results import PROVED, Result
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.orbit.pictures import Curve
 from orbitdb.errors import InputError
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.averaged import enclosure, entropy_of_rows, lyapunov_of_rows, outside, read
-from orbitdb.store.reading.results import PROVED, Result
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.trajectories.ensemble import Reference
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 COLUMNS = (
     "p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", "lambda_d", "lambda_d_pair", "lambda_d_zeta",

@@ -14,17 +14,17 @@ from textual.worker import get_current_worker
 
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.results import Result
 from orbitdb.cli.tui.orbit.drawing import Plot
 from orbitdb.cli.tui.screens import RETURN, Failed, Keys, OwnScreen, ScrollBox, bindings, in_thread
 from orbitdb.cli.tui.statistics.averages import COLUMNS, curves_of, statistics, table_of
 from orbitdb.errors import StoreError
 from orbitdb.numerals import with_error
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.results import Result
 from orbitdb.trajectories.ensemble import Reference, references
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 _BOUNCES = 6_000_000
 _FIRST = 11
@@ -99,11 +99,9 @@ class StatisticsScreen(OwnScreen[None]):
     @work(thread=True, exclusive=True, group="trajectories")
     def _refer(self, bounces: int, anew: bool = False) -> None:
         """Take the stored reference if there is one; else, or to have another, follow trajectories."""
-        from orbitdb.store.reading.records import best_reference
-
         worker = get_current_worker()
         try:
-            stored = None if anew else best_reference(self._catalogue, self._selection.a)
+            stored = None if anew else self._catalogue.reference(self._selection.a)
         except StoreError as error:
             self.post_message(Failed(str(error)))
             return

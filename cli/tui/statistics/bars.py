@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
+from orbitdb.catalogue.tallies import Histogram
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.table.columns import EVERY
 from orbitdb.columns import IN_CATALOGUE
-from orbitdb.store.reading.tallies import Histogram
 
 _EIGHTHS = " ▏▎▍▌▋▊▉█"
 _LEAST_BAR = 4

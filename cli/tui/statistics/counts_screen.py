@@ -25,7 +25,7 @@ from orbitdb.cli.tui.table.columns import EVERY
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 _BY = ("status", "p", "symmetry", "time_reversal")
 _MOST_BINS = 40
@@ -95,7 +95,7 @@ class CountsScreen(OwnScreen[None]):
 
     def _count(self, cancelled: Callable[[], bool]) -> tuple[Sequence[tuple[str, Counts, int]], str]:
         """Return the counts by each of some columns, and which periods are stored in part."""
-        from orbitdb.store.reading.tallies import marginal, tally
+        from orbitdb.catalogue.tallies import marginal, tally
 
         with self._catalogue.at_one_moment() as still:
             found = tally(still, self._selection, _BY, cancelled)
@@ -104,7 +104,7 @@ class CountsScreen(OwnScreen[None]):
         return [(name, counts_by(name, each), each.get(None, 0)) for name, each in by], partial
 
     def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> Spread:
-        from orbitdb.store.reading.tallies import histogram, marginal, tally
+        from orbitdb.catalogue.tallies import histogram, marginal, tally
 
         if not is_measured(column):
             values = marginal(tally(self._catalogue, self._selection, (column,), cancelled), 0)

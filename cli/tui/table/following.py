@@ -98,7 +98,7 @@ class Following:
     ) -> _Found:
         """Follow an orbit some steps, and find what the rows are there; the first time read their births."""
         from orbitdb.store.reading.lives import load_standings
-        from orbitdb.store.reading.order import periods_without
+        from orbitdb.store.reading.places import periods_without
 
         rows, without = None, self._without
         followed = self._screen.browser.follow(orbit, steps, self._screen.selection.a)
@@ -135,7 +135,7 @@ class Following:
 
     def _show_rows(self, rows: Pages) -> None:
         """Show the rows as they are elsewhere, or why they stay."""
-        from orbitdb.store.reading.lives import describe_lacking
+        from orbitdb.catalogue.gaps import describe_lacking
         from orbitdb.symbols.enumeration import MAX_PERIOD
 
         panel, lacking = self._screen.rows, describe_lacking([p for p in self._without if p <= MAX_PERIOD])

@@ -41,10 +41,11 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
     CancelledError
         If nobody does.
     """
-    from orbitdb.store.reading.order import first_beginning, first_of_period
+    from orbitdb.store.reading.places import first_beginning, first_of_period
 
     period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0
-    place = first_of_period(pages.catalogue, pages.chosen, period) if period else None
+    with pages.catalogue.reading() as connection:
+        place = first_of_period(connection, pages.chosen, period) if period else None
     if place is not None:
         return place, f"period {period}"
     if not set(typed) <= set(SYMBOLS):
@@ -52,7 +53,8 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
     with suppress(WordError):
         place = pages.position(least_rotation(parse_primitive(typed)))
     if place is None:
-        place = first_beginning(pages.catalogue, pages.chosen, typed, cancelled)
+        with pages.catalogue.reading() as connection:
+            place = first_beginning(connection, pages.chosen, typed, cancelled)
     return place, f"code {typed}" if place is not None else f"no code {typed}"
 
 

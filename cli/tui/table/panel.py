@@ -17,7 +17,7 @@ from orbitdb.cli.tui.table.source import NoRows, Ordering, Pages, Source, head_o
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 _HEAD = 200
 _ORBIT = "orbit"

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.reading.chosen import Chosen
 
 Row = tuple[Any, ...]
@@ -116,9 +116,10 @@ class Pages:
 
     def position(self, word: str) -> int | None:
         """Return where a word, as a least rotation, stands."""
-        from orbitdb.store.reading.order import position_of
+        from orbitdb.store.reading.places import position_of
 
-        return position_of(self.catalogue, self.chosen, word)
+        with self.catalogue.reading() as connection:
+            return position_of(connection, self.chosen, word)
 
 
 @dataclass(frozen=True)

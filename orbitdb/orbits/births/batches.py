@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Chain, Legs, cut
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.births.brackets import PROVED_SIGNS, Signs
+from orbitdb.orbits.births.brackets import PROVED_SIGNS, Signs, statuses
 from orbitdb.orbits.newton import newton
 
 Floats = NDArray[np.float64]
@@ -53,6 +53,24 @@ class Batch:
             if len(here):
                 yield here, words[rows[here] - start]
 
+    def signs(self, rows: Rows, legs: Chain, a: Floats, alpha: Floats) -> Signs:
+        """Tell which words are orbits, each at its own a, in doubles or, where these leave it open, in balls.
+
+        Parameters
+        ----------
+        rows : ndarray of intp, shape (N,)
+        legs : Chain
+            Their chains.
+        a : ndarray, shape (N,)
+        alpha : ndarray, shape (m, N)
+            Directions near the maximum.
+        """
+        found = statuses(legs, a, alpha)
+        unknown = np.flatnonzero(found == 0)
+        if len(unknown):
+            found[unknown] = self.signs_at(rows[unknown], a[unknown])
+        return found
+
     def signs_at(self, rows: Rows, a: Floats) -> Signs:
         """Tell in ball arithmetic which words are orbits, each at its own a, shape (N,).
 
@@ -67,7 +85,7 @@ class Batch:
                 start = newton(legs, a[chosen]).alpha
                 for at in np.unique(a[chosen]).tolist():
                     same = np.flatnonzero(a[chosen] == at)
-                    found = enclose_all(legs.of_words(same), Stadium(at), start[:, same])
+                    found = enclose_all(legs.rows(same), Stadium(at), start[:, same])
                     signs[chosen[same]] = [PROVED_SIGNS.get(each.status, 0) for each in found]
         return signs
 

@@ -13,15 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arithmetic import check_functions
-from orbitdb.billiard.bounces import slack_errors, slacks
+from orbitdb.billiard.bounces import slack_errors
 from orbitdb.billiard.legs import Chain, derivatives, direction_limits
 from orbitdb.equality import ByValue
 from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
 from orbitdb.orbits.births.crossings import Zeros
-from orbitdb.orbits.error_bounds import direction_errors, pressed_directions
+from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.orbit import Status
-from orbitdb.orbits.status import between_limits
+from orbitdb.orbits.status import decide
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.intp]
@@ -80,7 +79,8 @@ def bracket(legs: Chain, zeros: Zeros, surely: Callable[[Integers, Floats], Sign
         shift = np.clip(shift, -_POLISH, _POLISH)
         x, alpha = x * (1 + shift), alpha + shift * moved.drift
     slack, _ = slacks_and_slopes(part, alpha, moved.drift)
-    error = _slack_errors(part, x, alpha).max(axis=(0, 1))
+    alpha_error = direction_errors(part, x, alpha, derivatives(part, x, alpha))
+    error = slack_errors(part, alpha_error).max(axis=(0, 1))
     slope = slopes[own]
     with np.errstate(divide="ignore"):
         delta = _SAFETY * (np.abs(slack[own]) + 2 * error) / np.abs(slope)
@@ -113,23 +113,11 @@ def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
     alpha : ndarray, shape (m, N)
         Directions near the maximum; what is told does not depend on them.
     """
-    check_functions()
     limits = direction_limits(legs, a)
     here = np.clip(alpha, *limits)
     here = np.clip(here + motion(legs, a, here, limits).step, *limits)
-    slopes = derivatives(legs, a, here)
-    error = direction_errors(legs, a, here, slopes, pressed_directions(legs, a, here, slopes))
-    slack, slack_error = slacks(legs, here), slack_errors(legs, error)
-    outside = (slack < -slack_error).any(axis=(0, 1))
-    inside = (slack > slack_error).all(axis=(0, 1)) & between_limits(legs, a, here, error)
-    return inside.astype(np.int8) - outside.astype(np.int8)
-
-
-def _slack_errors(legs: Chain, a: Floats, alpha: Floats) -> Floats:
-    slopes = derivatives(legs, a, alpha)
-    return slack_errors(
-        legs, direction_errors(legs, a, alpha, slopes, pressed_directions(legs, a, alpha, slopes))
-    )
+    status = decide(legs, a, here).status
+    return (status == Status.ORBIT).astype(np.int8) - (status == Status.DYNAMICAL).astype(np.int8)
 
 
 PROVED_SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}

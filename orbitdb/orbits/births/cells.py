@@ -23,8 +23,8 @@ from orbitdb.billiard.legs import (
     derivatives,
     direction_limits,
     following,
+    half_turns,
     preceding,
-    turns,
 )
 from orbitdb.equality import ByValue
 from orbitdb.orbits.births.continuation import motion
@@ -147,12 +147,11 @@ def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -
     """Solve for the middle of the cells."""
     alpha = _maximum(legs, a, start, box)
     slopes = derivatives(legs, a, alpha)
-    pressed = ((alpha <= box[0]) & (slopes.gradient < 0)) | ((alpha >= box[1]) & (slopes.gradient > 0))
-    off = direction_errors(legs, a, alpha, slopes, pressed)
+    off = direction_errors(legs, a, alpha, slopes, box)
     pull = 2 * a * np.sin(alpha)
-    diagonal, beside = minus_hessian(legs, slopes, np.zeros_like(pressed))
+    diagonal, beside = minus_hessian(legs, slopes, np.zeros(alpha.shape, np.bool_))
     drift = solve_cyclic(diagonal, beside, -pull[None])[0]
-    sigma, bend = _turning(legs, drift), np.cos(turns(legs, alpha).half) / (4 * legs.k**2)
+    sigma, bend = _turning(legs, drift), np.cos(half_turns(legs, alpha)) / (4 * legs.k**2)
     kicks = np.abs(bend) * sigma**2
     forcing = np.abs(pull) + 4 * a * np.cos(alpha) * np.abs(drift) + np.abs(slopes.lean) * drift**2
     forcing += kicks + following(kicks)

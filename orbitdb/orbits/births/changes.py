@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.billiard.stadium import MAX_A, MIN_A
-from orbitdb.equality import ByValue
+from orbitdb.equality import ByValue, Columns
 from orbitdb.errors import WorkError
 from orbitdb.orbits.births.batches import Batch
-from orbitdb.orbits.births.brackets import Signs, bracket, statuses
+from orbitdb.orbits.births.brackets import Signs, bracket
 from orbitdb.orbits.births.continuation import follow
 from orbitdb.orbits.births.crossings import candidates, refine
 from orbitdb.orbits.newton import newton
@@ -74,7 +74,7 @@ class Changes(ByValue):
     slope: Floats
 
     def lives(self) -> list[list[Life]]:
-        """Return for each word from where to where in a it is an orbit; None where that has no end."""
+        """Return for each word the ranges of a in which it is an orbit; None for no end."""
         births: list[list[float]] = [[0.0] if always else [] for always in self.always.tolist()]
         deaths: list[list[float | None]] = [[] for _ in births]
         for word, a, born in zip(self.word.tolist(), self.a.tolist(), self.born.tolist(), strict=True):
@@ -163,15 +163,11 @@ def _signs(batch: Batch, rows: Integers, legs: Chain, a: float, start: Floats | 
     if start is not None:
         start = np.clip(start, *direction_limits(legs, a))
     at, alpha = np.full(len(rows), a), newton(legs, a, start=start).alpha
-    sign = statuses(legs, at, alpha)
-    unknown = np.flatnonzero(sign == 0)
-    if len(unknown):
-        sign[unknown] = batch.signs_at(rows[unknown], at[unknown])
-    return sign, alpha
+    return batch.signs(rows, legs, at, alpha), alpha
 
 
 @dataclass(frozen=True, eq=False)
-class _Found(ByValue):
+class _Found(Columns):
     """Bracketed changes of the words of a batch, one entry each, and which of their slacks changes sign."""
 
     word: Integers
@@ -180,9 +176,6 @@ class _Found(ByValue):
     born: Flags
     slack: Integers
     slope: Floats
-
-    def rows(self, chosen: Flags | Integers | slice) -> "_Found":
-        return _Found(**{name: getattr(self, name)[chosen] for name in _COLUMNS})
 
 
 _COLUMNS = tuple(each.name for each in fields(_Found))

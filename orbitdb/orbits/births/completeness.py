@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.orbits.births.batches import Batch
-from orbitdb.orbits.births.brackets import statuses
 from orbitdb.orbits.births.cells import Kind
 from orbitdb.orbits.births.stretches import stretches
 from orbitdb.orbits.newton import newton
@@ -60,10 +59,7 @@ def prove_all(
     verdict, cells = np.zeros(len(words), np.int8), 0
     for rows, legs in batch.groups(np.arange(len(words))):
         at = np.full(len(rows), LOW)
-        first = statuses(legs, at, newton(legs, LOW).alpha)
-        unknown = np.flatnonzero(first == 0)
-        if len(unknown):
-            first[unknown] = batch.signs_at(rows[unknown], at[unknown])
+        first = batch.signs(rows, legs, at, newton(legs, LOW).alpha)
         found = stretches(legs, float(np.log(LOW)), float(np.log(HIGH)))
         cells += found.cells
         ends = np.searchsorted(found.word, np.arange(len(rows) + 1)).tolist()

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.bounces import slack_changes, smooth_slacks
-from orbitdb.billiard.legs import Chain, derivatives, direction_limits
-from orbitdb.equality import ByValue
+from orbitdb.billiard.legs import Chain, derivatives, direction_limits, pressed_directions
+from orbitdb.equality import ByValue, Columns
 from orbitdb.orbits.newton import minus_hessian, newton, solve_cyclic
 
 Floats = NDArray[np.float64]
@@ -43,7 +43,7 @@ class Motion(ByValue):
 
 
 @dataclass(frozen=True, eq=False)
-class Station(ByValue):
+class Station(Columns):
     """N words at one a on their way.
 
     Attributes
@@ -62,17 +62,11 @@ class Station(ByValue):
     slack: Floats
     slope: Floats
 
-    def words(self, chosen: NDArray[np.intp]) -> "Station":
-        """Return some of the words."""
-        parts = (self.alpha, self.drift, self.slack, self.slope)
-        return Station(self.x, *(part.take(chosen, axis=1) for part in parts))
-
 
 def motion(legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]) -> Motion:
     """Return Newton's step and the drift of words at directions alpha between their limits, shape (m, N)."""
     slopes = derivatives(legs, a, alpha)
-    low, high = limits
-    pressed = ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
+    pressed = pressed_directions(alpha, slopes, limits)
     rhs = np.where(pressed, 0.0, np.stack([slopes.gradient, -2 * a * np.sin(alpha)]))
     step, drift = solve_cyclic(*minus_hessian(legs, slopes, pressed), rhs)
     return Motion(step, drift)

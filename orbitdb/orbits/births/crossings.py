@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Chain, direction_limits
-from orbitdb.equality import ByValue
+from orbitdb.equality import Columns
 from orbitdb.orbits.births.continuation import Station, between, motion, slacks_and_slopes
 from orbitdb.orbits.newton import newton
 
@@ -34,7 +34,7 @@ _CLOSE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Zeros(ByValue):
+class Zeros(Columns):
     """Zeros of single slacks, as a structure of arrays.
 
     Attributes
@@ -60,10 +60,6 @@ class Zeros(ByValue):
 
     def __len__(self) -> int:
         return len(self.word)
-
-    def rows(self, chosen: NDArray[np.bool_] | Indices) -> "Zeros":
-        """Return some of the zeros."""
-        return Zeros(**{each.name: getattr(self, each.name)[..., chosen] for each in fields(self)})
 
 
 def candidates(legs: Chain, stations: Iterable[Station]) -> Zeros:
@@ -100,11 +96,11 @@ def _search(legs: Chain, word: Indices, start: Station, end: Station, halved: in
     if dull.all():
         return
     kept = np.flatnonzero(~dull)
-    part, word, start, end = legs.chain(kept), word[kept], start.words(kept), end.words(kept)
+    part, word, start, end = legs.chain(kept), word[kept], start.rows(kept), end.rows(kept)
     crossings, dead, doubtful = _judge(start, end)
     if halved < _HALVINGS and (doubtful & ~dead).any():
         again = np.flatnonzero(doubtful & ~dead)
-        halves, ends = part.chain(again), (start.words(again), end.words(again))
+        halves, ends = part.chain(again), (start.rows(again), end.rows(again))
         middle = between(halves, *ends)
         yield from _search(halves, word[again], ends[0], middle, halved + 1)
         yield from _search(halves, word[again], middle, ends[1], halved + 1)

@@ -1,4 +1,4 @@
-"""From where to where in a one word is an orbit."""
+"""The lives of one word: the ranges of a in which it is an orbit."""
 
 from dataclasses import replace
 
@@ -6,8 +6,7 @@ from orbitdb.billiard.stadium import MIN_A, Stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits import newton
 from orbitdb.orbits.births.changes import Life, find_changes
-from orbitdb.orbits.orbit import Orbit
-from orbitdb.orbits.pruned import pruned_word
+from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.symbols.symmetry import class_of
 from orbitdb.symbols.words import from_strings, is_primitive, parse
 
@@ -16,22 +15,22 @@ LONGEST = 200
 
 
 def existence(word: str) -> list[Life]:
-    """Find from where to where in a one word is an orbit.
+    """Find the ranges of a in which one word is an orbit.
 
     Parameters
     ----------
     word : str
-        Symbols 0..5, in any rotation; a pruned word, the family 02 or a repetition never is one.
+        Symbols 0..5, in any rotation. A pruned word, the family 02 or a repetition has none.
 
     Returns
     -------
     list of (float, float or None)
-        By rising a; from 0 where it is an orbit from there on, to None where that has no end.
+        In order of a. A range may begin at 0, and its end is None if it has none.
 
     Raises
     ------
     InputError
-        If the text is no word, or one of more than `LONGEST` bounces.
+        If the text is no word, or has more than `LONGEST` bounces.
 
     Examples
     --------
@@ -40,7 +39,9 @@ def existence(word: str) -> list[Life]:
     """
     symbols = parse(word)
     if len(symbols) > LONGEST:
-        raise InputError(f"a word of {len(symbols)} bounces is not followed in a: {LONGEST} are the most")
+        raise InputError(
+            f"a word of {len(symbols)} bounces is too long to follow over a: give at most {LONGEST}"
+        )
     if not is_primitive(symbols) or pruned_word(symbols, MIN_A) is not None:
         return []
     return find_changes(from_strings([class_of(symbols).representative])).lives()[0]
@@ -56,7 +57,7 @@ def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orb
     stadium : Stadium or float
         The stadium, or its a.
     exists : bool, optional
-        Find also from where to where in a it is an orbit, as `existence` does, for `Orbit.exists`; that
+        Also find the ranges of a in which it is an orbit (`existence`), for `Orbit.exists`; that
         takes a hundred times as long.
 
     Returns
@@ -71,7 +72,7 @@ def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orb
     StadiumError
         If there is no such stadium.
     InputError
-        If its lives are asked for, and it has more than `LONGEST` bounces.
+        If you ask for ``exists`` and it has more than `LONGEST` bounces.
 
     Examples
     --------

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.billiard.legs import Chain, following, preceding, turns
+from orbitdb.billiard.legs import Chain, following, half_turns, preceding
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.equality import ByValue
 
@@ -60,7 +60,7 @@ def reach_of(legs: Chain, a: Floats, r: Floats, alpha: Floats, room: Floats) -> 
     size = np.abs(alpha)
     least, most = np.maximum(size - room, 0.0), np.minimum(size + room, HALF_PI)
     lift = np.abs(legs.lift)
-    half, spread = turns(legs, alpha).half, (preceding(room) + room) / (2 * legs.k)
+    half, spread = half_turns(legs, alpha), (preceding(room) + room) / (2 * legs.k)
     under, over = np.maximum(half - spread, 0.0), np.minimum(half + spread, np.pi / legs.k)
     sines = np.sin(under), np.sin(over)
     stiff = np.where((under < HALF_PI) & (over > HALF_PI), 1.0, np.maximum(*sines))

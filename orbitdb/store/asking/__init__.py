@@ -1,1 +1,1 @@
-"""What is asked of a catalogue: selections, conditions in SQL, and free expressions, confined."""
+"""Questions to a catalogue: selections, conditions in SQL, and confined SQL expressions."""

@@ -1,6 +1,6 @@
-"""Selections applied to classes that are enumerated and solved, and not stored.
+"""Selections applied to classes that are enumerated and solved but not stored.
 
-What is chosen is what `orbitdb.store.asking.conditions` chooses of stored rows, to the last word.
+The choice is the same as that of `orbitdb.store.asking.conditions` from stored rows.
 """
 
 import numpy as np
@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.store.asking.selection import Selection
-from orbitdb.symbols.factors import words_containing
 from orbitdb.symbols.least_words import LeastWords
+from orbitdb.symbols.patterns import words_containing
 from orbitdb.symbols.symmetry import SIZES, label, time_reversal
 from orbitdb.symbols.words import unpack
 

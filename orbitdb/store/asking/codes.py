@@ -1,7 +1,7 @@
-"""Words in free expressions: ``code('1232131')`` finds a word in whatever rotation it is written.
+"""Words in SQL expressions: ``code('1232131')`` finds a word in any rotation.
 
-Rows name a word by its least rotation, and a comparison of texts knows of no other. So the condition
-``code('...')`` is written out, before anything else looks at an expression, as what SQLite can look up.
+Rows name a word by its least rotation. So before anything else looks at an expression, ``code('...')`` is
+replaced by a condition that SQLite can look up.
 """
 
 from collections.abc import Mapping, Sequence

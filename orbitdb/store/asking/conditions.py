@@ -120,11 +120,6 @@ def rules_of(text: str | None) -> list[int]:
     return [int(part) for part in parts]
 
 
-def sort_key(column: sa.ColumnElement[Any], falling: bool) -> sa.ColumnElement[Any]:
-    """Return a column to sort by, its empty fields last; NULL is SQLite's least, so falling needs no more."""
-    return column.desc() if falling else column.asc().nulls_last()
-
-
 def parse_order(order: str) -> dict[str, bool]:
     """Return the columns to sort by, the first one first, and whether they fall.
 

@@ -1,4 +1,4 @@
-"""Running free expressions: for a limited time, and on texts of limited size."""
+"""Running SQL expressions for a limited time, and on texts of limited size."""
 
 import sqlite3
 import time

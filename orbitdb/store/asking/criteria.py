@@ -1,4 +1,4 @@
-"""Criteria: the plain values that a subset is chosen by, and the selection that they make."""
+"""Criteria: the plain values that choose a subset, and the selection that they make."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches

@@ -1,4 +1,4 @@
-"""Dividing a subset into what it asks of classes, of the texts of words, and of single words."""
+"""Dividing the conditions of a subset: those on classes, on the text of words, and on single words."""
 
 import re
 from dataclasses import dataclass, replace

@@ -1,10 +1,10 @@
-"""Free expressions over the catalogue: what ``--where`` may do, and how long.
+"""SQL expressions over the catalogue: what ``--where`` may do, and for how long.
 
-An expression may read the columns of the view, call the functions of `FUNCTIONS`, and hold subqueries
+An expression may read the columns of the view, call the functions of `FUNCTIONS`, and have subqueries
 that each read the view once; ``code('1232131')`` is written out first (`spelled_out`). Everything else is
-refused before SQLite runs any of it, and what is left is bounded: no function of the list makes a text
-longer, no subquery stands in another or joins (so that neither the compiled program nor a result can grow
-beyond the catalogue), and a query is stopped when it has worked for `SECONDS`.
+refused before SQLite runs any of it. The rest is bounded: no listed function makes a text
+longer, no subquery stands in another or joins (so neither the compiled program nor a result can grow
+beyond the catalogue), and a query stops after `SECONDS`.
 """
 
 import sqlite3

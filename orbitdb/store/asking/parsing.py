@@ -1,4 +1,4 @@
-"""Parts of a selection as people write them: periods, statuses, bounds and the like, read from texts."""
+"""Reading parts of a selection from text: periods, statuses, bounds and the like."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -201,5 +201,5 @@ def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
 
 
 def unknown_column(name: str, known: Sequence[str]) -> SelectionError:
-    """Return the error that tells of a column that is not there."""
+    """Return the error for a column that does not exist."""
     return SelectionError(f"column {name!r}: the columns are {', '.join(known)}")

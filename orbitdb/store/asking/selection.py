@@ -29,14 +29,14 @@ class SelectionError(InputError):
 
 @dataclass(frozen=True, eq=False)
 class Selection(ByValue):
-    """The chosen subset of the symbol sequences of a catalogue.
+    """A chosen subset of the words of a catalogue.
 
     Attributes
     ----------
     a : float
         The stadium.
     periods : tuple of (int, int)
-        Ranges of periods, both ends in them; empty for all.
+        Ranges of periods, ends included; empty for all.
     statuses : tuple of Status
         Empty for all.
     time_reversal : str or None
@@ -44,11 +44,11 @@ class Selection(ByValue):
     symmetry : str or None
         The exact symmetry label, such as ``x,T,xT``.
     contains : str or None
-        A factor that the word has in some rotation.
+        Symbols that the word has in a row, in some rotation.
     exists, not_at : tuple of float
-        Values of a at which the word is an orbit, and at which it is known to be none, by its births.
+        Values of a at which the word is an orbit, and at which it is not, by its births.
     ranges : mapping of str to (float or None, float or None)
-        Least and greatest value of some of `MEASURES`, both in the subset.
+        Least and greatest value of some of `MEASURES`, both included.
     where : str or None
         An SQL expression over the columns of the view ``catalogue``.
     parameters : mapping of str to value
@@ -68,11 +68,11 @@ class Selection(ByValue):
     parameters: Mapping[str, str | int | float] = field(default_factory=dict)
 
     def includes(self, p: int) -> bool:
-        """Tell whether words of a period are asked for."""
+        """Tell whether words of a period may be in the subset."""
         return not self.periods or any(low <= p <= high for low, high in self.periods)
 
     def describe(self, stadiums: Sequence[float] = (), count: int | None = None) -> str:
-        """Return the selection as one line of English, be it for several a, behind how many there are."""
+        """Return the selection as one line of English, to stand after a number; also for several a."""
         one, many = self._subjects()
         parts = [many if count is None else several(count, one, many)]
         if self.periods:
@@ -84,7 +84,7 @@ class Selection(ByValue):
         return " ".join(filter(None, [*map(printable, parts), self.describe_rest(count)]))
 
     def describe_rest(self, count: int | None = None) -> str:
-        """Return all but a, periods, statuses and reversal as English; empty if nothing else is chosen."""
+        """Return all except a, periods, statuses and reversal as English; may be empty."""
         parts = []
         if self.symmetry:
             parts.append("without symmetry" if self.symmetry == "1" else f"with symmetry {self.symmetry}")

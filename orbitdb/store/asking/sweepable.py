@@ -1,7 +1,7 @@
-"""Subsets that can be swept: those that a class shows once it is solved, and their canonical text.
+"""Subsets that can be swept: those that a solved class decides, and their canonical text.
 
-The text is the key that a sweep is stored by. The same subset has the same text, however it was asked for;
-that of all orbits is empty. The stadium and the periods are no part of it: they are keys of their own.
+The text is the key of a stored sweep. The same subset has the same text, however you ask for it;
+that of all orbits is empty. The stadium and the periods are keys of their own, not part of it.
 """
 
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ SWEPT_MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
 """The measures by which a sweep can choose; births and deaths are stored, and not found with an orbit."""
 
 _OF_ROWS = {"where": "where", "exists": "exists", "not_at": "not-at"}
-"""What a sweep cannot choose by, as it is told."""
+"""What a sweep cannot choose by, in the words of its error."""
 
 _ALL = float("inf")
 _LONGEST = 2 * MAX_PERIOD

@@ -1,4 +1,4 @@
-"""The database file: opening it safely, for reading or for writing, and telling what is wrong with it."""
+"""The database file: opening it safely for reading or writing, and saying what is wrong with it."""
 
 import os
 import sqlite3

@@ -1,9 +1,9 @@
-"""The guard: a catalogue's file may hold data, and nothing that acts when it is read or written.
+"""The guard: a catalogue's file may hold data, but nothing that acts when it is read or written.
 
 SQLite runs what a file brings along: triggers, views, virtual tables, generated columns, CHECK and
-DEFAULT expressions, indexes of expressions. Before anything else is asked of a file its schema is read
-as text, which runs none of it: the catalogue's own names must be what `orbitdb.store.file.schema` says, and
-whatever else there is must be plain. It takes about 0.3 ms.
+DEFAULT expressions, indexes of expressions. So the guard first reads the schema of a file as text, which
+runs none of it. The catalogue's own names must be as in `orbitdb.store.file.schema`, and
+everything else must be plain. It takes about 0.3 ms.
 """
 
 import sqlite3

@@ -1,11 +1,11 @@
-"""The schema of a catalogue as SQLite's own text, the only place where it is written.
+"""The schema of a catalogue as SQLite's own text, written only here.
 
-A new file is made by it, every file is compared with it (`orbitdb.store.file.guard`), and
-`orbitdb.store.file.tables` makes SQLAlchemy's tables of it. Nothing here needs SQLAlchemy, which takes a
+It makes a new file, every file is compared with it (`orbitdb.store.file.guard`), and
+`orbitdb.store.file.tables` makes SQLAlchemy's tables from it. Nothing here needs SQLAlchemy, which takes a
 quarter of a second to load.
 
-What does not depend on a is stored once, one row a symmetry class (`cycle`); what does is one row a class
-and a (`orbit`). Two views put them together: `class`, one row a class and a, and `catalogue`, one row a word
+`cycle` has one row a symmetry class, with what does not depend on a; `orbit` has one row a class
+and a. Two views join them: `class`, one row a class and a, and `catalogue`, one row a word
 and a. All tables are STRICT.
 """
 

@@ -1,4 +1,4 @@
-"""SQLAlchemy's tables and views, made of the text of the schema."""
+"""SQLAlchemy's tables and views, made from the text of the schema."""
 
 import re
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""SQL text as SQLite takes it apart, for those who must know what is in it before SQLite does."""
+"""SQL text cut into tokens as SQLite does it, to see what is in it before SQLite runs it."""
 
 import re
 from typing import NamedTuple

@@ -1,9 +1,9 @@
-"""Reading a catalogue in order to check it: class by class as stored, right or wrong, and as a whole."""
+"""Reading a catalogue in order to check it: class by class as stored, right or wrong."""
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import sqlalchemy as sa
@@ -22,27 +22,24 @@ from orbitdb.store.file.tables import (
     orbit,
     stadium,
 )
+from orbitdb.store.reading import question
 from orbitdb.store.reading.chosen import Integers, orders_of
 from orbitdb.store.reading.soundness import Columns, Marks, are_whole, sound_words
-from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period
-
-if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+from orbitdb.symbols.words import MAX_KEYED, from_strings
 
 Row = dict[str, Any]
 Ids = dict[int, Integers]
 """The ids of classes, in order, by period."""
 
-SYMBOLS_A_BLOCK = 1 << 17
-
 _BLOCK = 4096
 
 
-def choose(catalogue: "Catalogue", selection: Selection, sample: int | None, rng: np.random.Generator) -> Ids:
+def choose(
+    connection: sa.Connection, selection: Selection, sample: int | None, rng: np.random.Generator
+) -> Ids:
     """Return by period the ids of the chosen classes, or of a random sample of them."""
-    with catalogue.at_one_moment() as still, still.reading() as connection:
-        ids = still.choose(selection).ids
-        return by_period(connection, sampled(np.sort(ids[ids > 0]), sample, rng))
+    ids = question.choose(connection, selection).ids
+    return by_period(connection, sampled(np.sort(ids[ids > 0]), sample, rng))
 
 
 def sampled(ids: Integers, sample: int | None, rng: np.random.Generator) -> Integers:
@@ -70,17 +67,6 @@ def by_period(connection: sa.Connection, ids: Integers, table: sa.Table = cycle)
         known = {number: max(p, MAX_KEYED + 1) for number, p in connection.execute(query)}
         orders[no_key] = [known.get(number, MAX_KEYED + 1) for number in long.tolist()]
     return {p: ids[orders == p] for p in np.unique(orders).tolist()}
-
-
-def blocks(ids: Ids, size: int = _BLOCK) -> Iterator[tuple[int, Integers, int]]:
-    """Cut the ids of classes into blocks; give period, block and how many classes came before."""
-    before = 0
-    for p, those in ids.items():
-        step = max(1, min(size, SYMBOLS_A_BLOCK // p))
-        for start in range(0, len(those), step):
-            block = those[start : start + step]
-            yield p, block, before
-            before += len(block)
 
 
 def load_rows(connection: sa.Connection, table: sa.Table, ids: Integers) -> list[tuple[Any, ...]]:
@@ -204,19 +190,6 @@ def word_counts(connection: sa.Connection) -> dict[int, tuple[int, int]]:
     return {p: (classes, words) for p, classes, words in connection.execute(query)}
 
 
-def words_up_to(connection: sa.Connection, stadium: int | None, p: int, last: str) -> int:
-    """Return how many words the classes of a period have whose least words are not behind some text.
-
-    They are those with a row at one stadium; without any, those with births.
-    """
-    size = sa.select(sa.func.sum(cycle.c.class_size))
-    if stadium is None:
-        rows = size.join_from(change, cycle).where(change.c.number == 1)
-    else:
-        rows = size.join_from(orbit, cycle).where(orbit.c.stadium == stadium)
-    return connection.scalar(rows.where(cycle.c.id.between(keys_of_period(p)[0], key(last)))) or 0
-
-
 def changes(connection: sa.Connection, p: int) -> list[sa.Row[Any]]:
     """Return the changes of all classes of a period, by class and number, each with its class size."""
     query = sa.select(change, cycle.c.class_size, cycle.c.word).join_from(change, cycle).where(cycle.c.p == p)
@@ -228,17 +201,3 @@ def periods_without_births(connection: sa.Connection) -> list[int]:
     known = sa.select(birth_fill.c.p)
     query = sa.select(cycle.c.p).join_from(change, cycle).where(cycle.c.p.not_in(known)).distinct()
     return list(connection.scalars(query.order_by(cycle.c.p)))
-
-
-def status_counts(connection: sa.Connection, stadium: int) -> dict[int, dict[str, tuple[int, int]]]:
-    """Return by period and status the numbers of words and of classes at one stadium."""
-    query = (
-        sa.select(cycle.c.p, orbit.c.status, sa.func.sum(cycle.c.class_size), sa.func.count())
-        .join(cycle, cycle.c.id == orbit.c.cycle)
-        .where(orbit.c.stadium == stadium)
-        .group_by(cycle.c.p, orbit.c.status)
-    )
-    found: dict[int, dict[str, tuple[int, int]]] = {}
-    for p, status, words, classes in connection.execute(query):
-        found.setdefault(p, {})[status] = (words, classes)
-    return found

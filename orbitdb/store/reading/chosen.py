@@ -1,7 +1,7 @@
 """A chosen subset as two arrays: its symmetry classes in the order asked for, and which of their words.
 
-Its size is a sum over bits, a page of it a slice of their cumulative count; averages weight a class with
-its bits, and files are written class by class. Only an order of single words needs a third array.
+Its size is a sum over bits, and a page is a slice of their cumulative count. Averages weight a class with
+its bits. Only an order of single words needs a third array.
 """
 
 from collections.abc import Mapping
@@ -21,11 +21,13 @@ from orbitdb.symbols.words import BITS, MAX_KEYED
 Integers = NDArray[np.int64]
 Masks = NDArray[np.uint8]
 
-_BITS_OF = np.arange(256, dtype=np.uint8)[:, None] >> np.arange(8, dtype=np.uint8) & 1
-COUNTS = _BITS_OF.sum(axis=1, dtype=np.uint8)
+BITS_OF = np.arange(256, dtype=np.uint8)[:, None] >> np.arange(8, dtype=np.uint8) & 1
+"""The bits of each byte, the lowest first, shape (256, 8)."""
+
+COUNTS = BITS_OF.sum(axis=1, dtype=np.uint8)
 """How many bits are set in each byte."""
 
-_NTH = np.argsort(1 - _BITS_OF, axis=1, kind="stable").astype(np.uint8)
+_NTH = np.argsort(1 - BITS_OF, axis=1, kind="stable").astype(np.uint8)
 """Which bit of each byte is its first one that is set, its second one, and so on."""
 
 ALL = 0xFF
@@ -117,7 +119,7 @@ class Chosen(ByValue):
         if self.rows is None:
             found = int(np.argmax(wanted > 0))
             return self.position(int(self.ids[found]), int(_NTH[wanted[found], 0]))
-        inside, chosen = (_BITS_OF[each].astype(np.bool_) for each in (wanted, self.masks))
+        inside, chosen = (BITS_OF[each].astype(np.bool_) for each in (wanted, self.masks))
         return int(np.argmax(inside[chosen][self.rows]))
 
 

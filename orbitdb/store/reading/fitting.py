@@ -1,4 +1,4 @@
-"""Which words of classes fit patterns, decided on the packed words that the ids of the classes tell."""
+"""Which words of classes fit patterns, decided on the packed words in the ids of the classes."""
 
 import json
 from collections.abc import Callable, Sequence

@@ -1,8 +1,8 @@
-"""From where to where in a the stored classes are orbits, and what that says of any a without a fill.
+"""Lives: the ranges of a in which the stored classes are orbits; from them, statuses at any a.
 
-A class is an orbit at a where a lies inside one of its lives. Where a is so near to the end of a life
-that the end's error bound does not tell, the class's word is solved there, in ball arithmetic if need
-be: so orbits through a joint are recognised as such, as in a fill.
+A class is an orbit at a if a lies inside one of its lives. If a is within the error bound of the end of a
+life, the class's word is solved there, in ball arithmetic if necessary. So orbits through a joint are
+recognised as in a fill.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,6 @@ from orbitdb.store.asking.conditions import NEAR
 from orbitdb.store.file.schema import BORN, DONE
 from orbitdb.store.file.tables import birth_fill, change, cycle, life
 from orbitdb.store.reading.chosen import Integers
-from orbitdb.store.reading.fills import written_periods
 from orbitdb.store.reading.soundness import is_written, unsound
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.words import MAX_KEYED, from_strings, keys_of_period, word_of
@@ -114,16 +113,6 @@ def lives(connection: sa.Connection, p: int) -> list[Life]:
     here = life.c.cycle.between(*keys_of_period(p))
     query = sa.select(*(life.c[name] for name in names)).where(here).order_by(life.c.born, life.c.word)
     return [Life(*row) for row in connection.execute(query)]
-
-
-def describe_lacking(periods: Sequence[int]) -> str | None:
-    """Say in one line of which periods no births are stored, and what finds them; None if there are none."""
-    if not periods:
-        return None
-    return (
-        f"births of {written_periods(periods)} are not found, so that what depends on them is left out or "
-        f"blank: 'orbitdb births --p {max(periods)}' finds them"
-    )
 
 
 class Standing(IntEnum):

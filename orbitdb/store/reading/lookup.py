@@ -1,6 +1,6 @@
-"""One word of any order, asked for: from a catalogue, or solved on the spot; and the a that is meant.
+"""Looking one word of any order up in a catalogue, and the a to look at.
 
-It is a row or two, asked of SQLite directly: to load SQLAlchemy or a solver would take longer than the rest.
+It reads a row or two from SQLite directly, because loading SQLAlchemy would take longer than the rest.
 """
 
 import sqlite3
@@ -12,8 +12,7 @@ import numpy as np
 
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
-from orbitdb.orbits.orbit import NUMBERS, Orbit, Status
-from orbitdb.orbits.pruned import pruned_word
+from orbitdb.orbits.orbit import NUMBERS, Orbit, Status, pruned_word
 from orbitdb.store.asking.selection import USUAL_A
 from orbitdb.store.file.database import asking
 from orbitdb.store.reading.soundness import is_whole, unsound
@@ -39,7 +38,7 @@ ORDER BY own.a, cycle.word"""
 
 
 def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | None:
-    """Return what is stored of a primitive word at one a, in the rotation asked for (`Catalogue.find`)."""
+    """Return the stored orbit of a primitive word at one a, in the rotation given (`Catalogue.find`)."""
     if (pruned := pruned_word(word, a)) is not None:
         return _find_pruned(connection, pruned)
     family = symmetry.class_of(word)
@@ -78,7 +77,7 @@ def _find_pruned(connection: sqlite3.Connection, pruned: Orbit) -> Orbit | None:
 
 
 def lives_of(connection: sqlite3.Connection, representative: str) -> Lives | None:
-    """Return from where to where in a one class is an orbit; None if its births are not stored."""
+    """Return the ranges of a in which one class is an orbit; None if its births are not stored."""
     if len(representative) > MAX_KEYED:
         return None
     query = "SELECT born, dies FROM life WHERE cycle = ? ORDER BY born"
@@ -119,7 +118,7 @@ def a_meant(path: Path) -> float:
 
 
 def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
-    """Return what a catalogue says of a primitive word, or solve it if it is not there.
+    """Return a primitive word from the catalogue, or solve it if it is not stored.
 
     Parameters
     ----------
@@ -142,7 +141,7 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
 
 
 def with_existence(orbit: Orbit) -> Orbit:
-    """Return a word with from where to where in a it is an orbit, found on the spot if need be.
+    """Return a word with the ranges of a in which it is an orbit, which are found now if necessary.
 
     It stays unknown for words that are too long (`orbitdb.orbits.births.lives.LONGEST`).
     """

@@ -1,32 +1,53 @@
-"""Orders of single words, by their text or by the element that leads to them, and where words stand."""
+"""The order of rows: of classes in SQL; of single words by their text, or the element that leads to them."""
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.store.asking.confinement import never
 from orbitdb.store.file.schema import LONG
-from orbitdb.store.file.tables import cycle, pruned
-from orbitdb.store.reading.chosen import ALL, COUNTS, Chosen, Integers, orders_of
-from orbitdb.store.reading.fitting import fitting, long_words, stabilisers_of_classes
-from orbitdb.symbols.members import ELEMENT_OF, packed_members, places_of_elements
-from orbitdb.symbols.patterns import Like
-from orbitdb.symbols.pruning import rules_of
-from orbitdb.symbols.symmetry import ELEMENTS, class_of, members
-from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, key, pack, packed
+from orbitdb.store.reading.chosen import ALL, BITS_OF, Chosen, orders_of
+from orbitdb.store.reading.fitting import long_words, stabilisers_of_classes
+from orbitdb.symbols.members import ELEMENT_OF, packed_members
+from orbitdb.symbols.symmetry import ELEMENTS
+from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.lives import Standings
+    pass
 
 _TEXTS = ("code", "word")
 _HEAD = 3
 """First symbols of words that are sorted together, so that the order of all is never there at once."""
 
 Texts = NDArray[np.int64]
+
+
+def order_of_classes(
+    rows: "sa.sql.base.ReadOnlyColumnCollection[str, Any]", keys: Mapping[str, bool], mixed: bool
+) -> list[sa.ColumnElement[Any]]:
+    """Return what sorts classes in SQL; nothing for their natural order, in which the views give them.
+
+    Parameters
+    ----------
+    rows : columns
+        The keys, ``p``, ``least`` (the least word), and ``coded``, four times the id and less than 4.
+    keys : mapping of str to bool
+        Columns of classes to sort by, and whether they fall.
+    mixed : bool
+        Whether there may be pruned words or words without a key, whose ids do not rise with the period.
+    """
+    natural: list[sa.ColumnElement[Any]] = [rows.coded]
+    if mixed:
+        number = sa.func.abs(rows.coded)
+        natural = [rows.p, rows.coded < 0, sa.case((number >= 4 * LONG, rows.least)), number]
+        keys = keys or {"p": False}
+    elif [*keys.items()][-1:] == [("p", False)]:
+        keys = dict([*keys.items()][:-1])  # as ids rise with the period
+    # empty fields last; NULL is SQLite's least, so falling needs no more
+    sorting = [rows[name].desc() if falls else rows[name].asc().nulls_last() for name, falls in keys.items()]
+    return [*sorting, *natural] if keys else []
 
 
 def in_order_of_words(
@@ -43,21 +64,18 @@ def in_order_of_words(
     keys : mapping of str to bool
         Columns to sort by, at least one of them of single words, and whether they fall.
     """
-    first, falling = next(iter(keys.items()))
-    texts, later = _texts(connection, chosen)
-    if first in _TEXTS and not len(later):
-        return _by_text(texts)[:: -1 if falling else 1]
-    arrays: list[NDArray[np.int64]] = []
-    counts = chosen.counts
+    arrays: list[NDArray[np.generic]] = []
     for name, falls in keys.items():
         if name in _TEXTS:
-            parts = [texts, later] if len(later) else [texts]
-            arrays += [-part for part in parts] if falls else parts
+            texts, later = _texts(connection, chosen)
+            if not arrays and not len(later):
+                return _by_text(texts)[:: -1 if falls else 1]
+            arrays += [-part if falls else part for part in (texts, later) if len(part)]
             break  # no two words are the same
         if name == "element":
             arrays.append(_elements(connection, chosen, falls))
         else:
-            arrays.append(np.repeat(_ranks(chosen.values[name], falls), counts))
+            arrays.append(np.repeat(_ranks(chosen.values[name], falls), chosen.counts))
     return np.lexsort(arrays[::-1]).astype(np.uint32)
 
 
@@ -125,77 +143,9 @@ def _long_words(connection: sa.Connection, ids: NDArray[np.int64], masks: NDArra
     return found
 
 
-def _elements(connection: sa.Connection, chosen: Chosen, falling: bool) -> NDArray[np.int64]:
+def _elements(connection: sa.Connection, chosen: Chosen, falling: bool) -> NDArray[np.int8]:
     """Return what sorts words by the elements that lead to them; pruned words, of none, come last."""
     stabilisers = stabilisers_of_classes(connection, chosen.ids, chosen.masks == ALL)
-    words = chosen.words()
-    elements = ELEMENT_OF[np.repeat(stabilisers, COUNTS[chosen.masks]), words.places].astype(np.int64)
-    return np.where(words.ids < 0, len(ELEMENTS), -elements if falling else elements)
-
-
-def position_of(catalogue: "Catalogue", chosen: Chosen, word: str) -> int | None:
-    """Return in which row a word, a least rotation, stands; None if in none."""
-    if len(word) > MAX_KEYED:
-        return _position_of_long(catalogue, chosen, word) if (np.abs(chosen.ids) >= LONG).any() else None
-    if rules_of(word):
-        return chosen.position(-key(word), 0)
-    least = class_of(word).representative
-    return chosen.position(key(least), list(members(least)).index(word))
-
-
-def _position_of_long(catalogue: "Catalogue", chosen: Chosen, word: str) -> int | None:
-    p = len(word)
-    known = sa.select(cycle.c.id, cycle.c.words).where(cycle.c.id >= LONG, cycle.c.p == p)
-    queries = (
-        known.where(sa.func.instr(cycle.c.words, word) > 0),
-        sa.select(pruned.c.id, pruned.c.word).where(pruned.c.p == p, pruned.c.word == word),
-    )
-    with catalogue.reading() as connection:
-        for number, words in (row for query in queries for row in connection.execute(query)):
-            for place in range(len(words) // p):
-                if words.startswith(word, place * p):
-                    return chosen.position(number, place)
-    return None
-
-
-def periods_of(connection: sa.Connection, ids: Integers) -> Integers:
-    """Return the periods of classes and pruned words, shape (C,)."""
-    found = orders_of(ids)
-    if (found > MAX_KEYED).any():
-        rows = connection.execute(
-            sa.select(cycle.c.id, cycle.c.p)
-            .where(cycle.c.id >= LONG)
-            .union_all(sa.select(pruned.c.id, pruned.c.p).where(pruned.c.id <= -LONG))
-        )
-        known = {row.id: row.p for row in rows}
-        for place in np.flatnonzero(found > MAX_KEYED).tolist():
-            found[place] = known[int(ids[place])]
-    return found
-
-
-def periods_without(connection: sa.Connection, ids: Integers, standings: "Standings") -> list[int]:
-    """Return the periods of classes of which no births are stored."""
-    return np.unique(periods_of(connection, ids[standings.places == len(standings.cycles)])).tolist()
-
-
-def first_of_period(catalogue: "Catalogue", chosen: Chosen, p: int) -> int | None:
-    """Return the first row of a period; None if there is none."""
-    with catalogue.reading() as connection:
-        here = periods_of(connection, chosen.ids) == p
-    return chosen.first(np.where(here, 0xFF, 0).astype(np.uint8))
-
-
-def first_beginning(
-    catalogue: "Catalogue", chosen: Chosen, code: str, cancelled: Callable[[], bool] = never
-) -> int | None:
-    """Return the first row whose code begins with some symbols; None if there is none.
-
-    Raises
-    ------
-    CancelledError
-        If nobody waits any more.
-    """
-    with catalogue.reading() as connection:
-        elements = fitting(connection, chosen.ids, (Like(f"{code}%", True),), cancelled)
-        stabilisers = stabilisers_of_classes(connection, chosen.ids, chosen.masks == ALL)
-    return chosen.first(places_of_elements(elements, stabilisers))
+    elements = ELEMENT_OF.astype(np.int8)[stabilisers] * (-1 if falling else 1)
+    elements[chosen.ids < 0] = len(ELEMENTS)
+    return elements[BITS_OF[chosen.masks].astype(np.bool_)]

@@ -1,10 +1,10 @@
 """How a chosen subset is found: the only way from a selection to classes and their words.
 
-* What is the same for all words of a class is asked of the view `class`, and all its words are chosen.
-* Patterns in the text of words are decided on the packed words, which the ids of the classes tell.
-* Anything else that tells words of a class apart is asked of the view `catalogue`, grouped by class.
+* Conditions that all words of a class share go to the view `class`, and all its words are chosen.
+* Patterns in the text of words are decided on the packed words, which are the ids of the classes.
+* Anything else about single words goes to the view `catalogue`, grouped by class.
 
-Words that are geometrically pruned are in no class: they are looked at where their status is named.
+Geometrically pruned words have no class. They count only if the selection names their status.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from orbitdb.columns import kind_of
 from orbitdb.orbits.orbit import Status
-from orbitdb.store.asking.conditions import answering, conditions_of, parse_order, sort_key
+from orbitdb.store.asking.conditions import answering, conditions_of, parse_order
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.dividing import Divided, divide
 from orbitdb.store.asking.selection import Selection
@@ -26,7 +26,7 @@ from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tables import catalogue, classes, cycle, pruned
 from orbitdb.store.reading.chosen import Chosen, Masks
 from orbitdb.store.reading.fitting import fitting, stabilisers_of_classes
-from orbitdb.store.reading.order import in_order_of_words
+from orbitdb.store.reading.order import in_order_of_words, order_of_classes
 from orbitdb.symbols.members import places_of_elements
 from orbitdb.symbols.symmetry import ELEMENTS
 
@@ -41,6 +41,9 @@ _CODED: sa.ColumnClause[int] = sa.literal_column(
 A shift, for a product would be no integer if somebody has altered an id to one of the largest."""
 
 _BLOCK = 1 << 14
+
+_FEW = 1 << 16
+"""Sorted rows up to which a limit helps SQLite: it takes longer to keep more of them than to sort all."""
 
 Columns = dict[str, NDArray[Any]]
 
@@ -83,7 +86,8 @@ def choose(
         columns = tuple(dict.fromkeys([*columns, *(name for name in keys if name not in _OF_WORDS)]))
         by_class = {}
     query = _query(connection, divided, by_class, columns)
-    if most is not None and not by_words and not divided.patterns:
+    sorted_far = order != "p" and (most or 0) > _FEW
+    if most is not None and not (by_words or divided.patterns or sorted_far):
         query = query.limit(most)  # every class has a row
     with answering(connection, selection, cancelled):
         coded, *more = _arrays(connection, query, columns, divided.of_words)
@@ -94,40 +98,34 @@ def choose(
     if divided.patterns:
         elements = fitting(connection, ids, divided.patterns, cancelled)
         masks &= _places(connection, ids, sizes, elements)
-    kept = np.flatnonzero(masks)
+    kept = slice(None) if masks.all() else masks > 0
     values = {name: column[kept] for name, column in zip(columns, more, strict=True)}
     found = Chosen(selection, ids[kept], masks[kept], None, values)
+    del coded, sizes  # an order of words needs the room
     return replace(found, rows=in_order_of_words(connection, found, keys)) if by_words else found
 
 
 def _places(
     connection: sa.Connection, ids: NDArray[np.int64], sizes: NDArray[np.int64], elements: Masks
 ) -> Masks:
-    """Return words that are told by the elements that lead to them by their places in their classes."""
+    """Turn marks by element, of the words that the elements lead to, into marks by place in the class."""
     return places_of_elements(elements, stabilisers_of_classes(connection, ids, sizes == len(ELEMENTS)))
 
 
 def _query(
     connection: sa.Connection, divided: Divided, keys: dict[str, bool], columns: Sequence[str]
 ) -> sa.Select[Any]:
-    """Return the query for classes in their order: coded id, mask by elements if need be, and columns."""
+    """Return the query for classes in their order: coded id, mask by elements if needed, and columns."""
     named = tuple(dict.fromkeys(["p", *columns, *keys]))
     sources = list(_sources(divided, named))
     rows = (sa.union_all(*sources) if len(sources) > 1 else sources[0]).subquery().c
     outputs = [rows.coded, *([rows.mask] if divided.of_words else []), *(rows[name] for name in columns)]
-    natural: list[sa.ColumnElement[Any]] = [rows.coded]
-    if Status.GEOMETRIC in divided.conditions.statuses or _has_long(connection):
-        number = sa.func.abs(rows.coded)
-        natural = [rows.p, rows.coded < 0, sa.case((number >= 4 * LONG, rows.least)), number]
-        keys = keys or {"p": False}
-    elif [*keys.items()][-1:] == [("p", False)]:
-        keys = dict([*keys.items()][:-1])  # as ids rise with the period
-    ordering = [*(sort_key(rows[name], falling) for name, falling in keys.items()), *natural]
-    return sa.select(*outputs).order_by(*ordering if keys else ())
+    mixed = Status.GEOMETRIC in divided.conditions.statuses or _has_long(connection)
+    return sa.select(*outputs).order_by(*order_of_classes(rows, keys, mixed))
 
 
 def _sources(divided: Divided, columns: Sequence[str]) -> Iterator[sa.Select[Any]]:
-    """Yield the queries for what is chosen among classes, and among pruned words if they are asked for."""
+    """Yield the queries for the chosen classes, and for pruned words if the selection names them."""
     chosen = divided.conditions
     if chosen.statuses != (Status.GEOMETRIC,):
         known = (catalogue if divided.of_words else classes.alias(catalogue.name)).c

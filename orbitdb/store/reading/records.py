@@ -1,4 +1,4 @@
-"""What is stored beside orbits: bounds on the entropy, and references from trajectories; the room of it."""
+"""Stored results other than orbits: bounds on the entropy, and references; and the room that rows take."""
 
 from dataclasses import dataclass, fields
 from itertools import groupby
@@ -14,7 +14,6 @@ from orbitdb.store.file.tables import cycle, entropy_bound, orbit, stadium, traj
 from orbitdb.store.reading.soundness import unsound
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
     from orbitdb.trajectories.ensemble import Reference
 
 _HIGHEST = 1.22
@@ -111,7 +110,7 @@ def is_sound(found: Enclosure) -> bool:
     )
 
 
-def best_reference(catalogue: "Catalogue", a: float) -> "Reference | None":
+def best_reference(connection: sa.Connection, a: float) -> "Reference | None":
     """Return the reference with the smallest error that is stored for one a, if there is one."""
     from orbitdb.trajectories.ensemble import Reference
 
@@ -123,8 +122,7 @@ def best_reference(catalogue: "Catalogue", a: float) -> "Reference | None":
         .order_by(trajectory.c.lambda_d_error)
         .limit(1)
     )
-    with catalogue.reading() as connection:
-        row = connection.execute(query).mappings().first()
+    row = connection.execute(query).mappings().first()
     if row is None:
         return None
     if not row["seed"].isdecimal():
@@ -150,12 +148,11 @@ class Room:
     per_orbit: float | None
 
 
-def room(catalogue: "Catalogue") -> Room:
+def room(connection: sa.Connection) -> Room:
     """Measure the room that classes and orbits take."""
     counts = [sa.select(sa.func.count()).select_from(table).scalar_subquery() for table in (cycle, orbit)]
-    with catalogue.reading() as connection:
-        classes, orbits = connection.execute(sa.select(*counts)).one()
-        pages = _bytes_of_tables(connection)
+    classes, orbits = connection.execute(sa.select(*counts)).one()
+    pages = _bytes_of_tables(connection)
     per_class = pages["cycle"] / classes if pages and classes else None
     per_orbit = pages["orbit"] / orbits if pages and orbits else None
     return Room(classes, orbits, per_class, per_orbit)

@@ -1,4 +1,4 @@
-"""The rows of a chosen subset, some at a time: what the words of a class share is read once a class."""
+"""The rows of a chosen subset, many at a time; what the words of a class share is read once."""
 
 import json
 from collections.abc import Callable, Iterator, Sequence
@@ -8,7 +8,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.column_blocks import Column, ColumnBlock, Lists
+from orbitdb.column_files import Column, ColumnBlock, Lists
 from orbitdb.columns import kind_of
 from orbitdb.store.asking.conditions import rules_of
 from orbitdb.store.file.schema import OF_WORD, SHARED

@@ -1,4 +1,4 @@
-"""Rows as they must be; those of a file that was altered by hand, or made by somebody else, may not."""
+"""Checks that rows are as they must be: somebody may have altered the file by hand."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence

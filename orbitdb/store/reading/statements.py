@@ -1,10 +1,10 @@
-"""Whole SELECT statements over the views of a catalogue: for a limited time, and nothing else is touched."""
+"""Whole SELECT statements over the views of a catalogue, for a limited time, and nothing else."""
 
 import sqlite3
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sqlalchemy as sa
 
@@ -15,9 +15,6 @@ from orbitdb.store.asking.selection import SelectionError
 from orbitdb.store.file.schema import VIEWS
 from orbitdb.store.file.tokens import meaningful
 
-if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
-
 READABLE = (*VIEWS, "pruned")
 """What a statement may read."""
 
@@ -25,14 +22,14 @@ _BLOCK = 2000
 
 
 def run_statement(
-    catalogue: "Catalogue", statement: str, parameters: free.Parameters
+    connection: sa.Connection, statement: str, parameters: free.Parameters
 ) -> tuple[tuple[str, ...], Iterator[tuple[Any, ...]]]:
     """Run one SELECT over `READABLE`; return the names of its columns, and its rows.
 
     Parameters
     ----------
-    catalogue : Catalogue
-        As it is at one moment (`Catalogue.at_one_moment`), until all rows are fetched.
+    connection : Connection
+        In one transaction until all rows are fetched.
     statement : str
         It may call the functions that an expression may call (`orbitdb.store.asking.expressions`), and
         ``code('1232131')`` finds a word in any rotation.
@@ -50,19 +47,19 @@ def run_statement(
     except ValueError as error:
         raise free.refusal(statement, str(error), "sql") from error
     patience = Patience()
-    with catalogue.reading() as connection, _answering(connection, statement, patience):
+    with _answering(connection, statement, patience):
         result = connection.exec_driver_sql(plain, parameters)
         names = tuple(result.keys())
     if twice := [name for place, name in enumerate(names) if name in names[:place]]:
         raise free.refusal(statement, f"column {twice[0]!r} comes twice: name one of them with AS", "sql")
-    return names, _fetched(catalogue, statement, result, patience)
+    return names, _fetched(connection, statement, result, patience)
 
 
 def _fetched(
-    catalogue: "Catalogue", statement: str, result: sa.CursorResult[Any], patience: Patience
+    connection: sa.Connection, statement: str, result: sa.CursorResult[Any], patience: Patience
 ) -> Iterator[tuple[Any, ...]]:
     while True:
-        with catalogue.reading() as connection, _answering(connection, statement, patience):
+        with _answering(connection, statement, patience):
             block = result.fetchmany(_BLOCK)
         if not block:
             return

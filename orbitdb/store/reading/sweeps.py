@@ -1,4 +1,4 @@
-"""What sweeps have counted and added up: whole periods, or chosen orbits of them, without stored rows."""
+"""The counts and sums of sweeps: whole periods, or chosen orbits of them, without stored rows."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Storing births and deaths of classes, and what they amount to in a period."""
+"""Storing births and deaths of classes, and their counts in a period."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,7 +9,7 @@ import sqlalchemy as sa
 from orbitdb.orbits.births.batches import JOINTS
 from orbitdb.orbits.births.changes import Changes, events
 from orbitdb.store.file.schema import BORN, DIED
-from orbitdb.store.file.tables import change, cycle
+from orbitdb.store.file.tables import change
 from orbitdb.store.writing.classes import insert
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.words import keys_of_period
@@ -43,7 +43,7 @@ def add_changes(
 
 
 def number_events(connection: sa.Connection, p: int) -> dict[str, Any]:
-    """Number the events of a period of which all changes are stored; return the counts (`birth_fill`)."""
+    """Number the events of a period whose changes are all stored; return the counts (`birth_fill`)."""
     here = change.c.cycle.between(*keys_of_period(p))
     found = connection.execute(
         sa.select(change.c.cycle, change.c.number, change.c.a, change.c.error, change.c.kind).where(here)
@@ -65,10 +65,3 @@ def number_events(connection: sa.Connection, p: int) -> dict[str, Any]:
         "least": min(births, default=None),
         "largest": max(births, default=None),
     }
-
-
-def words_with_changes(connection: sa.Connection, p: int) -> int:
-    """Return how many words the classes with changes of a period have."""
-    here = change.c.cycle.between(*keys_of_period(p)), change.c.number == 1
-    size = sa.select(sa.func.sum(cycle.c.class_size)).join_from(change, cycle).where(*here)
-    return connection.scalar(size) or 0

@@ -1,8 +1,8 @@
 """Storing symmetry classes with all their words, and orbits, many rows at a time.
 
-The id of a class is the key of its least word (`orbitdb.symbols.words.key`): any process can tell it from the
-word alone, and classes stand in the table in the order of their words. Classes of longer words have ids from
-`LONG` up, in the order of their arrival. Geometrically pruned words have the same ids below 0.
+The id of a class is the key of its least word (`orbitdb.symbols.words.key`): any process can compute it from
+the word, and the table holds classes in the order of their words. Classes of longer words have ids from
+`LONG` up, in the order of arrival. Geometrically pruned words have the same ids below 0.
 """
 
 import sqlite3
@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits
 from orbitdb.store.file.schema import DONE, LONG
-from orbitdb.store.file.tables import birth_fill, cycle, fill, orbit, pruned
+from orbitdb.store.file.tables import birth_fill, cycle, fill, pruned
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.members import joined_members
-from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period
+from orbitdb.symbols.words import MAX_KEYED, from_strings, key
 
 _ROWS_A_STATEMENT = 64
 
@@ -92,17 +92,6 @@ def add_pruned(connection: sa.Connection, p: int, words: Sequence[str], rules: S
         first = min(-LONG, last - 1)
         numbers = list(range(first, first - len(words), -1))
     insert(connection, "pruned", (numbers, Same(p), words, rules))
-
-
-def count_statuses(connection: sa.Connection, stadium: int, p: int) -> dict[str, tuple[int, int]]:
-    """Return for each status the number of words and of classes among a period's orbits."""
-    query = (
-        sa.select(orbit.c.status, sa.func.sum(cycle.c.class_size), sa.func.count())
-        .join(cycle, cycle.c.id == orbit.c.cycle)
-        .where(orbit.c.stadium == stadium, orbit.c.cycle.between(*keys_of_period(p)))
-        .group_by(orbit.c.status)
-    )
-    return {status: (words, classes) for status, words, classes in connection.execute(query)}
 
 
 def add_orbits(

@@ -1,7 +1,7 @@
-"""How far the work on a period has come, and its moving on, in the transaction that stores what it found.
+"""Cursors: how far the work on a period has come. They move in the transaction that stores the results.
 
-Fills, sweeps and births are kept alike: a row of their table with a state, the word up to which all is
-stored, and what has been counted and spent so far.
+Fills, sweeps and births each have a table of them: a state, the word up to which everything is
+stored, and the counts and times so far.
 """
 
 from collections.abc import Mapping

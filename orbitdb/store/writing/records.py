@@ -1,4 +1,4 @@
-"""Storing what is found beside orbits, a row or some at a time: proofs, bounds, references and levels."""
+"""Storing results other than orbits: proofs, bounds, references and levels."""
 
 from collections.abc import Sequence
 from dataclasses import asdict

@@ -1,4 +1,4 @@
-"""Storing the sums of a sweep, block by block, and adding them up when all are there."""
+"""Storing the sums of a sweep, block by block, and their totals at the end."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -10,11 +10,11 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
 from orbitdb.store.file.database import plain_errors
 from orbitdb.store.file.engines import reading_engine, writing_engine
 from orbitdb.store.file.tables import run, stadium
-from orbitdb.version import __version__
 
 
 class Writer:

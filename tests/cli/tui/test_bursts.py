@@ -57,27 +57,25 @@ def lives(child):
     assert (session.code, "Traceback" in session.text) == (143, False), session.text
 
 
-@pytest.mark.parametrize(
-    "dialogs", [DIALOGS[:1], pytest.param(DIALOGS[1:], marks=pytest.mark.slow)], ids=["sort", "others"]
-)
-def test_no_dialog_minds_two_keys_at_once(browse, dialogs):
+@pytest.mark.slow
+def test_no_dialog_minds_two_keys_at_once(browse):
     """Before it is there and when it is, twice enter and enter and escape by turns."""
     child = browse()
-    for number, dialog in enumerate(dialogs):
-        for soon in (True, False):
-            keys = "\r\r" if (number % 2 == 0) == soon else "\r\x1b"
-            child.send(dialog + (keys if soon else ""))
+    for number, dialog in enumerate(DIALOGS):
+        soon, keys = number % 2 == 0, ("\r\r", "\r\x1b")[number // 2 % 2]
+        child.send(dialog + (keys if soon else ""))
+        quiet(child, 0.1)
+        if not soon:
+            child.send(keys)
             quiet(child, 0.1)
-            if not soon:
-                child.send(keys)
-                quiet(child, 0.1)
-            for _ in range(3):
-                child.send("\x1b")
-                quiet(child, 0.05)
-            assert child.isalive(), (dialog, keys)
+        for _ in range(3):
+            child.send("\x1b")
+            quiet(child, 0.05)
+        assert child.isalive(), (dialog, keys)
     lives(child)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", fuzz_but([1], range(1, 9)))
 def test_forty_keys_at_once_do_no_harm(browse, seed):
     child = browse()
@@ -119,14 +117,9 @@ def test_a_failure_is_one_line_with_its_traceback_in_a_file(filled_once, tmp_pat
     assert "in <lambda>" in path.read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("how", "code"),
-    [
-        (signal.SIGTERM, 143),
-        ("closed", 129),
-        pytest.param(signal.SIGHUP, 129, marks=pytest.mark.slow),
-        pytest.param("stopped", 143, marks=pytest.mark.slow),
-    ],
+    ("how", "code"), [(signal.SIGTERM, 143), ("closed", 129), (signal.SIGHUP, 129), ("stopped", 143)]
 )
 def test_it_ends_at_once_whatever_it_is_at(browse, how, code):
     """Also where the terminal is gone, or takes nothing more of what is written."""

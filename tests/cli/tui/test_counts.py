@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from screens import TINY, drive, press, screen_lines, shown
 
+from orbitdb.catalogue.tallies import Histogram
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.statistics.bars import counts_in, lines_of
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.tallies import Histogram
 
 
 def test_bars_are_to_scale_and_little_is_seen():

@@ -8,6 +8,7 @@ from contextlib import closing
 import pytest
 from screens import ask, drive, press, settle, shown, until
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.kept import Kept, toggled
 from orbitdb.cli.tui.main_screen import MainScreen
@@ -19,7 +20,6 @@ from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.errors import InputError
 from orbitdb.orbits.births.lives import solve_word
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 
 
 def errors(app):

@@ -7,13 +7,13 @@ from types import SimpleNamespace
 import pytest
 from screens import ask, drive, press, send, settle, shown, table_of, until
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs import filling
 from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.filling import FillState, Wish
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.filling.estimate import need
-from orbitdb.store.reading.catalogue import Catalogue
 
 
 def cost(app):

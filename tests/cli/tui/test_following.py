@@ -6,25 +6,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from screens import LARGE, drive, press, screen_lines, settle, shown, table_of, until
+from screens import LARGE, drive, press, settle, shown, table_of, until
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
-from orbitdb.cli.tui.orbit.facts import FactsPanel
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.lives import bar, next_a, told
-from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
 from orbitdb.cli.tui.statistics import averages_screen as statistics
-from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.lives import counts_at, load_standings
-from orbitdb.store.reading.order import periods_without
+from orbitdb.store.reading.places import periods_without
 from orbitdb.symbols.words import least_rotation
 
 LIVES = [(0.386252501738, 0.473270308236), (0.605684335145, None)]
@@ -78,28 +75,6 @@ def test_the_bar_shows_lives_and_place():
     assert bar([(0.0, None)], 1e-4, 6) == "━━━━━━"
 
 
-@pytest.mark.slow
-def test_the_orbit_is_followed_until_it_dies(filled):
-    async def steps(app, pilot):
-        screen = app.screen
-        await press(pilot, "less_than_sign")
-        assert screen.orbit.a == pytest.approx(1.6 / 1.0202, rel=1e-4)
-        assert "exists" in shown(app)
-        assert "stadium, a = 1.56832" in shown(app)
-        screen.orbit = app.find("01552", 1.16)
-        await press(pilot, "less_than_sign")
-        assert screen.orbit.status == "orbit"
-        assert 0 < screen.orbit.margin < 1e-6
-        await press(pilot, "less_than_sign")
-        await settle(pilot)
-        assert screen.orbit.status == "dynamical"
-        assert screen.selection.a == 1.6
-        await press(pilot, "escape")
-        assert screen.orbit.a == 1.6
-
-    drive(filled, steps, (160, 48))
-
-
 def test_periods_of_which_no_births_are_stored_are_named(born):
     catalogue = Catalogue(born)
     for selection, without in ((Selection(), [2, 3, 4]), (Selection(periods=((5, 5),)), [])):
@@ -113,17 +88,6 @@ def test_periods_of_which_no_births_are_stored_are_named(born):
 def test_other_screens_and_the_way_in_a(born, monkeypatch):
     monkeypatch.setattr(statistics, "_BOUNCES", 1000)
     chosen = Selection(periods=((2, 5),), statuses=(Status.ORBIT,))
-
-    async def counting(app, pilot):
-        await press(pilot, "d")
-        assert isinstance(app.screen, CountsScreen)
-        lines = screen_lines(app)
-        assert f"orbit {app.catalogue.count(chosen)} █" in lines[3]
-        assert "length: length of one" in lines[1]
-        await press(pilot, "right_square_bracket")
-        assert app.screen.column == "status"
-        assert f"orbit {app.catalogue.count(chosen)} █" in screen_lines(app)[2][36:]
-        await press(pilot, "left_square_bracket", "left_square_bracket", "q")
 
     async def averaging(app, pilot):
         await press(pilot, "S")
@@ -139,19 +103,6 @@ def test_other_screens_and_the_way_in_a(born, monkeypatch):
         assert isinstance(app.screen, KeysDialog)
         assert "the other weight" in shown(app)
         await press(pilot, "q", "q")
-
-    async def looking(app, pilot):
-        await press(pilot, "enter")
-        assert isinstance(app.screen, WholeOrbitScreen)
-        panel = app.screen.query_one(FactsPanel)
-        assert "13 at a = 1.6" in shown(app)
-        await press(pilot, "G")
-        assert not app.animator.is_being_animated(panel, "scroll_y")
-        assert panel.scroll_offset.y == panel.max_scroll_y > 0
-        await press(pilot, "k", "v")
-        assert panel.scroll_offset.y == panel.max_scroll_y - 1
-        assert app.screen.query_one(OrbitDrawing).view is View.PHASE
-        await press(pilot, "space", "v", "v", "escape")
 
     async def following(app, pilot):
         main, table = app.screen, table_of(app)
@@ -171,7 +122,7 @@ def test_other_screens_and_the_way_in_a(born, monkeypatch):
         assert main.orbit.a == main.here == 1.6
 
     async def steps(app, pilot):
-        for visit in (counting, averaging, looking, following):
+        for visit in (averaging, following):
             await visit(app, pilot)
             assert isinstance(app.screen, MainScreen)
             assert app.screen.has_class("-tall", "-narrow")

@@ -5,17 +5,15 @@ import json
 import pytest
 from screens import ask, drive, press, screen_lines, shown, table_of
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.kept import Kept, State, among_marked, criteria_of, selection_of, toggled
-from orbitdb.cli.tui.table import jumping
 from orbitdb.cli.tui.table.columns import COLUMNS, EVERY, USUAL
-from orbitdb.cli.tui.table.paged_table import _fitting
 from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 
 
 def heading(app):
@@ -50,42 +48,6 @@ def test_columns_are_chosen_moved_and_kept_and_the_sorted_one_is_always_seen(fil
     drive(filled_once, choose, state=state)
     drive(filled_once, see, state=state)
     assert json.loads(state.read_text())["columns"] == list(USUAL)
-
-
-def test_columns_that_fit_are_the_first_ones():
-    for room in range(sum(column.width + 1 for column in COLUMNS) + 2):
-        shown = _fitting(COLUMNS, room)
-        assert shown == list(COLUMNS[: len(shown)])
-        assert sum(column.width + 1 for column in shown) <= room
-        assert shown == list(COLUMNS) or sum(each.width + 1 for each in COLUMNS[: len(shown) + 1]) > room
-
-
-@pytest.mark.slow
-def test_digits_lead_to_a_period_or_a_code(filled_once, monkeypatch):
-    monkeypatch.setattr(jumping, "PAUSE", float("inf"))
-
-    async def steps(app, pilot):
-        def row():
-            return table_of(app).row[0]
-
-        await press(pilot, "j", "8")
-        words = [code for (code,) in app.catalogue.rows(Selection(), ("code",))]
-        assert row() == next(word for word in words if len(word) == 8)
-        assert f"period 8 │ {table_of(app).cursor + 1:,} of" in shown(app)
-        await press(pilot, "backspace")
-        assert table_of(app).cursor == 1
-        await press(pilot, "1", "2")
-        assert row() == next(word for word in words if word.startswith("12"))  # there is no period 12
-        await press(pilot, "9")
-        assert "no code 129" in shown(app)
-        await press(pilot, "backspace", "3", "2", "1", "3", "1")
-        assert row() == "1123213"  # 1232131, in the rotation that rows are named by
-        await press(pilot, "escape")
-        assert table_of(app).cursor == 1
-        await press(pilot, "0", "j", "3")
-        assert len(row()) == 3  # the cursor had moved on
-
-    drive(filled_once, steps)
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from questions import CRITERIA, EDGES, KEYS, NAMES, catalogue_to_ask, expected
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.table.jumping import place_of
 from orbitdb.cli.tui.table.source import Ordering, Pages, head_of
 from orbitdb.errors import StoreError
@@ -21,7 +22,6 @@ from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.engines import driver
 from orbitdb.store.file.tables import certificate, cycle
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.store.reading.lives import load_standings
 from orbitdb.store.reading.lookup import certificate_of
 from orbitdb.store.writing.writer import Writer

@@ -9,7 +9,6 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.orbit.braille import DOTS_X, DOTS_Y, Frame, Layer, Mark, draw, polyline
 from orbitdb.cli.tui.orbit.pictures import (
     Curve,
-    _padded,
     along,
     draw_curves,
     draw_orbit,
@@ -177,8 +176,3 @@ def test_a_curve_of_one_period_begins_at_the_axis():
     picture = draw_curves([Curve("one", "K_0", np.array([5.0]), np.array([1.0]), "×")], 60, 12)
     assert np.argwhere(picture.text[:-1] == "×")[:, 1].tolist() == [7]
     assert "".join(picture.text[-2]).split() == ["5", "6"]
-
-
-def test_frames_are_a_little_larger_than_their_curves():
-    assert _padded(0.0, 2.0) == pytest.approx((-0.1, 2.1))
-    assert _padded(1.0, 1.0) == (0.5, 1.5)

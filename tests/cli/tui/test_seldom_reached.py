@@ -6,6 +6,7 @@ import pytest
 from screens import ask, drive, press, settle, shown, table_of
 from textual.widgets import OptionList
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.pictures import phase_points
@@ -15,7 +16,6 @@ from orbitdb.cli.tui.table.jumping import place_of
 from orbitdb.cli.tui.table.source import Pages, head_of
 from orbitdb.orbits.births.lives import solve_word
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 
 
 def test_digits_that_repeat_a_shorter_word_lead_nowhere_by_themselves(varied):
@@ -29,11 +29,9 @@ def test_a_word_without_an_orbit_has_no_bounces_to_draw():
 
 
 @pytest.mark.slow
-def test_ways_that_are_seldom_taken(filled, monkeypatch):
-    monkeypatch.setattr(jumping, "PAUSE", float("inf"))
-
+def test_codes_and_particles_that_begin_anew(filled):
     async def steps(app, pilot):
-        main, table = app.screen, table_of(app)
+        main = app.screen
         # a code that repeats a shorter word
         await ask(pilot, "c", "1313")
         assert main.orbit.code == "13"
@@ -43,6 +41,16 @@ def test_ways_that_are_seldom_taken(filled, monkeypatch):
         drawing.particle = 3.0
         await press(pilot, "j")
         assert drawing.particle == 0.0
+
+    drive(filled, steps)
+
+
+@pytest.mark.slow
+def test_digits_that_are_typed_while_rows_are_read(filled, monkeypatch):
+    monkeypatch.setattr(jumping, "PAUSE", float("inf"))
+
+    async def steps(app, pilot):
+        main, table = app.screen, table_of(app)
         # digits that are typed while the rows are still read lead on when they have been
         await press(pilot, "g")
         pages = table.source
@@ -58,6 +66,15 @@ def test_ways_that_are_seldom_taken(filled, monkeypatch):
         await press(pilot, "j")
         main.show_rows(pages, table.cursor)
         assert (table.cursor, main.rows.jumping.note) == (1, "")
+
+    drive(filled, steps)
+
+
+@pytest.mark.slow
+def test_the_mouse_beside_the_rows_and_windows_too_small_for_a_picture(filled):
+    async def steps(app, pilot):
+        main, table = app.screen, table_of(app)
+        drawing = main.query_one(OrbitDrawing)
         # the frame around the rows is none of them
         row, ordering = table.cursor, main.ordering
         around = table.outer_size
@@ -74,6 +91,13 @@ def test_ways_that_are_seldom_taken(filled, monkeypatch):
         await settle(pilot)
         assert any(drawing.render_line(y).text.strip() for y in range(drawing.size.height))
         assert drawing.render_line(drawing.size.height).text.strip() == ""
+
+    drive(filled, steps)
+
+
+@pytest.mark.slow
+def test_dialogs_and_counts_by_keys_and_mouse(filled):
+    async def steps(app, pilot):
         # the counts scroll in a window of few lines
         await press(pilot, "d")
         assert isinstance(app.screen, CountsScreen)
@@ -101,6 +125,14 @@ def test_ways_that_are_seldom_taken(filled, monkeypatch):
         await settle(pilot)
         assert "[x] element" in shown(app)
         await press(pilot, "escape")
+
+    drive(filled, steps)
+
+
+@pytest.mark.slow
+def test_where_nothing_is_chosen_nothing_is_marked_or_followed(filled):
+    async def steps(app, pilot):
+        main, table = app.screen, table_of(app)
         # nothing is chosen, so that there is nothing to mark or to follow
         main.selection = Selection(where="p < 0")
         await settle(pilot)

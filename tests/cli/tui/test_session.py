@@ -2,12 +2,14 @@
 
 import os
 import re
+import shutil
 
 import pytest
 from screens import drive, press, screen_lines, settle, shown, table_of
 from textual import events
 from textual.widgets import Input
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs.basic import LineDialog, QuestionDialog
@@ -17,8 +19,8 @@ from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, folded, lines_of
 from orbitdb.cli.tui.table import jumping, source
-from orbitdb.cli.tui.table.columns import USUAL, Column
-from orbitdb.cli.tui.table.paged_table import PagedTable, _fitting
+from orbitdb.cli.tui.table.columns import USUAL
+from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.filling.single_word import fill_word
@@ -26,7 +28,6 @@ from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
 
@@ -54,9 +55,8 @@ def test_choices_go_round():
         seen.append(chosen.statuses)
     assert seen == [(Status.ORBIT,), (Status.DYNAMICAL,), (Status.BOUNDARY,), (Status.GEOMETRIC,),
                     (Status.UNRESOLVED,), ()]  # fmt: skip
-    assert choices.next_status(Selection(statuses=(Status.ORBIT, Status.BOUNDARY))).statuses == (
-        Status.ORBIT,
-    )
+    several = Selection(statuses=(Status.ORBIT, Status.BOUNDARY))
+    assert choices.next_status(several).statuses == (Status.ORBIT,)
     for reversal in ("self", "pair", None):
         chosen = choices.next_reversal(chosen)
         assert chosen.time_reversal == reversal
@@ -111,22 +111,11 @@ def test_columns_are_told_with_their_headings():
 def test_every_key_of_a_screen_is_told_in_its_group():
     groups = groups_of([PagedTable.KEYS, MainScreen.KEYS, BrowseApp.KEYS])
     told = {title: dict(lines) for title, lines in groups}
-    assert list(told) == [
-        "moving", "its symmetry class", "looking", "choosing", "keeping", "orbitdb"
-    ]  # fmt: skip
+    assert list(told) == ["moving", "its symmetry class", "looking", "choosing", "keeping", "orbitdb"]
     assert told["moving"]["j ↓"] == "next row"
     assert told["moving"]["0 .. 9"] == "go to a period or code"
     assert told["orbitdb"]["?"] == "these keys"
     assert [names.split()[0] for names in told["looking"]][3:5] == ["<", ">"]
-
-
-def test_columns_are_shown_up_to_the_first_that_has_no_room():
-    wide, wider, narrow = (
-        Column(name, name, width, False, "") for name, width in (("a", 5), ("b", 20), ("c", 2))
-    )
-    assert _fitting([wide, narrow], 9) == [wide, narrow]
-    assert _fitting([wide, narrow], 8) == [wide]
-    assert _fitting([wide, wider, narrow], 10) == [wide]
 
 
 def test_blocks_of_rows_that_are_no_longer_kept_are_read_again(filled_once):
@@ -160,9 +149,16 @@ def test_long_codes_and_orbits_are_told_in_short():
     ]  # fmt: skip
 
 
+@pytest.fixture
+def path(varied, tmp_path, monkeypatch):
+    """The varied catalogue, the test's own; digits that are typed lead on until they are taken back."""
+    monkeypatch.setattr(jumping, "PAUSE", float("inf"))
+    return shutil.copy(varied, tmp_path / "orbits.db")
+
+
 @pytest.mark.slow
-def test_keys_of_the_main_screen(varied, tmp_path, monkeypatch):
-    async def choosing(app, pilot):
+def test_statuses_reversals_and_periods_are_chosen_by_keys(path):
+    async def steps(app, pilot):
         main, table = app.screen, table_of(app)
         await hurry(pilot, "o", "r", "left_square_bracket")
         chosen = Selection(periods=((6, 6),), statuses=(Status.ORBIT,), time_reversal="self")
@@ -173,7 +169,12 @@ def test_keys_of_the_main_screen(varied, tmp_path, monkeypatch):
         assert main.sub_title == Selection().describe()
         assert main.rows.report == f"{len(table.source):,} of {app.catalogue.count(Selection()):,} sequences"
 
-    async def sorting(app, pilot):
+    drive(path, steps)
+
+
+@pytest.mark.slow
+def test_rows_are_sorted_by_key_and_by_heading(path):
+    async def steps(app, pilot):
         main, table = app.screen, table_of(app)
         await press(pilot, "s")
         await press(pilot, "j", "j", "k", "enter")  # from p on to length
@@ -188,7 +189,12 @@ def test_keys_of_the_main_screen(varied, tmp_path, monkeypatch):
         await click(pilot, 3, 6)
         assert main.orbit.code == table.source.row(5)[0]
 
-    async def moving(app, pilot):
+    drive(path, steps)
+
+
+@pytest.mark.slow
+def test_the_cursor_and_the_orbit_move_by_keys(path):
+    async def steps(app, pilot):
         main, table = app.screen, table_of(app)
         words = [code for (code,) in app.catalogue.rows(Selection(), ("code",))]
         await hurry(pilot, "g", "j", "j", "down", "k", "pagedown", "pageup", "k", "up", "up")
@@ -226,21 +232,12 @@ def test_keys_of_the_main_screen(varied, tmp_path, monkeypatch):
         await press(pilot, "space")
         assert main.query_one(OrbitDrawing).particle is None
 
-    async def marking(app, pilot):
-        main, table = app.screen, table_of(app)
-        await press(pilot, "apostrophe")
-        assert main.selection == Selection()  # no orbit is marked yet
-        main.orbit = app.find("301", 1.6)
-        await press(pilot, "asterisk", "escape", "asterisk")
-        assert main.marked == {"013", table.row[0]}
-        await press(pilot, "apostrophe")
-        assert [table.source.row(place)[0] for place in range(len(table.source))] == [table.row[0], "013"]
-        await press(pilot, "asterisk")
-        assert [table.source.row(place)[0] for place in range(len(table.source))] == ["013"]
-        await press(pilot, "apostrophe")
-        assert main.selection == Selection()
+    drive(path, steps)
 
-    async def columns(app, pilot):
+
+@pytest.mark.slow
+def test_columns_have_room_or_are_not_there(path):
+    async def steps(app, pilot):
         main, table = app.screen, table_of(app)
         await hurry(pilot, "l", "l", "h")
         assert table.first_column == 2
@@ -268,7 +265,28 @@ def test_keys_of_the_main_screen(varied, tmp_path, monkeypatch):
         assert names == ["code", *USUAL[2:], "element"]
         assert table.first_column == 1
 
-    async def refusing(app, pilot):
+    drive(path, steps)
+
+
+@pytest.mark.slow
+def test_lines_that_were_typed_come_back(path):
+    async def steps(app, pilot):
+        app.push_screen(LineDialog("a line", "new", others=["old", "new", "later"]))
+        await pilot.pause()
+        line, seen = app.screen.query_one(Input), []
+        for step in (1, 1, 1, -1, -1, -1):
+            app.screen.action_older(step)
+            seen.append((line.value, line.cursor_position))
+        lines = ["later", "old", "old", "later", "new", "new"]
+        assert seen == [(text, len(text)) for text in lines]
+        await press(pilot, "escape")
+
+    drive(path, steps)
+
+
+@pytest.mark.slow
+def test_what_the_screen_does_not_do_is_told(path, monkeypatch):
+    async def steps(app, pilot):
         titles = [command.title for command in app.get_system_commands(app.screen)]
         actions = {binding.description for binding in MainScreen.BINDINGS if binding.description}
         assert {text[:1].upper() + text[1:] for text in actions} | {"Quit", "Theme"} <= set(titles)
@@ -286,32 +304,14 @@ def test_keys_of_the_main_screen(varied, tmp_path, monkeypatch):
         assert app.fill_state.state == "running"
         assert isinstance(app.screen, MainScreen)
 
-    async def remembering(app, pilot):
-        app.push_screen(LineDialog("a line", "new", others=["old", "new", "later"]))
-        await pilot.pause()
-        line, seen = app.screen.query_one(Input), []
-        for step in (1, 1, 1, -1, -1, -1):
-            app.screen.action_older(step)
-            seen.append((line.value, line.cursor_position))
-        lines = ["later", "old", "old", "later", "new", "new"]
-        assert seen == [(text, len(text)) for text in lines]
-        await press(pilot, "escape")
+    drive(path, steps)
 
-    monkeypatch.setattr(jumping, "PAUSE", float("inf"))
-    path = tmp_path / "orbits.db"
-    path.write_bytes(varied.read_bytes())
 
+@pytest.mark.slow
+def test_a_look_at_the_file_shows_what_was_stored_meanwhile(path):
     async def steps(app, pilot):
-        await choosing(app, pilot)
-        await sorting(app, pilot)
-        await moving(app, pilot)
-        await marking(app, pilot)
-        await columns(app, pilot)
-        await remembering(app, pilot)
-        await refusing(app, pilot)
         table, before = table_of(app), len(table_of(app).source)
         fill_word(path, "1" * 29 + "3", 1.6)
-        app.fill_state = None
         await press(pilot, "ctrl+r")
         assert len(table.source) == app.catalogue.count(Selection()) > before
 

@@ -4,6 +4,7 @@ import pytest
 from screens import drive, press, screen_lines, shown
 
 from orbitdb.cli.tui.statistics import averages_screen as statistics
+from orbitdb.numerals import with_error
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.writing.records import add_reference
 from orbitdb.store.writing.writer import Writer
@@ -24,7 +25,9 @@ def test_more_trajectories_replace_a_value_only_if_they_are_better(filled, monke
     async def steps(app, pilot):
         await press(pilot, "S")
         assert app.screen.reference == kept
-        assert f"trajectories: {statistics._described(kept)}; stored" in shown(app)
+        told = " ".join(shown(app).split())
+        assert f"λ_d {with_error(kept.lambda_d, error).replace('+-', '±')}" in told
+        assert "; stored" in told
         app.screen.take_reference(kept, 0.25, stored=False)
         await pilot.pause()
         assert "following more: 25%" in shown(app)

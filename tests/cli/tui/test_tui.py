@@ -1,6 +1,5 @@
 """The terminal UI, driven by keys and mouse against a filled catalogue, at two sizes."""
 
-import csv
 import json
 import os
 import re
@@ -12,27 +11,25 @@ import pytest
 from screens import LARGE, SMALL, ask, drive, press, screenshot, send, settle, shown, table_of, until
 from textual import events
 
-from orbitdb.averages.by_period import entropy, lyapunov
+from orbitdb.averages.by_period import entropy
+from orbitdb.averages.period_sums import lyapunov
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
-from orbitdb.cli.tui.dialogs.basic import LineDialog, QuestionDialog
+from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.filling import parse_wish
-from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, Plot, View
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.orbit.facts import FactsPanel
-from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
-from orbitdb.cli.tui.table.paged_table import PagedTable
-from orbitdb.cli.tui.table.source import Ordering, Pages
+from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.errors import InputError
 from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 from orbitdb.symbols.symmetry import REVERSE, images_of
-from orbitdb.symbols.words import least_rotation, parse
+from orbitdb.symbols.words import parse
 from orbitdb.trajectories.ensemble import simulate
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
@@ -57,126 +54,6 @@ def filled(tmp_path_factory):
 
 
 @pytest.mark.slow
-@both_sizes
-def test_it_opens_with_the_first_orbit(filled, size):
-    async def steps(app, pilot):
-        table = table_of(app)
-        assert isinstance(table.source, Pages)
-        assert len(table.source) == app.catalogue.count(Selection())
-        assert app.screen.orbit.code == "13"
-        assert app.screen.sub_title == Selection().describe()
-        text = shown(app)
-        assert "an unstable" in text
-        assert "10.4000000" in text
-        assert "1 of 1,101" in text
-        assert "◆" in text
-
-    drive(filled, steps, size)
-
-
-@both_sizes
-def test_moving_through_the_table(filled, size):
-    async def steps(app, pilot):
-        table = table_of(app)
-        words = [code for (code,) in app.catalogue.rows(Selection(), ("code",))]
-        await press(pilot, "j", "j", "down", "k")
-        assert table.cursor == 2
-        assert app.screen.orbit.code == words[2]
-        await press(pilot, "pagedown")
-        assert table.cursor > 10
-        await press(pilot, "pageup", "G")
-        assert app.screen.orbit.code == words[-1]
-        assert words[-1] in shown(app)
-        await press(pilot, "k", "up")
-        assert app.screen.orbit.code == words[-3]
-        await press(pilot, "g")
-        assert table.cursor == 0
-        await press(pilot, "l", "l", "h")
-        assert table.first_column == 2
-        await pilot.click(PagedTable, offset=(3, 6))
-        await settle(pilot)
-        assert app.screen.orbit.code == words[5]
-
-    drive(filled, steps, size)
-
-
-@pytest.mark.slow
-def test_choices_of_one_session(filled):
-    """Sorting by key and by heading, quick choices, codes in any rotation, and moving in a class."""
-
-    async def sorting(app, pilot):
-        table = table_of(app)
-        await press(pilot, *"jjjjjjj")
-        word = table.row[0]
-        await press(pilot, "R")
-        assert table.row[0] == word
-        assert table.cursor > 1000
-        assert "p▼" in shown(app)
-        await press(pilot, "R", "s", "j", "enter")
-        first = [code for (code,) in app.catalogue.rows(Selection(), ("code",), "length", 3)]
-        assert [table.source.row(place)[0] for place in range(3)] == first
-        assert "length▲" in shown(app)
-        await press(pilot, "R", "g")
-        longest = next(app.catalogue.rows(Selection(), ("code",), "length desc", 1))[0]
-        assert app.screen.orbit.code == longest
-        assert "length▼" in shown(app)
-        await pilot.click(PagedTable, offset=(0, 0))
-        await settle(pilot)
-        assert app.screen.ordering.column == "code"
-
-    async def moving(app, pilot):
-        await ask(pilot, "c", "3112321")
-        assert app.screen.orbit.code == "3112321"
-        assert table_of(app).row[0] == least_rotation("3112321")
-        await press(pilot, "escape")
-        assert app.screen.orbit.code == least_rotation("3112321")
-        await press(pilot, "j")
-        assert least_rotation(app.screen.orbit.code) != least_rotation("3112321")
-        await ask(pilot, "c", "0132")
-        length = app.screen.orbit.length
-        seen = {least_rotation(app.screen.orbit.code)}
-        for key in ("T", "X", "T", "Y", "T", "X", "T"):
-            await press(pilot, key)
-            assert app.screen.orbit.length == pytest.approx(length, rel=1e-12)
-            assert table_of(app).row[0] == least_rotation(app.screen.orbit.code)
-            seen.add(table_of(app).row[0])
-        assert len(seen) == app.screen.orbit.class_size == 4
-        await ask(pilot, "c", "129")
-        assert isinstance(app.screen, LineDialog)
-        assert "symbol '9'" in str(app.screen.query_one(".complaint").render())
-        await press(pilot, "escape")
-
-    async def choosing(app, pilot):
-        screen = app.screen
-        await press(pilot, "o")
-        assert screen.selection.statuses == (Status.ORBIT,)
-        assert len(table_of(app).source) == 685
-        await press(pilot, "r")
-        assert len(table_of(app).source) == app.catalogue.count(
-            Selection(statuses=(Status.ORBIT,), time_reversal="self")
-        )
-        await press(pilot, "right_square_bracket", "right_square_bracket")
-        assert screen.selection.periods == ((3, 3),)
-        assert "that retrace their path" in screen.sub_title
-        await press(pilot, "f")
-        assert app.screen.query_one("#periods").value == "2-8"  # 3 is filled; what follows the last is not
-        await press(pilot, "escape")
-        await press(pilot, "left_square_bracket", "left_square_bracket")
-        assert screen.selection.periods == ()
-        await press(pilot, "a", "up", "enter")
-        assert screen.selection.a == 1.0
-        assert screen.orbit.a == 1.0
-        assert "a = 1 " in shown(app)
-
-    async def steps(app, pilot):
-        await sorting(app, pilot)
-        await moving(app, pilot)
-        await choosing(app, pilot)
-
-    drive(filled, steps)
-
-
-@pytest.mark.slow
 def test_keys_that_come_faster_than_the_screen_are_not_lost(filled):
     async def steps(app, pilot):
         for key in "jjjjmjjm":
@@ -186,16 +63,6 @@ def test_keys_that_come_faster_than_the_screen_are_not_lost(filled):
         assert [orbit.code for orbit in app.screen.compared] == [words[4], words[6]]
 
     drive(filled, steps)
-
-
-@pytest.mark.slow
-def test_an_empty_subset_shows_nothing(filled):
-    async def steps(app, pilot):
-        assert app.screen.orbit is None
-        assert "none" in shown(app)
-        await press(pilot, "j", "T", "y", "m", "v", "space", "space")
-
-    drive(filled, steps, selection=Selection(where="length < 0"))
 
 
 @pytest.mark.slow
@@ -241,16 +108,6 @@ def test_a_word_that_is_being_solved_is_said_to_be(filled, monkeypatch):
         assert app.screen.orbit.p == 101
 
     drive(filled, steps, LARGE)
-
-
-@pytest.mark.slow
-def test_it_opens_at_a_code_and_with_a_filter(filled):
-    async def steps(app, pilot):
-        assert app.screen.orbit.code == "1232131"
-        assert table_of(app).row[0] == least_rotation("1232131")
-
-    drive(filled, steps, code="1232131")
-    drive(filled, steps, code="1232131", selection=Selection(periods=((7, 7),), where="lambda_c < 0.5"))
 
 
 @pytest.mark.slow
@@ -328,28 +185,6 @@ def test_a_particle_runs_and_phase_space_compares(filled, size):
     drive(filled, steps, size)
 
 
-@pytest.mark.slow
-@both_sizes
-def test_statistics_are_those_of_the_averages(filled, size):
-    async def steps(app, pilot):
-        await press(pilot, "S")
-        screen = app.screen
-        assert isinstance(screen, StatisticsScreen)
-        found = screen.found
-        assert found["N_c"] == [1, 8, 32, 80, 188, 376]
-        assert found["N"] == [2, 24, 130, 400, 1154, 2632]
-        assert all(plot.curves for plot in screen.query(Plot))
-        error = abs(screen.reference.lambda_d - 0.887)
-        assert error < 5 * screen.reference.lambda_d_error + 0.001
-        assert "2632" in shown(app)
-        await press(pilot, "w")
-        assert screen.found["lambda_d"][-1] != found["lambda_d"][-1]
-        await press(pilot, "j", "l", "h", "k", "escape")
-        assert isinstance(app.screen, MainScreen)
-
-    drive(filled, steps, size)
-
-
 def test_statistics_of_chosen_words_count_those_words_alone(filled):
     from orbitdb.averages.fixed_points import ClassRows
     from orbitdb.cli.tui.statistics.averages import curves_of, statistics, table_of
@@ -375,8 +210,8 @@ def test_statistics_of_chosen_words_count_those_words_alone(filled):
 
 
 def test_statistics_of_all_orbits_have_sum_rules_with_a_band(filled):
+    from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
     from orbitdb.cli.tui.statistics.averages import COLUMNS, curves_of, statistics, table_of
-    from orbitdb.store.reading.whole_periods import read_whole, sum_rules_of
 
     catalogue = Catalogue(filled)
     found = statistics(catalogue, Selection())
@@ -461,27 +296,6 @@ def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
     assert [counts[p] for p in range(2, 8)] == [1, 8, 32, 80, 188, 376]
 
 
-@pytest.mark.slow
-def test_quitting_while_a_fill_runs_asks_and_keeps_what_is_stored(tmp_path):
-    path = tmp_path / "new.db"
-
-    async def steps(app, pilot):
-        await pilot.press("f")
-        app.screen.query_one("#periods").value = "2-13"
-        await send(app, "enter", FillDialog)
-        await until(lambda: app.fill_state is not None)
-        await send(app, "escape", MainScreen)
-        await send(app, "q", QuestionDialog)
-        assert app.fill_state.runs
-        app.post_message(events.Key("y", "y"))
-        await until(lambda: app._exit)
-
-    drive(path, steps)
-    for _ in fill_periods(path, 1.6, range(2, 6)):
-        pass
-    assert [fill.n_c for fill in Catalogue(path).fills(1.6)][:4] == [1, 8, 32, 80]
-
-
 @pytest.mark.parametrize(
     ("texts", "complaint"),
     [
@@ -496,41 +310,6 @@ def test_quitting_while_a_fill_runs_asks_and_keeps_what_is_stored(tmp_path):
 def test_what_cannot_be_filled_is_refused(texts, complaint):
     with pytest.raises(InputError, match=complaint):
         parse_wish(*texts)
-
-
-@pytest.mark.slow
-def test_a_read_only_file_can_be_read_and_not_filled(filled, tmp_path, monkeypatch):
-    path = tmp_path / "frozen.db"
-    path.write_bytes(filled.read_bytes())
-    monkeypatch.setattr(os, "access", lambda *_: False)
-
-    async def steps(app, pilot):
-        assert len(table_of(app).source) == 1101
-        await press(pilot, "f")
-        assert isinstance(app.screen, MainScreen)
-        assert any("read-only" in note.message for note in app._notifications)
-
-    drive(path, steps)
-
-
-@pytest.mark.slow
-def test_copy_and_export(filled, tmp_path):
-    async def steps(app, pilot):
-        await ask(pilot, "c", "1232131")
-        await press(pilot, "y")
-        assert app.clipboard == "1232131"
-        await ask(pilot, "e", str(tmp_path / "rows.csv"))
-        await ask(pilot, "e", str(tmp_path / "orbit.svg"))
-        await ask(pilot, "e", "orbit.gif")
-        assert isinstance(app.screen, LineDialog)
-
-    chosen = Selection(statuses=(Status.ORBIT,), periods=((2, 4),))
-    drive(filled, steps, selection=chosen)
-    with (tmp_path / "rows.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert [(row["code"],) for row in rows] == list(Catalogue(filled).rows(chosen, ("code",)))
-    assert float(rows[0]["length"]) == 10.4
-    assert "<polygon" in (tmp_path / "orbit.svg").read_text()
 
 
 @pytest.mark.parametrize(
@@ -576,27 +355,6 @@ def test_every_kind_of_export(filled, tmp_path, name):
 
 
 @pytest.mark.slow
-def test_help_palette_and_themes(filled):
-    async def steps(app, pilot):
-        await press(pilot, "question_mark")
-        assert isinstance(app.screen, KeysDialog)
-        await press(pilot, "end")
-        assert "length_error            bound on the error of length (radius)" in shown(app)
-        await press(pilot, "escape")
-        titles = [command.title for command in app.get_system_commands(app.screen)]
-        assert len(titles) == len(set(titles))
-        actions = {b.description for b in MainScreen.BINDINGS if b.description}
-        assert {text[:1].upper() + text[1:] for text in actions} <= set(titles)
-        await press(pilot, "ctrl+p", *"time", "enter")
-        assert isinstance(app.screen, MainScreen)
-        app.theme = "textual-light"
-        await pilot.pause()
-        assert "◆" in shown(app)
-
-    drive(filled, steps)
-
-
-@pytest.mark.slow
 def test_without_colours_everything_is_told_by_its_shape(filled, monkeypatch):
     monkeypatch.setenv("NO_COLOR", "1")
 
@@ -629,25 +387,6 @@ def test_the_panels_fold(filled):
 
 
 @pytest.mark.slow
-def test_it_works_beside_a_process_that_fills(tmp_path):
-    path = tmp_path / "shared.db"
-    Catalogue.create(path)
-    steps_of_fill = fill_periods(path, 1.6, range(2, 8))
-    for step in steps_of_fill:
-        if step.p == 4:
-            break
-
-    async def steps(app, pilot):
-        assert len(table_of(app).source) == 41
-        for _ in steps_of_fill:
-            pass
-        await press(pilot, "o", "j", "G")
-        assert app.screen.orbit is not None
-
-    drive(path, steps)
-
-
-@pytest.mark.slow
 def test_a_partial_period_is_said_to_be_one_and_a_look_shows_how_it_goes_on(filled, tmp_path, begin_fill):
     path = tmp_path / "shared.db"
     path.write_bytes(filled.read_bytes())
@@ -677,19 +416,6 @@ def test_a_partial_period_is_said_to_be_one_and_a_look_shows_how_it_goes_on(fill
         assert "partial" not in shown(app)
 
     drive(path, steps, LARGE)
-
-
-@pytest.mark.slow
-def test_statistics_of_a_part_alone_say_that_there_are_none(tmp_path, begin_fill):
-    path = tmp_path / "partial.db"
-    Catalogue.create(path)
-    begin_fill(path, 8).close()
-
-    async def steps(app, pilot):
-        await press(pilot, "S")
-        assert "period 8 at a = 1.6 is partial" in shown(app)
-
-    drive(path, steps)
 
 
 def normalised(svg):

@@ -9,13 +9,10 @@ import subprocess
 import sys
 
 import pytest
-import typer
 from processes import COMMAND
 
-from orbitdb.cli.app import program
-from orbitdb.cli.commands.browse import _typed_again
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.catalogue import Catalogue
 
 _ESCAPE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|[@-_])")
 
@@ -100,17 +97,6 @@ def test_what_cannot_be_served_is_told_in_one_line(cli, filled_once, monkeypatch
     assert result.code == 1
     assert "pip install 'orbitdb[web]'" in result.err
     assert result.err.count("\n") == 1
-
-
-def test_what_is_served_is_what_was_typed():
-    """But where it is served, and the catalogue, which is named by its whole path."""
-    command = typer.main.get_command(program()).commands["browse"]
-    typed = ["--code=13", "--a=1.6", "--p=9", "--where=p < :top", "-Ptop=5"]
-    with command.make_context("browse", ["--web", "--port", "0", "--db", "x.db", *typed]) as context:
-        again = _typed_again(context)
-    with command.make_context("browse", ["--web", "--port", "0", "--db", "x.db", *again]) as other:
-        assert other.params == context.params
-    assert sorted(again) == sorted(typed)
 
 
 def test_a_port_without_web_is_refused(cli):

@@ -1,4 +1,4 @@
-"""The counts of the paper's Table 1 at any a: from a fill where there is one, a sweep, or from births."""
+"""The counts of the paper's Table 1 at any a: from a fill, a sweep, or births."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,9 +8,10 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.catalogue.gaps import written_periods
 from orbitdb.numerals import exact
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.fills import Fill, written_periods
+from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lives import birth_fills, counts_at
 from orbitdb.store.reading.sweeps import sweeps
 

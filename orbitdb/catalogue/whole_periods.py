@@ -1,4 +1,4 @@
-"""The whole periods of a chosen subset: averages over orbits, which must miss none, are of these alone.
+"""The completely filled periods of a chosen subset: averages over orbits use only these.
 
 Sum rules need more: all orbits up to some period, and sums along them.
 """
@@ -18,18 +18,18 @@ from orbitdb.averages.period_sums import PeriodSums
 from orbitdb.averages.sum_rules import SumRules, sum_rules
 from orbitdb.averages.swept_sum_rules import EXACT, sum_rules_beyond
 from orbitdb.averages.tilt_moments import TiltMoments
+from orbitdb.catalogue.chosen_classes import ChosenClasses
+from orbitdb.catalogue.counted import Counted
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import why_not_swept
-from orbitdb.store.reading.chosen_classes import ChosenClasses
-from orbitdb.store.reading.counted import Counted
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.store.reading.sweeps import moments_of
 from orbitdb.symbols.automaton import admissible
 from orbitdb.symbols.words import keys_of_period, packed, unpack
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 _BLOCK = 1 << 15
 """Classes of which sums are found at a time."""
@@ -97,11 +97,11 @@ class WholePeriods:
 
     @property
     def missing(self) -> list[int]:
-        """The periods below the highest that are not there, without which a zeta function is not whole."""
+        """The missing periods below the highest; a zeta function needs them."""
         return missing_periods(self.highest, self.periods)
 
     def why_missing(self) -> str:
-        """Return the `missing` periods, and why they are not there (`why_missing`)."""
+        """Return the `missing` periods, and why they are missing (`why_missing`)."""
         return why_missing(self.missing, self.selection, unborn=self.unborn)
 
 

@@ -1,4 +1,4 @@
-"""A chosen subset as symmetry classes, for averages over orbits: no word and no coordinate is read."""
+"""A chosen subset as symmetry classes, for averages over orbits, without words and coordinates."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -13,7 +13,7 @@ from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.reading.soundness import unsound
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -1,4 +1,4 @@
-"""Tallies: how many rows of a subset have each value of some columns, or lie in each bin of one."""
+"""Tallies: how many rows of a subset have each value of some columns, or lie in each bin of a column."""
 
 import math
 from collections import Counter
@@ -14,7 +14,7 @@ from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 _FINEST = 1e-12
 """Least width of a bin, of the value: edges that are nearer are written alike."""

@@ -1,17 +1,15 @@
 """Catalogue: a database of periodic orbits, opened for reading."""
 
-import weakref
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, Unpack, overload
-
-import sqlalchemy as sa
+from typing import TYPE_CHECKING, Any, Unpack, overload
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_blocks import ColumnBlock
-from orbitdb.errors import InputError, StoreError
+from orbitdb.catalogue.counted import Counted, count
+from orbitdb.catalogue.gaps import describe_lacking, describe_unfilled
+from orbitdb.catalogue.opened import OpenedCatalogue
+from orbitdb.column_files import ColumnBlock
+from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.conditions import COLUMNS, asks_of_lives
 from orbitdb.store.asking.confinement import CancelledError, never
@@ -19,16 +17,12 @@ from orbitdb.store.asking.criteria import Criteria, choose, with_criteria
 from orbitdb.store.asking.parsing import unknown_column
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.sweepable import swept_text
-from orbitdb.store.file import tables
-from orbitdb.store.file.database import default_path, need_newest, plain_errors
-from orbitdb.store.file.engines import driver, reading_engine
-from orbitdb.store.file.migrate import migrate
+from orbitdb.store.file.engines import driver
 from orbitdb.store.reading import lives, question, records, row_blocks, sweeps
 from orbitdb.store.reading.chosen import Chosen
-from orbitdb.store.reading.counted import Counted, count
-from orbitdb.store.reading.fills import Fill, as_fill, describe_fills, describe_unfilled
+from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lives import BirthFill, Life
-from orbitdb.store.reading.lookup import a_filled, a_stored, find_word, meant
+from orbitdb.store.reading.lookup import a_filled, find_word
 from orbitdb.store.reading.records import Enclosure
 from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.enumeration import MAX_PERIOD
@@ -37,16 +31,12 @@ from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from orbitdb.catalogue.chosen_classes import ChosenClasses
+    from orbitdb.catalogue.identification import Candidate, Trajectory
+    from orbitdb.catalogue.results import Result
+    from orbitdb.catalogue.subset import Subset
     from orbitdb.quantum.spectrum import Spectrum
-    from orbitdb.store.reading.chosen_classes import ChosenClasses
-    from orbitdb.store.reading.identification import Candidate, Trajectory
-    from orbitdb.store.reading.results import Result
-    from orbitdb.store.reading.subset import Subset
-
-_SHOWN = 4
-"""Further values of a that are told at most."""
-
-_LONGEST, _MOST_POINTS, _MOST_K = 100, 100_000, 1000
+    from orbitdb.trajectories.ensemble import Reference
 
 _ALL = 2**63 - 1
 """SQLite's largest integer."""
@@ -54,16 +44,16 @@ _ALL = 2**63 - 1
 _SOLVED = tuple(status for status in Status if status is not Status.GEOMETRIC)
 
 
-class Catalogue:
+class Catalogue(OpenedCatalogue):
     """A database of the periodic orbits of stadium billiards.
 
     Parameters
     ----------
     path : path-like, optional
-        The file; by default ``ORBITDB_DB`` or a file in the user's data folder.
+        The file; by default that of ``ORBITDB_DB``, or one in your data folder.
     a : float, optional
-        The stadium that words and `select` are about, unless they name another; by default the only
-        one of which the catalogue has orbits, else 1.6.
+        The stadium of all questions that name none; by default the only one with orbits in the
+        catalogue, else 1.6.
 
     Raises
     ------
@@ -80,114 +70,12 @@ class Catalogue:
     >>> catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35))
     <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
 
-    It is closed behind a block, and opened again if something more is asked:
+    A ``with`` block closes it. The next question opens it again:
 
     >>> with Catalogue("orbits.db") as catalogue:
     ...     catalogue.count(p=7, status="orbit")
     376
     """
-
-    def __init__(self, path: Path | str | None = None, a: float | None = None) -> None:
-        self._a = None if a is None else Stadium(a).a
-        self.path = Path(path) if path is not None else default_path()
-        need_newest(self.path)
-        self._engine = reading_engine(self.path)
-        with plain_errors(self.path), self._engine.connect():
-            pass  # so that a file that is damaged or tampered with is refused now, and not in mid-use
-        self._engine.dispose()
-        weakref.finalize(self, self._engine.dispose)  # so that it may be dropped without `close`
-        self._moment: sa.Connection | None = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Close the file; it is opened again if something more is asked."""
-        self._engine.dispose()
-
-    @contextmanager
-    def reading(self) -> Iterator[sa.Connection]:
-        """Give a connection inside one read transaction: all it sees is of one moment."""
-        if self._moment is not None:
-            yield self._moment
-            return
-        with plain_errors(self.path), self._engine.begin() as connection:
-            yield connection
-
-    @contextmanager
-    def at_one_moment(self) -> Iterator[Self]:
-        """Give the catalogue as it is when it is first read: its numbers, from however many queries, agree.
-
-        What a fill stores meanwhile is seen behind the block.
-        """
-        with self.reading() as connection:
-            still = object.__new__(type(self))
-            still.__dict__.update(self.__dict__)  # not a copy, which would be opened anew
-            still._moment = connection
-            yield still
-
-    def __repr__(self) -> str:
-        try:
-            known = self._contents()
-        except StoreError as error:
-            known = str(error)
-        return f"<Catalogue {self.path.name}: {known}>"
-
-    def _contents(self) -> str:
-        """Say in one line what is filled, at its own a first."""
-        with self.at_one_moment() as still:
-            values = still.stadiums()
-            try:
-                own = [meant(values) if self._a is None else self._a]
-            except InputError:
-                own = []
-            others = [a for a in values if a not in own]
-            parts = [describe_fills(still.fills(a), a) for a in (*own, *others[:_SHOWN])]
-        return "; ".join(parts) + (f"; and at {len(others) - _SHOWN} more" if len(others) > _SHOWN else "")
-
-    def __reduce__(self) -> tuple[type["Catalogue"], tuple[Path, float | None]]:
-        """Pickle, and copy, the path and a: the file is opened anew where it is loaded."""
-        return type(self), (self.path.absolute(), self._a)
-
-    @classmethod
-    def create(cls, path: Path | str | None = None, a: float | None = None) -> "Catalogue":
-        """Open a catalogue, making it or bringing it to the newest schema first."""
-        path = Path(path) if path is not None else default_path()
-        migrate(path)
-        return cls(path, a)
-
-    @property
-    def a(self) -> float:
-        """The stadium that is meant where none is named; once it is asked for, it stays the same.
-
-        Raises
-        ------
-        InputError
-            If none was given, and the catalogue has orbits at several, but none at 1.6.
-        """
-        if self._a is None:
-            self._a = meant(self.stadiums())
-        return self._a
-
-    def stadiums(self) -> list[float]:
-        """Return the values of a at which there are orbits, be it of single words, or sums of them."""
-        with self.reading() as connection:
-            return a_stored(driver(connection))
-
-    def a_values(self) -> list[float]:
-        """Return the values of a that the catalogue knows, in order."""
-        with self.reading() as connection:
-            return list(connection.scalars(sa.select(tables.stadium.c.a).order_by(tables.stadium.c.a)))
-
-    def fills(self, a: float | None = None) -> list[Fill]:
-        """Return what is filled at one a, by default the catalogue's, by period."""
-        fill, at = tables.fill, self.a if a is None else a
-        query = sa.select(fill).join(tables.stadium).where(tables.stadium.c.a == at).order_by(fill.c.p)
-        with self.reading() as connection:
-            return [as_fill(row) for row in connection.execute(query)]
 
     def choose(
         self,
@@ -217,7 +105,7 @@ class Catalogue:
         offset: int = 0,
         cancelled: Callable[[], bool] = never,
     ) -> Iterator[ColumnBlock]:
-        """Yield rows of a chosen subset by columns, some at a time, as `rows` does one by one."""
+        """Yield what `rows` yields, but many rows at a time, by columns."""
         for name in columns:
             if name not in row_blocks.COLUMNS:
                 raise unknown_column(name, COLUMNS)
@@ -240,7 +128,7 @@ class Catalogue:
         cancelled: Callable[[], bool] = never,
         **criteria: Unpack[Criteria],
     ) -> Iterator[tuple[Any, ...]]:
-        """Yield rows of a chosen subset, one a symbol sequence.
+        """Yield rows of a chosen subset, one a word.
 
         Parameters
         ----------
@@ -249,12 +137,12 @@ class Catalogue:
         columns : sequence of str, optional
             Some of the columns of the view ``catalogue``.
         order : str, optional
-            Columns with commas between, each with ``desc`` behind it or ``-`` before it to fall. Of rows
-            that are equal in them the lower period, representative and element come first.
+            Columns separated by commas; ``desc`` after a name or ``-`` before it makes it fall. Among
+            equal rows the lower period, representative and element come first.
         limit, offset : int, optional
-            How many rows at most, and how many to pass over first.
+            Largest number of rows, and how many to skip first.
         cancelled : callable, optional
-            Asked now and then, while there is a free expression, whether to stop.
+            Called now and then while an SQL expression is at work; if it returns true, the query stops.
 
         Raises
         ------
@@ -267,10 +155,10 @@ class Catalogue:
 
     @with_criteria
     def partial(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> list[Fill]:
-        """Return those periods of a subset that are stored in part: a fill goes on, or was stopped.
+        """Return the periods of a subset that are stored only in part, as a fill goes on or was stopped.
 
-        The parameters are those of `select`. Rows of such periods are among those that `select`,
-        `classes`, `rows` and `count` give; read both in one block of `at_one_moment`.
+        The parameters are those of `select`. `select`, `classes`, `rows` and `count` include such
+        periods; read both in one block of `at_one_moment`.
         """
         chosen = self._chosen(selection, criteria)
         return [fill for fill in self.fills(chosen.a) if not fill.whole and chosen.includes(fill.p)]
@@ -288,14 +176,14 @@ class Catalogue:
         return describe_unfilled(known, chosen.periods, chosen.a, elsewhere)
 
     def lacking_births(self, selection: Selection, names: Sequence[str] = (), order: str = "p") -> str | None:
-        """Say in one line of which chosen periods no births are stored, if they matter; None if all are.
+        """Name in one line the chosen periods without stored births, if births matter; else None.
 
         They matter where the subset, the columns that are shown of it, or its order depend on them.
         """
-        return lives.describe_lacking(self.without_births(selection, names, order))
+        return describe_lacking(self.without_births(selection, names, order))
 
     def without_births(self, selection: Selection, names: Sequence[str] = (), order: str = "p") -> list[int]:
-        """Return the chosen periods that are filled and of which no births are stored, if they matter."""
+        """Return the chosen periods that are filled but have no stored births, if births matter."""
         if not asks_of_lives(selection, names, order):
             return []
         with self.at_one_moment() as still:
@@ -304,7 +192,7 @@ class Catalogue:
         return [p for p in filled if p <= MAX_PERIOD and p not in born]
 
     def find(self, word: str, a: float | None = None) -> Orbit | None:
-        """Return a primitive word's stored orbit, in the rotation asked for, or None.
+        """Return the stored orbit of a primitive word, in the rotation given, or None.
 
         Parameters
         ----------
@@ -361,43 +249,43 @@ class Catalogue:
         limit: int | None = None,
         a: float | None = None,
     ) -> "Trajectory | tuple[Candidate, ...]":
-        """Find orbits by what one has: a start, points of a trajectory, or a length.
+        """Find orbits from a start, from points of a trajectory, or from a length.
 
-        A trajectory is written in symbols; the pieces of it between near returns, of up to 24 bounces, are
-        closed to words and solved, stored or not, and the orbits told that it stays with for two bounces or
-        more. A length is compared with those of the stored orbits, and their repetitions.
+        A trajectory becomes symbols. Its pieces between near returns, of up to 24 bounces, become words
+        and are solved, stored or not; the result has the orbits that the trajectory stays with for two
+        bounces or more. A length is compared with those of the stored orbits and their repetitions.
 
         Parameters
         ----------
         start : (float, float, float), optional
-            x, y from the middle of the stadium, in it or on its boundary, and the angle of the path from
-            the x axis (radians). The trajectory is followed ahead and back.
+            x, y from the middle of the stadium, inside it or on its boundary, and the angle of the path from
+            the x axis (radians). The trajectory is followed forward and back.
         points : array-like, shape (N, 2), optional
-            x, y of 3 to 1000 successive bounces; the last may be the first again. As a whole they are one
-            more word to try, of any period. One nearer to a joint of wall and semicircle than it is
-            measured may be taken for a bounce on the other side of it, and then hides the word.
+            x, y of 3 to 1000 successive bounces; the last may be the first again. All of them together are
+            one more word to try, of any period. A point that is closer to a joint of wall and semicircle
+            than its error may land on the wrong side of it, and then the word is not found.
         length : float, optional
             In units of the radius.
         tolerance : float, optional
-            How far a bounce may be from that of the orbit, 0.01 by default, and points from the boundary; or
-            how far a length may be, 0.001 by default. At most 1.
+            Largest distance of a bounce from that of the orbit and of points from the boundary, 0.01 by
+            default; or of a length from the one given, 0.001 by default. At most 1.
         bounces : int, optional
-            Bounces to follow from a start, each way; by default 60. It ends where rounding may have
-            moved them by the tolerance.
+            Bounces to follow from a start, each way; by default 60. The trajectory ends where rounding may
+            have moved a bounce by the tolerance.
         limit : int, optional
-            Orbits at most; by default 10 that a trajectory shadows, and all of a length.
+            Largest number of orbits; by default 10 for a trajectory, and all for a length.
         a : float, optional
             The stadium, by default the catalogue's.
 
         Returns
         -------
         Trajectory or tuple of Candidate
-            The orbits that a trajectory goes round most often first; of a length, the nearest.
+            First the orbit that the trajectory goes round most often, or whose length is nearest.
 
         Raises
         ------
         InputError
-            If not exactly one of the three is given, or it is not what it should be.
+            If you give more or less than one of the three, or a value that cannot be used.
 
         Examples
         --------
@@ -407,7 +295,7 @@ class Catalogue:
         >>> [(each.code, each.repetitions) for each in catalogue.identify(length=20.8)]
         [('13', 2)]
         """
-        from orbitdb.store.reading import identification
+        from orbitdb.catalogue import identification
 
         if sum(each is not None for each in (start, points, length)) != 1:
             raise InputError("identify takes exactly one of start, points and length")
@@ -432,18 +320,18 @@ class Catalogue:
         parity: str | None = None,
         a: float | None = None,
     ) -> "Spectrum":
-        """Return the length spectrum of the stored orbits, and that of levels beside it.
+        """Return the length spectrum of the stored orbits, and beside it that of levels.
 
         Parameters
         ----------
         lengths : (float, float), optional
-            From where to where, in units of the radius.
+            The least and the largest, in units of the radius.
         points : int, optional
-            At how many lengths.
+            Number of lengths.
         k_max : float, optional
-            End of the window, in 1/radius; by default where the levels end, or 30 without levels.
+            End of the window, in 1/radius; by default the end of the levels, or 30 without levels.
         levels : array-like, shape (N,), optional
-            All levels k from the lowest on, in rising order; by default those that the catalogue holds.
+            All levels k from the lowest on, in rising order; by default those in the catalogue.
         parity : str, optional
             ``ee``, ``eo``, ``oe`` or ``oo``; by default all levels together.
         a : float, optional
@@ -452,38 +340,19 @@ class Catalogue:
         Raises
         ------
         InputError
-            If there are no orbits, or an argument is not what it should be.
+            If there are no orbits, or an argument cannot be used.
         """
-        import numpy as np
+        from orbitdb.catalogue.spectrum import read_spectrum
 
-        from orbitdb.quantum.spectrum import check_levels
-        from orbitdb.quantum.weyl import Parity
-        from orbitdb.store.reading.spectrum import read_spectrum
-
-        ends = np.asarray(lengths, np.float64)
-        if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
-            raise InputError(
-                f"lengths {lengths!r:.40}, points {points}: give a range within 0..{_LONGEST}, 2 points to "
-                f"{_MOST_POINTS}"
-            )
-        if k_max is not None and not 1 <= k_max <= _MOST_K:
-            raise InputError(f"k_max {k_max:g}: give 1 to {_MOST_K}")
-        if parity is not None and parity not in list(Parity):
-            raise InputError(f"parity {parity!r:.40}: use ee, eo, oe or oo")
-        stadium, of = Stadium(self.a if a is None else a), None if parity is None else Parity(parity)
-        given = None if levels is None else np.asarray(levels, np.float64)
-        if given is not None:
-            check_levels(given, stadium, of)
-        x = np.linspace(float(ends[0]), float(ends[1]), points)
-        return read_spectrum(self, stadium.a, x, k_max, given, of)
+        return read_spectrum(self, self.a if a is None else a, lengths, points, k_max, levels, parity)
 
     def birth_fills(self) -> list[BirthFill]:
-        """Return how far births and deaths are stored, by period."""
+        """Return which periods have births and deaths stored, and how completely."""
         with self.reading() as connection:
             return lives.birth_fills(connection)
 
     def births(self, p: int) -> list[Life]:
-        """Return from where to where in a the classes of one period are orbits, one entry a life, by birth.
+        """Return the lives of the classes of one period, by birth: the ranges of a in which they are orbits.
 
         Empty if no births of the period are stored: `orbitdb births` stores them.
         """
@@ -500,7 +369,7 @@ class Catalogue:
         a : float, optional
             The stadium; by default the catalogue's.
         proof : str, optional
-            ``doubles`` or ``balls``: only bounds that rest on that; by default the closer ones.
+            ``doubles`` or ``balls``: only bounds proved in this arithmetic; by default the closer ones.
 
         Raises
         ------
@@ -511,6 +380,19 @@ class Catalogue:
             found = records.closest(connection, proof, self.a if a is None else Stadium(a).a)
         return found[0] if found else None
 
+    def reference(self, a: float | None = None) -> "Reference | None":
+        """Return the stored averages over random trajectories at one a that have the smallest error.
+
+        None if there are none: `orbitdb simulate` makes and stores them.
+
+        Parameters
+        ----------
+        a : float, optional
+            The stadium; by default the catalogue's.
+        """
+        with self.reading() as connection:
+            return records.best_reference(connection, self.a if a is None else a)
+
     def entropy_curve(self, proof: str | None = None) -> list[Enclosure]:
         """Return the closest stored bounds on the topological entropy at every a, in order.
 
@@ -520,14 +402,14 @@ class Catalogue:
             return records.closest(connection, proof)
 
     def sweeps(self, a: float | None = None, selection: Selection | None = None) -> list[Sweep]:
-        """Return what sweeps have counted and added up at one a, by period.
+        """Return the counts and sums of sweeps at one a, by period.
 
         Parameters
         ----------
         a : float, optional
             The stadium; by default the catalogue's.
         selection : Selection, optional
-            Of which orbits; by default of all. Its a and its periods do not count.
+            The orbits that were swept; by default all. Its a and periods are ignored.
 
         Raises
         ------
@@ -550,7 +432,7 @@ class Catalogue:
         Parameters
         ----------
         selection : Selection, optional
-            Its a and its periods count, all that are there by default; or name them by the criteria.
+            Its a and periods count; or give them as criteria. By default all periods that are there.
         **criteria
             As in `select`.
         """
@@ -559,16 +441,16 @@ class Catalogue:
             return count(connection, still.fills(chosen.a), chosen)
 
     def __contains__(self, word: object) -> bool:
-        """Tell whether what becomes of a word is stored, in any rotation and with any status."""
+        """Tell whether the catalogue holds a word, in any rotation and with any status."""
         try:
             return isinstance(word, str) and is_primitive(parse(word)) and self.find(word) is not None
         except WordError:
             return False
 
     def __getitem__(self, word: str) -> Orbit:
-        """Return the orbit of a word (run notation, too), or why there is none, in the rotation asked for.
+        """Return the orbit of a word in the rotation given (run notation, too), or why there is none.
 
-        A word that is not stored is solved on the spot, as the command line does; its ``stored`` is false.
+        A word that is not stored is solved now; its ``stored`` is false.
 
         Raises
         ------
@@ -596,7 +478,7 @@ class Catalogue:
         return (word for (word,) in self.rows(Selection(self.a, statuses=_SOLVED), ("code",)))
 
     def __len__(self) -> int:
-        """Return how many words it holds; those that are geometrically pruned are not among them."""
+        """Return how many words it holds, without those that are geometrically pruned."""
         return self.count(Selection(self.a, statuses=_SOLVED))
 
     def __bool__(self) -> bool:
@@ -611,12 +493,12 @@ class Catalogue:
         coordinates: bool = False,
         **criteria: Unpack[Criteria],
     ) -> "Subset":
-        """Return a chosen subset as arrays, one entry a symbol sequence.
+        """Return a chosen subset as arrays, one entry a word.
 
         Parameters
         ----------
         selection : Selection, optional
-            The subset; or name it by the criteria.
+            The subset; or give the criteria.
         order : str, optional
             Columns to sort by, as in `rows`.
         coordinates : bool, optional
@@ -626,59 +508,58 @@ class Catalogue:
         p : int, str or iterable of int, optional
             A period, text such as ``2,3,5-7``, or several: ``range(2, 6)``, a list, an array.
         status : Status, str or iterable of them, optional
-            One, or some, also in a text with commas, such as ``orbit,boundary``.
+            One or several, also as a text with commas, such as ``orbit,boundary``.
         time_reversal, symmetry, contains, where, parameters : optional
             As in `Selection`.
         exists, not_at : float or iterable of float, optional
-            Where the words are orbits, and where they are none, whatever a is.
+            Values of a at which the words are orbits, and at which they are not.
         length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float or None, float or None), optional
             Least and greatest value, such as ``length=(3, None)``.
 
         Raises
         ------
         SelectionError
-            If one of them cannot be used.
+            If a criterion cannot be used.
 
         Examples
         --------
         >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).codes
         array(['13', '013', '031', '132', '123'], dtype=StringDType())
         """
-        from orbitdb.store.reading.subset import read_subset
+        from orbitdb.catalogue.subset import read_subset
 
         return read_subset(self, self._chosen(selection, criteria), order, coordinates)
 
     @with_criteria
     def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "ChosenClasses":
-        """Return the symmetry classes of a chosen subset, with how many of their words are in it.
+        """Return the symmetry classes of a chosen subset, with the number of their words in it.
 
-        Only classes with a length and lambda, which are orbits and, if their status is named, orbits
-        through a joint. No coordinates are read; unless the subset depends on the single words
-        (``contains``, ``where``) they are not read either. The parameters are those of `select`.
+        These are the classes with a length and lambda: orbits and, if you name their status, orbits
+        through a joint. The parameters are those of `select`.
 
         Raises
         ------
         SelectionError
-            If a status is named whose sequences have no length and lambda.
+            If you name a status whose words have no length and lambda.
         """
-        from orbitdb.store.reading.chosen_classes import read_classes
+        from orbitdb.catalogue.chosen_classes import read_classes
 
         chosen = self._chosen(selection, criteria)
         return read_classes(self, chosen if chosen.statuses else replace(chosen, statuses=(Status.ORBIT,)))
 
     @with_criteria
     def table(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
-        """Return the paper's Table 1: counts of sequences and orbits by period, and the entropy K_0.
+        """Return the paper's Table 1: counts of words and orbits by period, and the entropy K_0.
 
-        The parameters are those of `select`, of which a and periods count. Periods that are not filled are
-        counted from a sweep or from births, where there are some.
+        Of the parameters of `select`, a and periods count. Where nothing is filled, the counts come from
+        a sweep or from births.
 
         Examples
         --------
         >>> catalogue.table(p="2-4")["N_c"]
         [1, 8, 32]
         """
-        from orbitdb.store.reading.averaged import table
+        from orbitdb.catalogue.averaged import table
 
         return table(self, self._chosen(selection, criteria))
 
@@ -693,7 +574,7 @@ class Catalogue:
         >>> [round(h, 4) for h in catalogue.entropy(p="2-11")["h_zeta"][-2:]]
         [1.1629, 1.1611]
         """
-        from orbitdb.store.reading.averaged import entropy
+        from orbitdb.catalogue.averaged import entropy
 
         return entropy(self, self._chosen(selection, criteria))
 
@@ -711,18 +592,18 @@ class Catalogue:
         Parameters
         ----------
         selection : Selection, optional
-            The subset; or name it by the criteria, as in `select`.
+            The subset; or give the criteria, as in `select`.
         weight : str, optional
             ``exp``: weights e^-lambda, as in the paper; ``det``: ``1/|det(1 - M)|``.
         cut : float, optional
-            One zeta average over all pseudo-cycles of lambda up to this, instead.
+            Return one zeta average instead, over all pseudo-cycles with a lambda up to this.
 
         Raises
         ------
         InputError
             If weight or cut cannot be used.
         """
-        from orbitdb.store.reading.averaged import lyapunov
+        from orbitdb.catalogue.averaged import lyapunov
 
         return lyapunov(self, self._chosen(selection, criteria), weight, cut)
 

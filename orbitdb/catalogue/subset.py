@@ -1,6 +1,6 @@
-"""A chosen subset as arrays, one entry a symbol sequence.
+"""A chosen subset as arrays, one entry a word.
 
-Coordinates are read only where they are asked for.
+Coordinates are read only on request.
 """
 
 from collections.abc import Iterator, Sequence
@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.billiard.stability import maslov_index
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_blocks import Column, Lists
+from orbitdb.catalogue import subset_tables
+from orbitdb.column_files import Column, Lists
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
-from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite
-from orbitdb.orbits.pruned import pruned_word
+from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite, pruned_word
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading import subset_tables
 from orbitdb.store.reading.row_blocks import COORDINATES
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.words import MAX_KEYED, WordError, from_strings, key, least_rotation, parse
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     import pyarrow
     from matplotlib.axes import Axes
 
-    from orbitdb.store.reading.catalogue import Catalogue
-    from orbitdb.store.reading.results import Result
-    from orbitdb.store.reading.whole_periods import WholePeriods
+    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.catalogue.results import Result
+    from orbitdb.catalogue.whole_periods import WholePeriods
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -44,7 +44,7 @@ _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Subset(ByValue):
-    """The chosen symbol sequences, one entry each; numbers that a sequence does not have are NaN.
+    """Chosen words as arrays, one entry each; numbers that a word does not have are NaN.
 
     Attributes
     ----------
@@ -65,17 +65,17 @@ class Subset(ByValue):
         As in `orbitdb.orbits.orbit.Orbits`; length and margin in units of the radius.
     born, dies : ndarray, shape (N,)
         The a of the first birth and of the first death; NaN for a word that is an orbit from a = 0 on
-        or does not die, and where no births of its period are stored.
+        or does not die, or if no births of its period are stored.
     coordinates : ndarray, shape (sum of p,), or None
-        Those of all words one behind the other (`coordinates_of`, `of_period`), NaN where a word has
-        none; None if they were not asked for.
+        Those of all words one after another (`coordinates_of`, `of_period`), NaN where a word has
+        none; None unless you asked for them.
     unfilled : str or None
-        Which of the chosen periods are not filled, in one line (`Catalogue.unfilled`), or lack the births
-        that are asked for: what is not filled is not known to be empty.
+        A line that names the chosen periods that are not filled (`Catalogue.unfilled`), or that lack
+        births. A period that is not filled need not be empty.
     filled : tuple of int
-        The chosen periods that are filled as a whole; averages are over these.
+        The chosen periods that are completely filled; averages are over these.
     total : int or None
-        How many were chosen, where these are a part of them, taken by an index.
+        How many were chosen, if this is a slice or a part of them.
 
     Examples
     --------
@@ -128,11 +128,11 @@ class Subset(ByValue):
         return len(self) > 0
 
     def __iter__(self) -> Iterator[Orbit]:
-        """Yield the sequences one by one, as orbits."""
+        """Yield the words one by one, as orbits."""
         return map(self._orbit, range(len(self)))
 
     def __contains__(self, word: object) -> bool:
-        """Tell whether a word is there, in any rotation, or an orbit as it is here."""
+        """Tell whether a word, in any rotation, or an equal orbit is in the subset."""
         if isinstance(word, Orbit):
             return any(word == orbit for orbit in self[np.flatnonzero(self.codes == word.code)])
         try:
@@ -148,7 +148,7 @@ class Subset(ByValue):
     def __getitem__(
         self, rows: int | np.integer[Any] | slice | Sequence[int] | NDArray[Any]
     ) -> "Orbit | Subset":
-        """Return one sequence as an orbit, or some: those of a slice, of numbers, or of a mask.
+        """Return one word as an orbit, or a subset for a slice, an array of indices or a mask.
 
         Raises
         ------
@@ -197,7 +197,7 @@ class Subset(ByValue):
     @property
     def maslov(self) -> Integers:
         """Maslov indices, 3p - walls."""
-        return 3 * self.p - self.walls
+        return maslov_index(self.p, self.walls)
 
     @property
     def lambda_d(self) -> Floats:
@@ -230,7 +230,7 @@ class Subset(ByValue):
         return self.coordinates
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return the rows as a data frame of pandas; words and other texts stay texts.
+        """Return the rows as a pandas data frame; codes stay text.
 
         Raises
         ------
@@ -242,7 +242,7 @@ class Subset(ByValue):
         return frame
 
     def to_arrow(self) -> "pyarrow.Table":
-        """Return the rows as a table of Arrow, with the types of an exported parquet file.
+        """Return the rows as an Arrow table, with the types of an exported parquet file.
 
         Raises
         ------
@@ -254,32 +254,32 @@ class Subset(ByValue):
 
     def entropy(self) -> "Result":
         """Return the topological entropy of the orbits among these, by period (`Catalogue.entropy`)."""
-        from orbitdb.store.reading.averaged import entropy_of_rows
+        from orbitdb.catalogue.averaged import entropy_of_rows
 
         return entropy_of_rows(self._orbits())
 
     def averages(self, weight: str = "exp") -> "Result":
         """Return the average Lyapunov exponents of the orbits among these, by period (`Catalogue.lyapunov`).
 
-        ``lyapunov`` is the column of their lambda.
+        (``lyapunov`` is the column of their lambda.)
         """
-        from orbitdb.store.reading.averaged import lyapunov_of_rows
+        from orbitdb.catalogue.averaged import lyapunov_of_rows
 
         return lyapunov_of_rows(self._orbits(), weight)
 
     def table(self) -> "Result":
-        """Return how many of these there are, by period, with the columns of the paper's Table 1.
+        """Return counts of these by period, with the columns of the paper's Table 1.
 
         N_t counts all of them, whatever their status.
         """
-        from orbitdb.store.reading.averaged import table_of_rows
+        from orbitdb.catalogue.averaged import table_of_rows
 
         return table_of_rows(self.selection, self.filled, self.p, self.status, self.representative)
 
     def _orbits(self) -> "WholePeriods":
         """Return the orbits of whole periods, one by one, for averages."""
-        from orbitdb.store.reading.chosen_classes import ChosenClasses
-        from orbitdb.store.reading.whole_periods import WholePeriods
+        from orbitdb.catalogue.chosen_classes import ChosenClasses
+        from orbitdb.catalogue.whole_periods import WholePeriods
 
         rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))
         one = np.ones(len(rows), dtype=np.int64)
@@ -330,7 +330,7 @@ class Subset(ByValue):
         return axes.phase_space_axes(title, Stadium(self.selection.a), periods, ax)
 
     def _repr_html_(self) -> str:
-        """Show the first rows with small pictures, for notebooks; what was not read is solved on the spot."""
+        """Show the first rows with small pictures; orbits without coordinates are solved now."""
         from orbitdb.orbits.newton import solve_word
 
         shown = list(self[: subset_tables.MOST_ROWS])

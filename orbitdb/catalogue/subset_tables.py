@@ -1,4 +1,4 @@
-"""A subset as a table: a data frame of pandas, a table of Arrow, HTML with pictures for notebooks."""
+"""A subset as a table: a pandas data frame, an Arrow table, HTML with pictures for notebooks."""
 
 from collections.abc import Mapping, Sequence
 from html import escape
@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_blocks import Column, Lists
+from orbitdb.column_files import Column, Lists, arrow_batch, arrow_schema
 from orbitdb.columns import kind_of
-from orbitdb.export import arrow_batch, arrow_schema
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.svg import small_svg

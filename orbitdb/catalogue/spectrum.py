@@ -1,4 +1,4 @@
-"""The length spectrum from what a catalogue holds: orbits, and levels if they are there."""
+"""The length spectrum from the orbits of a catalogue, and from its levels if there are any."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -11,36 +11,43 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
+from orbitdb.orbits.beyond import least_length
 from orbitdb.orbits.orbit import Status
-from orbitdb.quantum.amplitudes import Classes
+from orbitdb.quantum.amplitudes import Classes, Terms, orbit_terms
+from orbitdb.quantum.lengths import family_terms, of_family, of_levels, of_terms, reach
 from orbitdb.quantum.levels import Levels
-from orbitdb.quantum.spectrum import Spectrum, spectrum
+from orbitdb.quantum.spectrum import Spectrum, check_levels
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import level, level_fill
 from orbitdb.store.reading.soundness import unsound
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from numpy.typing import ArrayLike
+
+    from orbitdb.catalogue.catalogue import Catalogue
 
 Floats = NDArray[np.float64]
 
-_COLUMNS = ("p", "walls", "length", "lyapunov", "symmetry", "representative")
+_COLUMNS = ("maslov", "walls", "length", "lyapunov", "symmetry", "representative")
 _USUAL_K_MAX = 30.0
+_LONGEST, _MOST_POINTS, _MOST_K = 100, 100_000, 1000
 
 
 def read_levels(catalogue: "Catalogue", a: float, parity: Parity | None) -> tuple[Floats, float] | None:
     """Return the stored levels from 0 to the first gap, and the k where that begins; None without levels."""
-    found: list[Levels] = []
+    ends, found = [], []
     with catalogue.at_one_moment() as still, still.reading() as connection:
         for each in Parity if parity is None else (parity,):
-            known = _joined(stored_levels(connection, a, each))
-            if known is None:
-                return None
-            found.append(known)
-    high = min(each.high for each in found)
-    k = np.sort(np.concatenate([each.k for each in found]))
-    return k[k < high], high
+            end = 0.0
+            for window in stored_levels(connection, a, each):
+                if window.low == end:
+                    end = window.high
+                    found.append(window.k)
+            ends.append(end)
+    high = min(ends)
+    k = np.sort(np.concatenate([np.zeros(0), *found]))
+    return (k[k < high], high) if high > 0 else None
 
 
 def read_classes(catalogue: "Catalogue", chosen: Selection) -> tuple[Classes, NDArray[np.object_], int]:
@@ -60,36 +67,60 @@ def read_classes(catalogue: "Catalogue", chosen: Selection) -> tuple[Classes, ND
     while highest + 1 in filled:
         highest += 1
     values, words = found.values, found.counts.astype(np.int64)
-    p, walls = (values[name].astype(np.int64) for name in ("p", "walls"))
-    classes = Classes(p, walls, words, values["length"], values["lyapunov"], values["symmetry"])
+    maslov, walls = (values[name].astype(np.int64) for name in ("maslov", "walls"))
+    classes = Classes(maslov, walls, words, values["length"], values["lyapunov"], values["symmetry"])
     return classes, values["representative"], highest
 
 
 def read_spectrum(
     catalogue: "Catalogue",
     a: float,
-    lengths: Floats,
+    lengths: "ArrayLike",
+    points: int,
     k_max: float | None,
-    levels: Floats | None,
-    parity: Parity | None,
+    levels: "ArrayLike | None",
+    parity: str | None,
 ) -> Spectrum:
     """Return the length spectrum (`Catalogue.spectrum`).
 
     Raises
     ------
     InputError
-        If there are no orbits, or no levels up to `k_max`.
+        If there are no orbits, no levels up to `k_max`, or an argument is not what it should be.
     """
+    ends = np.asarray(lengths, np.float64)
+    if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
+        raise InputError(
+            f"lengths {lengths!r:.40}, points {points}: give a range within 0..{_LONGEST}, 2 points to "
+            f"{_MOST_POINTS}"
+        )
+    if k_max is not None and not 1 <= k_max <= _MOST_K:
+        raise InputError(f"k_max {k_max:g}: give 1 to {_MOST_K}")
+    if parity is not None and parity not in list(Parity):
+        raise InputError(f"parity {parity!r:.40}: use ee, eo, oe or oo")
+    stadium, of = Stadium(a), None if parity is None else Parity(parity)
+    given = None if levels is None else np.asarray(levels, np.float64)
+    if given is not None:
+        check_levels(given, stadium, of)
     with catalogue.at_one_moment() as still:
-        orbits = read_classes(still, Selection(a))
-        known = read_levels(still, a, parity) if levels is None else (levels, float(levels[-1]))
+        classes, codes, highest = read_classes(still, Selection(stadium.a))
+        known = read_levels(still, stadium.a, of) if given is None else (given, float(given[-1]))
     end = _USUAL_K_MAX if known is None else known[1]
     if k_max is not None and known is not None and k_max > end:
         raise InputError(
             f"the levels end at k = {end:.6g}: give a smaller k_max than {k_max:g}, or more levels"
         )
     end = end if k_max is None else k_max
-    return spectrum(Stadium(a), *orbits, lengths, end, None if known is None else known[0], parity)
+    x, longest = np.linspace(float(ends[0]), float(ends[1]), points), float(ends[1]) + reach(end)
+    terms = orbit_terms(classes, longest, of)
+    orbits = of_terms(terms, x, end) + of_family(stadium, x, end, of)
+    quantum = None if known is None else of_levels(known[0], x, end, stadium, of)
+    complete = least_length(highest, stadium.a) if highest > 1 else 0.0
+    if of is not None:
+        complete /= 2  # of orbits whose halves count
+    parts = zip(terms, family_terms(stadium, end, longest, of), strict=True)
+    both = Terms._make(map(np.concatenate, parts))
+    return Spectrum(stadium.a, of, end, x, orbits, quantum, complete, both, codes)
 
 
 def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[Levels]:
@@ -124,27 +155,8 @@ def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[L
 def missing_levels(known: Sequence[Levels], low: float, high: float) -> Iterator[tuple[float, float]]:
     """Yield the ranges of k between two values that no window covers."""
     for each in known:
-        if each.high <= low:
-            continue
-        if each.low >= high:
-            break
-        if each.low > low:
-            yield low, each.low
-        low = each.high
+        if low < min(each.low, high):
+            yield low, min(each.low, high)
+        low = max(low, each.high)
     if low < high:
         yield low, high
-
-
-def _joined(known: Sequence[Levels]) -> Levels | None:
-    """Return the levels of one parity from k = 0 to the first gap; None if there is none at its beginning."""
-    chain: Levels | None = None
-    for each in known:
-        if each.low == (0.0 if chain is None else chain.high):
-            chain = each if chain is None else replace(
-                chain,
-                high=each.high,
-                k=np.concatenate([chain.k, each.k]),
-                error=np.concatenate([chain.error, each.error]),
-                seconds=chain.seconds + each.seconds,
-            )  # fmt: skip
-    return chain

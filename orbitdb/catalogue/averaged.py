@@ -14,6 +14,16 @@ from orbitdb.averages.fixed_points import Weight, divisors, missing_divisors, mi
 from orbitdb.averages.period_sums import lyapunov_of_periods
 from orbitdb.averages.standing import faults_of, standing
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.gaps import gaps, nothing, written_periods
+from orbitdb.catalogue.results import AVERAGES, PROVED, SUM_RULES, TABLE, TRAJECTORIES, UP_TO_CUT, Result
+from orbitdb.catalogue.whole_periods import (
+    WholePeriods,
+    all_orbits,
+    read_whole,
+    sum_rules_of,
+    why_missing,
+    why_no_sum_rules_of,
+)
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact, with_error
 from orbitdb.orbits.beyond import least_exponent
@@ -22,85 +32,16 @@ from orbitdb.orbits.tally import Tally
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.file.schema import BALLS, DOUBLES
-from orbitdb.store.reading.counted import Counted
-from orbitdb.store.reading.fills import describe_partial, written_periods
-from orbitdb.store.reading.records import Enclosure, best_reference
-from orbitdb.store.reading.results import AVERAGES, PROVED, SUM_RULES, TABLE, TRAJECTORIES, UP_TO_CUT, Result
-from orbitdb.store.reading.whole_periods import (
-    WholePeriods,
-    all_orbits,
-    read_whole,
-    sum_rules_of,
-    why_missing,
-    why_no_sum_rules_of,
-)
-from orbitdb.symbols.enumeration import MAX_PERIOD
+from orbitdb.store.reading.records import Enclosure
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.catalogue import Catalogue
+    from orbitdb.catalogue.catalogue import Catalogue
 
 _EDGES = 10
-"""Of windows that are decided on the spot: it takes up to half a second, at small a."""
+"""Length of the windows decided where no bounds are stored; it takes up to half a second, at small a."""
 
 _LARGEST_CUT = 1000
 _MOST_FACTORS = 100_000
-
-
-def gaps(
-    catalogue: "Catalogue",
-    chosen: Selection,
-    left_out: bool = False,
-    counted: Counted | None = None,
-    names: Sequence[str] = (),
-    order: str = "p",
-) -> list[str]:
-    """Say, a line each, which chosen periods are stored in part, are not filled, or lack births that matter.
-
-    Those that were counted from births or a sweep lack nothing: that is said instead.
-
-    Parameters
-    ----------
-    catalogue : Catalogue
-    chosen : Selection
-    left_out : bool, optional
-        Whether what is shown does without partial periods.
-    counted : Counted, optional
-    names, order : optional
-        Columns that are shown, and the order of rows, which may depend on births.
-    """
-    said: list[str | None] = []
-    rest: Selection | None = chosen
-    partial = catalogue.partial(chosen)
-    if counted is not None and counted.without_rows:
-        said.append(counted.describe())
-        partial = [fill for fill in partial if fill.p not in counted.without_rows]
-        rest = without(chosen, counted.chosen)
-    if partial:
-        said.append(describe_partial(partial, chosen.a, left_out))
-    said.append(None if rest is None else catalogue.unfilled(rest))
-    said.append(catalogue.lacking_births(chosen, names, order))
-    return [line for line in said if line]
-
-
-def without(chosen: Selection, known: tuple[int, ...]) -> "Selection | None":
-    """Return a subset without some of the periods that it names; None if it names no other."""
-    within = [p for p in range(2, MAX_PERIOD + 1) if chosen.periods and chosen.includes(p) and p not in known]
-    beyond = [(max(low, MAX_PERIOD + 1), high) for low, high in chosen.periods if high > MAX_PERIOD]
-    spans = (*((p, p) for p in within), *beyond)
-    return replace(chosen, periods=spans) if spans else None
-
-
-def nothing(catalogue: "Catalogue", chosen: Selection, swept: bool = False) -> list[str]:
-    """Say that a subset is empty, if any of its periods is filled or swept: of others that is not known."""
-    unfilled = catalogue.unfilled(chosen)
-    if (
-        not swept
-        and unfilled is not None
-        and not any(chosen.includes(f.p) for f in catalogue.fills(chosen.a))
-    ):
-        return []
-    lacking = unfilled or catalogue.lacking_births(chosen) or catalogue.partial(chosen)
-    return [f"no {chosen.describe()}{' in what is stored' if lacking else ''}"]
 
 
 def table(catalogue: "Catalogue", chosen: Selection) -> Result:
@@ -212,7 +153,7 @@ def lyapunov(
         return Result(chosen, {}, (), tuple(notes))
     if cut is not None:
         return _up_to(subset, cut, wanted, notes, tell)
-    reference, facts = best_reference(catalogue, chosen.a), [subset.selection.describe()]
+    reference, facts = catalogue.reference(chosen.a), [subset.selection.describe()]
     if reference is None:
         a = exact(chosen.a)
         notes.append(f"no trajectory value at a = {chosen.a:g}: 'orbitdb simulate --a {a}' makes one")
@@ -229,10 +170,7 @@ def lyapunov(
 
 def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str, list[Any]]:
     """Return the averages of every method over whole periods, and note what is missing."""
-    if subset.swept:
-        found = lyapunov_of_periods(subset.sums(), subset.highest, weight)
-    else:
-        found = by_period.lyapunov(subset.classes.rows(), subset.highest, weight)
+    found = lyapunov_of_periods(subset.sums(), subset.highest, weight)
     rules = sum_rules_of(subset)
     notes.append(why_no_sum_rules_of(subset))
     columns = standing(found, subset.periods)
@@ -276,7 +214,7 @@ def _uncounted(catalogue: "Catalogue", chosen: Selection) -> list[str]:
 
 
 def _lacking_divisors(periods: Sequence[int], chosen: Selection) -> list[str]:
-    """Say which sums over fixed points lack periods, and why these are not there."""
+    """Say which sums over fixed points lack periods, and why."""
     found = [(p, missing_divisors(p, periods)) for p in periods]
     return [
         f"p = {p}: the sums over fixed points lack p = {why_missing(gone, chosen)}"

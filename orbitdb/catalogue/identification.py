@@ -1,4 +1,4 @@
-"""Orbits by what one has: a trajectory that stays near them, or a length."""
+"""Orbits found from a trajectory that stays near them, or from a length."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -50,9 +50,9 @@ class Followed:
     first : int
         Number of that bounce on the trajectory.
     bounces : int
-        Bounces in a row, from the first, that are within the tolerance of the orbit's.
+        How many successive bounces, from the first, are within the tolerance of the orbit's.
     distance : float
-        The least distance of one of them from the orbit's, in units of the radius.
+        Least distance of a bounce from the orbit's, in units of the radius.
     """
 
     orbit: Orbit
@@ -67,24 +67,24 @@ class Followed:
 
     @property
     def turns(self) -> float:
-        """How often the stretch goes round the orbit."""
+        """How many times the stretch goes round the orbit."""
         return self.bounces / self.orbit.p
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(ByValue):
     """What a trajectory is in symbols, and which periodic orbits it shadows.
 
     Attributes
     ----------
     sequence : str
-        The symbols of its bounces, which is no cyclic word.
+        The symbols of its bounces; not a cyclic word.
     first : int
-        Number of the first of them; number 1 is the first one behind a start, or the first point.
+        Number of the first bounce; number 1 is the first one after the start, or the first point.
     points : ndarray, shape (T, 2)
         The bounces, from the middle of the stadium, in units of the radius.
     shadowed : tuple of Followed
-        The orbits, those that it goes round most often first; empty if there are none.
+        The orbits, first the one that it goes round most often.
     total : int
         How many there are in all.
     """
@@ -111,7 +111,7 @@ class Candidate:
     length, length_error, lyapunov : float
         Of one traversal; ``length_error`` is None where none is known (the paper's relaxation).
     difference : float
-        r times the length, less the length that was asked for.
+        r times the length, minus the length that you gave.
     """
 
     code: str
@@ -125,7 +125,7 @@ class Candidate:
 
     @property
     def total(self) -> float:
-        """The length of all repetitions, r times that of one."""
+        """The length of all r repetitions together."""
         return self.repetitions * self.length
 
 

@@ -1,0 +1,198 @@
+"""What is missing, in words: periods that are not filled, or only in part, and births.
+
+What is not filled is never shown as zero: whatever gives rows, counts or averages says so beside them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from orbitdb.numerals import exact
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.fills import Fill
+from orbitdb.symbols.enumeration import MAX_PERIOD
+
+if TYPE_CHECKING:
+    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.catalogue.counted import Counted
+
+_USUAL = 11
+"""The highest period of a first fill, in all messages to users."""
+
+_SHOWN = 6
+"""Largest number of values of a in a message."""
+
+_SINGLE = "'orbitdb fill --code WORD' stores single words"
+
+
+def gaps(
+    catalogue: "Catalogue",
+    chosen: Selection,
+    left_out: bool = False,
+    counted: "Counted | None" = None,
+    names: Sequence[str] = (),
+    order: str = "p",
+) -> list[str]:
+    """Say, a line each, which chosen periods are stored in part, are not filled, or lack births that matter.
+
+    Those that were counted from births or a sweep lack nothing: that is said instead.
+
+    Parameters
+    ----------
+    catalogue : Catalogue
+    chosen : Selection
+    left_out : bool, optional
+        Whether what is shown does without partial periods.
+    counted : Counted, optional
+    names, order : optional
+        Columns that are shown, and the order of rows, which may depend on births.
+    """
+    said: list[str | None] = []
+    rest: Selection | None = chosen
+    partial = catalogue.partial(chosen)
+    if counted is not None and counted.without_rows:
+        said.append(counted.describe())
+        partial = [fill for fill in partial if fill.p not in counted.without_rows]
+        rest = without(chosen, counted.chosen)
+    if partial:
+        said.append(describe_partial(partial, chosen.a, left_out))
+    said.append(None if rest is None else catalogue.unfilled(rest))
+    said.append(catalogue.lacking_births(chosen, names, order))
+    return [line for line in said if line]
+
+
+def without(chosen: Selection, known: tuple[int, ...]) -> "Selection | None":
+    """Return a subset without some of the periods that it names; None if it names no other."""
+    within = [p for p in range(2, MAX_PERIOD + 1) if chosen.periods and chosen.includes(p) and p not in known]
+    beyond = [(max(low, MAX_PERIOD + 1), high) for low, high in chosen.periods if high > MAX_PERIOD]
+    spans = (*((p, p) for p in within), *beyond)
+    return replace(chosen, periods=spans) if spans else None
+
+
+def nothing(catalogue: "Catalogue", chosen: Selection, swept: bool = False) -> list[str]:
+    """Say that a subset is empty, if any of its periods is filled or swept: of others that is not known."""
+    unfilled = catalogue.unfilled(chosen)
+    if (
+        not swept
+        and unfilled is not None
+        and not any(chosen.includes(f.p) for f in catalogue.fills(chosen.a))
+    ):
+        return []
+    lacking = unfilled or catalogue.lacking_births(chosen) or catalogue.partial(chosen)
+    return [f"no {chosen.describe()}{' in what is stored' if lacking else ''}"]
+
+
+def describe_lacking(periods: Sequence[int]) -> str | None:
+    """Name in one line the periods without stored births, and what finds them; None if there are none."""
+    if not periods:
+        return None
+    return (
+        f"births of {written_periods(periods)} are not found, so that what depends on them is left out or "
+        f"blank: 'orbitdb births --p {max(periods)}' finds them"
+    )
+
+
+def describe_fills(fills: Sequence[Fill], a: float) -> str:
+    """Say in a few words what is filled at one a."""
+    whole, partial = ([fill.p for fill in fills if fill.whole is state] for state in (True, False))
+    parts = [written_periods(whole)] if whole else []
+    parts += [f"{written_periods(partial)} in part"] if partial else []
+    return f"{' and '.join(parts) or 'no whole period'} at a = {exact(a)}"
+
+
+def describe_partial(fills: Sequence[Fill], a: float, left_out: bool = False) -> str:
+    """Say in one line that periods are stored in part, and what completes them.
+
+    Parameters
+    ----------
+    fills : sequence of Fill
+        One period or more at one a, none of them whole.
+    a : float
+        The stadium.
+    left_out : bool, optional
+        Whether what is shown does without them.
+    """
+    many = len(fills) > 1
+    periods = ", ".join(str(fill.p) for fill in fills)
+    return (
+        f"period{'s' * many} {periods} at a = {a:g} {'are' if many else 'is'} partial"
+        f"{' and left out' * left_out}: a fill goes on or was stopped; "
+        f"'orbitdb fill --p {max(fill.p for fill in fills)} --a {a:g}' completes {'them' if many else 'it'}"
+    )
+
+
+def describe_unfilled(
+    known: Sequence[Fill], periods: Sequence[tuple[int, int]], a: float, filled_at: Sequence[float]
+) -> str | None:
+    """Name in one line the chosen periods that are not filled, those that are, and what fills the others.
+
+    Periods that are stored in part are left to `describe_partial`.
+
+    Parameters
+    ----------
+    known : sequence of Fill
+        What is filled at the one a that is asked for, whole or in part.
+    periods : sequence of (int, int)
+        The ranges of periods that are asked for, both ends in them; empty for all that are filled.
+    a : float
+        The stadium.
+    filled_at : sequence of float
+        The values of a at which something is filled.
+
+    Returns
+    -------
+    str or None
+        None if nothing that is asked for is missing. What has no words (periods below 2) is not missing.
+    """
+    if not periods and known:
+        return None
+    asked, stored = periods or [(2, _USUAL)], {fill.p for fill in known}
+    within = [p for p in range(2, MAX_PERIOD + 1) if any(low <= p <= high for low, high in asked)]
+    gaps = [p for p in within if p not in stored]
+    beyond = [(max(low, MAX_PERIOD + 1), high) for low, high in asked if high > MAX_PERIOD]
+    if not gaps and not beyond:
+        return None
+    spans = joined_spans([*((p, p) for p in gaps), *beyond])
+    verb = "are" if _many(spans) else "is"
+    what = f"{_written(spans)} {verb} not filled" if periods else "nothing is filled"
+    command = f"'orbitdb fill --p {gaps[-1]} --a {exact(a)}'" if gaps else ""
+    remedy = f"{command} fills {_written(spans) if not periods else 'them' if _many(spans) else 'it'}"
+    if beyond:
+        remedy = f"fills end at period {MAX_PERIOD}{f' ({command})' if gaps else ''}, {_SINGLE}"
+    return f"{what} at a = {exact(a)}{_filled(known, a, filled_at)}: {remedy}"
+
+
+def _filled(known: Sequence[Fill], a: float, filled_at: Sequence[float]) -> str:
+    """Say in parentheses what is filled at one a, and at which others something is; empty if nothing is."""
+    here = joined_spans([(fill.p, fill.p) for fill in known if fill.whole])
+    others = sorted((other for other in filled_at if other != a), key=lambda other: abs(other - a))
+    parts = [_written(here)] if here else []
+    if others:
+        more = f" and {len(others) - _SHOWN} more" if len(others) > _SHOWN else ""
+        parts.append(f"some at a = {', '.join(map(exact, sorted(others[:_SHOWN])))}{more}")
+    return f" (filled: {'; '.join(parts)})" if parts else ""
+
+
+def written_periods(periods: Sequence[int]) -> str:
+    """Write periods as ranges, such as "periods 2-8, 11"."""
+    return _written(joined_spans([(p, p) for p in periods]))
+
+
+def joined_spans(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return ranges of periods in order, those that touch or overlap as one."""
+    joined: list[tuple[int, int]] = []
+    for low, high in sorted(spans):
+        if joined and low <= joined[-1][1] + 1:
+            joined[-1] = (joined[-1][0], max(high, joined[-1][1]))
+        else:
+            joined.append((low, high))
+    return joined
+
+
+def _many(spans: Sequence[tuple[int, int]]) -> bool:
+    return len(spans) > 1 or spans[0][0] < spans[0][1]
+
+
+def _written(spans: Sequence[tuple[int, int]]) -> str:
+    ranges = (str(low) if low == high else f"{low}-{high}" for low, high in spans)
+    return f"period{'s' * _many(spans)} {', '.join(ranges)}"

@@ -1,0 +1,182 @@
+"""What other commands have kept, found again: entropy bounds, quantum levels, averages over trajectories.
+
+Bounds must be sound, at odds with no others, and their windows are recounted. Levels are found on another
+grid, within their errors, and none too many.
+
+A run of other trajectories gives the exponents again, up to both errors, and tells how small an error may
+be: it falls as the root of the number of bounces. The mean free path is known exactly. No check here can tell
+that an error is too large.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import sqlalchemy as sa
+
+from orbitdb.averages.exact_means import exact_means
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.spectrum import stored_levels
+from orbitdb.errors import InputError, StoreError
+from orbitdb.quantum.levels import Levels, rounding, windows
+from orbitdb.quantum.weyl import Parity
+from orbitdb.store.file.schema import BALLS
+from orbitdb.store.file.tables import entropy_bound, level, level_fill, stadium, trajectory
+from orbitdb.store.reading.records import Enclosure, bounds_stored, is_sound
+from orbitdb.trajectories.ensemble import Reference, simulate
+from orbitdb.trajectories.legwise import simulate_legs
+from orbitdb.verification.blocks import Part
+from orbitdb.verification.check import Check, judged, listed, measured, single
+from orbitdb.verification.provenance import parameters_of, runs_of_here
+
+if TYPE_CHECKING:
+    from orbitdb.entropy.bounds import EntropyBounds
+
+RECOUNTED = 3000
+"""Windows that are decided again at any a, in some tenths of a second."""
+
+_COUNTED = ("windows", "undecided", "lower", "upper")
+
+_GRID = (18, 4)
+"""Degree and divisions of the cells at the joint: finer than both grids on which levels are found."""
+
+_BOUNCES = 100_000
+"""Of the new run, a tenth of a second at most a."""
+
+_MANY = 12.0
+"""Errors from few groups have long tails, above all on short runs."""
+
+_TOO_SMALL = 4.0
+_ROUNDING = 1e-12
+_LEGWISE_FROM = 0.1
+"""Below, trajectories leg by leg are less exact than plain ones."""
+
+
+def record_parts(connection: sa.Connection) -> Iterator[Part]:
+    """Yield the averages and the bounds at each a, and the levels of each parity."""
+    runs = sa.select(stadium.c.a).where(stadium.c.id.in_(sa.select(trajectory.c.stadium)))
+    for a in connection.scalars(runs.order_by(stadium.c.a)):
+        yield Part("trajectories", partial(_trajectories, a))
+    for a in connection.scalars(sa.select(entropy_bound.c.a).distinct().order_by(entropy_bound.c.a)):
+        yield Part("entropy", partial(_bounds, a))
+    named = sa.union(*(sa.select(table.c.a, table.c.parity) for table in (level_fill, level)))
+    for a, parity in sorted(map(tuple, connection.execute(named))):
+        yield Part(f"levels {parity} at a = {a:g}", partial(_levels, a, parity))
+
+
+def _bounds(a: float, connection: sa.Connection) -> Iterator[Check]:
+    found = bounds_stored(connection, a=a)
+    wrong = _wrong_bounds(found, _made_here(connection, a))
+    labels = [f"windows of {each.window} edges at a = {a:g}" for each in wrong]
+    yield listed("entropy", len(found), labels)
+
+
+def _made_here(connection: sa.Connection, a: float) -> set[tuple[str, int]]:
+    """Return proof and edges of the bounds at one a that this version has found with this arithmetic."""
+    table = entropy_bound.c
+    query = sa.select(table.proof, table.edges).where(table.a == a, table.run.in_(runs_of_here(connection)))
+    return {(proof, edges) for proof, edges in connection.execute(query)}
+
+
+def _wrong_bounds(found: Sequence[Enclosure], ours: set[tuple[str, int]]) -> Iterator[Enclosure]:
+    """Yield the rows that are not sound, have nothing in common with new bounds or closer ones, or differ."""
+    sound = [each for each in found if is_sound(each)]
+    new = _new_bounds(sound) if sound else {}
+    for each in found:
+        others: list[Enclosure | EntropyBounds] = [*new.values(), *(x for x in sound if x.width < each.width)]
+        agrees = each in sound and all(_meet(each, other) for other in others)
+        counted = new.get(each.window) if (each.proof, each.window) in ours else None
+        if not agrees or (counted is not None and not _is_recounted(each, counted)):
+            yield each
+
+
+def _new_bounds(found: Sequence[Enclosure]) -> "Mapping[int, EntropyBounds]":
+    """Return new bounds by length of windows, up to the longest stored or `RECOUNTED` windows."""
+    from orbitdb.entropy.bounds import levels  # SciPy's sparse matrices load slowly
+
+    new = {}
+    for bounds in levels(Stadium(found[0].a)):
+        new[bounds.window] = bounds
+        if bounds.window >= max(each.window for each in found) or bounds.windows > RECOUNTED:
+            break
+    return new
+
+
+def _meet(one: Enclosure, other: "Enclosure | EntropyBounds") -> bool:
+    return one.lower <= other.upper and other.lower <= one.upper
+
+
+def _is_recounted(one: Enclosure, new: "EntropyBounds") -> bool:
+    """Tell whether a row is what is counted again; balls may leave open what doubles decide, no more."""
+    if all(getattr(one, name) == getattr(new, name) for name in _COUNTED):
+        return True
+    wider = one.lower <= new.lower and new.upper <= one.upper
+    return one.proof == BALLS and wider and one.windows >= new.windows and one.undecided >= new.undecided
+
+
+def _levels(a: float, parity: str, connection: sa.Connection) -> Iterator[Check]:
+    try:
+        for stored in stored_levels(connection, a, Parity(parity)):
+            yield from _window(stored)
+    except (StoreError, InputError, ValueError):
+        yield Check("levels", 1, 1, first=f"levels {parity} at a = {a:g}")
+
+
+def _window(stored: Levels) -> Iterator[Check]:
+    """Check the number of levels in a window and below it, then each level, if the number is right.
+
+    Raises
+    ------
+    InputError
+        If no such window is ever solved.
+    """
+    tasks = windows(Stadium(stored.a), stored.parity, stored.low, stored.high)
+    found = [task.on_grid(*_GRID) for task in tasks]
+    k = np.concatenate([each for _, each in found])
+    labels = [f"{stored.parity} {each:.6g}" for each in stored.k]
+    if (stored.below, len(stored.k)) != (found[0][0], len(k)):
+        yield judged("levels", [f"{stored.parity} {stored.low:g} to {stored.high:g}"], [True])
+    else:
+        allowed = np.where(stored.error < rounding(stored.k), 0.0, stored.error + rounding(k))
+        yield measured("levels", labels, np.abs(stored.k - k), allowed)
+
+
+def _trajectories(a: float, connection: sa.Connection) -> Iterator[Check]:
+    query = sa.select(trajectory).join(stadium).where(stadium.c.a == a).order_by(trajectory.c.id)
+    runs = parameters_of(connection)
+    for row in connection.execute(query).mappings():
+        yield single("trajectories", f"at a = {a:g}", _faults(a, dict(row), runs.get(row["run"], {})))
+
+
+def _faults(a: float, row: Mapping[str, Any], run: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what is wrong with averages at one a, given what their run was asked for."""
+    asked = (run.get("command"), run.get("a"), run.get("bounces"), str(run.get("seed")))
+    if asked != ("simulate", a, row["bounces"], row["seed"]):
+        yield "it is not what its run was asked for"
+    errors = [row[f"{name}_error"] for name in ("lambda_d", "lambda_c", "mean_free_path")]
+    if row["groups"] < 2 or not all(0 < error < math.inf for error in errors):
+        yield "errors that are none"
+    exact, free = Stadium(a).mean_free_path, row["mean_free_path"]
+    if not abs(free - exact) <= _MANY * row["mean_free_path_error"]:
+        yield f"mean free path {free:g}, not {exact:g}"
+    for name in ("", "_error"):
+        per_bounce, per_length = row[f"lambda_d{name}"], row[f"lambda_c{name}"]
+        if not abs(per_length * exact - per_bounce) <= _ROUNDING * per_bounce:
+            yield f"lambda_c{name} is not lambda_d{name} over the mean free path"
+    new = _new_run(a)
+    allowed = _MANY * math.hypot(row["lambda_d_error"], new.lambda_d_error)
+    if not abs(row["lambda_d"] - new.lambda_d) <= allowed:
+        yield f"lambda_d {row['lambda_d']:g}, not {new.lambda_d:g}"
+    fewer = min(1.0, math.sqrt(new.bounces / row["bounces"])) / _TOO_SMALL
+    for name in ("lambda_d_error", "mean_free_path_error"):
+        if row[name] < fewer * getattr(new, name):
+            yield f"{name} {row[name]:.1e} is too small for {row['bounces']} bounces"
+
+
+def _new_run(a: float) -> Reference:
+    if a < _LEGWISE_FROM:
+        return simulate(Stadium(a), _BOUNCES)
+    growth = exact_means(a).growth
+    return simulate_legs(Stadium(a), _BOUNCES, (growth.value, growth.error))

@@ -1,0 +1,50 @@
+"""Edge words and windows as text, and the codes that edge words stand for."""
+
+import numpy as np
+
+from orbitdb.entropy.letters import (
+    DOWN_LEG,
+    ENDS_LEG,
+    FROM_TOP,
+    IN_RUN,
+    MAY_FOLLOW,
+    STARTS_LEG,
+    D,
+    edge_words,
+    letters_of,
+    text_of,
+)
+from orbitdb.entropy.windows import Windows
+from orbitdb.symbols.words import from_strings, to_strings
+
+
+def edges_of(code: str) -> str:
+    """Return the cyclic edge word of an admissible code, beginning with the edge behind its first bounce."""
+    return text_of(edge_words(from_strings([code]))[0])
+
+
+def code_of(edges: str) -> str:
+    """Return the code of a cyclic edge word, beginning with the bounce before its first edge.
+
+    Its first run is on the left. An edge word with an odd number of legs closes on the other semicircle:
+    the code goes round twice.
+    """
+    word = letters_of(edges)
+    assert MAY_FOLLOW[word, np.roll(word, -1)].all()
+    legs = int(ENDS_LEG[word].sum())
+    assert legs
+    word = np.tile(word, 1 + legs % 2)
+    before = np.roll(word, 1)
+    on_run = IN_RUN[word] | STARTS_LEG[word]
+    passed = np.cumsum(ENDS_LEG[before]) - ENDS_LEG[before][0]
+    downward = (word == D) | (before == D)
+    right = passed % 2 == 1
+    semicircle = np.where(right, np.where(downward, 5, 3), np.where(downward, 4, 1))
+    wall = np.where(np.isin(word, (DOWN_LEG, FROM_TOP)), 2, 0)
+    return to_strings(np.where(on_run, semicircle, wall).astype(np.uint8)[None])[0]
+
+
+def windows_of(*texts: str) -> Windows:
+    """Return windows of one length, each written with a bar at its mark."""
+    marks = np.array([text.index("|") for text in texts], dtype=np.intp)
+    return Windows(np.array([letters_of(text.replace("|", "")) for text in texts]), marks)
