@@ -44,7 +44,7 @@ def kind_told(name: str) -> str:
     if path.suffix not in (*ROWS, *PICTURES):
         raise InputError(f"{path.name}: end the name in {', '.join((*ROWS, *PICTURES))}")
     told = "the chosen rows, in full precision" if path.suffix in ROWS else "the orbit in its stadium"
-    return f"{path} is there and will be replaced: {told}" if os.path.exists(path) else told
+    return f"{path} exists and will be replaced: {told}" if os.path.exists(path) else told
 
 
 def export(

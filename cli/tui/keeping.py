@@ -139,7 +139,11 @@ class Keeping:
             if len(name.strip()) > _LONGEST_NAME or printable(name) != name:
                 raise InputError(f"{len(name.strip())} characters: take a name of {_LONGEST_NAME} or less")
             there = name.strip() in self._kept.state.filters
-            return "it is there and will be replaced" if there else self._screen.selection.describe()
+            return (
+                "a filter of this name exists and will be replaced"
+                if there
+                else self._screen.selection.describe()
+            )
 
         def take(name: str | None) -> None:
             if name:

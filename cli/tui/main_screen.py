@@ -115,7 +115,7 @@ class MainScreen(Panels):
         """Return the orbit on show, or say that there is none."""
         self.catch_up()
         if self.orbit is None:
-            self.notify("no orbit is shown: c asks for one by its code", timeout=2)
+            self.notify("no orbit is shown: press c and type a code", timeout=2)
         return self.orbit
 
     def action_follow(self, up: bool) -> None:
@@ -263,7 +263,7 @@ class MainScreen(Panels):
         if (orbit := self._shown()) is None:
             return
         if orbit.coordinates is None:
-            self.notify("it has no bounces to compare: only orbits do", timeout=2)
+            self.notify("only orbits have bounces to compare", timeout=2)
             return
         others = tuple(other for other in self.compared if other.code != orbit.code)
         if len(others) == len(self.compared):

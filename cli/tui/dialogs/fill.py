@@ -51,7 +51,7 @@ class FillDialog(Dialog[None]):
         """Show the fields, what they take, and the progress."""
         with VerticalScroll(classes="dialog", can_focus=False) as box:
             box.border_title = "fill the catalogue"
-            box.border_subtitle = "escape hides this; a fill goes on"
+            box.border_subtitle = "escape closes this; the fill goes on"
             for name, title, example in _FIELDS:
                 with Horizontal(classes="field"):
                     yield Label(title)

@@ -116,7 +116,7 @@ class CountsScreen(OwnScreen[None]):
 
     def _take_counts(self, found: tuple[Sequence[tuple[str, Counts, int]], str]) -> None:
         self._counts, partial = found
-        self.query_one("#tallies").border_subtitle = f"p = {partial}: in part" if partial else ""
+        self.query_one("#tallies").border_subtitle = f"p = {partial}: partial" if partial else ""
         self._show()
 
     def _take_values(self, found: Spread) -> None:
