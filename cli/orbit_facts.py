@@ -8,7 +8,9 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import several
 
 
-def facts(orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = ()) -> list[tuple[str, str]]:
+def facts(
+    orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = (), sign: str = "+-"
+) -> list[tuple[str, str]]:
     """Return what is known of a word, and with which others it is born, name by name, in words."""
     from orbitdb.symbols.pruning import RULES
     from orbitdb.symbols.words import run_notation
@@ -24,21 +26,19 @@ def facts(orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = ()) -> li
     if orbit.exists:
         facts.append(("exists", lives_text(orbit.exists)))
     facts += [(f"  {end:.9g}", f"{form}, recognised numerically") for end, form in _closed_forms(orbit)]
-    facts += [(f"  born at {a:.9g}", f"with {', '.join(words)}") for a, words in born_with]
-    if orbit.rules or orbit.length is None:
-        return facts + ([("margin", number("margin", orbit.margin))] if orbit.margin is not None else [])
+    facts += [(f"  born at {a:.9g}", f"with {', '.join(map(code_text, words))}") for a, words in born_with]
     errors = {"length": orbit.length_error, "lyapunov": orbit.lyapunov_error}
-    for name in ("length", "lyapunov", "lambda_d", "lambda_c", "maslov", "margin", "residual", "error"):
+    names = ("length", "lyapunov", "lambda_d", "lambda_c", "maslov", "margin", "residual", "error")
+    for name in names if orbit.length is not None else ("margin",):
         value, bound = getattr(orbit, name), errors.get(name)
-        facts.append((name, number(name, value) if bound is None else with_bound(value, bound)))
-    words, least = several(orbit.class_size or 0, "sequence"), code_text(orbit.representative)
-    reversal = "retraces its path" if orbit.time_reversal == "self" else "its reverse is another orbit"
-    facts += [
-        ("time reversal", reversal),
-        ("class", f"{words}, least {least}, symmetry {orbit.symmetry}"),
-        ("stored", "yes" if orbit.stored else "no: solved on the spot"),
-    ]
-    return facts
+        if value is not None:
+            facts.append((name, number(name, value) if bound is None else with_bound(value, bound, sign)))
+    if orbit.class_size is not None:
+        words, least = several(orbit.class_size, "sequence"), code_text(orbit.representative)
+        reversal = "retraces its path" if orbit.time_reversal == "self" else "its reverse is another orbit"
+        symmetry = "no symmetry" if orbit.symmetry == "1" else f"symmetry {orbit.symmetry}"
+        facts += [("time reversal", reversal), ("class", f"{words}, least {least}, {symmetry}")]
+    return [*facts, ("stored", "yes" if orbit.stored else "no: solved on the spot")]
 
 
 def _closed_forms(orbit: Orbit) -> list[tuple[float, str]]:

@@ -3,9 +3,11 @@
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from orbitdb import __version__
 from orbitdb.cli import arguments
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.options import USUAL_A
@@ -145,3 +147,17 @@ def note_nothing(catalogue: "Catalogue", *stadiums: "Selection", more: str = "")
     for chosen in stadiums:
         for told in nothing(catalogue, chosen):
             note(f"{told}{more}")
+
+
+def provenance(catalogue: "Catalogue", stadiums: "Sequence[Selection]", many: bool) -> dict[str, Any]:
+    """Return where rows come from; of many a, each with its own partial periods."""
+    values = [chosen.a for chosen in stadiums]
+    partial = [[fill.p for fill in catalogue.partial(chosen)] for chosen in stadiums]
+    return {
+        "orbitdb": __version__,
+        "selection": stadiums[0].describe(values),
+        "a": values if many else values[0],
+        "database": str(catalogue.path.resolve()),
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "partial": partial if many else partial[0],
+    }

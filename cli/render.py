@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR
 from enum import StrEnum
-from typing import Any
+from typing import Any, TextIO
 
 from orbitdb.cli.progress.line import aside
 from orbitdb.export import json_object, write_csv
@@ -115,21 +115,22 @@ def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -
         lines = {Format.TABLE: _table, Format.MARKDOWN: _markdown, Format.LATEX: _latex}[form]
         sys.stdout.writelines(f"{line}\n" for line in lines(columns, texts, left) if texts)
         return len(texts)
-    if form in (Format.JSON, Format.JSONL):
-        return _write_json(columns, rows, form)
-    return write_csv(sys.stdout, columns, rows, "\t" if form is Format.TSV else ",")
+    return write_data(sys.stdout, columns, rows, form)
 
 
-def _write_json(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
+def write_data(file: TextIO, columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
+    """Write rows for other programs, with every number in full, and return how many there were."""
+    if form not in (Format.JSON, Format.JSONL):
+        return write_csv(file, columns, rows, "\t" if form is Format.TSV else ",")
     array = form is Format.JSON
     opening, between, closing = ("[\n", ",\n", "\n]\n") if array else ("", "\n", "\n")
     count = 0
     for row in rows:
-        sys.stdout.write(between if count else opening)
-        sys.stdout.write(json_object(columns, row))
+        file.write(between if count else opening)
+        file.write(json_object(columns, row))
         count += 1
     if count or array:
-        sys.stdout.write(closing if count else "[]\n")
+        file.write(closing if count else "[]\n")
     return count
 
 

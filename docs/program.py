@@ -163,10 +163,20 @@ def _name(name: str, thing: Any) -> str:
 
 def keys() -> str:
     """Return the keys of the screens of the terminal UI, as its help tells them."""
-    from orbitdb.cli.tui.keys import COUNTS, MAIN, STATISTICS, WHOLE
+    from orbitdb.cli.tui.app import BrowseApp
+    from orbitdb.cli.tui.dialogs.keys import groups_of
+    from orbitdb.cli.tui.main_screen import MainScreen
+    from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
+    from orbitdb.cli.tui.screens import SCROLLING
+    from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
+    from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
+    from orbitdb.cli.tui.table.paged_table import PagedTable
 
     lines = ["| | key | does |", "|---|---|---|"]
-    for title, told in (*MAIN, COUNTS[0], STATISTICS[0], WHOLE[0]):
+    groups = groups_of([PagedTable.KEYS, MainScreen.KEYS, BrowseApp.KEYS])
+    for screen in (CountsScreen, StatisticsScreen, WholeOrbitScreen):
+        groups += groups_of([screen.KEYS])
+    for title, told in (*groups, *groups_of([SCROLLING])):
         for place, (names, means) in enumerate(told):
             shown = " ".join(f"`{each}`" for each in names.split())
             lines.append(f"| {'' if place else title} | {shown} | {_plain(means)} |")

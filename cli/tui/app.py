@@ -1,35 +1,28 @@
 """The application: it holds the catalogue and the fill, and shows the screens."""
 
-import asyncio
-import gc
-import os
-import signal
-import threading
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from rich.console import RenderableType
 from textual import work
-from textual.app import App, SystemCommand
-from textual.binding import Binding, BindingType
+from textual.app import SystemCommand
+from textual.binding import Binding
 from textual.notifications import SeverityLevel
 from textual.reactive import reactive
 from textual.screen import Screen
 from textual.worker import get_current_worker
 
-from orbitdb.cli.interrupts import TERMINATING, Terminated
-from orbitdb.cli.tui.dialogs.basic import KeysDialog, QuestionDialog
-from orbitdb.cli.tui.dialogs.fill import FillDialog
+from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.dialogs.filling import FillState, Wish
 from orbitdb.cli.tui.dialogs.filling import work as fill_steps
-from orbitdb.cli.tui.ending import LooseThreads, listen_to_signals, written_down
-from orbitdb.cli.tui.kept import Kept, state_path
+from orbitdb.cli.tui.ending import OrderlyApp
+from orbitdb.cli.tui.kept import Kept
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.facts import Certificate
-from orbitdb.cli.tui.screens import ActionsDialog
+from orbitdb.cli.tui.screens import ActionsDialog, Keys, bindings, key
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
@@ -42,12 +35,11 @@ if TYPE_CHECKING:
 _SECONDS_BETWEEN_LOOKS = 2.0
 _RESTS = 5
 """Times that the last look took until the next one, at least."""
-_SECONDS_TO_PUT_AWAY = 1.0
 _WIDTHS = [(0, "-slim"), (76, "-narrow"), (140, "-wide")]
 _HEIGHTS = [(0, "-short"), (36, "-tall")]
 
 
-class BrowseApp(App[None]):
+class BrowseApp(OrderlyApp):
     """Browse a catalogue.
 
     Parameters
@@ -66,11 +58,15 @@ class BrowseApp(App[None]):
     CSS_PATH = "style.tcss"
     HORIZONTAL_BREAKPOINTS = _WIDTHS
     VERTICAL_BREAKPOINTS = _HEIGHTS
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("question_mark", "keys", "keys", key_display="?"),
-        Binding("q", "quit", "quit"),
-        Binding("ctrl+q,ctrl+c", "quit", show=False),
-    ]
+    KEYS: ClassVar[Keys] = {
+        "orbitdb": [
+            Binding("question_mark", "keys", "keys", tooltip="these keys"),
+            key("ctrl+p", "command_palette", tooltip="all actions, themes"),
+            Binding("q", "quit", "quit"),
+            key("ctrl+q,ctrl+c", "quit"),
+        ]
+    }
+    BINDINGS = bindings(KEYS)
 
     fill_state: reactive[FillState | None] = reactive(None, repaint=False)
 
@@ -78,53 +74,12 @@ class BrowseApp(App[None]):
         self, path: Path, selection: Selection, code: str | None = None, state: Path | None = None
     ) -> None:
         super().__init__()
-        self.path, self.kept = path, Kept(state)
+        self.path = path
+        self.kept = Kept(state, partial(self.notify, severity="error"))
         self.title = printable(f"orbitdb {path.name}")
         self.catalogue = _opened(path)
         self._selection, self._code = selection, code
         self._shown_at = 0.0
-        self._in_hand: list[threading.Thread] = []
-        self.leaving = False
-        self.failure: BaseException | None = None
-
-    def on_load(self) -> None:
-        """Begin no thread that the end of the process would wait for."""
-        asyncio.get_running_loop().set_default_executor(LooseThreads())
-
-    def on_mount(self) -> None:
-        """Restore the terminal, too, when a signal says to end."""
-        gc.freeze()  # to go through all that stands by now keeps every key waiting for long
-        if threading.current_thread() is threading.main_thread():
-            listen_to_signals(self._end)
-
-    def _end(self, number: int) -> None:
-        if not self.is_web:  # there the server is told, too, and says so
-            self.failure = KeyboardInterrupt() if number == signal.SIGINT else Terminated(number)
-        self.action_stop_fill()
-        self.leaving = True
-        self.exit()
-
-    def take_in_hand(self) -> None:
-        """Let the process not end before this thread, which has something to put away."""
-        self._in_hand.append(threading.current_thread())
-
-    def close(self) -> None:
-        """Wait for what is in hand once the screen has gone, for a moment only if a signal said to end.
-
-        Raises
-        ------
-        BaseException
-            Whatever ended the screen before its time.
-        """
-        told = isinstance(self.failure, Terminated | KeyboardInterrupt)
-        for thread in self._in_hand:
-            thread.join(_SECONDS_TO_PUT_AWAY if told else None)
-        match self.failure:
-            case None:
-                return
-            case StoreError() | Terminated() | KeyboardInterrupt():
-                raise self.failure
-        raise written_down(self.failure, state_path().parent)
 
     def get_default_screen(self) -> Screen[None]:
         """Begin with the main screen."""
@@ -138,8 +93,8 @@ class BrowseApp(App[None]):
 
     # the catalogue, for the screens
 
-    def look_again(self) -> None:
-        """Read the file anew."""
+    def action_look_again(self) -> None:
+        """Show what other processes have stored meanwhile."""
         if self.catalogue is None:
             self.catalogue = _opened(self.path)
         self._main.refresh_catalogue()
@@ -178,26 +133,14 @@ class BrowseApp(App[None]):
         with self.catalogue.reading() as connection:
             return certificate_of(driver(connection), orbit.representative, orbit.a)
 
-    def check_filter(self, where: str, parameters: dict[str, str | int | float]) -> None:
-        """Refuse a filter that cannot be used."""
-        from orbitdb.store.asking.expressions import check
-
-        check(where, parameters)
-
-    def writable(self) -> bool:
-        """Tell whether the file can be written."""
-        if self.path.exists():
-            return os.access(self.path, os.W_OK) and os.access(self.path.parent, os.W_OK)
-        return True
-
     # filling
 
-    def on_fill_dialog_begun(self, message: FillDialog.Begun) -> None:
+    def begin_fill(self, wish: Wish) -> None:
         """Begin a fill, unless one runs."""
         if self.fill_state is None or not self.fill_state.runs:
-            self.fill_state = FillState(message.wish)
-            self._main.go_along(message.wish.a)
-            self._fill(message.wish)
+            self.fill_state = FillState(wish)
+            self._main.go_along(wish.a)
+            self._fill(wish)
 
     @work(thread=True, group="fill")
     def _fill(self, wish: Wish) -> None:
@@ -238,6 +181,11 @@ class BrowseApp(App[None]):
                 severity="error" if state.state == "failed" else "information",
             )
 
+    def leave(self) -> None:
+        """Stop the fill, if one runs, and leave."""
+        self.action_stop_fill()
+        super().leave()
+
     def action_stop_fill(self) -> None:
         """Stop the fill behind the batch at work."""
         if self.fill_state is not None and self.fill_state.runs:
@@ -245,22 +193,6 @@ class BrowseApp(App[None]):
             self.workers.cancel_group(self, "fill")
 
     # habits
-
-    def _handle_exception(self, error: Exception) -> None:
-        """Leave in good order if something fails; the command says what."""
-        self.failure = self.failure or error
-        if isinstance(error, StoreError):
-            self._close_messages_no_wait()
-        else:
-            super()._handle_exception(error)
-
-    def _fatal_error(self) -> None:
-        """Leave, without a traceback on the terminal."""
-        self._close_messages_no_wait()
-
-    def panic(self, *renderables: RenderableType) -> None:
-        """Leave when keys can no longer be read: the terminal is gone."""
-        self._end(TERMINATING[-1])
 
     def notify(
         self,
@@ -274,16 +206,13 @@ class BrowseApp(App[None]):
         """Say something, never as markup: errors and paths may look like it."""
         super().notify(printable(message), title=title, severity=severity, timeout=timeout, markup=False)
 
-    def tell(self, text: str) -> None:
-        """Say something, from any thread."""
-        self.call_later(self.notify, text)
-
     def action_keys(self) -> None:
         """Show the keys that matter here."""
-        from orbitdb.cli.tui.keys import columns_for, groups_for
+        from orbitdb.cli.tui.dialogs.keys import KeysDialog
 
         if not isinstance(self.screen, KeysDialog):
-            self.push_screen(KeysDialog(groups_for(self.screen), columns_for(self.screen)))
+            nodes = (self.screen.focused, self.screen, self)
+            self.push_screen(KeysDialog(nodes, columns=isinstance(self.screen, MainScreen)))
 
     def action_command_palette(self) -> None:
         """Show all actions by name."""
@@ -298,9 +227,7 @@ class BrowseApp(App[None]):
 
         def take(sure: bool | None) -> None:
             if sure:
-                self.action_stop_fill()
-                self.leaving = True
-                self.exit()
+                self.leave()
 
         question = "A fill is running. What is stored stays; it can go on later."
         self.push_screen(QuestionDialog(question, "Stop it and quit", "Stay"), take)
@@ -308,24 +235,14 @@ class BrowseApp(App[None]):
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Give every action of the screen, and those of Textual's own that are none of these, each once."""
         own: dict[str, SystemCommand] = {}
-        for command in self._actions_of(screen):
-            own.setdefault(command.title, command)  # an action may have several keys
-        yield from own.values()
-        for command in super().get_system_commands(screen):
-            if command.title not in own:
-                yield command
-
-    def _actions_of(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         for active in screen.active_bindings.values():
             binding = active.binding
-            useful = binding.description and "command_palette" not in binding.action
-            if useful and active.enabled and not binding.system:
-                action, node = binding.action, active.node
-                yield SystemCommand(
-                    binding.description[:1].upper() + binding.description[1:],
-                    f"key {self.get_key_display(binding)}",
-                    lambda action=action, node=node: self.call_later(self.run_action, action, node),
-                )
+            if active.enabled and binding.description and not binding.system:
+                title = binding.description[:1].upper() + binding.description[1:]
+                run = partial(self.call_later, self.run_action, binding.action, active.node)
+                own.setdefault(title, SystemCommand(title, f"key {self.get_key_display(binding)}", run))
+        yield from own.values()
+        yield from (each for each in super().get_system_commands(screen) if each.title not in own)
 
 
 def _opened(path: Path) -> "Catalogue | None":

@@ -1,37 +1,64 @@
 """Choosing a subset: each change gives a new `Selection`, which describes itself."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.render import code_text
+from orbitdb.errors import InputError
+from orbitdb.numerals import real
 from orbitdb.orbits.orbit import Status
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
+from orbitdb.symbols.words import least_rotation, parse, primitive_root
 
 SHOWN = (Status.ORBIT, Status.DYNAMICAL, Status.BOUNDARY, Status.GEOMETRIC, Status.UNRESOLVED)
 """The statuses that rows may have."""
 
 _STATUSES: tuple[tuple[Status, ...], ...] = ((), *((status,) for status in SHOWN))
-_REVERSALS = (None, "self", "pair")
+
+
+def half_length(text: str) -> float:
+    """Read a half length.
+
+    Raises
+    ------
+    InputError
+        If it is none; the message says how to write it.
+    """
+    try:
+        return Stadium(real(text.strip())).a
+    except InputError:
+        raise
+    except ValueError:
+        raise InputError(f"a = {text!r}: write a number such as 1.6") from None
+
+
+def code_told(code: str) -> str:
+    """Say what a code is."""
+    word = primitive_root(parse(code))
+    return f"p = {len(word)}, least rotation {code_text(least_rotation(word))}"
 
 
 def next_status(selection: Selection) -> Selection:
     """Choose the next status: all, orbits, dynamically pruned words and so on."""
-    place = _STATUSES.index(selection.statuses) if selection.statuses in _STATUSES else -1
-    return replace(selection, statuses=_STATUSES[(place + 1) % len(_STATUSES)])
+    return replace(selection, statuses=_after(_STATUSES, selection.statuses, 1))
 
 
 def next_reversal(selection: Selection) -> Selection:
     """Choose all words, those that retrace their path, or the others."""
-    place = _REVERSALS.index(selection.time_reversal)
-    return replace(selection, time_reversal=_REVERSALS[(place + 1) % len(_REVERSALS)])
+    return replace(selection, time_reversal=_after((None, "self", "pair"), selection.time_reversal, 1))
 
 
 def other_period(selection: Selection, known: list[int], step: int) -> Selection:
     """Choose one period, the next or the one before; beyond the ends stand all of them."""
-    ring = [None, *known]
-    now = selection.periods[0][0] if len(selection.periods) == 1 else None
-    place = ring.index(now) if now in ring else 0
-    period = ring[(place + step) % len(ring)]
-    return replace(selection, periods=() if period is None else ((period, period),))
+    return replace(selection, periods=_after(((), *(((p, p),) for p in known)), selection.periods, step))
+
+
+def _after(ring: Sequence[Any], present: Any, step: int) -> Any:
+    """Return what stands some steps behind something in a ring; what is not in it is like the first."""
+    return ring[((ring.index(present) if present in ring else 0) + step) % len(ring)]
 
 
 def chips(selection: Selection, a_values: int) -> str:

@@ -1,6 +1,7 @@
 """How the screen ends: within two seconds of a signal, whatever is at work; with one line if it fails."""
 
 import asyncio
+import gc
 import os
 import signal
 import tempfile
@@ -9,15 +10,17 @@ import traceback
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
-from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from rich.console import RenderableType
+from textual.app import App
 from textual.worker import WorkerFailed
 
-from orbitdb.cli.interrupts import SIGNALLED, TERMINATING, LooseThread
-from orbitdb.errors import WorkError
+from orbitdb.cli.interrupts import SIGNALLED, TERMINATING, LooseThread, Terminated
+from orbitdb.errors import StoreError, WorkError
 
+_SECONDS_TO_PUT_AWAY = 1.0
 _PATIENCE = 1.8
 """Seconds behind which the process ends whether or not the screen has been closed."""
 
@@ -63,20 +66,85 @@ def listen_to_signals(end: Callable[[int], None]) -> None:
         signal.signal(number, told)
 
 
-def written_down(error: BaseException, folder: Path) -> WorkError:
+class OrderlyApp(App[None]):
+    """An application that leaves in good order, whatever ends it.
+
+    Attributes
+    ----------
+    leaving : bool
+        Whether what still works is to stop.
+    failure : BaseException or None
+        What ended the screen before its time.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._in_hand: list[threading.Thread] = []
+        self.leaving = False
+        self.failure: BaseException | None = None
+
+    def on_load(self) -> None:
+        """Begin no thread that the end of the process would wait for."""
+        asyncio.get_running_loop().set_default_executor(LooseThreads())
+
+    def on_mount(self) -> None:
+        """Restore the terminal, too, when a signal says to end."""
+        gc.freeze()  # to go through all that stands by now keeps every key waiting for long
+        if threading.current_thread() is threading.main_thread():
+            listen_to_signals(self._end)
+
+    def _end(self, number: int) -> None:
+        if not self.is_web:  # there the server is told, too, and says so
+            self.failure = KeyboardInterrupt() if number == signal.SIGINT else Terminated(number)
+        self.leave()
+
+    def leave(self) -> None:
+        """Leave, and let what still works stop."""
+        self.leaving = True
+        self.exit()
+
+    def take_in_hand(self) -> None:
+        """Let the process not end before this thread, which has something to put away."""
+        self._in_hand.append(threading.current_thread())
+
+    def close(self) -> None:
+        """Wait for what is in hand once the screen has gone, for a moment only if a signal said to end.
+
+        Raises
+        ------
+        BaseException
+            Whatever ended the screen before its time.
+        """
+        told = isinstance(self.failure, Terminated | KeyboardInterrupt)
+        for thread in self._in_hand:
+            thread.join(_SECONDS_TO_PUT_AWAY if told else None)
+        if self.failure is not None:
+            raise self.failure if told or isinstance(self.failure, StoreError) else written_down(self.failure)
+
+    def _handle_exception(self, error: Exception) -> None:
+        """Leave in good order if something fails; the command says what."""
+        self.failure = self.failure or error
+        if isinstance(error, StoreError):
+            self._close_messages_no_wait()
+        else:
+            super()._handle_exception(error)
+
+    def _fatal_error(self) -> None:
+        """Leave, without a traceback on the terminal."""
+        self._close_messages_no_wait()
+
+    def panic(self, *renderables: RenderableType) -> None:
+        """Leave when keys can no longer be read: the terminal is gone."""
+        self._end(TERMINATING[-1])
+
+
+def written_down(error: BaseException) -> WorkError:
     """Write the traceback of an error that nobody has foreseen to a file, and say where that is."""
     if isinstance(error, WorkerFailed):
         error = error.error
-    text = "".join(traceback.format_exception(error))
-    path = folder / "browse-traceback.txt"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    except OSError:
-        number, name = tempfile.mkstemp("-traceback.txt", "orbitdb-browse-")
-        path = Path(name)
-        with os.fdopen(number, "w", encoding="utf-8") as file:
-            file.write(text)
+    number, path = tempfile.mkstemp("-traceback.txt", "orbitdb-browse-")
+    with os.fdopen(number, "w", encoding="utf-8") as file:
+        traceback.print_exception(error, file=file)
     what = f"{type(error).__name__}: {error}".partition("\n")[0]
     return WorkError(
         f"the screen failed ({what}), its traceback is in {path}; nothing that was stored is lost"

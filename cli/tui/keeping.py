@@ -1,6 +1,5 @@
 """What is chosen for good on the main screen: columns, marked orbits, and filters by name."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -9,11 +8,12 @@ from orbitdb.cli.render import code_text
 from orbitdb.cli.tui.dialogs.basic import LineDialog
 from orbitdb.cli.tui.dialogs.filters import KEEP, FiltersDialog
 from orbitdb.cli.tui.dialogs.marks import ColumnDialog, Names
-from orbitdb.cli.tui.kept import State, among_marked, criteria_of, selection_of, toggled
+from orbitdb.cli.tui.kept import Kept, among_marked, criteria_of, selection_of, toggled
 from orbitdb.cli.tui.table.columns import chosen
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
+from orbitdb.store.asking.expressions import check
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.words import least_rotation
 
@@ -24,12 +24,7 @@ _LONGEST_NAME = 40
 
 
 class Keeping:
-    """What is kept from one session to the next.
-
-    Parameters
-    ----------
-    screen : Panels
-    """
+    """What is kept from one session to the next."""
 
     def __init__(self, screen: "Panels") -> None:
         self._screen = screen
@@ -37,26 +32,8 @@ class Keeping:
         self._marked_where: str | None = None
 
     @property
-    def _state(self) -> State:
-        return self._screen.browser.kept.state
-
-    def load(self) -> State:
-        """Return what was kept; where that cannot be read, say so."""
-        try:
-            self._screen.browser.kept.load()
-        except InputError as error:
-            self._screen.call_later(self._screen.notify, str(error), severity="error")
-        return self._state
-
-    def _change(self, changed: Callable[[State], State]) -> None:
-        """Change what is kept; where it cannot be, it holds for this session."""
-        try:
-            self._screen.browser.kept.change(changed)
-        except InputError as error:
-            self._complain(error)
-
-    def _complain(self, error: InputError) -> None:
-        self._screen.notify(str(error), severity="error")
+    def _kept(self) -> Kept:
+        return self._screen.browser.kept
 
     # columns
 
@@ -66,7 +43,7 @@ class Keeping:
         def take(names: Names | None) -> None:
             if names is not None:
                 names = ("code", *names)
-                self._change(partial(replace, columns=names))
+                self._kept.change(partial(replace, columns=names))
                 self._screen.rows.table.first_column = 1
                 self._screen.columns = chosen(names)
 
@@ -77,8 +54,8 @@ class Keeping:
     def mark(self, orbit: Orbit) -> None:
         """Mark an orbit, or unmark it."""
         word = least_rotation(orbit.code)
-        self._change(partial(toggled, word=word))
-        marked = self._state.marked
+        self._kept.change(partial(toggled, word=word))
+        marked = self._kept.state.marked
         verb = "marked" if word in marked else "unmarked"
         self._screen.notify(f"{verb} {code_text(word)}, {len(marked)} in all; ' shows them", timeout=2)
         self._screen.marked = frozenset(marked)
@@ -98,16 +75,16 @@ class Keeping:
 
     def _choose_marked(self, where: str | None) -> None:
         """Choose the marked orbits among those of a filter."""
-        words = self._state.marked
+        words = self._kept.state.marked
         if not words:
             self._screen.notify("no orbit is marked: * marks one")
             self._screen.selection = replace(self._screen.selection, where=where)
             return
         wanted = among_marked(words, where)
         try:
-            self._screen.browser.check_filter(wanted, dict(self._screen.selection.parameters))
+            check(wanted, dict(self._screen.selection.parameters))
         except InputError as error:
-            self._complain(error)
+            self._screen.notify(str(error), severity="error")
             return
         self._unmarked_where, self._marked_where = where, wanted
         self._screen.selection = replace(self._screen.selection, where=wanted)
@@ -123,7 +100,7 @@ class Keeping:
             elif name is not None:
                 self._take_filter(name)
 
-        told = {name: self._told(name) for name in self._state.filters}
+        told = {name: self._told(name) for name in self._kept.state.filters}
         self._screen.app.push_screen(
             FiltersDialog(told, self._forget, self._screen.selection.describe()), take
         )
@@ -135,10 +112,10 @@ class Keeping:
             return str(error)
 
     def _kept_filter(self, name: str) -> Selection:
-        return selection_of(self._state.filters[name], self._screen.selection.a)
+        return selection_of(self._kept.state.filters[name], self._screen.selection.a)
 
     def _forget(self, name: str) -> None:
-        self._change(
+        self._kept.change(
             lambda state: replace(state, filters={k: v for k, v in state.filters.items() if k != name})
         )
 
@@ -146,9 +123,9 @@ class Keeping:
         try:
             selection = self._kept_filter(name)
             if selection.where is not None:
-                self._screen.browser.check_filter(selection.where, dict(selection.parameters))
+                check(selection.where, dict(selection.parameters))
         except InputError as error:
-            self._complain(error)
+            self._screen.notify(str(error), severity="error")
             return
         self._screen.selection = selection
 
@@ -161,12 +138,16 @@ class Keeping:
         def check(name: str) -> str:
             if len(name.strip()) > _LONGEST_NAME or printable(name) != name:
                 raise InputError(f"{len(name.strip())} characters: take a name of {_LONGEST_NAME} or less")
-            there = name.strip() in self._state.filters
-            return "it is there and will be replaced" if there else self._screen.selection.describe()
+            there = name.strip() in self._kept.state.filters
+            return (
+                "a filter of this name exists and will be replaced"
+                if there
+                else self._screen.selection.describe()
+            )
 
         def take(name: str | None) -> None:
             if name:
-                self._change(lambda state: replace(state, filters={**state.filters, name: criteria}))
+                self._kept.change(lambda state: replace(state, filters={**state.filters, name: criteria}))
                 self._screen.notify(f"kept as {name}", timeout=2)
 
         self._screen.app.push_screen(LineDialog("keep this filter as", "", "short orbits", check), take)

@@ -48,54 +48,40 @@ class Kept:
     ----------
     path : Path or None
         It need not exist; None to keep nothing beyond this session.
+    complain : callable
+        Is told what is wrong with the file, which is then left as it is.
     """
 
-    def __init__(self, path: Path | None) -> None:
-        self.path = path
+    def __init__(self, path: Path | None, complain: Callable[[str], object]) -> None:
+        self.path, self._complain = path, complain
         self.state = State()
 
-    def load(self) -> None:
-        """Read the file, if there is one.
-
-        Raises
-        ------
-        InputError
-            If it cannot be read, or holds something else.
-        """
-        if self.path is None:
-            return
+    def load(self) -> bool:
+        """Read the file, if there is one, and tell whether it can be used."""
         try:
-            self.state = _state_of(json.loads(self.path.read_text(encoding="utf-8")))
+            if self.path is not None:
+                self.state = _state_of(json.loads(self.path.read_text(encoding="utf-8")))
         except FileNotFoundError:
-            return
+            pass
         except OSError as error:
-            raise InputError(f"{self.path} cannot be read ({error.strerror})") from error
-        except (ValueError, TypeError, AttributeError, RecursionError) as error:
-            raise InputError(f"{self.path} holds no choices of this program: move it away") from error
+            self._complain(f"{self.path} cannot be read ({error.strerror})")
+            return False
+        except (ValueError, TypeError, AttributeError, RecursionError):
+            self._complain(f"{self.path} holds no choices of this program: move it away")
+            return False
+        return True
 
     def change(self, changed: Callable[[State], State]) -> None:
-        """Change the state, here in any case, and in the file.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be read or written, which is then left as it is.
-        """
-        before = self.state
-        try:
-            self.load()
-        except InputError:
-            self.state = changed(before)
-            raise
+        """Change the state, here in any case, and in the file."""
+        usable = self.load()
         self.state = changed(self.state)
-        if self.path is None:
-            return
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            with complete(self.path) as draft:
-                draft.write_text(json.dumps(asdict(self.state), indent=1) + "\n", encoding="utf-8")
-        except (OSError, StoreError) as error:
-            raise InputError(f"{error}: what is chosen holds for now only") from error
+        if usable and self.path is not None:
+            try:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+                with complete(self.path) as draft:
+                    draft.write_text(json.dumps(asdict(self.state), indent=1) + "\n", encoding="utf-8")
+            except (OSError, StoreError, InputError) as error:
+                self._complain(f"{error}: what is chosen holds for now only")
 
 
 def state_path() -> Path:

@@ -1,5 +1,6 @@
 """The panels of the main screen: the chosen subset as a table, and the orbit under the cursor."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
 from textual.app import ComposeResult
@@ -7,11 +8,12 @@ from textual.containers import Horizontal, Vertical
 from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
 
+from orbitdb.cli.render import code_text
 from orbitdb.cli.tui import choices
-from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
-from orbitdb.cli.tui.orbit.facts import Certificate, FactsPanel
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
+from orbitdb.cli.tui.orbit.facts import FactsPanel
 from orbitdb.cli.tui.screens import Failed, OwnScreen
-from orbitdb.cli.tui.table.columns import COLUMNS, USUAL, Column, fields_of
+from orbitdb.cli.tui.table.columns import COLUMNS, Column, fields_of
 from orbitdb.cli.tui.table.following import Following
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.panel import RowsPanel
@@ -19,6 +21,8 @@ from orbitdb.cli.tui.table.source import NoRows, Ordering, Pages
 from orbitdb.cli.tui.word_search import WordSearch
 from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.store.asking.codes import hint
+from orbitdb.store.asking.expressions import check, names_in
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.soundness import need_words
 from orbitdb.symbols.words import least_rotation
@@ -61,7 +65,6 @@ class Panels(OwnScreen[None]):
     selection: reactive[Selection] = reactive(Selection, repaint=False)
     ordering: reactive[Ordering] = reactive(Ordering(), repaint=False)
     orbit: reactive[Orbit | None] = reactive(None, always_update=True, repaint=False)
-    view: reactive[View] = reactive(View.STADIUM, repaint=False)
     compared: reactive[tuple[Orbit, ...]] = reactive((), always_update=True, repaint=False)
     columns: reactive[tuple[Column, ...]] = reactive(COLUMNS, repaint=False)
     marked: reactive[frozenset[str]] = reactive(frozenset(), repaint=False)
@@ -70,6 +73,7 @@ class Panels(OwnScreen[None]):
         super().__init__()
         self.set_reactive(Panels.selection, selection)
         self._code = code
+        self._values = dict(selection.parameters)
         self.wanted: str | None = None
         self.caught_up: str | None = None
         self.periods: list[int] = []
@@ -98,11 +102,9 @@ class Panels(OwnScreen[None]):
         with Vertical(id="greeting"):
             yield Static(GREETING.format(path=choices.escaped(str(self.browser.path))))
         with Horizontal(id="body"):
-            yield RowsPanel().data_bind(Panels.columns, Panels.marked)
+            yield RowsPanel(PagedTable(id="table").data_bind(Panels.columns, Panels.marked))
             with Vertical(id="side"):
-                yield OrbitDrawing(self.selection.a, id="drawing").data_bind(
-                    Panels.orbit, Panels.view, Panels.compared
-                )
+                yield OrbitDrawing(self.selection.a, id="drawing").data_bind(Panels.orbit, Panels.compared)
                 yield FactsPanel(id="facts")
         yield Footer(show_command_palette=False, compact=True)
 
@@ -145,19 +147,9 @@ class Panels(OwnScreen[None]):
             self.wanted = self.caught_up = self.rows.total = None
             self.orbit, self.compared = None, ()
             self.rows.say_gaps([], "")
-            self.rows.table.show(NoRows(USUAL))
+            self.rows.table.show(NoRows())
         self.say_choices()
         self.read()
-
-    def watch_ordering(self) -> None:
-        """Sort the subset."""
-        if self.is_mounted:
-            self.read()
-
-    def watch_columns(self) -> None:
-        """Read the rows anew, with what other columns show."""
-        if self.is_mounted:
-            self.read()
 
     def say_choices(self) -> None:
         """Show what is chosen, in the subtitle and as links."""
@@ -172,13 +164,39 @@ class Panels(OwnScreen[None]):
     def read(self) -> None:
         """Read the chosen rows."""
         if self.browser.catalogue is not None:
-            self.rows.read(self.browser.catalogue, self.selection, self.ordering, self._fields())
+            chosen = self.selection, self.ordering
+            self.rows.read(self.browser.catalogue, *chosen, self._fields(), self._take_rows)
 
-    def on_rows_panel_read(self, message: RowsPanel.Read) -> None:
+    def watch_ordering(self) -> None:
+        """Read the rows in another order, or with other columns."""
+        if self.is_mounted:
+            self.read()
+
+    watch_columns = watch_ordering
+
+    def check_filter(self, where: str) -> str:
+        """Refuse a filter that cannot be used; say where it compares codes with what names no row."""
+        check(where, dict(self._filtered(where).parameters))
+        return hint(where) or ""
+
+    def try_filter(self, where: str, word: str | None) -> None:
+        """Show the rows of a filter that can be used, the cursor on a word if it is among them."""
+        if (where or None) != self.selection.where:
+            self.wanted = word
+            self.selection = self._filtered(where or None)
+        elif self.rows.stopped:  # read it after all
+            self.read()
+
+    def _filtered(self, where: str | None) -> Selection:
+        """Return what is chosen with another filter; of the values given with -P, those it names."""
+        used = names_in(where or "")
+        known = self._values | dict(self.selection.parameters)
+        values = {name: value for name, value in known.items() if name in used}
+        return replace(self.selection, where=where, parameters=values)
+
+    def _take_rows(self, rows: Pages) -> None:
         """Show the rows; the cursor stays on its word if it is among them, and at the top if it was there."""
-        if message.asked != (self.selection, self.ordering):
-            return
-        rows, table = message.rows, self.rows.table
+        table = self.rows.table
         word = self.wanted or (table.row[0] if table.row and table.cursor else None)
         alone = self._word_without_row()
         if self.wanted is None and alone is not None:
@@ -190,7 +208,6 @@ class Panels(OwnScreen[None]):
         self.show_rows(rows, place or 0)
         if alone is not None and place is None:
             self.leave_the_row()
-        self.rows.report = f"{len(rows):,} of {message.total:,} sequences"
 
     def show_rows(self, rows: Pages, cursor: int) -> None:
         """Show the rows that have been read, as they are where words are shown."""
@@ -200,16 +217,10 @@ class Panels(OwnScreen[None]):
         self.following.go_on()
         self.rows.jumping.go_on()
 
-    def on_rows_panel_unread(self, message: RowsPanel.Unread) -> None:
-        """Say what went wrong with the rows."""
-        self.wanted = None
-        if isinstance(self.app.screen, Panels):  # a filter line says it itself
-            self.notify(message.reason, severity="error")
-
     def on_failed(self, message: Failed) -> None:
         """Go on with nothing that a worker could not do."""
         self.following.stop()
-        self.search.stop()
+        self.search.say_solving(None)
         self.rows.say()
 
     # the orbit
@@ -226,16 +237,14 @@ class Panels(OwnScreen[None]):
         row = self.rows.table.row
         self.caught_up = None if row is None else row[0]
 
-    def on_paged_table_highlighted(self, message: PagedTable.Highlighted) -> None:
-        """Show the orbit of the row, unless it is shown in another rotation or with its reverse."""
-        self.catch_up()
-
     def catch_up(self) -> None:
         """Show the word under the cursor, which may have moved faster than messages go."""
         row = self.rows.table.row
         if self.wanted is None and row is not None and row[0] != self.caught_up:
             self.caught_up = row[0]
             self._show_word(row[0])
+
+    on_paged_table_moved = catch_up
 
     def _show_word(self, word: str, anew: bool = False) -> None:
         """Show a word, as a least rotation; what is shown of it in another rotation stays, unless anew."""
@@ -268,8 +277,7 @@ class Panels(OwnScreen[None]):
             self.query_one(FactsPanel).show(None)
         else:
             self.remove_class("-empty")
-            certificate: Certificate = self.browser.certificate(orbit)
-            self.query_one(FactsPanel).show(orbit, certificate)
+            self.query_one(FactsPanel).show(orbit, self.browser.certificate(orbit))
         self.following.take_orbit(orbit)
 
     def entitle_facts(self) -> None:
@@ -277,7 +285,9 @@ class Panels(OwnScreen[None]):
         title = "facts"
         if self.orbit is not None and self.orbit.a != self.selection.a:
             title = f"facts at a = {self.orbit.a:.9g}"
-        self.query_one(FactsPanel).border_title = "solving …" if self.search.under_way else title
+        if self.search.solving is not None:
+            title = f"solving {code_text(self.search.solving)} …"
+        self.query_one(FactsPanel).border_title = title
 
     def action_back(self) -> None:
         """Go back to where digits began, or else show the row under the cursor as it is stored."""

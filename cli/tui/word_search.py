@@ -1,12 +1,10 @@
 """One word: a code that is typed, looked up or solved, and where its row is."""
 
-from functools import partial
 from typing import TYPE_CHECKING
 
-from orbitdb.cli.render import code_text, repeats
-from orbitdb.cli.tui.screens import Failed
+from orbitdb.cli.render import repeats
+from orbitdb.cli.tui.screens import in_thread
 from orbitdb.cli.tui.table.source import Pages
-from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
 
@@ -15,22 +13,12 @@ if TYPE_CHECKING:
 
 
 class WordSearch:
-    """A word that the main screen was asked for.
-
-    Parameters
-    ----------
-    screen : Panels
-    """
+    """A word that the main screen was asked for."""
 
     def __init__(self, screen: "Panels") -> None:
         self._screen = screen
-        self._solving: str | None = None
+        self.solving: str | None = None
         self._awaits_rows: Orbit | None = None
-
-    @property
-    def under_way(self) -> bool:
-        """Whether a word is being looked up or solved."""
-        return self._solving is not None
 
     def ask_for(self, code: str) -> None:
         """Look a code up, or solve it, in a worker."""
@@ -38,35 +26,19 @@ class WordSearch:
         root = primitive_root(word)
         if root != word:
             self._screen.notify(repeats(word, root))
-        self._say_solving(root)
-        find = partial(self._find, root, self._screen.here)
-        self._screen.run_worker(find, group="find", exclusive=True, thread=True)
+        self.say_solving(root)
+        a = self._screen.here
+        in_thread(self._screen, "find", lambda _: self._screen.browser.find(root, a), self.take)
 
-    def stop(self) -> None:
-        """Look for nothing any more: something went wrong."""
-        self._say_solving(None)
-
-    def _say_solving(self, word: str | None) -> None:
+    def say_solving(self, word: str | None) -> None:
         """Say that a word is looked up or solved, which may take a while; None: no more."""
-        self._solving = word
+        self.solving = word
         self._screen.entitle_facts()
-        if word is None:
-            self._screen.say_choices()
-        else:
-            self._screen.sub_title = f"solving {code_text(word)} …"
-
-    def _find(self, word: str, a: float) -> None:
-        try:
-            orbit = self._screen.browser.find(word, a)
-        except (InputError, StoreError) as error:
-            self._screen.post_message(Failed(str(error)))
-            return
-        self._screen.call_later(self.take, orbit)
 
     def take(self, orbit: Orbit) -> None:
         """Show the orbit, unless another stadium is shown by now, and say where it comes from."""
-        if orbit.code == self._solving:
-            self._say_solving(None)
+        if orbit.code == self.solving:
+            self.say_solving(None)
         if orbit.a == self._screen.here and not self.go_to(orbit):
             self._say_no_row(orbit)
 

@@ -14,7 +14,7 @@ from orbitdb.averages.fixed_points import Weight
 from orbitdb.averages.period_sums import lyapunov
 from orbitdb.averages.standing import faults_of, standing
 from orbitdb.catalogue.whole_periods import why_missing
-from orbitdb.cli.tui.statistics.averages import curves_of, notes_of, statistics, table_of
+from orbitdb.cli.tui.statistics.averages import curves_of, statistics, table_of
 
 HIGHEST = 9
 ZETA = ("lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
@@ -93,7 +93,7 @@ def test_a_period_is_missing_as_it_is_not_chosen_or_not_filled_or_partial():
 @pytest.mark.slow
 def test_statistics_show_what_the_command_shows(varied, cli):
     for selection, option in ((Selection(), ()), (Selection(periods=((3, 3), (5, 6))), ("--p", "3,5-6"))):
-        *_, found = statistics(Catalogue(varied), selection)
+        found = statistics(Catalogue(varied), selection)
         texts = [[cell != "" for cell in row[4:]] for row in table_of(found)]
         names = ("N", "K_0", "h_zeta", "lambda_d", "lambda_d_pair", "lambda_d_zeta",
                  "lambda_c", "lambda_c_pair", "lambda_c_zeta", "lambda_d_sum_rule", "lambda_d_sum_rule_error",
@@ -117,10 +117,9 @@ COMMANDS = ("entropy", "lyapunov")
 
 @pytest.mark.slow
 def test_a_chosen_period_says_nothing_of_the_file(varied):
-    *_, found = statistics(Catalogue(varied), Selection(periods=((6, 6),)))
-    lost, proved = notes_of(found)
-    assert lost == "without p = 2, 3, 4, 5 (not chosen)"
-    assert proved.startswith("entropy of all orbits: 1.15549571 < h < 1.16257011")
+    found = statistics(Catalogue(varied), Selection(periods=((6, 6),)))
+    assert "the zeta function lacks p = 2, 3, 4, 5 (not chosen)" in found.notes
+    assert found.facts[0].startswith("entropy of all orbits: 1.15549571 < h < 1.16257011")
 
 
 def test_averages_of_no_orbit_have_no_fault():

@@ -14,7 +14,7 @@ from older import make_older
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.app import call
-from orbitdb.cli.tui.statistics.averages import curves_of, notes_of, statistics
+from orbitdb.cli.tui.statistics.averages import curves_of, statistics
 from orbitdb.entropy.bounds import search
 from orbitdb.errors import InputError, StoreError
 from orbitdb.plots.curves import draw_entropy
@@ -105,9 +105,10 @@ def test_bounds_stand_beside_what_orbits_give(enclosed, cli):
             closest.upper,
             "doubles",
         ]
-    *_, found = statistics(Catalogue(enclosed), Selection())
-    assert notes_of(found)[-2:] == [line, "h_zeta lies outside the proved bounds at periods 2-4"]
-    drawn = curves_of(found, None)["entropy"][-2:]
+    shown = statistics(Catalogue(enclosed), Selection())
+    assert shown.facts == (line,)
+    assert shown.notes[-1] == "h_zeta lies outside the proved bounds at periods 2-4"
+    drawn = curves_of(shown, None)["entropy"][-2:]
     assert [set(curve.y) for curve in drawn] == [{closest.lower}, {closest.upper}]
     ax, values = Figure().add_subplot(), np.array([1.1, 1.2, 1.15])
     draw_entropy(ax, np.arange(2, 5), values, values, (closest.lower, closest.upper))

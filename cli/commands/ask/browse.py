@@ -44,6 +44,7 @@ def browse(
     db: options.Database = None,
 ) -> None:
     """Browse the catalogue in the terminal: look at orbits, choose subsets, compute (? shows the keys)."""
+    from orbitdb.store.asking.expressions import check
     from orbitdb.store.file.database import default_path
     from orbitdb.symbols.words import parse
 
@@ -60,7 +61,7 @@ def browse(
 
     app = BrowseApp(path, replace(chosen, a=meant(path, a)), code, state_path())
     if chosen.where is not None:
-        app.check_filter(chosen.where, dict(chosen.parameters))
+        check(chosen.where, dict(chosen.parameters))
     if web:
         arguments = ["browse", f"--db={path.absolute()}", *_typed_again(context)]
         server.serve(arguments, port, lambda address: note(f"{address} shows {path}; Ctrl-C ends it"))

@@ -2,20 +2,18 @@
 
 import sys
 from collections.abc import Iterator, Sequence
-from datetime import UTC, datetime
 from itertools import chain, groupby, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from orbitdb import __version__
 from orbitdb.cli import options
 from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import MarkWords, check_marks, with_marks
 from orbitdb.cli.progress.line import Progress, progress
-from orbitdb.cli.reading import note_gaps, note_nothing, reading_all
+from orbitdb.cli.reading import note_gaps, note_nothing, provenance, reading_all
 from orbitdb.cli.render import note
 from orbitdb.cli.rows import KEYS, Row, in_order, with_a
 from orbitdb.columns import OF_BOUNCES
@@ -126,7 +124,7 @@ def export(
             if file is None:
                 files.TEXT_WRITERS[kind](sys.stdout, names, written)
                 return
-            files.write_file(file, kind, names, written, _provenance(catalogue, stadiums, several(a)))
+            files.write_file(file, kind, names, written, provenance(catalogue, stadiums, several(a)))
     note(f"{_described(stadiums)}, in {file}")
 
 
@@ -174,20 +172,6 @@ def _form_of_stdout(form: str | None) -> str:
     raise InputError(
         f"{said}name a file, such as orbits.parquet, or write to stdout with --format csv or jsonl"
     )
-
-
-def _provenance(catalogue: "Catalogue", stadiums: "Sequence[Selection]", many: bool) -> dict[str, Any]:
-    """Return where rows come from; of many a, each with its own partial periods."""
-    values = [chosen.a for chosen in stadiums]
-    partial = [[fill.p for fill in catalogue.partial(chosen)] for chosen in stadiums]
-    return {
-        "orbitdb": __version__,
-        "selection": _described(stadiums),
-        "a": values if many else values[0],
-        "database": str(catalogue.path.resolve()),
-        "date": datetime.now(UTC).isoformat(timespec="seconds"),
-        "partial": partial if many else partial[0],
-    }
 
 
 def _described(stadiums: "Sequence[Selection]") -> str:

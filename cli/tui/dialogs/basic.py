@@ -1,67 +1,90 @@
-"""Dialogs: a choice from a list, a line of text, keys, and the question before quitting."""
+"""Dialogs: a choice from a list, a line of text, and the question before quitting."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar
 
-from rich.table import Table
+from rich.text import Text
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
-from textual.containers import Horizontal, Vertical, VerticalScroll
-from textual.widgets import Button, Input, Label, OptionList, Static
-from textual.widgets.option_list import Option
+from textual.binding import BindingType
+from textual.containers import Horizontal, Vertical
+from textual.widgets import Button, Input, Label, OptionList
 
-from orbitdb.cli.tui.screens import Dialog
+from orbitdb.cli.tui.screens import ESCAPE, Dialog, key
 from orbitdb.errors import InputError, StoreError
-
-Group = tuple[str, Sequence[tuple[str, str]]]
-"""A heading, and what stands below it: names and what they mean."""
-
-ESCAPE = Binding("escape", "dismiss(None)", "Close", show=False)
+from orbitdb.plaintext import printable
 
 
 class NameList(OptionList):
     """A list in which one moves as in the table."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("j", "cursor_down", show=False),
-        Binding("k", "cursor_up", show=False),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = [key("j", "cursor_down"), key("k", "cursor_up")]
 
 
 class ChoiceDialog(Dialog[str | None]):
-    """Choose one of some names."""
+    """Choose one of some names.
+
+    Parameters
+    ----------
+    title : str
+    choices : mapping of str to str
+        What is shown of each name.
+    current : str
+        The one to begin at.
+    notes : mapping of str to str, optional
+        What is said of the name under the cursor.
+    """
 
     BINDINGS: ClassVar[list[BindingType]] = [ESCAPE]
 
-    def __init__(self, title: str, choices: Sequence[tuple[str, str]], current: str) -> None:
+    def __init__(
+        self, title: str, choices: Mapping[str, str], current: str, notes: Mapping[str, str] | None = None
+    ) -> None:
         super().__init__()
-        self._title, self._choices, self._current = title, choices, current
+        self._title, self._choices, self._current, self._notes = title, choices, current, notes
+        self.names = list(choices)
 
     def compose(self) -> ComposeResult:
         """Show the choices."""
-        with Vertical(classes="dialog small") as box:
+        with Vertical(classes="dialog " + ("small" if self._notes is None else "bottom")) as box:
             box.border_title = self._title
-            yield NameList(*(Option(text, id=name) for name, text in self._choices))
+            yield NameList(*(Text(printable(text)) for text in self._choices.values()))
+            if self._notes is not None:
+                yield Label("", classes="complaint -note", markup=False)
 
     def on_mount(self) -> None:
         """Begin at what holds now."""
-        names = [name for name, _ in self._choices]
-        options = self.query_one(OptionList)
-        options.highlighted = names.index(self._current) if self._current in names else 0
+        place = self.names.index(self._current) if self._current in self.names else 0
+        self.query_one(OptionList).highlighted = place
 
-    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        """Take the choice."""
-        self.dismiss(event.option.id)
+    @property
+    def under_cursor(self) -> str:
+        """The name under the cursor."""
+        return self.names[self.query_one(OptionList).highlighted or 0]
+
+    def on_option_list_option_highlighted(self) -> None:
+        """Say what there is to say of it."""
+        if self._notes is not None:
+            self.query_one(Label).update(self._notes[self.under_cursor])
+
+    def on_option_list_option_selected(self) -> None:
+        """Take it."""
+        self.dismiss(self.under_cursor)
 
 
 class LineDialog(Dialog[str | None]):
-    """Ask for a line, check it as it is typed, keep what was typed before at hand."""
+    """Ask for a line, check it as it is typed, and list others that may be taken.
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        ESCAPE,
-        Binding("up", "older(1)", show=False),
-        Binding("down", "older(-1)", show=False),
-    ]
+    Parameters
+    ----------
+    title, value, placeholder : str
+    check : callable, optional
+        Says what a line means, or raises an error that says what is wrong with it.
+    others : sequence of str, optional
+        Lines that were typed before, or that are at hand.
+    """
+
+    AUTO_FOCUS = "Input"
+    BINDINGS: ClassVar[list[BindingType]] = [ESCAPE, key("up", "older(1)"), key("down", "older(-1)")]
 
     def __init__(
         self,
@@ -69,20 +92,23 @@ class LineDialog(Dialog[str | None]):
         value: str = "",
         placeholder: str = "",
         check: Callable[[str], str] = lambda _: "",
-        history: Sequence[str] = (),
+        others: Sequence[str] = (),
     ) -> None:
         super().__init__()
         self._title, self._placeholder = title, placeholder
         self._check_line = check
-        self._lines = [value, *(line for line in reversed(history) if line != value)]
-        self._place = 0
+        self._lines = [*dict.fromkeys(line for line in others if line != value), value]
+        self._place = len(self._lines) - 1
 
     def compose(self) -> ComposeResult:
-        """Show the line and what is wrong with it."""
+        """Show the lines to choose from, the one that is typed, and what is wrong with it."""
+        others = self._lines[:-1]
         with Vertical(classes="dialog bottom") as box:
             box.border_title = self._title
-            box.border_subtitle = "enter takes it, escape leaves, ↑ what was typed before"
-            yield Input(self._lines[0], placeholder=self._placeholder)
+            box.border_subtitle = "enter takes it, escape leaves" + (", ↑ ↓ choose" if others else "")
+            if others:
+                yield NameList(*map(Text, others), classes="others")
+            yield Input(self._lines[-1], placeholder=self._placeholder)
             yield Label("", classes="complaint", markup=False)
 
     def on_input_changed(self, event: Input.Changed) -> None:
@@ -114,65 +140,28 @@ class LineDialog(Dialog[str | None]):
             self.dismiss(event.value.strip())
 
     def action_older(self, steps: int) -> None:
-        """Go back and forth in what was typed before."""
-        self._place = max(0, min(self._place + steps, len(self._lines) - 1))
-        line = self.query_one(Input)
-        line.value = self._lines[self._place]
+        """Go up and down in the lines, the one that is typed being the last."""
+        self._take_up(max(0, min(self._place - steps, len(self._lines) - 1)))
+
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        """Take up the line under the mouse."""
+        self._take_up(event.option_index)
+
+    def _take_up(self, place: int) -> None:
+        self._place, line = place, self.query_one(Input)
+        line.value = self._lines[place]
         line.cursor_position = len(line.value)
-
-
-class KeysDialog(Dialog[None]):
-    """The keys that matter, and below them what the columns are."""
-
-    BINDINGS: ClassVar[list[BindingType]] = [ESCAPE, Binding("question_mark,q", "dismiss(None)", show=False)]
-
-    def __init__(self, groups: Sequence[Group], below: Group | None = None) -> None:
-        super().__init__()
-        self._groups, self._below = groups, below
-
-    def compose(self) -> ComposeResult:
-        """Show the keys, group by group, in two columns where there is room."""
-        with VerticalScroll(classes="dialog large") as box:
-            box.border_title = "keys"
-            box.border_subtitle = "escape closes"
-            yield Static(self._table())
-            if self._below is not None:
-                title, names = self._below
-                yield Static(f"[bold]{title}[/bold]")
-                yield Static(self._rows(names))
-
-    def _table(self) -> Table:
-        table = Table.grid(padding=(0, 2, 0, 0), expand=True)
-        table.add_column()
-        table.add_column()
-        half = (len(self._groups) + 1) // 2
-        table.add_row(self._column(self._groups[:half]), self._column(self._groups[half:]))
-        return table
-
-    @staticmethod
-    def _column(groups: Sequence[Group]) -> Table:
-        table = Table.grid(padding=(0, 2, 0, 0))
-        for title, keys in groups:
-            table.add_row(f"[bold]{title}[/bold]", "")
-            for key, meaning in keys:
-                table.add_row(key, meaning)
-            table.add_row("", "")
-        return table
-
-    @staticmethod
-    def _rows(names: Sequence[tuple[str, str]]) -> Table:
-        table = Table.grid(padding=(0, 2, 0, 0))
-        for name, meaning in names:
-            table.add_row(name, meaning)
-        return table
+        line.focus()
+        for listed in self.query(OptionList):
+            listed.highlighted = place if place < listed.option_count else None
 
 
 class QuestionDialog(Dialog[bool]):
     """Ask whether to do something that cannot be taken back."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("y", "dismiss(True)", show=False),
-        Binding("n,escape", "dismiss(False)", show=False),
+        key("y", "dismiss(True)"),
+        key("n,escape", "dismiss(False)"),
     ]
 
     def __init__(self, question: str, yes: str, no: str) -> None:

@@ -1,21 +1,18 @@
 """The dialog that asks what to fill, says what that is going to take, and shows how far it is."""
 
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
 from typing import ClassVar
 
-from textual import work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
+from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
-from textual.message import Message
 from textual.widgets import Button, Input, Label, ProgressBar
-from textual.worker import get_current_worker
 
 from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.dialogs.filling import Cost, FillState, Wish, cost_of, parse_wish
-from orbitdb.cli.tui.screens import Dialog
-from orbitdb.errors import InputError, StoreError
+from orbitdb.cli.tui.screens import ESCAPE, Dialog, in_thread
+from orbitdb.errors import InputError
 
 _FIELDS = (
     ("a", "half length a", ""),
@@ -35,29 +32,26 @@ class FillDialog(Dialog[None]):
         What stands in the fields at the beginning.
     state : FillState or None
         The fill that runs, or the last one.
+    begin : callable
+        Begins a fill, unless one runs.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "dismiss(None)", show=False)]
+    BINDINGS: ClassVar[list[BindingType]] = [ESCAPE]
 
     AUTO_FOCUS = "#periods"  # a focus that is set later comes behind the first keys
 
-    class Begun(Message):
-        """Somebody wants something filled."""
-
-        def __init__(self, wish: Wish) -> None:
-            super().__init__()
-            self.wish = wish
-
-    def __init__(self, path: Path, a: str, periods: str, state: FillState | None) -> None:
+    def __init__(
+        self, path: Path, a: str, periods: str, state: FillState | None, begin: Callable[[Wish], None]
+    ) -> None:
         super().__init__()
-        self._path, self._state = path, state
+        self._path, self._state, self._begin = path, state, begin
         self._values = {"a": a, "periods": periods, "codes": ""}
 
     def compose(self) -> ComposeResult:
         """Show the fields, what they take, and the progress."""
         with VerticalScroll(classes="dialog", can_focus=False) as box:
             box.border_title = "fill the catalogue"
-            box.border_subtitle = "escape hides this; a fill goes on"
+            box.border_subtitle = "escape closes this; the fill goes on"
             for name, title, example in _FIELDS:
                 with Horizontal(classes="field"):
                     yield Label(title)
@@ -118,17 +112,13 @@ class FillDialog(Dialog[None]):
             self.workers.cancel_group(self, "cost")
             self._say(str(error), wrong=True)
             return
-        self._weigh(wish, begin)
-
-    @work(thread=True, exclusive=True, group="cost")
-    def _weigh(self, wish: Wish, begin: bool) -> None:
-        worker = get_current_worker()
-        try:
-            take = partial(self._take_cost, wish, cost_of(self._path, wish), begin)
-        except (InputError, StoreError) as error:
-            take = partial(self._say, str(error), wrong=True)
-        if not worker.is_cancelled:
-            self.call_later(take)
+        in_thread(
+            self,
+            "cost",
+            lambda _: cost_of(self._path, wish),
+            lambda cost: self._take_cost(wish, cost, begin),
+            lambda told: self._say(told, wrong=True),
+        )
 
     def _take_cost(self, wish: Wish, cost: Cost, begin: bool) -> None:
         """Say what the wish takes; begin, or ask first where that is much."""
@@ -136,15 +126,11 @@ class FillDialog(Dialog[None]):
         if not begin or cost.nothing or self._runs:
             return
         if not cost.large:
-            self.post_message(self.Begun(wish))
+            self._begin(wish)
             return
-
-        def take(sure: bool | None) -> None:
-            if sure:
-                self.post_message(self.Begun(wish))
-
         question = f"{cost.sentence}. It can be stopped at any time, and goes on later where it was."
-        self.app.push_screen(QuestionDialog(question, "Fill", "Leave it"), take)
+        dialog = QuestionDialog(question, "Fill", "Leave it")
+        self.app.push_screen(dialog, lambda sure: self._begin(wish) if sure else None)
 
     def _say(self, text: str, wrong: bool = False) -> None:
         self.query_one("#cost", Label).set_class(wrong, "-wrong").update(text)

@@ -4,7 +4,9 @@ import time
 from collections.abc import Generator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import NamedTuple
 
+from orbitdb.cli.tui.choices import half_length
 from orbitdb.errors import InputError
 
 
@@ -72,39 +74,21 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
     InputError
         If a part cannot be read.
     """
-    from orbitdb.billiard.stadium import Stadium
-    from orbitdb.numerals import real
     from orbitdb.store.asking.parsing import parse_periods
     from orbitdb.symbols.enumeration import MAX_PERIOD
     from orbitdb.symbols.words import parse, primitive_root
 
-    try:
-        stadium = Stadium(real(a))
-    except ValueError as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"a = {a!r}: write a number such as 1.6") from None
+    value = half_length(a)
     if codes.strip():
-        return Wish(stadium.a, words=tuple(primitive_root(parse(code)) for code in codes.split(",")))
+        return Wish(value, words=tuple(primitive_root(parse(code)) for code in codes.split(",")))
     spans = parse_periods(periods)
     if not all(low >= 2 and high <= MAX_PERIOD for low, high in spans):
         raise InputError(f"periods {periods!r}: fill from 2 to {MAX_PERIOD}")
-    return Wish(stadium.a, periods=tuple(sorted({p for low, high in spans for p in range(low, high + 1)})))
+    return Wish(value, periods=tuple(sorted({p for low, high in spans for p in range(low, high + 1)})))
 
 
-@dataclass(frozen=True)
-class Cost:
-    """What a wish is going to take.
-
-    Attributes
-    ----------
-    sentence : str
-        Sequences, time and room.
-    large : bool
-        Whether to ask before it begins.
-    nothing : bool
-        Whether there is nothing left to do.
-    """
+class Cost(NamedTuple):
+    """What a wish is going to take; whether to ask before it begins; whether nothing is left to do."""
 
     sentence: str
     large: bool = False

@@ -1,12 +1,15 @@
 """The filter line: the rows behind it, and their count, follow as it is typed."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from textual.dom import DOMNode
 from textual.timer import Timer
 
 from orbitdb.cli.tui.dialogs.basic import LineDialog
 from orbitdb.store.asking.expressions import unfinished
+
+if TYPE_CHECKING:
+    from orbitdb.cli.tui.panels import Panels
 
 _PAUSE = 0.25
 """Seconds without a key before rows are read."""
@@ -17,39 +20,31 @@ class FilterDialog(LineDialog):
 
     Parameters
     ----------
+    main : Panels
+        It shows the rows of a filter, and reports how many they are or what went wrong with them.
     where : str
         The filter that holds now.
-    check : callable
-        Refuses what cannot be used.
-    stop : callable
-        Reads no further for the filter before, at every key.
-    attempt : callable
-        Shows the rows of a filter; it is never given one that is refused.
-    panel : DOMNode
-        Its reactive ``report`` says how many rows are shown, or what went wrong with them.
-    history : sequence of str
-        What was typed before.
+    others : sequence of str
+        Filters that were typed before.
+
+    Attributes
+    ----------
+    word : str or None
+        What the cursor was on, and goes to where it is among the rows; at the top it stays there.
     """
 
-    def __init__(
-        self,
-        where: str,
-        check: Callable[[str], str],
-        stop: Callable[[], None],
-        attempt: Callable[[str], None],
-        panel: DOMNode,
-        history: Sequence[str],
-    ) -> None:
+    def __init__(self, main: "Panels", where: str, others: Sequence[str]) -> None:
         placeholder = "lambda_c < 0.5 and time_reversal = 'self'"
-        super().__init__("filter, as in --where", where, placeholder, check, history)
-        self._stop, self._attempt, self._rows = stop, attempt, panel
+        super().__init__("filter, as in --where", where, placeholder, main.check_filter, others)
+        row = main.rows.table.row if main.rows.table.cursor else None
+        self._main, self.word = main, row[0] if row else None
         self._tried = where.strip()
         self._report = self._note = ""
         self._timer: Timer | None = None
 
     def on_mount(self) -> None:
         """Follow the rows that are shown."""
-        self.watch(self._rows, "report", self._hear)
+        self.watch(self._main.rows, "report", self._hear)
 
     def _hear(self, report: str) -> None:
         self._report = report
@@ -64,7 +59,7 @@ class FilterDialog(LineDialog):
             self._timer.stop()
             self._timer = None
         if text.strip() != self._tried:
-            self._stop()
+            self._main.rows.stop_reading()
         told, wrong = self.checked(text)
         if wrong and not unfinished(text, told):
             self.tell(told, wrong)
@@ -76,4 +71,4 @@ class FilterDialog(LineDialog):
 
     def _try(self, where: str) -> None:
         self._timer, self._tried = None, where
-        self._attempt(where)
+        self._main.try_filter(where, self.word)

@@ -5,13 +5,13 @@ from typing import ClassVar
 
 from rich.text import Text
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
+from textual.binding import BindingType
 from textual.containers import Vertical
 from textual.widgets import OptionList
 from textual.widgets.option_list import Option
 
-from orbitdb.cli.tui.dialogs.basic import ESCAPE, NameList
-from orbitdb.cli.tui.screens import Dialog
+from orbitdb.cli.tui.dialogs.basic import NameList
+from orbitdb.cli.tui.screens import ESCAPE, Dialog, key
 from orbitdb.cli.tui.table.columns import EVERY, USUAL
 
 Names = tuple[str, ...]
@@ -32,8 +32,8 @@ class MarksDialog(Dialog[Names | None]):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         ESCAPE,
-        Binding("space", "mark", show=False, priority=True),
-        Binding("enter", "take", show=False, priority=True),
+        key("space", "mark", priority=True),
+        key("enter", "take", priority=True),
     ]
 
     def __init__(self, title: str, hint: str, texts: Mapping[str, str], marked: Collection[str]) -> None:
@@ -87,9 +87,9 @@ class ColumnDialog(MarksDialog):
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("J", "shift(1)", show=False),
-        Binding("K", "shift(-1)", show=False),
-        Binding("r", "usual", show=False),
+        key("J", "shift(1)"),
+        key("K", "shift(-1)"),
+        key("r", "usual"),
     ]
 
     def __init__(self, shown: Sequence[str]) -> None:

@@ -2,13 +2,11 @@
 
 from collections.abc import Sequence
 from enum import StrEnum
-from typing import ClassVar, Self
+from typing import ClassVar
 
-from rich.segment import Segment
 from rich.style import Style
-from textual.geometry import Region
+from rich.text import Text
 from textual.reactive import reactive
-from textual.strip import Strip
 from textual.timer import Timer
 from textual.widget import Widget
 
@@ -20,7 +18,6 @@ from orbitdb.cli.tui.orbit.pictures import (
     draw_curves,
     draw_orbit,
     draw_phase,
-    length_of,
     path_of,
     phase_points,
 )
@@ -51,29 +48,16 @@ class PictureWidget(Widget):
         """Return what to show in a number of cells."""
         raise NotImplementedError
 
-    _drawn: Picture | None = None
-
-    def refresh(
-        self, *regions: Region, repaint: bool = True, layout: bool = False, recompose: bool = False
-    ) -> Self:
-        """Draw anew."""
-        self._drawn = None
-        return super().refresh(*regions, repaint=repaint, layout=layout, recompose=recompose)
-
-    def render_line(self, y: int) -> Strip:
-        """Draw one line; the picture is made for the first of them."""
+    def render(self) -> Text:
+        """Return the picture, if there is room for one."""
         columns, rows = self.size
-        base = self.rich_style
         if columns < _LEAST[0] or rows < _LEAST[1]:
-            return Strip.blank(columns, base)
-        if self._drawn is None or self._drawn.text.shape != (rows, columns):
-            self._drawn = self.picture(columns, rows)
-        if y >= rows:
-            return Strip.blank(columns, base)
-        return Strip([Segment(run, base + self._style(name)) for run, name in self._drawn.runs(y)])
-
-    def _style(self, name: str) -> Style:
-        return self.get_component_rich_style(f"picture--{name}", partial=True) if name else Style.null()
+            return Text()
+        picture, styles = self.picture(columns, rows), {"": Style.null()}
+        for name in set(picture.styles.ravel()) - {""}:
+            styles[name] = self.get_component_rich_style(f"picture--{name}", partial=True)
+        lines = (Text.assemble(*((run, styles[name]) for run, name in picture.runs(y))) for y in range(rows))
+        return Text("\n").join(lines)
 
 
 class OrbitDrawing(PictureWidget):
@@ -88,30 +72,32 @@ class OrbitDrawing(PictureWidget):
         super().__init__(id=id)
         self.a = a
         self._path: Floats = path_of(None)
-        self._length = 0.0
         self._timer: Timer | None = None
 
     def watch_orbit(self, orbit: Orbit | None) -> None:
-        """Measure the new orbit; a particle that runs begins anew."""
+        """Take the way of the new orbit; a particle that runs begins anew."""
         self._path = path_of(orbit)
-        self._length = length_of(self._path)
         if self.particle is not None:
             self.particle = 0.0
 
-    def toggle_particle(self) -> bool:
-        """Send a particle along the orbit, or stop it; return whether one runs."""
-        if self._timer is not None:
+    def change_view(self) -> None:
+        """Change between the stadium and phase space."""
+        self.view = View.STADIUM if self.view is View.PHASE else View.PHASE
+
+    def toggle_particle(self) -> None:
+        """Send a particle along the orbit, in the stadium, or stop it."""
+        self.view = View.STADIUM
+        if self._timer is None:
+            self.particle = 0.0
+            self._timer = self.set_interval(1 / _FRAMES_PER_SECOND, self.step)
+        else:
             self._timer.stop()
             self._timer, self.particle = None, None
-            return False
-        self.particle = 0.0
-        self._timer = self.set_interval(1 / _FRAMES_PER_SECOND, self.step)
-        return True
 
     def step(self) -> None:
         """Move the particle by what it runs in one frame."""
-        if self.particle is not None and self._length:
-            self.particle = (self.particle + _SPEED / _FRAMES_PER_SECOND / self._length) % 1.0
+        if self.particle is not None and self.orbit is not None and self.orbit.length:
+            self.particle = (self.particle + _SPEED / _FRAMES_PER_SECOND / self.orbit.length) % 1.0
 
     def picture(self, columns: int, rows: int) -> Picture:
         """Draw the stadium, or phase space."""

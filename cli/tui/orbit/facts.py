@@ -10,87 +10,43 @@ from textual.geometry import Size
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
-from orbitdb.cli.orbit_facts import lives_text
-from orbitdb.cli.render import number
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.orbit_facts import facts
 from orbitdb.cli.tui.orbit.lives import bar
-from orbitdb.cli.tui.orbit.pictures import phase_points
-from orbitdb.numerals import upwards, with_bound
+from orbitdb.cli.tui.screens import SCROLLING, Keys, bindings
+from orbitdb.numerals import upwards
+from orbitdb.orbits.bounce_rows import bounce_rows
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
-from orbitdb.symbols.pruning import RULES
 from orbitdb.symbols.words import run_notation
 
-_LONGEST = 30
 _MOST_BOUNCES = 60
 _BAR = 24
+_ALL_OF_A_BOUNCE = 66
+"""Columns."""
+_SHORT = {"time reversal": "reversal"}
 
 Certificate = tuple[float, int] | None
-
-
-def facts_of(orbit: Orbit, certificate: Certificate = None) -> list[tuple[str, str]]:
-    """Return what is known of a word, (name, sentence) by (name, sentence).
-
-    Parameters
-    ----------
-    orbit : Orbit
-    certificate : tuple of float and int, optional
-        Radius and bits of its proof.
-    """
-    facts = [("code", _short(orbit.code)), ("status", orbit.status.sentence)]
-    facts += [(f"rule {rule.number}", rule.sentence) for rule in RULES if rule.number in orbit.rules]
-    if run_notation(orbit.code) != orbit.code:
-        facts.insert(1, ("runs", run_notation(orbit.code)))
-    facts.append(("period", str(orbit.p)))
-    if orbit.length is not None:
-        facts += _numbers(orbit)
-    elif orbit.margin is not None:
-        facts.append(("margin", f"{number('margin', orbit.margin)}, outside"))
-    if orbit.exists:
-        facts += [("exists", bar(orbit.exists, orbit.a, _BAR)), ("", lives_text(orbit.exists))]
-    if orbit.class_size is not None:
-        facts.append(("class", _class_of(orbit)))
-    if orbit.time_reversal is not None:
-        reverse = "retraces its path" if orbit.time_reversal == "self" else "its reverse is another orbit"
-        facts.append(("reversal", reverse))
-    if orbit.length is not None:
-        proof = (
-            "none stored"
-            if certificate is None
-            else f"radius {upwards(certificate[0])}, {certificate[1]} bits"
-        )
-        facts.append(("certificate", proof))
-    facts.append(("stored", "yes" if orbit.stored else "no: solved on the spot"))
-    return [(name, printable(sentence)) for name, sentence in facts]
-
-
-def _numbers(orbit: Orbit) -> list[tuple[str, str]]:
-    facts = []
-    for name, bound in (("length", orbit.length_error), ("lyapunov", orbit.lyapunov_error)):
-        value: float = getattr(orbit, name)
-        facts.append((name, number(name, value) if bound is None else with_bound(value, bound, "±")))
-    rates = [f"{number(name, getattr(orbit, name))}" for name in ("lambda_d", "lambda_c")]
-    return [
-        *facts,
-        ("λ_d, λ_c", ", ".join(rates)),
-        ("maslov", str(orbit.maslov)),
-        ("margin", f"{number('margin', orbit.margin)}, error {number('error', orbit.error)}"),
-    ]
-
-
-def _class_of(orbit: Orbit) -> str:
-    symmetry = "no symmetry" if orbit.symmetry == "1" else f"symmetry {orbit.symmetry}"
-    return f"{orbit.class_size} of {_short(orbit.representative)}, {symmetry}"
-
-
-def _short(word: str) -> str:
-    if len(word) <= _LONGEST:
-        return word
-    runs = run_notation(word)
-    return runs if len(runs) <= 2 * _LONGEST else f"{runs[:_LONGEST]}…"
-
-
+"""Radius and bits of a proof."""
+Partners = Sequence[tuple[float, list[str]]]
+"""Births, each with the least words of the classes that are one path with an orbit there."""
 Line = list[tuple[str, str]]
 """A line as (text, style name), in pieces."""
+
+
+def facts_of(orbit: Orbit, certificate: Certificate = None, partners: Partners = ()) -> list[tuple[str, str]]:
+    """Return what is known of a word, name by name, with a bar over ln a that shows where it exists."""
+    known = [(_SHORT.get(name, name), told) for name, told in facts(orbit, partners, "±") if name != "a"]
+    if run_notation(orbit.code) != known[0][1]:
+        known.insert(1, ("runs", run_notation(orbit.code)))
+    if orbit.exists:
+        place = [name for name, _ in known].index("exists")
+        lives = bar(orbit.exists, orbit.a, _BAR)
+        known[place : place + 1] = [("exists", f"0.05 {lives} 20"), ("", known[place][1])]
+    if orbit.length is not None:
+        proof = f"radius {upwards(certificate[0])}, {certificate[1]} bits" if certificate else "none stored"
+        known.append(("certificate", proof))
+    return [(name, printable(sentence)) for name, sentence in known]
 
 
 def folded(facts: Sequence[tuple[str, str]], width: int) -> list[Line]:
@@ -104,21 +60,30 @@ def folded(facts: Sequence[tuple[str, str]], width: int) -> list[Line]:
     return lines
 
 
-def lines_of(orbit: Orbit, certificate: Certificate, width: int) -> list[Line]:
-    """Return the facts as aligned lines of at most some width, and the bounces below them."""
-    lines = folded(facts_of(orbit, certificate), width)
-    if orbit.coordinates is not None and orbit.p <= _MOST_BOUNCES:
-        lines += [[], [("  n  symbol   coordinate  along wall       sine", "name")]]
-        bounces = zip(orbit.code, orbit.coordinates.tolist(), phase_points(orbit).tolist(), strict=True)
-        for n, (symbol, x, (way, sine)) in enumerate(bounces, 1):
-            lines.append([(f"{n:>3}  {symbol:>6}  {x:>11.6f} {way:>11.6f} {sine:>10.6f}", "")])
+def bounces_of(orbit: Orbit, width: int) -> list[Line]:
+    """Return a line a bounce, as wide as there is room: where it is, and how the path leaves it."""
+    rows = bounce_rows(Stadium(orbit.a), [orbit.code], [orbit.coordinates])[0]
+    heads = ("coordinate", "x", "y", "along wall", "sine")
+    shown = range(len(heads)) if width >= _ALL_OF_A_BOUNCE else (0, 3, 4)
+    head = f"{'n':>4} {'symbol':>6}" + "".join(f"{heads[place]:>11}" for place in shown)
+    lines: list[Line] = [[(head, "name")]] if rows else []
+    for n, symbol, *values in rows:
+        lines.append([(f"{n:>4} {symbol:>6}" + "".join(f"{values[place]:>11.6f}" for place in shown), "")])
     return lines
+
+
+def lines_of(orbit: Orbit, certificate: Certificate, width: int) -> list[Line]:
+    """Return the facts as aligned lines of at most some width, and below them the bounces if they are few."""
+    bounces = bounces_of(orbit, width) if orbit.p <= _MOST_BOUNCES else []
+    return [*folded(facts_of(orbit, certificate), width), [], *bounces]
 
 
 class FactsPanel(ScrollView, can_focus=True):
     """What is known of the orbit that is shown; its lines are folded to its width."""
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {"facts--name"}
+    KEYS: ClassVar[Keys] = SCROLLING
+    BINDINGS = bindings(SCROLLING)
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)

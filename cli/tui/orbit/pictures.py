@@ -36,11 +36,6 @@ def path_of(orbit: Orbit | None) -> Floats:
     return np.concatenate([points, points[:1]]) if orbit.p <= MOST_DRAWN else points
 
 
-def length_of(path: Floats) -> float:
-    """Return the length of a path."""
-    return float(np.hypot(*np.diff(path, axis=0).T).sum())
-
-
 def along(path: Floats, share: float) -> Floats:
     """Return the point at a share 0..1 of the way along a path, shape (2,)."""
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
@@ -51,23 +46,10 @@ def along(path: Floats, share: float) -> Floats:
 def draw_orbit(
     a: float, path: Floats, columns: int, rows: int, particle: float | None = None
 ) -> tuple[Picture, bool]:
-    """Draw a path in its stadium.
+    """Draw a path, shape (N, 2), in its stadium, and tell whether the picture is to scale.
 
-    Parameters
-    ----------
-    a : float
-        The stadium.
-    path : ndarray, shape (N, 2)
-        Bounces in order; empty for the stadium alone.
-    columns, rows : int
-        Size of the picture in cells.
-    particle : float, optional
-        Where a particle is, as a share of the path.
-
-    Returns
-    -------
-    tuple of Picture and bool
-        And whether it is to scale: where the stadium would be but a line, its height is stretched.
+    Where the stadium would be but a line, its height is stretched. The path is empty for the stadium alone;
+    a particle is at a share of it.
     """
     stadium = Stadium(a)
     frame = Frame.around((-a - 1, -1), (a + 1, 1), columns, rows)
@@ -110,18 +92,9 @@ def phase_points(orbit: Orbit) -> Floats:
 def draw_phase(
     a: float, orbits: Sequence[Floats], columns: int, rows: int, names: Sequence[str] = ()
 ) -> Picture:
-    """Draw the bounces of some orbits in phase space, each in a style of its own, the first on top.
+    """Draw the `phase_points` of some orbits, each in a style of its own, the first on top.
 
-    Parameters
-    ----------
-    a : float
-        The stadium.
-    orbits : sequence of ndarray, shape (N, 2)
-        As `phase_points` gives them.
-    columns, rows : int
-        Size of the picture in cells; the last row names the walls, one above it the orbits.
-    names : sequence of str, optional
-        Names of the orbits, if they shall be shown.
+    Below are the names of the walls, and then those of the orbits, if they are given.
     """
     stadium = Stadium(a)
     length = stadium.perimeter
@@ -137,11 +110,9 @@ def draw_phase(
         for place, points in reversed(list(enumerate(orbits)))
         for point in points
     ]
-    picture = _with_row(draw(frame, layers, marks), _wall_names(frame, joints))
-    if not names:
-        return picture
-    entries = [(COLOURS[i % len(COLOURS)], "•●"[i == 0], name) for i, name in enumerate(names)]
-    return _with_legend(picture, entries)
+    picture = _with_row(draw(frame, layers, marks), (_wall_names(frame, joints), "label"))
+    legend = [(f" {'•●'[i == 0]} {name} ", COLOURS[i % len(COLOURS)]) for i, name in enumerate(names)]
+    return _with_row(picture, *legend) if legend else picture
 
 
 def _wall_names(frame: Frame, joints: Sequence[float]) -> str:
@@ -156,10 +127,13 @@ def _wall_names(frame: Frame, joints: Sequence[float]) -> str:
     return "".join(line[: frame.columns])
 
 
-def _with_row(picture: Picture, line: str) -> Picture:
-    text = np.concatenate([picture.text, np.array([list(line)])])
-    styles = np.concatenate([picture.styles, np.full((1, len(line)), "label", dtype=object)])
-    return Picture(text, styles)
+def _with_row(picture: Picture, *pieces: tuple[str, str]) -> Picture:
+    """Add a row of pieces (text, style), cut or filled up to the width."""
+    columns = picture.text.shape[1]
+    signs = [(sign, style) for text, style in pieces for sign in text] + [(" ", "")] * columns
+    text = np.array([[sign for sign, _ in signs[:columns]]])
+    styles = np.array([[style for _, style in signs[:columns]]], dtype=object)
+    return Picture(np.concatenate([picture.text, text]), np.concatenate([picture.styles, styles]))
 
 
 @dataclass(frozen=True)
@@ -207,24 +181,11 @@ def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> Picture:
         label = str(period)
         if last - first < columns / 4 or period % 2 == 0:
             ticks[place - len(label) + 1 : place + 1] = label
-    picture = _with_row(Picture(text, styles), "".join(ticks)[:columns].ljust(columns))
-    return _with_legend(
-        picture, [(curve.style, curve.marker or "─", curve.name) for curve in curves if curve.name]
-    )
+    picture = _with_row(Picture(text, styles), ("".join(ticks), "label"))
+    named = [curve for curve in curves if curve.name]
+    return _with_row(picture, *((f" {curve.marker or '─'} {curve.name} ", curve.style) for curve in named))
 
 
 def _padded(low: float, high: float) -> tuple[float, float]:
     pad = 0.05 * (high - low) or 0.5
     return low - pad, high + pad
-
-
-def _with_legend(picture: Picture, entries: Sequence[tuple[str, str, str]]) -> Picture:
-    """Add a row of (style, marker, name)."""
-    columns = picture.text.shape[1]
-    shown = [(f" {marker} {name} ", style) for style, marker, name in entries]
-    text = [symbol for entry, _ in shown for symbol in entry] + [" "] * columns
-    styles = [style for entry, style in shown for _ in entry] + [""] * columns
-    row = np.array([styles[:columns]], dtype=object)
-    return Picture(
-        np.concatenate([picture.text, np.array([text[:columns]])]), np.concatenate([picture.styles, row])
-    )

@@ -1,21 +1,26 @@
-"""The whole of an orbit on a screen of its own: facts, life, symmetry class, and every bounce."""
+"""The whole of an orbit on a screen of its own: facts, symmetry class, and every bounce."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar, cast
 
-from textual import work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
+from textual.binding import Binding
 from textual.containers import Vertical
 from textual.widgets import Footer, Header
 
-from orbitdb.cli.render import code_text, number
-from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
-from orbitdb.cli.tui.orbit.facts import Certificate, FactsPanel, Line, facts_of, folded
-from orbitdb.cli.tui.orbit.lives import bar
-from orbitdb.cli.tui.screens import Failed, OwnScreen
-from orbitdb.errors import StoreError
+from orbitdb.cli.render import code_text
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
+from orbitdb.cli.tui.orbit.facts import (
+    Certificate,
+    FactsPanel,
+    Line,
+    Partners,
+    bounces_of,
+    facts_of,
+    folded,
+)
+from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, bindings, in_thread, key
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.symbols.symmetry import ELEMENTS, MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
@@ -24,63 +29,21 @@ if TYPE_CHECKING:
     from orbitdb.cli.tui.app import BrowseApp
 
 _NAMES = {MIRROR_X: "mirrored left-right", MIRROR_Y: "mirrored up-down", REVERSE: "reversed in time"}
-_WIDEST_BAR = 60
-_SAME = 1e-9
-
-Partners = Sequence[tuple[float, list[str]]]
 
 
 def whole_lines(orbit: Orbit, certificate: Certificate, partners: Partners, width: int) -> list[Line]:
-    """Return all that is known of an orbit as lines of at most some width.
-
-    Parameters
-    ----------
-    orbit : Orbit
-    certificate : tuple of float and int, or None
-        Radius and bits of its proof.
-    partners : sequence of (float, list of str)
-        Its births, each with the least words of the classes that are one path with it there.
-    width : int
-    """
-    facts = [fact for fact in facts_of(orbit, certificate) if fact[0] not in ("exists", "")]
+    """Return all that is known of an orbit as lines of at most some width."""
+    facts = facts_of(orbit, certificate, partners)
     if facts[0][1] != orbit.code:
         facts.insert(1, ("symbols", orbit.code))
-    if orbit.residual is not None:
-        facts.append(("residual", number("residual", orbit.residual)))
     if orbit.solver is not None:
         facts.append(("solver", orbit.solver))
     lines = folded(facts, width)
-    parts = (("life", _life(orbit, partners, width)), ("symmetry class", folded(_class(orbit), width)))
-    for title, part in (*parts, ("bounces", _bounces(orbit))):
+    parts = {"symmetry class": folded(_class(orbit), width), "bounces": bounces_of(orbit, width)}
+    for title, part in parts.items():
         if part:
             lines += [[], [(title, "name")], *part]
     return lines
-
-
-def _life(orbit: Orbit, partners: Partners, width: int) -> list[Line]:
-    """Return a bar over ln a, and the births and deaths with what is known of them."""
-    from orbitdb.orbits.births.closed_forms import closed_form
-
-    if not orbit.exists:
-        return []
-    long = min(width, _WIDEST_BAR)
-    facts = []
-    for born, dies in orbit.exists:
-        for name, end in (("born", born), ("dies", dies)):
-            if end:
-                form = closed_form(end)
-                told = f"a = {end:.12g}" + (f" = {form}, recognised numerically" if form else "")
-                words = ", ".join(map(code_text, _born_at(end, partners))) if name == "born" else ""
-                facts.append((name, told + (f"; one path there with {words}" if words else "")))
-        if not born:
-            facts.append(("born", "an orbit from a = 0 on"))
-    ends = "a = 0.05" + "20".rjust(long - len("a = 0.05"))
-    return [[(bar(orbit.exists, orbit.a, long), "")], [(ends, "name")], *folded(facts, width)]
-
-
-def _born_at(a: float, partners: Partners) -> list[str]:
-    """Return who is born with an orbit; births that are stored and found on the spot differ in rounding."""
-    return [word for birth, words in partners for word in words if abs(birth - a) <= _SAME * a]
 
 
 def _class(orbit: Orbit) -> list[tuple[str, str]]:
@@ -94,40 +57,18 @@ def _class(orbit: Orbit) -> list[tuple[str, str]]:
     return [(code_text(word), "; ".join(how)) for word, how in found.items()]
 
 
-def _bounces(orbit: Orbit) -> list[Line]:
-    """Return a line a bounce: where it is, and how the path leaves it."""
-    from orbitdb.billiard.stadium import Stadium
-    from orbitdb.orbits.bounce_rows import bounce_rows
-
-    rows = bounce_rows(Stadium(orbit.a), [orbit.code], [orbit.coordinates])[0]
-    heads = ("coordinate", "x", "y", "along wall", "sine")
-    head = f"{'n':>4} {'symbol':>6}" + "".join(f"{name:>11}" for name in heads)
-    lines: list[Line] = [[(head, "name")]] if rows else []
-    for n, symbol, *values in rows:
-        lines.append([(f"{n:>4} {symbol:>6}" + "".join(f"{value:>11.6f}" for value in values), "")])
-    return lines
-
-
 class WholeOrbitScreen(OwnScreen[None]):
-    """Everything about one orbit.
+    """Everything about one orbit."""
 
-    Parameters
-    ----------
-    orbit : Orbit
-    """
-
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "dismiss", "back"),
-        Binding("enter,q", "dismiss", show=False),
-        Binding("v", "view", "view"),
-        Binding("space", "particle", "run"),
-        Binding("j,down", "scroll('down')", "Scroll down", show=False),
-        Binding("k,up", "scroll('up')", "Scroll up", show=False),
-        Binding("pagedown", "scroll('page_down')", "Page down", show=False),
-        Binding("pageup", "scroll('page_up')", "Page up", show=False),
-        Binding("g,home", "scroll('home')", "To the top", show=False),
-        Binding("G,end", "scroll('end')", "To the end", show=False),
-    ]
+    KEYS: ClassVar[Keys] = {
+        "the whole orbit": [
+            *RETURN,
+            key("enter", "dismiss"),
+            Binding("v", "view", "view", tooltip="stadium or phase space"),
+            Binding("space", "particle", "run", tooltip="run a particle, or stop it"),
+        ]
+    }
+    BINDINGS = bindings(KEYS)
 
     def __init__(self, orbit: Orbit) -> None:
         super().__init__()
@@ -145,39 +86,29 @@ class WholeOrbitScreen(OwnScreen[None]):
         """Show what is known, and find the rest meanwhile."""
         self.sub_title = f"{code_text(self._orbit.code)} at a = {self._orbit.a:.9g}"
         self.query_one(OrbitDrawing).orbit = self._orbit
-        self._show(self._orbit, ())
+        self._show((self._orbit, ()))
         self.query_one(FactsPanel).focus()
-        self._complete()
+        in_thread(self, "lives", self._complete, self._show)
 
-    def _show(self, orbit: Orbit, partners: Partners) -> None:
+    def _show(self, known: tuple[Orbit, Partners]) -> None:
+        orbit, partners = known
         certificate = cast("BrowseApp", self.app).certificate(orbit)
         panel = self.query_one(FactsPanel)
         panel.border_title = "the whole orbit"
         panel.show_lines(partial(whole_lines, orbit, certificate, partners))
 
-    @work(thread=True)
-    def _complete(self) -> None:
+    def _complete(self, cancelled: Callable[[], bool]) -> tuple[Orbit, Partners]:
+        """Return the orbit with its lives, and with whom it is born."""
         from orbitdb.store.reading.lookup import born_with, with_existence
 
         browser = cast("BrowseApp", self.app)
-        try:
-            orbit = with_existence(self._orbit)
-            partners = born_with(browser.path if browser.catalogue is not None else None, orbit)
-        except StoreError as error:
-            self.post_message(Failed(str(error)))
-            return
-        self.call_later(self._show, orbit, partners)
+        orbit = with_existence(self._orbit)
+        return orbit, born_with(browser.path if browser.catalogue is not None else None, orbit)
 
     def action_view(self) -> None:
         """Change between the stadium and phase space."""
-        drawing = self.query_one(OrbitDrawing)
-        drawing.view = View.STADIUM if drawing.view is View.PHASE else View.PHASE
+        self.query_one(OrbitDrawing).change_view()
 
     def action_particle(self) -> None:
         """Send a particle along the orbit, or stop it."""
-        self.query_one(OrbitDrawing).view = View.STADIUM
         self.query_one(OrbitDrawing).toggle_particle()
-
-    def action_scroll(self, where: str) -> None:
-        """Scroll the lines."""
-        getattr(self.query_one(FactsPanel), f"scroll_{where}")(animate=False)

@@ -1,22 +1,24 @@
 """The statistics screen: Table 1, entropies and Lyapunov averages of the chosen subset."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
 from rich.table import Table
 from textual import work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
-from textual.containers import Horizontal, ScrollableContainer
-from textual.reactive import reactive
+from textual.binding import Binding
+from textual.containers import Horizontal
 from textual.widgets import Footer, Header, Static
 from textual.worker import get_current_worker
 
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.results import Result
 from orbitdb.cli.tui.orbit.drawing import Plot
-from orbitdb.cli.tui.screens import Failed, OwnScreen
-from orbitdb.cli.tui.statistics.averages import COLUMNS, Statistics, curves_of, notes_of, statistics, table_of
-from orbitdb.errors import InputError, StoreError
+from orbitdb.cli.tui.screens import RETURN, Failed, Keys, OwnScreen, ScrollBox, bindings, in_thread
+from orbitdb.cli.tui.statistics.averages import COLUMNS, curves_of, statistics, table_of
+from orbitdb.errors import StoreError
 from orbitdb.numerals import with_error
 from orbitdb.store.asking.selection import Selection
 from orbitdb.trajectories.ensemble import Reference, references
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
 
 FIRST_BOUNCES = 6_000_000
+_FIRST = 11
+"""The highest period of which the averages are there at once."""
 _TITLES = {"entropy": "topological entropy", "lambda_d": "λ per bounce", "lambda_c": "λ per length"}
 _WEIGHTS = {Weight.EXPONENTIAL: "weights e^-λ", Weight.DETERMINANT: "weights 1/|det(1 - M)|"}
 
@@ -32,33 +36,30 @@ _WEIGHTS = {Weight.EXPONENTIAL: "weights e^-λ", Weight.DETERMINANT: "weights 1/
 class StatisticsScreen(OwnScreen[None]):
     """Averages over the chosen orbits by period, as tables and curves."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "leave", "back"),
-        Binding("q", "leave", show=False),
-        Binding("w", "weight", "weight"),
-        Binding("t", "trajectories", "trajectories"),
-        Binding("j,down", "scroll('down')", "Scroll down", show=False),
-        Binding("k,up", "scroll('up')", "Scroll up", show=False),
-        Binding("l,right", "scroll('right')", "Scroll right", show=False),
-        Binding("h,left", "scroll('left')", "Scroll left", show=False),
-    ]
-
-    found: reactive[Statistics | None] = reactive(None, always_update=True, repaint=False)
-    reference: reactive[Reference | None] = reactive(None, repaint=False)
-    weight: reactive[Weight] = reactive(Weight.EXPONENTIAL, repaint=False)
+    KEYS: ClassVar[Keys] = {
+        "statistics": [
+            *RETURN,
+            Binding("w", "weight", "weight", tooltip="the other weight"),
+            Binding("t", "trajectories", "trajectories", tooltip="follow more trajectories"),
+        ]
+    }
+    BINDINGS = bindings(KEYS)
 
     def __init__(self, catalogue: "Catalogue", selection: Selection) -> None:
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
+        self.found: Result | None = None
+        self.reference: Reference | None = None
+        self._weight = Weight.EXPONENTIAL
         self._kept = self._followed = ""
         self._bounces = FIRST_BOUNCES
 
     def compose(self) -> ComposeResult:
         """Lay out the table and the curves."""
         yield Header()
-        with ScrollableContainer(id="numbers-box"):
+        with ScrollBox(id="numbers-box"):
             yield Static("reading …", id="numbers")
-        yield Static("", id="reference", markup=False)
+        yield Static("trajectories …", id="reference", markup=False)
         with Horizontal(id="plots"):
             for name in _TITLES:
                 yield Plot(id=f"plot-{name}")
@@ -70,24 +71,30 @@ class StatisticsScreen(OwnScreen[None]):
         for name, title in _TITLES.items():
             self.query_one(f"#plot-{name}").border_title = title
         self.query_one("#numbers-box").focus()
-        self._compute(self.weight)
+        self._compute()
         self._refer(self._bounces)
 
-    @work(thread=True, exclusive=True, group="numbers")
-    def _compute(self, weight: Weight) -> None:
-        worker = get_current_worker()
-        found = None
-        try:
-            for found in statistics(self._catalogue, self._selection, weight, lambda: worker.is_cancelled):
-                if worker.is_cancelled:
-                    return
-                self.call_later(self._take, found)
-            if found is None and not worker.is_cancelled:
-                unfilled = self._catalogue.unfilled(self._selection)
-                unfilled = unfilled or self._catalogue.lacking_births(self._selection)
-                self.post_message(Failed(unfilled or "no orbit of a whole period is chosen"))
-        except (InputError, StoreError, ValueError) as error:
-            self.post_message(Failed(str(error)))
+    def _compute(self) -> None:
+        """Average over the first periods, which takes no time, and then over all."""
+        spans = self._selection.periods or ((2, _FIRST),)
+        first = tuple((low, min(high, _FIRST)) for low, high in spans if low <= _FIRST)
+        parts = [replace(self._selection, periods=first)] if first else []
+        self._average([*parts, self._selection], self._weight)
+
+    def _average(self, parts: Sequence[Selection], weight: Weight) -> None:
+        now, *others = parts
+
+        def go_on(found: Result | None) -> None:
+            if weight is not self._weight:  # the other one is wanted by now
+                return
+            if found is not None:
+                self.found = found
+                self._show()
+            if others:
+                self._average(others, weight)
+
+        fail = (lambda _: go_on(None)) if others else None
+        in_thread(self, "numbers", lambda _: statistics(self._catalogue, now, weight), go_on, fail)
 
     @work(thread=True, exclusive=True, group="trajectories")
     def _refer(self, bounces: int, anew: bool = False) -> None:
@@ -107,20 +114,8 @@ class StatisticsScreen(OwnScreen[None]):
                 return
             self.call_later(self.take_reference, reference, done, stored=False)
 
-    def _take(self, found: Statistics) -> None:
-        self.found = found
-
     def take_reference(self, new: Reference, done: float, stored: bool) -> None:
-        """Show the better value; until one is whole, the one so far.
-
-        Parameters
-        ----------
-        new : Reference
-        done : float
-            The share of its trajectories that has been followed, 1 for what is whole.
-        stored : bool
-            Whether the catalogue holds it.
-        """
+        """Show the better value; until one is whole, of which a share is done, the one so far."""
         old = self.reference
         source = "stored" if stored else f"{new.bounces:.2g} bounces followed here"
         value = _described(new)
@@ -130,51 +125,35 @@ class StatisticsScreen(OwnScreen[None]):
             self._followed = f"{source}, not as good: {value}"
         else:
             self._kept, self._followed = (source, "") if done >= 1 else ("", f"{done:.0%}")
-            self.reference = new
+            self.reference = old = new
+        assert old is not None
+        parts = (f"trajectories: {_described(old)}", self._kept, self._followed)
+        self.query_one("#reference", Static).update("; ".join(filter(None, parts)))
         self._show()
 
     def on_failed(self, message: Failed) -> None:
         """Say what went wrong where the numbers would be, too."""
         self.query_one("#numbers", Static).update(message.reason)
 
-    def watch_found(self) -> None:
-        """Show the numbers."""
-        self._show()
-
     def _show(self) -> None:
-        if not self.is_mounted or self.found is None:
+        """Show the numbers and the curves."""
+        if self.found is None:
             return
-        self.query_one("#numbers-box").border_title = _WEIGHTS[self.weight]
-        self.query_one("#reference", Static).update(self._reference_text())
+        self.query_one("#numbers-box").border_title = _WEIGHTS[self._weight]
         self.query_one("#numbers", Static).update(_as_table(self.found))
         for name, curves in curves_of(self.found, self.reference).items():
             self.query_one(f"#plot-{name}", Plot).curves = curves
 
-    def _reference_text(self) -> str:
-        if self.reference is None:
-            return "trajectories …"
-        parts = (f"trajectories: {_described(self.reference)}", self._kept, self._followed)
-        return "; ".join(filter(None, parts))
-
-    def action_leave(self) -> None:
-        """Go back to the orbits."""
-        self.workers.cancel_node(self)
-        self.dismiss()
-
     def action_weight(self) -> None:
         """Take the other weight."""
         others = {Weight.EXPONENTIAL: Weight.DETERMINANT, Weight.DETERMINANT: Weight.EXPONENTIAL}
-        self.weight = others[self.weight]
-        self._compute(self.weight)
+        self._weight = others[self._weight]
+        self._compute()
 
     def action_trajectories(self) -> None:
         """Follow other trajectories, four times as many as the last time; the better value is kept."""
         self._bounces *= 4
         self._refer(self._bounces, anew=True)
-
-    def action_scroll(self, direction: str) -> None:
-        """Scroll the numbers."""
-        getattr(self.query_one("#numbers-box"), f"scroll_{direction}")(animate=False)
 
 
 def _described(one: Reference) -> str:
@@ -182,12 +161,12 @@ def _described(one: Reference) -> str:
     return ", ".join(f"{name} {with_error(value, error, '±')}" for name, value, error in values)
 
 
-def _as_table(found: Statistics) -> Table:
+def _as_table(found: Result) -> Table:
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False, header_style="bold")
     for name in COLUMNS:
         heading = "±" if name.endswith("_error") else name.replace("lambda", "λ")
         table.add_column(heading, justify="right", no_wrap=True)
     for row in table_of(found):
         table.add_row(*row)
-    table.caption = "; ".join(notes_of(found))
+    table.caption = "; ".join((*found.facts, *found.notes))
     return table

@@ -4,16 +4,14 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 from rich.text import Text
-from textual import work
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
-from textual.containers import Horizontal, VerticalScroll
+from textual.binding import Binding
+from textual.containers import Horizontal
 from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
-from textual.worker import get_current_worker
 
 from orbitdb.cli.tui.dialogs.basic import ChoiceDialog
-from orbitdb.cli.tui.screens import Failed, OwnScreen
+from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings, in_thread, key
 from orbitdb.cli.tui.statistics.bars import (
     DRAWN,
     Counts,
@@ -24,8 +22,6 @@ from orbitdb.cli.tui.statistics.bars import (
     title_of,
 )
 from orbitdb.cli.tui.table.columns import EVERY
-from orbitdb.errors import InputError, StoreError
-from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
@@ -35,27 +31,23 @@ _BY = ("status", "p", "symmetry", "time_reversal")
 _MOST_BINS = 40
 _LEAST_BINS = 8
 
+Spread = tuple[Counts, int, str]
+"""Counts, how many rows have no value, and a note."""
+
 
 class CountsScreen(OwnScreen[None]):
-    """How many sequences of a subset there are of each kind, and a histogram.
+    """How many sequences of a subset there are of each kind, and a histogram of one column or another."""
 
-    Parameters
-    ----------
-    catalogue : Catalogue
-    selection : Selection
-    column : str
-        Of the histogram; another one may be chosen.
-    """
-
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "leave", "back"),
-        Binding("q,d", "leave", show=False),
-        Binding("s", "column", "column"),
-        Binding("right_square_bracket", "next_column(1)", "next column", key_display="]"),
-        Binding("left_square_bracket", "next_column(-1)", "column before", show=False, key_display="["),
-        Binding("j,down", "scroll('down')", "Scroll down", show=False),
-        Binding("k,up", "scroll('up')", "Scroll up", show=False),
-    ]
+    KEYS: ClassVar[Keys] = {
+        "counts": [
+            *RETURN,
+            key("d", "dismiss"),
+            Binding("s", "column", "column", tooltip="histogram of another column"),
+            Binding("right_square_bracket", "next_column(1)", "next column"),
+            key("left_square_bracket", "next_column(-1)", "column before"),
+        ]
+    }
+    BINDINGS = bindings(KEYS)
 
     column: reactive[str] = reactive("length", init=False, repaint=False)
 
@@ -64,17 +56,16 @@ class CountsScreen(OwnScreen[None]):
         self._catalogue, self._selection = catalogue, selection
         self.set_reactive(CountsScreen.column, column if column in DRAWN else "length")
         self._counts: Sequence[tuple[str, Counts, int]] = ()
-        self._spread: tuple[Counts, int] | None = None
+        self._spread: Spread | None = None
         self._bins = 0
 
     def compose(self) -> ComposeResult:
         """Lay out the counts and the histogram."""
         yield Header()
         with Horizontal(id="counts"):
-            with VerticalScroll(id="tallies"):
-                yield Static("counting …")
-            with VerticalScroll(id="histogram"):
-                yield Static("counting …")
+            for name in ("tallies", "histogram"):
+                with ScrollBox(id=name):
+                    yield Static("counting …")
         yield Footer(show_command_palette=False, compact=True)
 
     def on_mount(self) -> None:
@@ -82,7 +73,7 @@ class CountsScreen(OwnScreen[None]):
         self.sub_title = self._selection.describe()
         self.query_one("#tallies").border_title = "counts"
         self.query_one("#tallies").focus()
-        self._count()
+        in_thread(self, "counts", self._count, self._take_counts)
 
     def on_resize(self) -> None:
         """Take as many bins as there are lines."""
@@ -99,45 +90,20 @@ class CountsScreen(OwnScreen[None]):
     def watch_column(self, column: str) -> None:
         """Count the values of another column."""
         self.query_one("#histogram").border_title = title_of(column)
-        self._count_values(column, self._bins)
+        bins = self._bins
+        in_thread(self, "values", lambda cancelled: self._values(column, bins, cancelled), self._take_values)
 
-    @work(thread=True, exclusive=True, group="counts")
-    def _count(self) -> None:
+    def _count(self, cancelled: Callable[[], bool]) -> tuple[Sequence[tuple[str, Counts, int]], str]:
+        """Return the counts by each of some columns, and which periods are stored in part."""
         from orbitdb.catalogue.tallies import marginal, tally
 
-        worker = get_current_worker()
-        try:
-            with self._catalogue.at_one_moment() as still:
-                found = tally(still, self._selection, _BY, lambda: worker.is_cancelled)
-                partial = ", ".join(str(fill.p) for fill in still.partial(self._selection))
-        except CancelledError:
-            return
-        except (InputError, StoreError) as error:
-            self._fail(str(error))
-            return
+        with self._catalogue.at_one_moment() as still:
+            found = tally(still, self._selection, _BY, cancelled)
+            partial = ", ".join(str(fill.p) for fill in still.partial(self._selection))
         by = [(name, marginal(found, place)) for place, name in enumerate(_BY)]
-        counts = [(name, counts_by(name, each), each.get(None, 0)) for name, each in by]
-        if not worker.is_cancelled:
-            self.call_later(self._take_counts, counts, partial)
+        return [(name, counts_by(name, each), each.get(None, 0)) for name, each in by], partial
 
-    @work(thread=True, exclusive=True, group="values")
-    def _count_values(self, column: str, bins: int) -> None:
-        worker = get_current_worker()
-
-        def cancelled() -> bool:
-            return worker.is_cancelled
-
-        try:
-            counts, without, note = self._values(column, bins, cancelled)
-        except CancelledError:
-            return
-        except (InputError, StoreError) as error:
-            self._fail(str(error))
-            return
-        if not worker.is_cancelled:
-            self.call_later(self._take_values, column, counts, without, note)
-
-    def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[Counts, int, str]:
+    def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> Spread:
         from orbitdb.catalogue.tallies import histogram, marginal, tally
 
         if not is_measured(column):
@@ -148,22 +114,15 @@ class CountsScreen(OwnScreen[None]):
             return (), 0, ""
         return counts_in(found), found.without, "bins even in the logarithm" if found.logarithmic else ""
 
-    def _fail(self, reason: str) -> None:
-        if not get_current_worker().is_cancelled:
-            self.post_message(Failed(reason))
-
-    def _take_counts(self, counts: Sequence[tuple[str, Counts, int]], partial: str) -> None:
-        """Show the counts."""
-        self._counts = counts
-        self.query_one("#tallies").border_subtitle = f"p = {partial}: in part" if partial else ""
+    def _take_counts(self, found: tuple[Sequence[tuple[str, Counts, int]], str]) -> None:
+        self._counts, partial = found
+        self.query_one("#tallies").border_subtitle = f"p = {partial}: partial" if partial else ""
         self._show()
 
-    def _take_values(self, column: str, counts: Counts, without: int, note: str) -> None:
-        """Show the histogram, unless another column is wanted by now."""
-        if column == self.column:
-            self._spread = counts, without
-            self.query_one("#histogram").border_subtitle = note
-            self._show()
+    def _take_values(self, found: Spread) -> None:
+        self._spread = found
+        self.query_one("#histogram").border_subtitle = found[2]
+        self._show()
 
     def _show(self) -> None:
         """Write all that is known, to the widths that there are."""
@@ -176,14 +135,9 @@ class CountsScreen(OwnScreen[None]):
             box.query_one(Static).update(text)
         box = self.query_one("#histogram")
         if self._spread is not None:
-            counts, without = self._spread
+            counts, without, _ = self._spread
             lines = lines_of(counts, box.scrollable_content_region.width, without)
             box.query_one(Static).update(Text("\n".join(lines)))
-
-    def action_leave(self) -> None:
-        """Go back to the orbits."""
-        self.workers.cancel_node(self)
-        self.dismiss()
 
     def action_column(self) -> None:
         """Choose the column from a list."""
@@ -192,13 +146,9 @@ class CountsScreen(OwnScreen[None]):
             if column is not None:
                 self.column = column
 
-        named = [(name, EVERY[name].heading) for name in DRAWN]
+        named = {name: EVERY[name].heading for name in DRAWN}
         self.app.push_screen(ChoiceDialog("histogram of", named, self.column), take)
 
     def action_next_column(self, step: int) -> None:
         """Take the next column, or the one before."""
         self.column = DRAWN[(DRAWN.index(self.column) + step) % len(DRAWN)]
-
-    def action_scroll(self, direction: str) -> None:
-        """Scroll the counts."""
-        getattr(self.query_one("#tallies"), f"scroll_{direction}")(animate=False)

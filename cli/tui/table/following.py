@@ -5,14 +5,16 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from orbitdb.cli.tui.orbit.lives import told
-from orbitdb.cli.tui.screens import Failed
-from orbitdb.cli.tui.table.source import Followed, Pages
-from orbitdb.errors import InputError, StoreError
+from orbitdb.cli.tui.screens import in_thread
+from orbitdb.cli.tui.table.source import Pages
 from orbitdb.orbits.orbit import Orbit
 
 if TYPE_CHECKING:
     from orbitdb.cli.tui.panels import Panels
     from orbitdb.store.reading.lives import Standings
+
+_Found = tuple[Orbit, Pages | None, "Standings | None", list[int]]
+"""An orbit, the rows as they are there, their births, and the periods of which none are stored."""
 
 _ORBIT = "orbit"
 _SECONDS_UNTOLD = 0.08
@@ -21,10 +23,6 @@ _SECONDS_UNTOLD = 0.08
 
 class Following:
     """The main screen, looked at for another *a* than that of its rows.
-
-    Parameters
-    ----------
-    screen : Panels
 
     Attributes
     ----------
@@ -64,7 +62,7 @@ class Following:
         self.away = None
         panel = self._screen.rows
         panel.say_standing(None)
-        if isinstance(panel.table.source, Followed) and self._pages is not None:
+        if panel.table.source.a is not None and self._pages is not None:
             panel.show(self._pages, panel.table.cursor)
 
     def stop(self) -> None:
@@ -76,16 +74,20 @@ class Following:
         orbit, screen = self._screen.orbit, self._screen
         if self._under_way or orbit is None or not (self._steps or self._rows_lag_behind()):
             return
-        self._under_way = True
+        self._under_way, steps, self._steps = True, tuple(self._steps), []
         screen.set_timer(_SECONDS_UNTOLD, self._say_following)
-        follow = partial(self._follow, orbit, tuple(self._steps), self._pages, self._standings)
-        screen.run_worker(follow, group="follow", thread=True)
-        self._steps = []
+        pages, standings = self._pages, self._standings
+        in_thread(
+            screen,
+            "follow",
+            lambda _: self._follow(orbit, steps, pages, standings),
+            partial(self._arrive, orbit),
+        )
 
     def _rows_lag_behind(self) -> bool:
         """Tell whether the rows are those of another *a* than that of the orbit which they follow."""
         source = self._screen.rows.table.source
-        return source.whole and self.away not in (None, getattr(source, "a", None))
+        return source.whole and self.away not in (None, source.a)
 
     def _say_following(self) -> None:
         if self._under_way:
@@ -93,34 +95,24 @@ class Following:
 
     def _follow(
         self, orbit: Orbit, steps: Sequence[bool], pages: Pages | None, standings: "Standings | None"
-    ) -> None:
+    ) -> _Found:
         """Follow an orbit some steps, and find what the rows are there; the first time read their births."""
         from orbitdb.store.reading.lives import load_standings
         from orbitdb.store.reading.places import periods_without
 
-        rows, without, screen = None, self._without, self._screen
-        try:
-            followed = screen.browser.follow(orbit, steps, screen.selection.a)
-            if pages is not None and standings is None:
+        rows, without = None, self._without
+        followed = self._screen.browser.follow(orbit, steps, self._screen.selection.a)
+        if pages is not None:
+            if standings is None:
                 with pages.catalogue.reading() as connection:
                     standings = load_standings(connection, pages.chosen.ids)
                     without = periods_without(connection, pages.chosen.ids, standings)
-            if pages is not None and standings is not None:
-                rows = Followed(pages, followed.a, standings.at(followed.a))
-        except (InputError, StoreError) as error:
-            screen.post_message(Failed(str(error)))
-            return
-        screen.call_later(self._arrive, orbit, followed, rows, standings, without)
+            rows = pages.followed(followed.a, standings.at(followed.a))
+        return followed, rows, standings, without
 
-    def _arrive(
-        self,
-        begun: Orbit,
-        orbit: Orbit,
-        rows: Followed | None,
-        standings: "Standings | None",
-        without: list[int],
-    ) -> None:
+    def _arrive(self, begun: Orbit, found: _Found) -> None:
         """Show the orbit and the rows where they are by now, unless others are on screen by now."""
+        orbit, rows, standings, without = found
         self._under_way = False
         self._screen.rows.say()
         if rows is not None and rows.pages is self._pages:
@@ -141,9 +133,12 @@ class Following:
         if happened := told(orbit.exists or (), before.a, orbit.a):
             self._screen.notify(happened)
 
-    def _show_rows(self, rows: Followed) -> None:
+    def _show_rows(self, rows: Pages) -> None:
         """Show the rows as they are elsewhere, or why they stay."""
-        panel, lacking = self._screen.rows, _lacking(self._without)
+        from orbitdb.catalogue.gaps import describe_lacking
+        from orbitdb.symbols.enumeration import MAX_PERIOD
+
+        panel, lacking = self._screen.rows, describe_lacking([p for p in self._without if p <= MAX_PERIOD])
         assert self._standings is not None
         if lacking and not self._standings.known.any():
             panel.say_standing(f"the rows stay at a = {self._screen.selection.a:g}: {lacking}")
@@ -153,15 +148,3 @@ class Following:
             panel.say_standing("; ".join(filter(None, (", ".join(others) or "no other", lacking))))
             panel.table.show(rows, panel.table.cursor)
         panel.say()
-
-
-def _lacking(periods: list[int]) -> str:
-    """Say of which periods no births are stored, and what finds them."""
-    from orbitdb.catalogue.gaps import written_periods
-    from orbitdb.symbols.enumeration import MAX_PERIOD
-
-    if not periods:
-        return ""
-    found = [p for p in periods if p <= MAX_PERIOD]
-    remedy = f"; 'orbitdb births --p {max(found)}' finds them" if found else ""
-    return f"births of {written_periods(periods)} are not stored{remedy}"

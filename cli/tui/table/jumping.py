@@ -2,15 +2,13 @@
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING
 
-from textual.worker import get_current_worker
-
-from orbitdb.cli.tui.screens import Failed
-from orbitdb.cli.tui.table.source import Followed, Pages
-from orbitdb.errors import StoreError
-from orbitdb.store.asking.confinement import CancelledError, never
+from orbitdb.cli.tui.screens import in_thread
+from orbitdb.cli.tui.table.source import Pages
+from orbitdb.store.asking.confinement import never
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
 
 if TYPE_CHECKING:
@@ -52,27 +50,16 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
         return place, f"period {period}"
     if not set(typed) <= set(SYMBOLS):
         return None, f"no period {period}" if period else f"no code {typed}"
-    place = _place_of_word(pages, typed)
+    with suppress(WordError):
+        place = pages.position(least_rotation(parse_primitive(typed)))
     if place is None:
         with pages.catalogue.reading() as connection:
             place = first_beginning(connection, pages.chosen, typed, cancelled)
     return place, f"code {typed}" if place is not None else f"no code {typed}"
 
 
-def _place_of_word(pages: Pages, code: str) -> int | None:
-    try:
-        return pages.position(least_rotation(parse_primitive(code)))
-    except WordError:
-        return None
-
-
 class Jumping:
-    """The digits that have been typed one after the other, and the row that they lead to.
-
-    Parameters
-    ----------
-    panel : RowsPanel
-    """
+    """The digits that have been typed one after the other, and the row that they lead to."""
 
     def __init__(self, panel: "RowsPanel") -> None:
         self._panel = panel
@@ -115,39 +102,24 @@ class Jumping:
             self._jump(self._typed)
 
     def _jump(self, typed: str) -> None:
-        table = self._panel.table
-        pages = table.source.pages if isinstance(table.source, Followed) else table.source
-        self._typed, self._landed = typed, table.cursor
+        self._typed, self._landed = typed, self._panel.table.cursor
         self._waits = bool(typed)
         if not typed:
             self._land(self._begun_at, "")
             return
         self._led_to = f"{typed} …"
         self._panel.say_position()
-        if isinstance(pages, Pages) and pages.whole:  # else the other rows are still being read
-            seek = partial(self._seek, pages, typed)
-            self._panel.run_worker(seek, group="jump", description="jump", exclusive=True, thread=True)
+        pages = self._panel.table.source.pages
+        if pages is not None and pages.whole:  # else the other rows are still being read
+            take = partial(self._arrive, pages, typed)
+            in_thread(self._panel.screen, "jump", partial(place_of, pages, typed), take)
 
-    def _seek(self, pages: Pages, typed: str) -> None:
-        """Seek what was typed, unless another key comes."""
-        worker = get_current_worker()
-        try:
-            place, told = place_of(pages, typed, lambda: worker.is_cancelled)
-        except CancelledError:
-            return
-        except StoreError as error:
-            self._panel.post_message(Failed(str(error)))
-            return
-        if not worker.is_cancelled:
-            self._panel.call_later(self._arrive, pages, typed, place, told)
-
-    def _arrive(self, pages: Pages, typed: str, place: int | None, told: str) -> None:
+    def _arrive(self, pages: Pages, typed: str, found: Found) -> None:
         """Go there, unless the cursor has moved on, or there are other rows."""
-        source = self._panel.table.source
-        here = source.pages if isinstance(source, Followed) else source
-        if pages is here and typed == self._typed and self._waits and self.under_way:
+        here = pages is self._panel.table.source.pages and typed == self._typed
+        if here and self._waits and self.under_way:
             self._waits = False
-            self._land(place, told)
+            self._land(*found)
 
     def _land(self, place: int | None, told: str) -> None:
         table = self._panel.table

@@ -7,17 +7,16 @@ from typing import ClassVar
 from rich.segment import Segment
 from rich.style import Style
 from textual import events
-from textual.binding import Binding, BindingType
-from textual.geometry import Region, Size
+from textual.geometry import Size
 from textual.message import Message
 from textual.reactive import reactive
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
-from textual.widget import Widget
 
 from orbitdb.cli.render import number
-from orbitdb.cli.tui.table.columns import COLUMNS, EVERY, USUAL, Column
-from orbitdb.cli.tui.table.source import Followed, NoRows, Ordering, Row, Source
+from orbitdb.cli.tui.screens import Keys, bindings, key
+from orbitdb.cli.tui.table.columns import COLUMNS, EVERY, Column
+from orbitdb.cli.tui.table.source import NoRows, Ordering, Pages, Row, Source
 
 _LONGEST_CODE = 24
 _MARK = "*"
@@ -28,16 +27,19 @@ class PagedTable(ScrollView, can_focus=True):
     """Rows of a `Source`, with a cursor; the heading sorts when it is clicked."""
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {"table--header", "table--cursor", "table--sorted", "table--dim"}
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("j,down", "move(1)", "Next row", show=False),
-        Binding("k,up", "move(-1)", "Previous row", show=False),
-        Binding("pagedown,ctrl+f", "page(1)", "Next page", show=False),
-        Binding("pageup,ctrl+b", "page(-1)", "Previous page", show=False),
-        Binding("g,home", "first", "First row", show=False),
-        Binding("G,end", "last", "Last row", show=False),
-        Binding("l,right", "shift(1)", "Columns to the right", show=False),
-        Binding("h,left", "shift(-1)", "Columns to the left", show=False),
-    ]
+    KEYS: ClassVar[Keys] = {
+        "moving": [
+            key("j,down", "move(1)", "next row"),
+            key("k,up", "move(-1)", "previous row"),
+            key("pagedown,ctrl+f", "page(1)", "next page"),
+            key("pageup,ctrl+b", "page(-1)", "previous page"),
+            key("g,home", "first", "first row"),
+            key("G,end", "last", "last row"),
+            key("l,right", "shift(1)", "columns to the right"),
+            key("h,left", "shift(-1)", "columns to the left"),
+        ]
+    }
+    BINDINGS = bindings(KEYS)
 
     cursor: reactive[int] = reactive(0, repaint=False)
     ordering: reactive[Ordering] = reactive(Ordering())
@@ -45,17 +47,8 @@ class PagedTable(ScrollView, can_focus=True):
     columns: reactive[tuple[Column, ...]] = reactive(COLUMNS)
     marked: reactive[frozenset[str]] = reactive(frozenset())
 
-    @dataclass
-    class Highlighted(Message):
-        """The cursor is on another row."""
-
-        word: str
-
-    @dataclass
     class Moved(Message):
         """The cursor is at another place, or there are other rows."""
-
-        text: str
 
     @dataclass
     class HeadingClicked(Message):
@@ -65,7 +58,7 @@ class PagedTable(ScrollView, can_focus=True):
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
-        self.source: Source = NoRows(USUAL)
+        self.source: Source = NoRows()
 
     def show(self, source: Source, cursor: int = 0) -> None:
         """Show other rows, with the cursor on one of them."""
@@ -84,15 +77,10 @@ class PagedTable(ScrollView, can_focus=True):
         """Keep the cursor on a row."""
         return max(0, min(cursor, len(self.source) - 1))
 
-    def watch_cursor(self, old: int, new: int) -> None:
+    def watch_cursor(self) -> None:
         """Follow the cursor."""
-        top = self.scroll_offset.y
         self._cursor_moved()
-        if self.scroll_offset.y == top:
-            width = self.scrollable_content_region.width
-            self.refresh(*(Region(0, 1 + place - top, width, 1) for place in (old, new)))
-        else:
-            self.refresh()
+        self.refresh()
 
     def _cursor_moved(self) -> None:
         height = max(self.size.height - 1, 1)
@@ -100,16 +88,7 @@ class PagedTable(ScrollView, can_focus=True):
         if not top <= self.cursor < top + height:
             target = self.cursor if self.cursor < top else self.cursor - height + 1
             self.scroll_to(y=target, animate=False, force=True, immediate=True)
-        self._show_position()
-        row = self.row
-        if row is not None:
-            self.post_message(self.Highlighted(row[0]))
-
-    def _show_position(self) -> None:
-        total = len(self.source)
-        more = "" if self.source.whole else "+"
-        text = f"{self.cursor + 1:,} of {total:,}{more}" if total else "none"
-        self.post_message(self.Moved(text))
+        self.post_message(self.Moved())
 
     def _measure(self) -> None:
         self.virtual_size = Size(self.scrollable_content_region.width, len(self.source) + 1)
@@ -179,10 +158,6 @@ class PagedTable(ScrollView, can_focus=True):
         """Return the columns of which the rows know something."""
         return [column for column in self.columns if column.name in self.source.columns]
 
-    def _fields(self) -> Sequence[str]:
-        """Return what the parts of a row are."""
-        return self.source.pages.columns if isinstance(self.source, Followed) else self.source.columns
-
     def _places(self) -> range:
         top = self.scroll_offset.y
         return range(top, min(top + max(self.size.height - 1, 0), len(self.source)))
@@ -196,10 +171,10 @@ class PagedTable(ScrollView, can_focus=True):
                 [(column, width, self._heading(column)) for column, width in self._shown()], style
             )
         place = self.scroll_offset.y + y - 1
-        if place >= len(self.source):
+        if not isinstance(self.source, Pages) or place >= len(self.source):
             return Strip.blank(self.scrollable_content_region.width, base)
         row = self.source.row(place)
-        values = dict(zip(self._fields(), row, strict=True))
+        values = dict(zip(self.source.fields, row, strict=True))
         style = base
         if values["status"] != "orbit":
             style += self.get_component_rich_style("table--dim", partial=True)
@@ -233,13 +208,3 @@ def _fitting(columns: Sequence[Column], room: int) -> list[Column]:
             break
         found.append(column)
     return found
-
-
-class Position(Widget):
-    """A line that says where the cursor is."""
-
-    text: reactive[str] = reactive("")
-
-    def render(self) -> str:
-        """Return the line."""
-        return self.text

@@ -1,23 +1,19 @@
 """The panel of the rows: the table, what it lacks, and where its cursor is; it reads what it shows."""
 
 import time
-from dataclasses import dataclass
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
-from textual import work
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.message import Message
 from textual.reactive import reactive
 from textual.widgets import Static
-from textual.worker import get_current_worker
 
-from orbitdb.cli.tui.table.columns import COLUMNS, USUAL, Column
+from orbitdb.cli.tui.screens import in_thread
 from orbitdb.cli.tui.table.jumping import Jumping
-from orbitdb.cli.tui.table.paged_table import PagedTable, Position
-from orbitdb.cli.tui.table.source import Followed, NoRows, Ordering, Pages, Source, head_of
-from orbitdb.errors import InputError, StoreError
-from orbitdb.store.asking.confinement import CancelledError
+from orbitdb.cli.tui.table.paged_table import PagedTable
+from orbitdb.cli.tui.table.source import NoRows, Ordering, Pages, Source, head_of
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
@@ -33,51 +29,29 @@ Asked = tuple[Selection, Ordering]
 Gaps = tuple[list[int], str]
 """Periods that are stored in part, and a line on others."""
 
+_Found = tuple[Pages, Gaps, int, float]
+"""Rows, what they lack, how many there are without a filter, and the seconds it took to find them."""
+
 
 class RowsPanel(Vertical):
     """The rows of a subset in some order."""
 
-    columns: reactive[tuple[Column, ...]] = reactive(COLUMNS, repaint=False)
-    marked: reactive[frozenset[str]] = reactive(frozenset(), repaint=False)
     report: reactive[str] = reactive("", repaint=False)
 
-    @dataclass
-    class Read(Message):
-        """A worker has read the rows of a subset."""
-
-        asked: Asked
-        rows: Pages
-        gaps: Gaps
-        total: int
-        seconds: float
-
-    @dataclass
-    class Unread(Message):
-        """A worker could not."""
-
-        asked: Asked
-        reason: str
-
-    def __init__(self) -> None:
+    def __init__(self, table: PagedTable) -> None:
         super().__init__(id="rows")
-        self.jumping = Jumping(self)
+        self.table, self.jumping = table, Jumping(self)
         self.stopped = False
         self.total: int | None = None
         self.seconds_of_reading = 0.0
         self._asked: Asked | None = None
-        self._place = ""
 
     def compose(self) -> ComposeResult:
         """Lay out the table, and lines for what there is to say of it."""
-        yield PagedTable(id="table").data_bind(RowsPanel.columns, RowsPanel.marked)
+        yield self.table
         yield Static(id="unfilled", markup=False)
         yield Static(id="standing", markup=False)
-        yield Position(id="position")
-
-    @property
-    def table(self) -> PagedTable:
-        """The table."""
-        return self.query_one(PagedTable)
+        yield Static(id="position", markup=False)
 
     # reading
 
@@ -89,65 +63,54 @@ class RowsPanel(Vertical):
             self.table.show(head_of(catalogue, selection, fields, _HEAD))
 
     def read(
-        self, catalogue: "Catalogue", selection: Selection, ordering: Ordering, fields: tuple[str, ...]
+        self,
+        catalogue: "Catalogue",
+        selection: Selection,
+        ordering: Ordering,
+        fields: tuple[str, ...],
+        take: Callable[[Pages], None],
     ) -> None:
-        """Read the rows in a worker; `Read` brings them."""
+        """Read the rows in a worker, and give them to whoever wants them if no others are wanted by then."""
         self.report = _AT_WORK[ordering != self.table.ordering]
         self.say(self.report)
-        self._asked, self.stopped = (selection, ordering), False
-        self._read(catalogue, selection, ordering, fields)
+        asked = self._asked = selection, ordering
+        self.stopped, total = False, self.total
+
+        def find(cancelled: Callable[[], bool]) -> _Found:
+            begun, everything = time.monotonic(), Selection(selection.a)
+            with catalogue.at_one_moment() as still:
+                gaps = _gaps(still, selection)
+                chosen = still.choose(selection, str(ordering), cancelled=cancelled)
+                if selection == everything:
+                    count = len(chosen)
+                else:
+                    count = total or len(still.choose(everything, cancelled=cancelled))
+            return Pages(catalogue, chosen, fields), gaps, count, time.monotonic() - begun
+
+        in_thread(self.screen, "rows", find, partial(self._take, asked, take), partial(self._fail, asked))
+
+    def _take(self, asked: Asked, take: Callable[[Pages], None], found: _Found) -> None:
+        if asked == self._asked:
+            rows, gaps, self.total, self.seconds_of_reading = found
+            self.table.ordering = asked[1]
+            self.say_gaps(*gaps)
+            take(rows)
+            self.report = f"{len(rows):,} of {self.total:,} sequences"
+
+    def _fail(self, asked: Asked, reason: str) -> None:
+        """Show no rows, as those that are shown are of another subset, and say what went wrong."""
+        if asked == self._asked:
+            self.show(NoRows())
+            self.report = reason
+            if self.screen.is_current:  # a filter line says it itself
+                self.notify(reason, severity="error")
 
     def stop_reading(self) -> None:
         """Read no further: somebody is about to choose something else."""
         if self.report in _AT_WORK:
-            self.workers.cancel_group(self, "rows")
+            self.workers.cancel_group(self.screen, "rows")
             self.report, self.stopped = "", True
             self.say()
-
-    @work(thread=True, exclusive=True, group="rows")
-    def _read(
-        self, catalogue: "Catalogue", selection: Selection, ordering: Ordering, fields: tuple[str, ...]
-    ) -> None:
-        worker, begun, total = get_current_worker(), time.monotonic(), self.total
-        asked = (selection, ordering)
-
-        def cancelled() -> bool:
-            return worker.is_cancelled
-
-        try:
-            with catalogue.at_one_moment() as still:
-                gaps, everything = _gaps(still, selection), Selection(selection.a)
-                chosen = still.choose(selection, str(ordering), cancelled=cancelled)
-                if selection == everything:
-                    total = len(chosen)
-                elif total is None:
-                    total = len(still.choose(everything, cancelled=cancelled))
-        except CancelledError:
-            return
-        except (InputError, StoreError) as error:
-            if not worker.is_cancelled:
-                self.post_message(self.Unread(asked, str(error)))
-            return
-        if not worker.is_cancelled:
-            pages, seconds = Pages(catalogue, chosen, fields), time.monotonic() - begun
-            self.post_message(self.Read(asked, pages, gaps, total, seconds))
-
-    def on_rows_panel_read(self, message: Read) -> None:
-        """Say what rows those are that come, unless others are wanted by now."""
-        if message.asked != self._asked:
-            message.stop()
-            return
-        self.total, self.seconds_of_reading = message.total, message.seconds
-        self.table.ordering = message.asked[1]
-        self.say_gaps(*message.gaps)
-
-    def on_rows_panel_unread(self, message: Unread) -> None:
-        """Show no rows, as those that are shown are of another subset, and report what went wrong."""
-        if message.asked != self._asked:
-            message.stop()
-            return
-        self.show(NoRows(USUAL))
-        self.report = message.reason
 
     # saying
 
@@ -159,7 +122,7 @@ class RowsPanel(Vertical):
     def say(self, what: str = "") -> None:
         """Say what is done; else what the rows are, and how many are orbits where they are followed to."""
         source = self.table.source
-        if not what and isinstance(source, Followed):
+        if not what and isinstance(source, Pages) and source.a is not None:
             what = f"{source.counts().get(_ORBIT, 0):,} orbits at a = {source.a:.9g}"
         self.border_title = what or "sequences"
 
@@ -179,14 +142,15 @@ class RowsPanel(Vertical):
         note.display = bool(text)
         note.update(text or "")
 
-    def on_paged_table_moved(self, message: PagedTable.Moved) -> None:
-        """Say where the cursor is."""
-        self._place = message.text
-        self.say_position()
-
     def say_position(self) -> None:
         """Say where the cursor is, and where digits have led it to."""
-        self.query_one(Position).text = " │ ".join(filter(None, (self.jumping.note, self._place)))
+        source = self.table.source
+        more = "" if source.whole else "+"
+        place = f"{self.table.cursor + 1:,} of {len(source):,}{more}" if len(source) else "none"
+        told = " │ ".join(filter(None, (self.jumping.note, place)))
+        self.query_one("#position", Static).update(told, layout=False)
+
+    on_paged_table_moved = say_position
 
 
 def _gaps(catalogue: "Catalogue", selection: Selection) -> Gaps:

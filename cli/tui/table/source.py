@@ -1,10 +1,11 @@
 """Rows for the table: what is shown is read when it is shown, a block at a time."""
 
-from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from orbitdb.cli.tui.table.columns import USUAL
 from orbitdb.columns import OF_ORBITS
 from orbitdb.store.asking.selection import Selection
 
@@ -43,34 +44,75 @@ class Pages:
     catalogue : Catalogue
     chosen : Chosen
         The subset in its order.
-    columns : sequence of str
-        The columns of the table, the code first.
+    fields : sequence of str
+        What is read of a row, the code first.
     whole : bool
         Whether all rows are there; if not, it is the first ones.
+    stored : Pages or None
+        The rows as they are stored, if these are what they are at another *a*.
+    a : float or None
+        That other *a*: what is not known there is blank.
+    standing : ndarray of uint8, shape (C,), or None
+        A `Standing` a class of the subset there.
     """
 
     catalogue: "Catalogue"
     chosen: "Chosen"
-    columns: Sequence[str]
+    fields: Sequence[str]
     whole: bool = True
-    _blocks: OrderedDict[int, list[Row]] = field(default_factory=OrderedDict, repr=False)
+    stored: "Pages | None" = None
+    a: float | None = None
+    standing: "NDArray[np.uint8] | None" = None
+
+    def __post_init__(self) -> None:
+        self._block = lru_cache(_KEPT)(self._read)
+
+    def followed(self, a: float, standing: "NDArray[np.uint8]") -> "Pages":
+        """Return the rows as they are at another *a*."""
+        return replace(self, stored=self, a=a, standing=standing)
 
     def __len__(self) -> int:
         return len(self.chosen)
 
+    @property
+    def pages(self) -> "Pages":
+        """The rows as they are stored."""
+        return self.stored or self
+
+    @property
+    def columns(self) -> list[str]:
+        """The fields of which something is known."""
+        return [name for name in self.fields if self.standing is None or name not in _OF_ONE_A]
+
     def row(self, place: int) -> Row:
         """Return one row."""
         number, within = divmod(place, _BLOCK)
-        if number not in self._blocks:
-            self._blocks[number] = self._read(number * _BLOCK)
-            if len(self._blocks) > _KEPT:
-                self._blocks.popitem(last=False)
-        self._blocks.move_to_end(number)
-        return self._blocks[number][within]
+        return self._block(number)[within]
 
-    def _read(self, first: int) -> list[Row]:
-        blocks = self.catalogue.blocks(self.chosen, self.columns, first, first + _BLOCK)
+    def _read(self, number: int) -> list[Row]:
+        """Read a block of rows."""
+        first, end = number * _BLOCK, (number + 1) * _BLOCK
+        if self.stored is not None:
+            return [self._there(self.stored.row(place), place) for place in range(len(self))[first:end]]
+        blocks = self.catalogue.blocks(self.chosen, self.fields, first, end)
         return [row for block in blocks for row in block.rows()]
+
+    def _there(self, row: Row, place: int) -> Row:
+        """Return a row as it is at the other a."""
+        from orbitdb.store.reading.lives import Standing
+
+        assert self.standing is not None
+        standing = Standing(self.standing[self.chosen.classes(place, place + 1)[0]])
+        now = dict.fromkeys(_OF_ONE_A) | {"status": standing.words}
+        return tuple(now.get(name, value) for name, value in zip(self.fields, row, strict=True))
+
+    def counts(self) -> dict[str, int]:
+        """Return how many rows there are of each standing that occurs."""
+        from orbitdb.store.reading.lives import Standing, sums
+
+        assert self.standing is not None
+        found = sums(self.standing, self.chosen.counts)
+        return {each.words: count for each, count in zip(Standing, found, strict=True) if count}
 
     def position(self, word: str) -> int | None:
         """Return where a word, as a least rotation, stands."""
@@ -84,8 +126,10 @@ class Pages:
 class NoRows:
     """What there is before rows are read, and where none can be read."""
 
-    columns: Sequence[str] = ()
+    columns: Sequence[str] = USUAL
     whole: bool = False
+    pages: None = None
+    a: None = None
 
     def __len__(self) -> int:
         return 0
@@ -98,61 +142,7 @@ class NoRows:
         """Return that a word is not there."""
 
 
-@dataclass(frozen=True, eq=False)
-class Followed:
-    """The rows of a subset as they are at another a: what is not known there is blank.
-
-    Attributes
-    ----------
-    pages : Pages
-        The rows, as they are where they are stored.
-    a : float
-        The stadium that is looked at.
-    standing : ndarray of uint8, shape (C,)
-        A `Standing` a class of the subset.
-    """
-
-    pages: Pages
-    a: float
-    standing: "NDArray[np.uint8]"
-    whole: bool = True
-    _rows: dict[int, Row] = field(default_factory=dict)
-
-    @property
-    def columns(self) -> Sequence[str]:
-        """The columns that are known at any a."""
-        return [name for name in self.pages.columns if name not in _OF_ONE_A]
-
-    def __len__(self) -> int:
-        return len(self.pages)
-
-    def row(self, place: int) -> Row:
-        """Return one row."""
-        if place not in self._rows:
-            self._rows[place] = self._row(place)
-        return self._rows[place]
-
-    def _row(self, place: int) -> Row:
-        from orbitdb.store.reading.lives import Standing
-
-        standing = Standing(self.standing[self.pages.chosen.classes(place, place + 1)[0]])
-        now = dict.fromkeys(_OF_ONE_A) | {"status": standing.words}
-        stored = self.pages.row(place)
-        return tuple(now.get(name, value) for name, value in zip(self.pages.columns, stored, strict=True))
-
-    def counts(self) -> dict[str, int]:
-        """Return how many rows there are of each standing that occurs."""
-        from orbitdb.store.reading.lives import Standing, sums
-
-        found = sums(self.standing, self.pages.chosen.counts)
-        return {each.words: count for each, count in zip(Standing, found, strict=True) if count}
-
-    def position(self, word: str) -> int | None:
-        """Return where a word stands."""
-        return self.pages.position(word)
-
-
-Source = NoRows | Pages | Followed
+Source = NoRows | Pages
 
 
 def head_of(catalogue: "Catalogue", selection: Selection, columns: Sequence[str], rows: int) -> Pages:

@@ -99,15 +99,14 @@ run()
 
 
 def test_a_failure_is_one_line_with_its_traceback_in_a_file(filled_once, tmp_path):
-    state = tmp_path / "state"
     command = [sys.executable, "-P", "-c", _FAILING]
-    child = spawn("browse", "--db", filled_once, command=command, columns=200, XDG_STATE_HOME=str(state))
+    child = spawn("browse", "--db", filled_once, command=command, columns=200, TMPDIR=str(tmp_path))
     child.expect("1 of [0-9,]+")
     shown = child.before
     child.send("R")
     child.expect(pexpect.EOF)
     session = ended(child, (shown + child.before, 200))
-    path = state / "orbitdb" / "browse-traceback.txt"
+    [path] = tmp_path.glob("orbitdb-browse-*-traceback.txt")
     assert session.code == 1
     assert session.restored
     line = "".join(session.lines)

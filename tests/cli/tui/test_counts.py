@@ -5,7 +5,7 @@ import pytest
 from screens import TINY, drive, press, screen_lines, shown
 
 from orbitdb.catalogue.tallies import Histogram
-from orbitdb.cli.tui.dialogs.basic import KeysDialog
+from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.statistics.bars import counts_in, lines_of
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen

@@ -5,8 +5,8 @@ from screens import SMALL, TINY, drive, press, screen_lines, settle
 from textual.widgets import Button, Label
 from textual.widgets._toast import Toast
 
-from orbitdb.cli.tui.dialogs.basic import KeysDialog
 from orbitdb.cli.tui.dialogs.filling import FillState, Wish
+from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.store.asking.selection import Selection
 
 LONG_PATH = "/a" * 120
@@ -122,7 +122,7 @@ def test_keys_are_wholly_readable(filled, key):
         await pilot.resize_terminal(TINY[0], 60)  # where there are fewer rows, they are scrolled
         await settle(pilot)
         text = seen(app, app.screen.region)
-        for _, keys in app.screen._groups:
+        for _, keys in app.screen.groups:
             for name, meaning in keys:
                 assert squeezed(name) in text
                 assert all(word in text for word in meaning.split())

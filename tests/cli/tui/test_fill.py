@@ -103,7 +103,7 @@ def test_keys_go_into_the_periods_from_the_first_on(tmp_path):
             focused.append(event.widget.id)
 
     async def steps(app, pilot):
-        app.push_screen(Watched(app.path, "1.6", "2-11", None))
+        app.push_screen(Watched(app.path, "1.6", "2-11", None, app.begin_fill))
         await settle(pilot)
         await press(pilot, *"23")
         assert app.screen.query_one("#periods").value == "23"

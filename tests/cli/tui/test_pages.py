@@ -13,7 +13,7 @@ from questions import CRITERIA, EDGES, KEYS, NAMES, catalogue_to_ask, expected
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.table.jumping import place_of
-from orbitdb.cli.tui.table.source import Followed, Ordering, Pages, head_of
+from orbitdb.cli.tui.table.source import Ordering, Pages, head_of
 from orbitdb.errors import StoreError
 from orbitdb.orbits.newton import solve_word
 from orbitdb.orbits.orbit import Status
@@ -87,7 +87,7 @@ def test_rows_stand_at_another_a_as_their_births_have_it(asked, criteria, at):
     catalogue, rows = asked
     wanted, pages = expected(rows, criteria), pages_of(catalogue, choose(**criteria))
     with catalogue.reading() as connection:
-        there = Followed(pages, at, load_standings(connection, pages.chosen.ids).at(at))
+        there = pages.followed(at, load_standings(connection, pages.chosen.ids).at(at))
     stands = [standing_of(row, at) for row in wanted]
     assert there.counts() == Counter(stands)
     for place in range(0, len(wanted), 7):

@@ -13,7 +13,6 @@ from orbitdb.cli.tui.orbit.pictures import (
     draw_curves,
     draw_orbit,
     draw_phase,
-    length_of,
     path_of,
     phase_points,
 )
@@ -83,6 +82,10 @@ def test_marks_lie_over_dots_and_what_is_outside_is_left_out():
     picture = draw(frame, [Layer("path", dots)], [Mark("start", (1, 1), "S"), Mark("bounce", (9, 9), "B")])
     assert "".join(picture.text[0]) == "S" + chr(0x2800 + 0x80)
     assert picture.runs(0) == [("S", "start"), (chr(0x2880), "path")]
+
+
+def length_of(path):
+    return np.hypot(*np.diff(path, axis=0).T).sum()
 
 
 @pytest.mark.parametrize("word", WORDS)

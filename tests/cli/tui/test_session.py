@@ -10,10 +10,11 @@ from textual import events
 from textual.widgets import Input
 
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.cli.tui import choices, keys
+from orbitdb.cli.tui import choices
+from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs.basic import LineDialog, QuestionDialog
 from orbitdb.cli.tui.dialogs.filling import FillState, Wish, cost_of, work
-from orbitdb.cli.tui.keys import columns_for, groups_for
+from orbitdb.cli.tui.dialogs.keys import columns_told, groups_of
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, folded, lines_of
@@ -54,7 +55,8 @@ def test_choices_go_round():
         seen.append(chosen.statuses)
     assert seen == [(Status.ORBIT,), (Status.DYNAMICAL,), (Status.BOUNDARY,), (Status.GEOMETRIC,),
                     (Status.UNRESOLVED,), ()]  # fmt: skip
-    assert choices.next_status(Selection(statuses=(Status.ORBIT, Status.BOUNDARY))).statuses == ()
+    several = Selection(statuses=(Status.ORBIT, Status.BOUNDARY))
+    assert choices.next_status(several).statuses == (Status.ORBIT,)
     for reversal in ("self", "pair", None):
         chosen = choices.next_reversal(chosen)
         assert chosen.time_reversal == reversal
@@ -97,9 +99,8 @@ def test_choices_without_a_field_of_their_own_stand_at_the_end(chosen, told):
     assert shown.endswith(f"[@click=screen.filter]{told}[/]")
 
 
-def test_keys_and_columns_are_told_of_the_screen_on_show():
-    assert groups_for(MainScreen(Selection())) is keys.MAIN
-    title, names = columns_for(MainScreen(Selection()))
+def test_columns_are_told_with_their_headings():
+    title, names = columns_told()
     assert title == "columns, as a filter names them"
     assert dict(names)["length_error"] == "bound on the error of length (radius)"
     assert dict(names)["length"].endswith(", ± length_error")
@@ -107,17 +108,14 @@ def test_keys_and_columns_are_told_of_the_screen_on_show():
     assert len(names) == len(IN_CATALOGUE)
 
 
-NAMED = {"pgdn", "pgup", "enter", "space", "escape", ".."}
-
-
-def test_what_keys_do_stands_behind_their_names():
-    for groups in (keys.MAIN, keys.STATISTICS, keys.COUNTS, keys.WHOLE):
-        for _, lines in groups:
-            for names, does in lines:
-                assert all(len(name) == 1 or name in NAMED or "+" in name for name in names.split())
-                assert len(does) > 3
-    scrolling = [dict(lines)["j k ↓ ↑"] for ((_, lines), *_) in (keys.STATISTICS, keys.COUNTS, keys.WHOLE)]
-    assert scrolling == ["scroll the numbers", "scroll the counts", "line by line"]
+def test_every_key_of_a_screen_is_told_in_its_group():
+    groups = groups_of([PagedTable.KEYS, MainScreen.KEYS, BrowseApp.KEYS])
+    told = {title: dict(lines) for title, lines in groups}
+    assert list(told) == ["moving", "its symmetry class", "looking", "choosing", "keeping", "orbitdb"]
+    assert told["moving"]["j ↓"] == "next row"
+    assert told["moving"]["0 .. 9"] == "go to a period or code"
+    assert told["orbitdb"]["?"] == "these keys"
+    assert [names.split()[0] for names in told["looking"]][3:5] == ["<", ">"]
 
 
 def test_blocks_of_rows_that_are_no_longer_kept_are_read_again(filled_once):
@@ -142,7 +140,7 @@ def test_long_codes_and_orbits_are_told_in_short():
     assert [orbit.p for orbit in orbits] == [30, 31, 60, 61]
     short, longer = (dict(facts_of(orbit)) for orbit in orbits[:2])
     assert short["code"] == "13" * 14 + "11"
-    assert longer["code"] == "(13)^15 1"
+    assert longer["runs"] == "(13)^15 1"
     heads = [any("coordinate" in piece for line in lines_of(orbit, None, 60) for piece, _ in line)
              for orbit in orbits]  # fmt: skip
     assert heads == [True, True, True, False]
@@ -273,7 +271,7 @@ def test_columns_have_room_or_are_not_there(path):
 @pytest.mark.slow
 def test_lines_that_were_typed_come_back(path):
     async def steps(app, pilot):
-        app.push_screen(LineDialog("a line", "new", history=["old", "new", "later"]))
+        app.push_screen(LineDialog("a line", "new", others=["old", "new", "later"]))
         await pilot.pause()
         line, seen = app.screen.query_one(Input), []
         for step in (1, 1, 1, -1, -1, -1):

@@ -5,8 +5,8 @@ from screens import drive, press, settle, shown, table_of
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.cli.tui.dialogs.basic import LineDialog
 from orbitdb.cli.tui.dialogs.fill import FillDialog
-from orbitdb.cli.tui.dialogs.half_length import HalfLengthDialog
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.newton import solve_word
@@ -75,7 +75,7 @@ def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(at_one, t
 def test_another_stadium_takes_everything_with_it(varied):
     async def steps(app, pilot):
         await press(pilot, "j", "m", "j", "m")
-        await press(pilot, "a", "k", "enter")
+        await press(pilot, "a", "up", "enter")
         assert stadiums_of(app) == {1.0}
         assert app.screen.compared == ()
         app.screen.search.take(solve_word("1232131", Stadium(1.6)))  # too late
@@ -135,7 +135,7 @@ def test_any_stadium_can_be_typed(varied):
         await press(pilot, "a", "1", "enter")
         assert app.screen.selection.a == 1.0
         await press(pilot, "a", "0", "enter")
-        assert isinstance(app.screen, HalfLengthDialog)
+        assert isinstance(app.screen, LineDialog)
         assert app.screen.query_one("Input").has_class("-wrong")
 
     drive(varied, steps)

@@ -1,0 +1,100 @@
+"""The help: the keys of a screen in groups, and what the columns of its table are."""
+
+from collections.abc import Iterable, Sequence
+from typing import ClassVar
+
+from rich.console import Group as Stack
+from rich.console import RenderableType
+from rich.table import Table
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import BindingType
+from textual.containers import Horizontal
+from textual.dom import DOMNode
+from textual.keys import format_key
+from textual.widgets import Static
+
+from orbitdb.cli.tui.screens import ESCAPE, Dialog, Keys, ScrollBox, key
+from orbitdb.cli.tui.table.columns import COLUMNS
+from orbitdb.columns import IN_CATALOGUE, Column
+
+Group = tuple[str, Sequence[tuple[str, str]]]
+"""A heading, and what stands below it: names and what they mean."""
+
+_WORDS = {"enter": "enter", "escape": "escape", "backspace": "backspace"}
+
+
+def groups_of(parts: Iterable[Keys]) -> list[Group]:
+    """Return the keys of widgets and screens under their headings, each with what it does."""
+    groups: dict[str, dict[str, list[str]]] = {}
+    heard: set[str] = set()
+    for title, each in ((title, each) for keys in parts for title, group in keys.items() for each in group):
+        new = [pressed for pressed in each.key.split(",") if pressed not in heard]
+        heard.update(new)  # who comes first hears a key, and nobody else
+        if new and (told := each.tooltip or each.description):
+            names = [each.key_display] if each.key_display else map(_name, new)
+            groups.setdefault(title, {}).setdefault(told, []).extend(names)
+    return [
+        (title, [(" ".join(names), told) for told, names in group.items()]) for title, group in groups.items()
+    ]
+
+
+def _name(pressed: str) -> str:
+    return _WORDS.get(pressed) or format_key(pressed)
+
+
+def columns_told() -> Group:
+    """Return what the columns are that a filter may name, with the heading of those that have another."""
+    headings = {column.name: column.heading for column in COLUMNS}
+    return "columns, as a filter names them", [
+        (" ".join(dict.fromkeys((each.name, headings.get(each.name, each.name)))), _told(each))
+        for each in IN_CATALOGUE
+    ]
+
+
+def _told(column: Column) -> str:
+    """Say in one line what a column holds."""
+    unit = f" ({column.unit})" if column.unit not in ("", "1") else ""
+    bound = f", ± {column.bound}" if column.bound.endswith("_error") else ""
+    return f"{column.brief}{unit}{bound}"
+
+
+class KeysDialog(Dialog[None]):
+    """The keys that matter, and below them what the columns are.
+
+    Parameters
+    ----------
+    nodes : iterable of DOMNode
+        The widgets and screens that hear keys.
+    columns : bool
+        Whether there is a table of which to tell the columns.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [ESCAPE, key("question_mark,q", "dismiss(None)")]
+
+    def __init__(self, nodes: Iterable[DOMNode | None], columns: bool) -> None:
+        super().__init__()
+        self.groups = groups_of(getattr(node, "KEYS", {}) for node in nodes)
+        self._columns = columns
+
+    def compose(self) -> ComposeResult:
+        """Show the keys, group by group, in two columns."""
+        with ScrollBox(classes="dialog large") as box:
+            box.border_title = "keys"
+            box.border_subtitle = "escape closes"
+            half = (len(self.groups) + 1) // 2
+            with Horizontal(classes="halves"):
+                yield Static(_listed(self.groups[:half]))
+                yield Static(_listed(self.groups[half:]))
+            if self._columns:
+                yield Static(_listed([columns_told()]))
+
+
+def _listed(groups: Sequence[Group]) -> Stack:
+    parts: list[RenderableType] = []
+    for title, told in groups:
+        table = Table.grid(padding=(0, 2, 0, 0))
+        for name, meaning in told:
+            table.add_row(Text(name), Text(meaning))
+        parts += [Text(title, "bold"), table, ""]
+    return Stack(*parts)
