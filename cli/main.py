@@ -107,7 +107,7 @@ def _failed(error: Exception) -> int:
         case OSError():
             return _unwritten(error)
         case ModuleNotFoundError():
-            return _say(f"{error}; it comes with an extra, see 'Install' in the README", FAILED)
+            return _say(str(error), FAILED)
     raise error
 
 

@@ -400,6 +400,7 @@ def test_a_geometric_fill_keeps_the_pruned_words(cli):
     done = cli("fill", "--p", "4", "--geometric")
     assert done.code == 0
     rows = json.loads(cli(*chosen).out)
+    assert f"41 orbits, {len(rows)} geometrically pruned words, " in done.err
     for p in (2, 3, 4):
         family = p == 2  # 02 breaks no rule and has no orbit of its own
         assert sum(row["p"] == p for row in rows) == count_primitive(p) - count_admissible(p) - family

@@ -89,6 +89,7 @@ def _fill_periods(
     from orbitdb.filling.blocks import METHODS
     from orbitdb.filling.estimate import LARGE, about, check_room, gigabytes, need
     from orbitdb.filling.periods import fill_geometric, fill_periods
+    from orbitdb.orbits.orbit import Status
     from orbitdb.store.file.database import default_path
     from orbitdb.symbols.counting import count_admissible, count_primitive
 
@@ -113,8 +114,10 @@ def _fill_periods(
                 show_steps(shown, fill_geometric(path, periods), "pruned words", words)
     with closing(Catalogue(path)) as catalogue:
         fills = [fill for fill in catalogue.fills(a) if fill.p in periods]
+        pruned = catalogue.count(a=a, p=tuple(periods), status=Status.GEOMETRIC) if geometric else 0
     sequences, orbits = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))
     stored = f"{several(sequences, 'sequence')}, {several(orbits, 'orbit')}"
+    stored += f", {several(pruned, 'geometrically pruned word')}" if geometric else ""
     note(f"{span}: {stored}, {time.monotonic() - start:.1f} s, in {path}")
 
 
