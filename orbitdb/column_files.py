@@ -21,6 +21,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from orbitdb.columns import kind_of
 from orbitdb.errors import ExportError
+from orbitdb.extras import load
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -105,8 +106,7 @@ def write_parquet(
     file: IO[bytes], columns: Sequence[str], rows: Iterable[Any], metadata: Mapping[str, Any]
 ) -> None:
     """Write typed columns, and each part of the metadata as JSON in that of the schema."""
-    from pyarrow import parquet
-
+    parquet = load("pyarrow.parquet", "a parquet file", "parquet")
     schema = arrow_schema(columns, metadata)
     with parquet.ParquetWriter(file, schema) as writer:
         for block in in_columns(rows):

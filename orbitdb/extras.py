@@ -23,8 +23,9 @@ def load(module: str, use: str, extra: str) -> Any:
     try:
         return import_module(module)
     except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] == "orbitdb":
+        package = (error.name or "").partition(".")[0]
+        if package == "orbitdb":
             raise
         raise ModuleNotFoundError(
-            f"{use} needs {error.name}: pip install 'orbitdb[{extra}]'", name=error.name
+            f"{use} needs {package}: pip install 'orbitdb[{extra}]'", name=error.name
         ) from None

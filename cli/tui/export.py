@@ -13,6 +13,7 @@ from orbitdb.cli.rows import KEYS
 from orbitdb.cli.tui.table.source import Ordering
 from orbitdb.errors import InputError
 from orbitdb.export import complete, write_file
+from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.svg import orbit_svg
 from orbitdb.store.asking.confinement import never
@@ -87,8 +88,8 @@ def _write(
     if path.suffix == ".parquet":
         try:
             write_file(path, "parquet", KEYS, rows, provenance(catalogue, [selection], False))
-        except ModuleNotFoundError:
-            raise InputError("parquet needs pyarrow: install orbitdb[parquet], or write a .csv") from None
+        except ModuleNotFoundError as error:
+            raise InputError(f"{error}, or write a .csv") from None
         return
     with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
         write_data(file, KEYS, rows, Format(path.suffix[1:]))
@@ -105,9 +106,10 @@ def _draw(path: Path, orbit: Orbit | None) -> str:
             draft.write_text(drawn + "\n", encoding="utf-8")
         else:
             try:
-                from orbitdb.cli.figures.orbits import draw_orbit
-                from orbitdb.plots import style
-            except ImportError:
-                raise InputError("PNG needs matplotlib: install orbitdb[plot], or write an .svg") from None
+                style = load("orbitdb.plots.style", "PNG", "plot")
+            except ModuleNotFoundError as error:
+                raise InputError(f"{error}, or write an .svg") from None
+            from orbitdb.cli.figures.orbits import draw_orbit
+
             style.save(draw_orbit(orbit), draft, "png", title)
     return f"{code} drawn in {path}"

@@ -201,6 +201,25 @@ def test_a_wrong_ending_is_told_before_matplotlib_is_loaded(tmp_path):
     assert done.stdout == "False\n"
 
 
+@pytest.mark.parametrize(
+    ("arguments", "package", "said"),
+    [
+        ("plot orbit 13 -o x.svg", "matplotlib", "plot needs matplotlib: pip install 'orbitdb[plot]'"),
+        ("export x.parquet", "pyarrow", "a parquet file needs pyarrow: pip install 'orbitdb[parquet]'"),
+    ],
+)
+def test_what_is_not_installed_is_named_with_the_command_that_installs_it(
+    varied, tmp_path, cli, monkeypatch, arguments, package, said
+):
+    monkeypatch.chdir(tmp_path)
+    for loaded in ("orbitdb.plots.style", "pyarrow.parquet"):
+        monkeypatch.delitem(sys.modules, loaded, raising=False)
+    monkeypatch.setitem(sys.modules, package, None)
+    outcome = cli(*arguments.split(), "--a", "1.6", "--db", str(varied))
+    assert (outcome.code, outcome.err) == (1, f"orbitdb: {said}\n")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_an_empty_subset_writes_nothing(varied, tmp_path, cli):
     done = cli("export", str(tmp_path / "none.csv"), "--p", "99", "--db", str(varied))
     assert done.code == 1

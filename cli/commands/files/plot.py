@@ -17,6 +17,7 @@ from orbitdb.cli.progress.line import progress
 from orbitdb.cli.reading import averaged, known_catalogue, meant, reading
 from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
+from orbitdb.extras import load
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -130,7 +131,7 @@ def plot(
         options.refuse_idle(context, f"in plot {kind}", *idle)
         choice = averaged(choice) if kind in _OF_CLASSES else choice
         choice = replace(choice, status="orbit" if choice.status is None else choice.status)
-    from orbitdb.plots import style  # not before: matplotlib takes its time
+    style = load("orbitdb.plots.style", "plot", "plot")  # not before: matplotlib takes its time
 
     if kind in (Kind.ORBIT, Kind.REVERSE, Kind.LIFE):
         if kind is Kind.LIFE:

@@ -13,6 +13,7 @@ from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import aside, progress
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
+from orbitdb.extras import load
 
 if TYPE_CHECKING:
     from orbitdb.benchmarks.agreement import Agreement
@@ -110,7 +111,7 @@ def _compare(periods: list[int], stadium: "Stadium", output: Output, picture: Pa
         _write(output, WorkPrecision, _compared(periods[0], stadium))
         return
     ending = form_of(picture, known=FIGURES)
-    from orbitdb.plots import style  # not before: matplotlib takes its time
+    style = load("orbitdb.plots.style", "a figure", "plot")  # not before: matplotlib takes its time
     from orbitdb.plots.work_precision import draw_work_precision
 
     with complete(picture) as draft:

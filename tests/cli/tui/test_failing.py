@@ -29,9 +29,11 @@ def errors(app):
 def test_exports_without_an_extra_name_it_and_leave_nothing(varied, tmp_path, monkeypatch):
     catalogue, orbit = Catalogue(varied), solve_word("13", 1.6)
     for ending, module, told in (
-        ("parquet", "pyarrow", r"install orbitdb\[parquet\], or write a .csv"),
-        ("png", "orbitdb.cli.figures.orbits", r"install orbitdb\[plot\], or write an .svg"),
+        ("parquet", "pyarrow", r"pip install 'orbitdb\[parquet\]', or write a .csv"),
+        ("png", "matplotlib", r"pip install 'orbitdb\[plot\]', or write an .svg"),
     ):
+        for loaded in ("orbitdb.plots.style", "pyarrow.parquet"):
+            monkeypatch.delitem(sys.modules, loaded, raising=False)
         monkeypatch.setitem(sys.modules, module, None)
         path = tmp_path / f"x.{ending}"
         with pytest.raises(InputError, match=told):
