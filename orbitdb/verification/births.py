@@ -17,6 +17,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import BORN, DIED, DONE
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.lives import BirthFill, birth_fills, counts_at
+from orbitdb.store.reading.soundness import sound_words
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.words import from_strings
 from orbitdb.verification.blocks import is_chosen
@@ -31,15 +32,15 @@ def whole_births(connection: sa.Connection, selections: Sequence[Selection] = ()
     return [found for found in birth_fills(connection) if found.whole and is_chosen(found.p, selections)]
 
 
-def check_births(connection: sa.Connection, periods: Iterable[BirthFill]) -> Iterator[Check]:
-    """Check the changes of periods of which all are stored, and their counts at the a of every fill.
+def check_births(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
+    """Check the changes of chosen periods of which all are stored, and their counts at the a of every fill.
 
     No period may have changes without a row that says how far they are stored.
     """
     fills = [fill for fill in audit.fills(connection) if fill["state"] == DONE]
     for p in audit.periods_without_births(connection):
         yield Check("births", 0, 1, first=f"p = {p}: births without a row that says how far they are")
-    for found in periods:
+    for found in whole_births(connection, selections):
         rows = audit.changes(connection, found.p)
         wrong = [*_wrong_changes(rows), *_wrong_events(rows), *_wrong_counts(found, rows)]
         yield listed("births", len(rows), wrong)
@@ -109,7 +110,8 @@ def prove_lives(connection: sa.Connection, periods: Iterable[BirthFill]) -> Iter
     """
     for found in periods:
         changes = groupby(audit.changes(connection, found.p), key=lambda row: str(row.word))
-        classes = [(word, _known(rows)) for word, rows in changes]
+        every = [(word, _known(rows)) for word, rows in changes]
+        classes = [every[i] for i in sound_words([word for word, _ in every], found.p)]
         for start in range(0, len(classes), BLOCK):
             block = classes[start : start + BLOCK]
             words = [word for word, _ in block]

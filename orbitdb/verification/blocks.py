@@ -11,6 +11,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.errors import AlteredError, InputError
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.audit import Ids
 from orbitdb.verification.check import Check, Step
@@ -39,8 +40,14 @@ class Part:
     total: int = 1
 
     def checked(self, connection: sa.Connection) -> Step:
-        """Return what is found in what a connection reads."""
-        return Step(self.stage, self.done, self.total, tuple(self.find(connection)))
+        """Return what is found in what a connection reads, up to the first value that nobody can read."""
+        found = []
+        try:
+            found.extend(self.find(connection))
+        except (AlteredError, InputError) as error:
+            what = error.what if isinstance(error, AlteredError) else error
+            found.append(Check("reading", 1, 1, first=f"{self.stage}: {what}"))
+        return Step(self.stage, self.done, self.total, tuple(found))
 
 
 @dataclass(frozen=True)

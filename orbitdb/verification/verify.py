@@ -53,6 +53,7 @@ PROMISES = {
     "levels": "quantum levels are those of a finer grid, within their errors, and none is missing",
     "trajectories": "averages over trajectories agree with exact means and with a new run",
     "provenance": "runs, methods and certificates agree with one another",
+    "reading": "the commands can read it",
     "values": "every row has what its status demands",
     "statuses": "a new solution gives the same status",
     "unresolved": "every status is decided",
@@ -138,11 +139,10 @@ def verify(
             yield from (part.checked(connection) for part in parts)
         else:
             yield from workers.solved(Apart(still.path, part) for part in parts)
-        born = whole_births(connection, selections)
-        yield Step("births", 0, 1, tuple(check_births(connection, born)))
+        yield Part("births", partial(check_births, selections)).checked(connection)
         if missing_births:
-            yield from prove_lives(connection, born)
-        yield Step("sweeps", 0, 1, tuple(check_sweeps(still, selections)))
+            yield from prove_lives(connection, whole_births(connection, selections))
+        yield Part("sweeps", lambda _: check_sweeps(still, selections)).checked(connection)
 
 
 def _orbit_parts(a: float, ids: Ids, restarts: int, seed: int) -> Iterator[Part]:

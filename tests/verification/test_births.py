@@ -45,7 +45,7 @@ def test_a_period_in_the_making_hides_none_behind_it(begun, monkeypatch):
             ("lives", 12, 0),
             ("lives", 5, 0),
         ]
-        (found,) = check_births(connection, whole_births(connection))
+        (found,) = check_births([], connection)
         assert (found.rows, found.failures) == (17, 0)
 
 
@@ -78,7 +78,7 @@ def test_a_class_that_died_and_was_born_again_is_sound_and_counts_once(begun):
 
     def found() -> tuple[int, int, str | None]:
         with Catalogue(begun).reading() as connection:
-            (check,) = check_births(connection, whole_births(connection))
+            (check,) = check_births([], connection)
         return check.rows, check.failures, check.first
 
     insert = "INSERT INTO change SELECT cycle, {}, {} * a, error, '{}', bounce, joint, NULL, slope, run"

@@ -68,6 +68,7 @@ ALTERATIONS = {
     "cycle.word, another of the class": (
         f"UPDATE cycle SET word = substr(words, 1 + p, p) WHERE id = {EIGHT}", "classes"),
     "cycle.word, long": (f"UPDATE cycle SET word = substr(words, 1 + p, p) WHERE id = {LONG}", "classes"),
+    "cycle.word, no word": (f"UPDATE cycle SET word = '013x' WHERE id = {CLASS}", "classes"),
     "cycle.p": (f"UPDATE cycle SET p = 6 WHERE id = {EIGHT}", "classes"),
     "cycle.p, long": (f"UPDATE cycle SET p = 60 WHERE id = {LONG}", "classes"),
     "cycle.id": (f"UPDATE cycle SET id = id + 1 WHERE id = {EIGHT}", "foreign keys"),
@@ -137,6 +138,8 @@ ALTERATIONS = {
     "fill.cursor, too far": (
         f"UPDATE fill SET state = 'filling' WHERE p = 5;"
         f"DELETE FROM orbit WHERE cycle = {0o101023}", "fills"),
+    "fill.p": ("UPDATE fill SET p = 99 WHERE p = 5", "fills"),
+    "birth_fill.p": ("UPDATE birth_fill SET p = 99 WHERE p = 7", "reading"),
     "birth_fill.words": ("UPDATE birth_fill SET state = 'filling', words = words + 1 WHERE p = 7", "births"),
     "birth_fill.cursor": (
         f"UPDATE birth_fill SET state = 'filling' WHERE p = 7;"
@@ -171,6 +174,7 @@ ALTERATIONS = {
     "a dangling certificate": ("INSERT INTO certificate VALUES (1, 9999, 0, 128, '0', 1)", "foreign keys"),
     "a certificate beyond the bound": (
         f"UPDATE certificate SET radius = 1e-3 WHERE cycle = {ORBIT}", "radii"),
+    "no a": ("UPDATE stadium SET a = -1 WHERE a = 0.5", "provenance"),
     "another a": ("UPDATE stadium SET a = 0.5000000000000001 WHERE a = 0.5", "provenance"),
     "alembic_version deleted": ("DELETE FROM alembic_version", "schema"),
     "alembic_version changed": ("UPDATE alembic_version SET version_num = '0001'", "schema"),

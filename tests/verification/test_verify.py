@@ -81,7 +81,7 @@ def test_a_sound_catalogue_passes_every_check(filled):
     found = checks(filled, restarts=2)
     assert {name for name, check in found.items() if check.failures} == set()
     others = {"certificates", "rules", "births", "changes", "lives", "undecided", "sweeps", "sums", "entropy"}
-    others |= {"trajectories", "levels"}
+    others |= {"trajectories", "levels", "reading"}
     assert set(found) == set(PROMISES) - others
     rows = {name: check.rows for name, check in found.items()}
     assert rows["counts"] == SEQUENCES
@@ -418,6 +418,30 @@ def test_pruned_words_are_words_and_least_and_primitive_and_have_their_rules(sma
     assert [step.stage for step in steps] == [f"pruned words, p = {p}" for p in (2, 3, 4)]
     found = [(check.rows, check.failures) for step in steps[1:] for check in step.checks]
     assert found == [(len(rules) + 4, 5), (1, 0)]
+
+
+def test_a_value_that_no_command_can_read_fails_a_check_among_the_others(tmp_path, cli):
+    """The births that count the orbits of a fill stop at the word; the table has all the other checks."""
+    path = tmp_path / "orbits.db"
+    for command in (["fill", "--p", "5"], ["births", "--p", "5"]):
+        assert cli(*command, "--db", str(path)).code == 0
+    alter(path, f"UPDATE cycle SET word = '013x' WHERE id = {0o101023}")
+    outcome = cli("verify", "--db", str(path), "--json")
+    assert outcome.code == 1
+    failing = {row["check"]: row["first"] for row in json.loads(outcome.out) if row["failures"]}
+    assert failing["classes"] == "013x"
+    assert failing["reading"] == "births: a class of period '5'"
+
+
+def test_an_a_with_nothing_but_averages_over_trajectories_has_no_periods_to_fill(tmp_path, cli):
+    where = ("--db", str(tmp_path / "orbits.db"))
+    cli("fill", "--p", "3", *where)
+    cli("simulate", "--bounces", "1000", "--a", "0.5", *where)
+    for chosen in ([], ["--p", "3"], ["--a", "0.5"]):
+        outcome = cli("verify", *where, *chosen)
+        assert outcome.code == 0
+        assert "filled" not in outcome.err
+        assert "1 average over trajectories" in outcome.err
 
 
 def test_a_sample_still_checks_all_counts(filled):

@@ -1,9 +1,9 @@
 """``orbitdb verify``: is the catalogue what it says."""
 
 import time
-from collections.abc import Generator, Iterable, Iterator
-from contextlib import closing
-from dataclasses import astuple
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from contextlib import closing, suppress
+from dataclasses import astuple, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,7 +15,7 @@ from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs, Solvers
-from orbitdb.errors import InputError, StoreError
+from orbitdb.errors import AlteredError, InputError
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
@@ -84,7 +84,6 @@ def verify(
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.catalogue.gaps import describe_partial
     from orbitdb.store.file.database import default_path
     from orbitdb.store.file.guard import TamperedError
     from orbitdb.verification.check import Check
@@ -109,14 +108,13 @@ def verify(
     def work() -> "Generator[Step]":
         with catalogue.at_one_moment() as still:
             stadiums = still.a_values() if a is None else [Stadium(a).a]
-            chosen = [choice.at(each) for each in stadiums]
-            partial = {each.a: still.partial(each) for each in chosen}
-            missing.extend(describe_partial(fills, at) for at, fills in partial.items() if fills)
-            if a is not None or choice.p is not None:
-                missing.extend(filter(None, (_unfilled(still, each) for each in chosen)))
-            known = sum(
-                fill.words for each in chosen for fill in still.fills(each.a) if each.includes(fill.p)
-            )
+            subset = choice.at(options.USUAL_A)
+            chosen = [replace(subset, a=each) for each in stadiums]  # a stored one may be none
+            known = 0
+            with suppress(AlteredError):  # it is among what is checked
+                fills = {each.a: still.fills(each.a) for each in chosen}
+                known = sum(fill.words for each in chosen for fill in fills[each.a] if each.includes(fill.p))
+                missing.extend(_gaps(still, chosen, choice.p is not None, a is not None))
             with solvers.at_work(_WORK * (known if sample is None else sample), 0) as workers:
                 here = workers if workers.jobs > 1 else None
                 yield from steps(still, chosen, sample, restarts, seed, births, here)
@@ -147,11 +145,13 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, outpu
         for name in broken:
             note(f"{name}: it is not true of every row that {PROMISES[name]}")
         raise typer.Exit(1)
-    changes, proved, levels = (rows.get(name, 0) for name in ("births", "entropy", "levels"))
+    changes, proved, levels, averages = (
+        rows.get(name, 0) for name in ("births", "entropy", "levels", "trajectories")
+    )
     if lives := rows.get("lives", 0) + rows.get("undecided", 0):
         note(f"{rows.get('lives', 0)} of {lives} classes lack no birth or death between a = 0.02 and 1000")
     swept = rows.get("sweeps", 0)
-    if not any((classes, changes, swept, proved, levels)):
+    if not any((classes, changes, swept, proved, levels, averages)):
         note(f"nothing to check in {path}: the file is sound, but it has none of the classes that you chose")
         raise typer.Exit(1)
     if anew := swept - rows.get("sums", 0):
@@ -166,22 +166,33 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, outpu
     seen = {("class", "classes"): classes, ("birth or death", "births and deaths"): changes,
             ("swept period", "swept periods"): swept,
             ("bound on the entropy", "bounds on the entropy"): proved,
-            ("quantum level", "quantum levels"): levels}  # fmt: skip
+            ("quantum level", "quantum levels"): levels,
+            ("average over trajectories", "averages over trajectories"): averages}  # fmt: skip
     told = ", ".join(several(count, *what) for what, count in seen.items() if count)
     note(f"{path}: all is well with {told}, {time.monotonic() - start:.1f} s")
 
 
-def _unfilled(catalogue: "Catalogue", chosen: "Selection") -> str | None:
-    """Say which of the periods asked for are neither filled nor swept."""
-    try:
-        subsets = (None, *catalogue.swept_subsets(chosen.a))
-        swept = tuple(each.p for subset in subsets for each in catalogue.sweeps(chosen.a, subset))
-    except StoreError:
-        return None  # it is among what is checked
-    from orbitdb.catalogue.gaps import without
+def _gaps(
+    catalogue: "Catalogue", chosen: "Sequence[Selection]", periods: bool, at_one: bool
+) -> "Iterator[str]":
+    """Say which of the chosen periods are stored in part, and which are neither filled nor swept.
 
-    rest = without(chosen, swept) if swept else chosen
-    return None if rest is None else catalogue.unfilled(rest)
+    Nothing is said of an a that was not asked for, and without periods of none that is stored: it may have
+    averages over trajectories, or single words.
+    """
+    from orbitdb.catalogue.gaps import describe_partial, without
+
+    stored = set() if periods else set(catalogue.a_values())
+    for each in chosen:
+        if partial := catalogue.partial(each):
+            yield describe_partial(partial, each.a)
+        if each.a in stored or not (at_one or catalogue.fills(each.a)):
+            continue
+        subsets = (None, *catalogue.swept_subsets(each.a))
+        swept = tuple(found.p for subset in subsets for found in catalogue.sweeps(each.a, subset))
+        rest = without(each, swept) if swept else each
+        if rest is not None and (said := catalogue.unfilled(rest)):
+            yield said
 
 
 def _watched(steps: "Iterable[Step]") -> "Iterator[Step]":

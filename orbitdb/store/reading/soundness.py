@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.errors import StoreError
+from orbitdb.errors import AlteredError
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Status
 from orbitdb.plaintext import printable
 from orbitdb.symbols.pruning import rules_broken
@@ -25,11 +25,11 @@ _FAR = 1e7
 """Above all coordinates in any stadium."""
 
 
-def unsound(what: str, value: object) -> StoreError:
+def unsound(what: str, value: object) -> AlteredError:
     """Return the error that tells of a value that no catalogue of this program has."""
     text = printable(str(value))
     shown = text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
-    return StoreError(f"the catalogue was altered: {what} {shown!r}; 'orbitdb verify' tells what is wrong")
+    return AlteredError(f"{what} {shown!r}")
 
 
 def is_whole(row: Row, p: int) -> bool:
