@@ -179,7 +179,7 @@ DRAWN: dict[str, Callable[[Path], str]] = {
     "lyapunov.svg": _figure("orbitdb plot lyapunov -o"),
     "deviations.svg": deviations,
     "sheet.svg": _figure("orbitdb plot sheet --p 5 -o"),
-    "birkhoff.svg": _figure("orbitdb plot birkhoff --p 2-5 -o"),
+    "birkhoff.svg": _figure("orbitdb plot phase-space --p 2-5 -o"),
     "births.svg": births,
     "spectrum.svg": spectrum,
     "entropy-over-a.svg": entropy_over_a,

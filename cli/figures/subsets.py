@@ -136,7 +136,7 @@ def draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
     return made
 
 
-def draw_birkhoff(catalogue: Catalogue, chosen: Selection) -> Figure:
+def draw_phase_space(catalogue: Catalogue, chosen: Selection) -> Figure:
     """Draw the bounces in phase space, coloured by lambda."""
     stadium = Stadium(chosen.a)
     note_gaps(catalogue, chosen)
@@ -151,7 +151,7 @@ def draw_birkhoff(catalogue: Catalogue, chosen: Selection) -> Figure:
         colour.append(np.repeat(subset.lambda_d[subset.p == p], p))
     with figure(7.2, 4.4) as made:
         ax = made.add_subplot()
-        dots = curves.draw_birkhoff(ax, stadium, *map(np.concatenate, (place, sine, colour)))
+        dots = curves.draw_phase_space(ax, stadium, *map(np.concatenate, (place, sine, colour)))
         made.colorbar(dots, ax=ax, label=r"$\lambda_d$ (per bounce)", pad=0.01, extend="both")
         made.set_label(chosen.describe())
         entitle(made, chosen.describe())

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.plots.curves import draw_birkhoff, draw_staircase
+from orbitdb.plots.curves import draw_phase_space, draw_staircase
 from orbitdb.plots.paths import draw_orbit
 from orbitdb.plots.style import look, wrapped
 
@@ -38,7 +38,7 @@ def phase_space_axes(title: str, stadium: Stadium, periods: Sequence[Period], ax
         sine.append(sines.ravel())
         colour.append(np.repeat(lambda_d, symbols.shape[1]))
     with _axes(ax) as axes:
-        draw_birkhoff(axes, stadium, *map(np.concatenate, (place, sine, colour)))
+        draw_phase_space(axes, stadium, *map(np.concatenate, (place, sine, colour)))
         axes.set_title(_fitted(title, axes), pad=20)
     return axes
 

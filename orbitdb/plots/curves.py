@@ -118,7 +118,7 @@ def _span(values: Floats, fallback: Floats) -> tuple[float, float]:
     return low - room, high + room
 
 
-def draw_birkhoff(ax: Axes, stadium: Stadium, place: Floats, sine: Floats, colour: Floats) -> Any:
+def draw_phase_space(ax: Axes, stadium: Stadium, place: Floats, sine: Floats, colour: Floats) -> Any:
     """Draw bounces in phase space: place along the boundary against tangential momentum.
 
     Parameters

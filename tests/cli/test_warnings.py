@@ -42,7 +42,7 @@ DRAWING = """
 plot orbit --code 13 -o {folder}/x.svg
 plot lyapunov -o {folder}/x.png
 plot sheet --p 4 -o {folder}/x.pdf
-plot birkhoff --p 2-4 -o {folder}/x.png --force
+plot phase-space --p 2-4 -o {folder}/x.png --force
 """
 LIBRARY = """
 import sys

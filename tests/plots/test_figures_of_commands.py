@@ -140,7 +140,7 @@ LONG = "time_reversal = 'self' and class_size > 0 and margin > 1e-9 and lambda_c
             pytest.param(kind, where, marks=pytest.mark.slow)
             for kind, where in (
                 ("sheet", None),
-                ("birkhoff", "length < " + "9" * 200),
+                ("phase-space", "length < " + "9" * 200),
                 ("lengths", LONG),
                 ("entropy", None),
                 ("lyapunov", LONG),
@@ -294,7 +294,7 @@ def test_a_sheet_has_every_class(known, capsys, limit, told):
 
 def test_the_bounces_in_phase_space(known):
     chosen = Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,))
-    made = draw("birkhoff", known, chosen, 0)
+    made = draw("phase-space", known, chosen, 0)
     ax, bar = made.axes
     subset = known.select(chosen, coordinates=True)
     orbits = [solve_word(word, 1.6) for word in subset.codes.tolist()]
@@ -413,7 +413,7 @@ def test_the_entropy_over_a(known):
     assert line(ax, "bound at every")[1] == pytest.approx([geometric_entropy()] * 2)
 
 
-@pytest.mark.parametrize("kind", ["lengths", "birkhoff", "sheet"])
+@pytest.mark.parametrize("kind", ["lengths", "phase-space", "sheet"])
 def test_a_period_that_is_not_there_is_told(known, capsys, kind):
     draw(kind, known, Selection(1.6, periods=((2, 2), (7, 7)), statuses=(Status.ORBIT,)), 9)
     assert capsys.readouterr().err.startswith(

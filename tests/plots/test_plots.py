@@ -136,8 +136,8 @@ def test_the_readme_picture_is_the_one_the_library_draws(request):
         (["orbit"], 2, "plot orbit 1232131"),
         (["orbit", "--code", "001"], 2, "geometrically pruned"),
         (["sheet"], 2, "--p"),
-        (["birkhoff", "--p", "77"], 1, "period 77 is not filled at a = 1.6 (filled: periods 2-6; some at"),
-        (["birkhoff", "--p", "6", "--range", "length=99:"], 1, "nothing to draw"),
+        (["phase-space", "--p", "77"], 1, "period 77 is not filled at a = 1.6 (filled: periods 2-6; some at"),
+        (["phase-space", "--p", "6", "--range", "length=99:"], 1, "nothing to draw"),
         (["entropy", "--a", "0.7"], 1, "nothing is filled at a = 0.7"),
     ],
 )

@@ -65,7 +65,7 @@ def test_an_average_cut_by_stability_needs_all_lower_periods(cli, filled, begin_
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["entropy", "lyapunov", "sheet", "birkhoff", "lengths"])
+@pytest.mark.parametrize("kind", ["entropy", "lyapunov", "sheet", "phase-space", "lengths"])
 def test_figures_say_it(cli, partial, tmp_path, kind):
     few = ["--limit", "4"] if kind == "sheet" else []
     drawn = cli("plot", kind, "--p", "7-9", *few, "-o", str(tmp_path / "figure.png"))

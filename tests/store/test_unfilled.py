@@ -80,7 +80,7 @@ def test_the_only_a_of_a_catalogue_is_meant_where_none_is_named(tmp_path):
 GAP = "period 13 is not filled at a = 1.6 (filled: periods 2-6; some at a = 1): 'orbitdb fill --p 13 --a 1.6'"
 NOWHERE = "nothing is filled at a = 3 (filled: some at a = 1, 1.6): 'orbitdb fill --p 11 --a 3' fills periods"
 READERS = ["query --status orbit", "query --json", "table", "entropy", "lyapunov", "export --format csv",
-           "plot entropy -o f.svg", "plot lengths -o f.svg", "plot birkhoff -o f.svg",
+           "plot entropy -o f.svg", "plot lengths -o f.svg", "plot phase-space -o f.svg",
            "verify"]  # fmt: skip
 
 

@@ -34,21 +34,21 @@ Examples:
 
   orbitdb plot life 010203113 -o life.svg
 
-  orbitdb plot birkhoff --p 2-8 --reversal self -o phase-space.png
+  orbitdb plot phase-space --p 2-8 --reversal self -o phase-space.png
 
 \b
 Figures:
-  orbit     the path of WORD in the stadium (Fig. 1 of the paper)
-  reverse   WORD above its time reverse (Fig. 4)
-  life      WORD at its birth, its length and its lambda for every a
-  entropy   by period (Fig. 5); with --over-a the proved bounds for every a
-  lyapunov  by period (Fig. 6)
-  sheet     all classes of a period
-  birkhoff  the bounces in phase space
-  lengths   how many orbits are no longer than L, and their density
-  births    how many words are orbits at each a (run 'orbitdb births' first)
-  spectrum  the length spectrum of levels beside that of the orbits
-  staircase the levels below k, and their fluctuations ('orbitdb levels' first)
+  orbit       the path of WORD in the stadium (Fig. 1 of the paper)
+  reverse     WORD above its time reverse (Fig. 4)
+  life        WORD at its birth, its length and its lambda for every a
+  entropy     by period (Fig. 5); with --over-a the proved bounds for every a
+  lyapunov    by period (Fig. 6)
+  sheet       all classes of a period
+  phase-space the bounces in phase space
+  lengths     how many orbits are no longer than L, and their density
+  births      how many words are orbits at each a (run 'orbitdb births' first)
+  spectrum    the length spectrum of levels beside that of the orbits
+  staircase   levels below k, and their fluctuations ('orbitdb levels' first)
 """
 
 
@@ -60,7 +60,7 @@ class Kind(StrEnum):
     ENTROPY = "entropy"
     LYAPUNOV = "lyapunov"
     SHEET = "sheet"
-    BIRKHOFF = "birkhoff"
+    PHASE_SPACE = "phase-space"
     LENGTHS = "lengths"
     BIRTHS = "births"
     LIFE = "life"
@@ -159,7 +159,7 @@ def _drawing(kind: Kind, over_a: bool, limit: int) -> "Callable[[Catalogue, Sele
         Kind.ENTROPY: draw_over_a if over_a else subsets.draw_entropy,
         Kind.LYAPUNOV: subsets.draw_lyapunov,
         Kind.SHEET: partial(subsets.draw_sheet, limit=limit),
-        Kind.BIRKHOFF: subsets.draw_birkhoff,
+        Kind.PHASE_SPACE: subsets.draw_phase_space,
         Kind.LENGTHS: subsets.draw_lengths,
         Kind.BIRTHS: draw_births,
         Kind.SPECTRUM: levels.draw_length_spectrum,
