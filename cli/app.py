@@ -17,7 +17,7 @@ ParsingError = typer.TyperException
 
 PANELS = {
     "Make data": {
-        "fill": "Fill periods: every sequence, its status and its orbit",
+        "fill": "Fill periods: every word, its status and its orbit",
         "births": "Find the values of a at which each word is an orbit",
         "sweep": "Count and average further periods without storing rows",
         "simulate": "Average over random trajectories, for comparison",

@@ -34,7 +34,7 @@ def facts(
         if value is not None:
             facts.append((name, number(name, value) if bound is None else with_bound(value, bound, sign)))
     if orbit.class_size is not None:
-        words, least = several(orbit.class_size, "sequence"), code_text(orbit.representative)
+        words, least = several(orbit.class_size, "word"), code_text(orbit.representative)
         reversal = "retraces its path" if orbit.time_reversal == "self" else "its reverse is another orbit"
         symmetry = "no symmetry" if orbit.symmetry == "1" else f"symmetry {orbit.symmetry}"
         facts += [("time reversal", reversal), ("class", f"{words}, least {least}, {symmetry}")]

@@ -87,7 +87,7 @@ def show_steps(
 
 MOST_JOBS = 1024
 WORTH_PROCESSES = 400_000
-"""Sequences from which on starting further processes pays."""
+"""Words from which on starting further processes pays."""
 
 
 class Executor(StrEnum):
@@ -145,8 +145,8 @@ class Solvers:
         return MOST_JOBS if self.scheduler else self.jobs or cores()
 
     @contextmanager
-    def at_work(self, sequences: int, a_block: int) -> "Iterator[Workers]":
-        """Start what solves so many sequences, or connect to it; end it after use.
+    def at_work(self, words: int, a_block: int) -> "Iterator[Workers]":
+        """Start what solves so many words, or connect to it; end it after use.
 
         What is no more than a block is solved here, whoever else may be there.
         """
@@ -159,8 +159,8 @@ class Solvers:
                 note(f"{self.scheduler}: {_told(cluster.size())}")
                 yield cluster
             return
-        count = self.jobs or (cores() if sequences >= WORTH_PROCESSES else 1)
-        if count == 1 or sequences <= a_block:
+        count = self.jobs or (cores() if words >= WORTH_PROCESSES else 1)
+        if count == 1 or words <= a_block:
             yield HERE
             return
         with with_other_processes(), Processes(count) as processes:

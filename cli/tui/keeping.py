@@ -132,7 +132,7 @@ class Keeping:
     def _ask_for_name(self) -> None:
         criteria = criteria_of(self._screen.selection)
         if not criteria:
-            self._screen.notify("every sequence is shown: choose some first, as with / or o")
+            self._screen.notify("every word is shown: choose some first, as with / or o")
             return
 
         def check(name: str) -> str:

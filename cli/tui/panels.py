@@ -36,7 +36,7 @@ GREETING = """\
 {path}
 
 Press [b]f[/b] to fill it: the periods up to 11 take a few seconds
-and hold 89,789 symbol sequences, the paper's Table 1.
+and hold 89,789 words, the paper's Table 1.
 
 Press [b]c[/b] to type a code, such as 1232131, and see its orbit.
 Press [b]?[/b] for the keys, [b]q[/b] to leave."""

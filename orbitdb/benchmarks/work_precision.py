@@ -51,8 +51,8 @@ class WorkPrecision:
     seconds : float
         Run time per word.
     seconds_per_sequence : float
-        Run time per symbol sequence: a method of this project solves one word for all sequences of its
-        class, the paper's and SciPy's are charged for every sequence.
+        Run time per word of all classes: a method of this project solves one word for all of its class,
+        the paper's and SciPy's are charged for every word.
     failures : int
         Words left undecided, given another status than the true one, or another orbit.
     coordinates_max, coordinates_median : float

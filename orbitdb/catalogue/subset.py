@@ -175,7 +175,7 @@ class Subset(ByValue):
         return replace(self, **of_rows, total=len(self) if self.total is None else self.total)
 
     def _orbit(self, n: int) -> Orbit:
-        """Return one sequence; its coordinates are there if they were read, `exists` is not."""
+        """Return one word; its coordinates are there if they were read, `exists` is not."""
         word, a = str(self.codes[n]), self.selection.a
         if (pruned := pruned_word(word, a)) is not None:
             return replace(pruned, stored=True)
@@ -375,7 +375,7 @@ _OF_ROWS = {each.name for each in fields(Subset)} - {
 
 
 def read_subset(catalogue: "Catalogue", selection: Selection, order: str, coordinates: bool) -> Subset:
-    """Return the chosen sequences as arrays (`Catalogue.select`)."""
+    """Return the chosen words as arrays (`Catalogue.select`)."""
     names = ["code", *_OF_ROWS - {"codes"}, *([COORDINATES] if coordinates else [])]
     with catalogue.at_one_moment() as still:
         blocks = list(still.blocks(still.choose(selection, order), names))

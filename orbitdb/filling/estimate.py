@@ -1,4 +1,4 @@
-"""What a fill is going to take: sequences, disk space and time; and whether there is room for it."""
+"""What a fill is going to take: words, disk space and time; and whether there is room for it."""
 
 import shutil
 from collections.abc import Sequence
@@ -14,22 +14,22 @@ from orbitdb.store.reading.fills import Fill
 from orbitdb.symbols.counting import count_admissible
 
 LARGE = 1_000_000
-"""From so many sequences on, a fill says first what it is going to take."""
+"""From so many words on, a fill says first what it is going to take."""
 
 BYTES = 41.0
-"""Of one sequence, at p = 15: an eighth of what a class and its orbit take."""
+"""Of one word, at p = 15: an eighth of what a class and its orbit take."""
 
 _RATES = {"newton": (3.2e-7, 1.0e-6, 5.0e-7), "relaxation": (1.3e-5, 2.1e-3, 3.2e-6)}
-"""Seconds that enumerating, solving and storing take for one sequence, on one core of a recent server.
+"""Seconds that enumerating, solving and storing take for one word, on one core of a recent server.
 
 Newton's method at p = 15, the relaxation, which gets slower from period to period, at p = 9.
 """
 
 _SWEEPING = 8.0e-7
-"""Seconds that a sweep takes for one sequence, on one core of a recent server, at p = 14."""
+"""Seconds that a sweep takes for one word, on one core of a recent server, at p = 14."""
 
 ENOUGH = 50_000
-"""Sequences that a catalogue must have for rates of its own."""
+"""Words that a catalogue must have for rates of its own."""
 
 _JOURNAL = 64 << 20
 """Room for what is written ahead of the database, at most."""
@@ -41,15 +41,15 @@ class Need:
 
     Attributes
     ----------
-    sequences : int
-        Symbol sequences to come.
+    words : int
+        Words to come.
     bytes : int
         Disk space.
     seconds : float
         Time.
     """
 
-    sequences: int
+    words: int
     bytes: int
     seconds: float
 
@@ -73,11 +73,11 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
     catalogue = Catalogue(path) if version == SCHEMA_VERSION else None
     fills = [] if catalogue is None else [f for b in catalogue.a_values() for f in catalogue.fills(b)]
     stored = {} if catalogue is None else {f.p: f.words for f in catalogue.fills(a)}
-    sequences = sum(count_admissible(p) - stored.get(p, 0) for p in periods)
+    words = sum(count_admissible(p) - stored.get(p, 0) for p in periods)
     enumerating, solving, storing = _RATES[method] if method != "newton" else _newton_rates(fills)
-    solvers, writer = (enumerating + solving) * sequences, storing * sequences
+    solvers, writer = (enumerating + solving) * words, storing * words
     seconds = max(writer, (solvers + writer) / jobs)
-    return Need(sequences, round(BYTES * sequences), seconds)
+    return Need(words, round(BYTES * words), seconds)
 
 
 def sweep_need(
@@ -90,15 +90,15 @@ def sweep_need(
     catalogue = Catalogue(path) if check_file(path) == SCHEMA_VERSION else None
     known = {} if catalogue is None else {b: catalogue.sweeps(b, selection) for b in catalogue.a_values()}
     here = {each.p: each.tally.words for each in known.get(a, ())}
-    sequences = sum(count_admissible(p) - here.get(p, 0) for p in periods)
+    words = sum(count_admissible(p) - here.get(p, 0) for p in periods)
     large = [each for found in known.values() for each in found if each.tally.words >= ENOUGH]
     words = sum(each.tally.words for each in large)
     rate = sum(each.processor for each in large) / words if words else _SWEEPING
-    return Need(sequences, 0, rate * sequences / jobs)
+    return Need(words, 0, rate * words / jobs)
 
 
 def _newton_rates(fills: Sequence[Fill]) -> tuple[float, float, float]:
-    """Return the processor time a sequence that enumerating, solving and storing take."""
+    """Return the processor time a word that enumerating, solving and storing take."""
     large = [f for f in fills if f.words >= ENOUGH and f.storing and f.enumerating]
     words = sum(f.words for f in large)
     if not words:
@@ -121,7 +121,7 @@ def check_room(path: Path, needed: Need) -> None:
     free = shutil.disk_usage(folder).free
     if needed.bytes + min(needed.bytes, _JOURNAL) > free:
         raise StoreError(
-            f"no room for {path}: {needed.sequences} sequences take about {gigabytes(needed.bytes)}, "
+            f"no room for {path}: {needed.words} words take about {gigabytes(needed.bytes)}, "
             f"but only {gigabytes(free)} is free: make room, or name a file on another disk with --db"
         )
 

@@ -17,7 +17,7 @@ _DOUBLE = 2.0**-53
 
 
 def draw_work_precision(ax: Axes, rows: Sequence[WorkPrecision]) -> None:
-    """Draw the run time per symbol sequence against the largest error of a coordinate.
+    """Draw the run time per word against the largest error of a coordinate.
 
     Parameters
     ----------
@@ -34,4 +34,4 @@ def draw_work_precision(ax: Axes, rows: Sequence[WorkPrecision]) -> None:
     ax.annotate("double", (_DOUBLE, 0), xycoords=("data", "axes fraction"), xytext=(-3, 4), ha="right",
                 textcoords="offset points", color=INK, fontsize=8)  # fmt: skip
     ax.set_xlabel("largest error of a coordinate (units of $R$, rad)")
-    ax.set_ylabel("run time per symbol sequence (s)")
+    ax.set_ylabel("run time per word (s)")

@@ -70,7 +70,7 @@ def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Itera
 def _count(p: int, words: int, whole: bool) -> Check:
     """Check a period's number of words, of which all must be there if it is whole."""
     expected = count_admissible(p) if whole else words
-    first = f"p = {p}: {words} sequences instead of {expected}" if words != expected else None
+    first = f"p = {p}: {words} words instead of {expected}" if words != expected else None
     return Check("counts", words, abs(words - expected), first=first)
 
 
@@ -85,7 +85,7 @@ def _wrong_cursor(connection: sa.Connection, row: Mapping[str, Any], stadium: in
         parts = least_words(Span(p, -1, -1 if cursor is None else int(cursor, 8)))
         expected = sum(int(SIZES[part.stabiliser].sum()) for part in parts)
         stored = 0 if cursor is None else words_up_to(connection, stadium, p, cursor)
-        yield from (f"{n} sequences instead of {expected}" for n in (stored, row["words"]) if n != expected)
+        yield from (f"{n} words instead of {expected}" for n in (stored, row["words"]) if n != expected)
 
 
 def _wrong_counts(

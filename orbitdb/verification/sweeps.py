@@ -89,7 +89,7 @@ def _wrong_counts(swept: Sweep, others: Iterable[Mapping[str, Any]]) -> Iterator
     """Yield where counts differ from the transfer matrix, or from those of the period's fill and births."""
     tally, total = swept.tally, count_admissible(swept.p)
     if tally.words > total or (swept.whole and tally.words != total):
-        yield f"{tally.words} sequences instead of {total}"
+        yield f"{tally.words} words instead of {total}"
     for other in others:
         yield from _differing(tally, other)
     if tally.n_c + tally.boundary + tally.unresolved > tally.words or tally.classes > tally.n_c:

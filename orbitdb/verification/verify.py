@@ -38,7 +38,7 @@ PROMISES = {
     "file": "SQLite finds the file sound",
     "foreign keys": "every reference leads to a row",
     "schema": "tables and view are those of this version",
-    "counts": "the sequences of every period are as many as the transfer matrix says",
+    "counts": "the words of every period are as many as the transfer matrix says",
     "classes": "every class has the id, the size, the walls, the symmetries and the words of its least word",
     "elements": "every place in a class has the symmetry element that leads to it",
     "rules": "pruned words are least rotations and break just the rules that are stored",

@@ -255,7 +255,7 @@ def test_nothing_found_is_no_header_in_a_table_and_one_in_csv(cli, monkeypatch):
 def test_dry_run_writes_nothing(cli, tmp_path):
     outcome = cli("fill", "--p", "11", "--dry-run")
     assert outcome.code == 0
-    assert "89789 sequences" in outcome.err
+    assert "89789 words" in outcome.err
     assert not (tmp_path / "orbits.db").exists()
 
 
@@ -396,7 +396,7 @@ def test_a_geometric_fill_keeps_the_pruned_words(cli):
     chosen = ("query", "--status", "geometric", "--p", "2-4", "--limit", "1000", "--json")
     cli("fill", "--p", "4")
     assert json.loads(cli(*chosen).out) == []
-    assert "p = 2..3 at a = 1.6: 9 sequences, 9 orbits, " in cli("fill", "--p", "3").err
+    assert "p = 2..3 at a = 1.6: 9 words, 9 orbits, " in cli("fill", "--p", "3").err
     done = cli("fill", "--p", "4", "--geometric")
     assert done.code == 0
     rows = json.loads(cli(*chosen).out)

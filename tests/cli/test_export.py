@@ -38,7 +38,7 @@ def exported(varied, tmp_path, cli):
         target = tmp_path / f"orbits.{ending}"
         done = cli("export", str(target), *CHOICE, "--coordinates", "--db", str(varied), *more)
         assert done.code == 0, done.err
-        assert "dynamically pruned sequences of period 2 to 5 at a = 1.6" in done.err
+        assert "dynamically pruned words of period 2 to 5 at a = 1.6" in done.err
         return target
 
     return exported
@@ -230,10 +230,10 @@ def test_an_empty_subset_writes_nothing(varied, tmp_path, cli):
     ("arguments", "said"),
     [
         ("--status dynamical --p 5 --bounces",
-         "16 dynamically pruned sequences of period 5 at a = 1.6 have no bounces, only orbits do"),
-        ("--p 4-5 --where code('01132') --bounces", "1 symbol sequence of .* has no bounces, only orbits do"),
+         "16 dynamically pruned words of period 5 at a = 1.6 have no bounces, only orbits do"),
+        ("--p 4-5 --where code('01132') --bounces", "1 word of .* has no bounces, only orbits do"),
         ("--p 2-5 --order status --limit 1 --bounces", "the first 1 of 137 symbol .* has no bounces, only"),
-        ("--p 3 --limit 0", "8 symbol sequences of .*, and --limit 0 leaves none of them"),
+        ("--p 3 --limit 0", "8 words of .*, and --limit 0 leaves none of them"),
         ("--status orbit --where p=1 --bounces", "no orbits at a = 1.6 where p=1"),
     ],
 )  # fmt: skip

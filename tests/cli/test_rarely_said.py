@@ -41,7 +41,7 @@ def test_births_that_are_partial_are_named_and_left_out(cli, tmp_path, monkeypat
 
 def test_what_cannot_be_asked_for(cli, filled):
     for arguments, code, told in (
-        (("table", "--p", "1"), 1, "no symbol sequences of period 1 at a = 1.6\n"),
+        (("table", "--p", "1"), 1, "no words of period 1 at a = 1.6\n"),
         (("browse", "--code", "99"), 2, "orbitdb: symbol '9' at place 1 of '99' is not one of 0 1 2 3 4 5\n"),
     ):
         assert cli(*arguments) == (code, "", told)

@@ -19,13 +19,13 @@ def near(value):
 
 def test_other_commands_answer_from_sweeps(cli):
     planned = cli("sweep", "--p", "6", "--dry-run")
-    assert planned.err.startswith("p = 2..6 at a = 1.6: 389 sequences to come, under a second, in ")
+    assert planned.err.startswith("p = 2..6 at a = 1.6: 389 words to come, under a second, in ")
     assert planned.out == ""
     swept = cli("sweep", "--p", "6", "--json")
     rows = json.loads(swept.out)
     assert [list(row) for row in rows] == [KEYS] * 5
     assert [rows[-1][key] for key in KEYS[:6]] == [6, 252, 188, 39, 0, 0]
-    assert swept.err.startswith("p = 2..6 at a = 1.6: 389 sequences, ")
+    assert swept.err.startswith("p = 2..6 at a = 1.6: 389 words, ")
     commands = (("table",), ("entropy",), ("lyapunov", "--weight", "det"))
     before = [cli(*command, "--json") for command in commands]
     source = "periods 2-6 at a = 1.6: from a sweep, their rows are not stored\n"
@@ -64,7 +64,7 @@ def test_averages_over_a_subset_answer_from_its_sweep(cli):
     ]  # fmt: skip
     assert swept.err.endswith("\norbits at a = 1.6 that retrace their path with length <= 20\n")
     for more, coming in ((), 389), (subset, 0):
-        assert f": {coming} sequences to come" in cli("sweep", "--p", "6", "--dry-run", *more).err
+        assert f": {coming} words to come" in cli("sweep", "--p", "6", "--dry-run", *more).err
     commands = [(name, "--json", *subset[2:], *subset[:2]) for name in ("entropy", "lyapunov")]
     before = [cli(*command) for command in commands]
     source = "periods 2-6 at a = 1.6: from a sweep, their rows are not stored\n"

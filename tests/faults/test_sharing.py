@@ -184,7 +184,7 @@ def test_readers_beside_a_fill(tmp_path):
     while filling.poll() is None:
         for _, code, err in run_several([*asked, *asked], path):
             assert code == 0, err
-            counts += [int(n) for n in re.findall(r"(\d+) symbol sequences", err)]
+            counts += [int(n) for n in re.findall(r"(\d+) words", err)]
     all_end_well(filling)
     assert counts == sorted(counts)
     assert run("verify", "--db", path).returncode == 0

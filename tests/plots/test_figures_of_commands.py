@@ -206,7 +206,7 @@ def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
     (band,) = ax.patches
     proved = known.entropy_bounds(1.6)
     assert (band.get_y(), band.get_height()) == pytest.approx((proved.lower, proved.upper - proved.lower))
-    assert made.get_suptitle() == "symbol sequences of period 2 to 5 at a = 1.6"
+    assert made.get_suptitle() == "words of period 2 to 5 at a = 1.6"
     assert "$h(p)$" in [text.get_text()[:6] for text in made.legends[0].get_texts()]
     assert capsys.readouterr().err == "h_zeta lies outside the proved bounds at periods 2-3\n"
     gaps = draw("entropy", known, Selection(1.6, periods=((3, 5),)), 0)
@@ -234,7 +234,7 @@ def test_the_exponents_by_every_method(known, capsys):
         (band,) = ax.patches
         assert band.get_height() == pytest.approx(4 * getattr(TRAJECTORY, f"{name}_error"))
         assert ax.get_ylabel() == rf"$\langle \{name} \rangle$ (per {unit})"
-    assert made.get_suptitle() == "symbol sequences of period 2 to 6 at a = 1.6"
+    assert made.get_suptitle() == "words of period 2 to 6 at a = 1.6"
     assert made.axes[0].get_xlabel() == ""
     assert capsys.readouterr().err == ""
     bare = draw("lyapunov", known, Selection(1.0, periods=((3, 4),)), 0)

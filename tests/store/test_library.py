@@ -275,7 +275,7 @@ def test_periods_that_run_backwards_are_told_the_way(periods, remedy):
 def test_a_range_without_bounds_is_none(catalogue):
     subset = catalogue.select(p=2, status="orbit", length=(None, None))
     assert repr(subset) == "<1 orbit of period 2 at a = 1.6>"
-    assert Selection(ranges={"length": (None, None)}).describe() == "symbol sequences at a = 1.6"
+    assert Selection(ranges={"length": (None, None)}).describe() == "words at a = 1.6"
     for word, shown in (("13" * 30, "13" * 30), ("13" * 31, "13" * 30 + "...")):
         assert choose(p=80, contains=word).describe().endswith(f" containing {shown}")
     several = choose(p="2,4-5", status="orbit", time_reversal="self", symmetry="x", contains="13")
@@ -287,7 +287,7 @@ def test_a_range_without_bounds_is_none(catalogue):
 @pytest.mark.parametrize(
     ("criteria", "one", "two"),
     [
-        ({}, "symbol sequence at", "symbol sequences at"),
+        ({}, "word at", "words at"),
         ({"status": "orbit,boundary"}, "orbit or orbit through a joint at",
          "orbits and orbits through a joint at"),
         ({"time_reversal": "self"}, "that retraces its path", "that retrace their path"),

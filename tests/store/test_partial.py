@@ -156,7 +156,7 @@ def test_what_a_command_says_is_of_one_moment(cli, busy, command):
 def test_rows_and_their_number_are_of_one_moment(cli, busy):
     asked = cli("query", "--p", "8-9", "--limit", "100000")
     rows = len(asked.out.splitlines()) - 1
-    assert asked.err.splitlines()[-1] == f"{rows} symbol sequences of period 8 to 9 at a = 1.6"
+    assert asked.err.splitlines()[-1] == f"{rows} words of period 8 to 9 at a = 1.6"
     assert (rows > count_admissible(8)) == bool(busy)
 
 

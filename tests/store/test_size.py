@@ -28,10 +28,10 @@ from orbitdb.symbols.counting import count_admissible
 
 def test_what_is_stored_is_not_needed_again(filled, tmp_path):
     everything = sum(map(count_admissible, range(2, 11)))
-    assert need(tmp_path / "none.db", 1.6, range(2, 11), 1).sequences == everything
+    assert need(tmp_path / "none.db", 1.6, range(2, 11), 1).words == everything
     rest = count_admissible(9) + count_admissible(10)
-    assert need(filled, 1.6, range(2, 11), 1).sequences == rest
-    assert need(filled, 1.0, range(2, 11), 1).sequences == everything
+    assert need(filled, 1.6, range(2, 11), 1).words == rest
+    assert need(filled, 1.0, range(2, 11), 1).words == everything
     assert need(filled, 1.0, [8], 1) == need(tmp_path / "none.db", 1.0, [8], 1)
 
 
@@ -39,7 +39,7 @@ def test_a_sweep_takes_what_large_sweeps_took_and_no_room(tmp_path, monkeypatch)
     path = tmp_path / "orbits.db"
     everything = sum(map(count_admissible, (6, 7, 8)))
     before = sweep_need(path, 1.6, (6, 7, 8), 1)
-    assert (before.sequences, before.bytes) == (everything, 0)
+    assert (before.words, before.bytes) == (everything, 0)
     migrate(path)
     for p in (7, 8):
         for _ in sweep_periods(path, 1.0, [p]):
@@ -51,8 +51,8 @@ def test_a_sweep_takes_what_large_sweeps_took_and_no_room(tmp_path, monkeypatch)
         large = catalogue.sweeps(1.0)
     rate = sum(each.processor for each in large) / (712 + 2096)
     after = sweep_need(path, 1.6, (6, 7, 8), 2)
-    assert after.sequences == everything - 252
-    assert after.seconds == pytest.approx(rate * after.sequences / 2)
+    assert after.words == everything - 252
+    assert after.seconds == pytest.approx(rate * after.words / 2)
 
 
 @pytest.mark.usefixtures("small_blocks")
@@ -60,7 +60,7 @@ def test_half_a_period_needs_the_other_half(filled):
     going = fill_periods(filled, 1.6, [9])
     stored = [next(going).words for _ in range(5)][-1]
     going.close()
-    assert need(filled, 1.6, [9], 1).sequences == count_admissible(9) - stored
+    assert need(filled, 1.6, [9], 1).words == count_admissible(9) - stored
 
 
 @pytest.mark.slow
@@ -127,7 +127,7 @@ def test_a_disk_that_is_too_small_is_told_before_anything_is_written(cli, tmp_pa
     outcome = cli("fill", "--p", "5")
     assert outcome.code == 3
     assert len(outcome.err.splitlines()) == 1
-    assert "137 sequences take about 137000000 GB" in outcome.err
+    assert "137 words take about 137000000 GB" in outcome.err
     assert not (tmp_path / "orbits.db").exists()
     with pytest.raises(StoreError, match="on another disk"):
         check_room(tmp_path / "missing" / "folders" / "orbits.db", Need(1, 10**18, 1.0))
@@ -144,7 +144,7 @@ def test_a_large_fill_says_first_what_it_takes(cli):
     for command, needed in (("fill", "15 s and 348 MB"), ("sweep", "7 s")):
         outcome = cli(command, "--p", "15", "--jobs", "1", "--dry-run")
         assert outcome.code == 0
-        assert f"8497721 sequences to come, about {needed}, in " in outcome.err
+        assert f"8497721 words to come, about {needed}, in " in outcome.err
 
 
 def test_bytes_a_row_add_up_to_the_file(filled, cli):

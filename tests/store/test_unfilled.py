@@ -57,7 +57,7 @@ def test_a_subset_does_not_claim_zero_of_what_is_not_filled(varied):
     some = repr(catalogue.select(p="6-7", status="orbit"))
     assert some.startswith("<188 orbits of period 6 to 7 at a = 1.6; period 7 is not filled at a = 1.6 (")
     assert repr(catalogue.select(p=2, length=(99, None))) == (
-        "<0 symbol sequences of period 2 at a = 1.6 with length >= 99>"
+        "<0 words of period 2 at a = 1.6 with length >= 99>"
     )
 
 
@@ -108,10 +108,10 @@ def test_nothing_found_is_said_of_what_is_stored(cli, varied):
     for periods, said in ("5", ""), ("5-7", " in what is stored"):
         done = cli("query", "--p", periods, "--where", "length > 99", "--db", str(varied))
         assert done.code == 1
-        assert done.err.splitlines()[-1].startswith("no symbol sequences of period")
+        assert done.err.splitlines()[-1].startswith("no words of period")
         assert done.err.splitlines()[-1].endswith(f"where length > 99{said}")
     beyond = cli("query", "--p", "6", "--offset", "9999", "--format", "csv", "--db", str(varied))
-    assert (beyond.code, "no symbol sequences" in beyond.err) == (1, False)
+    assert (beyond.code, "no words" in beyond.err) == (1, False)
 
 
 @pytest.mark.parametrize(

@@ -86,7 +86,7 @@ def query(
 ) -> None:
     """Show an orbit by its code, or rows of the catalogue.
 
-    A word that is not stored is solved on the spot. Each row is a symbol sequence, written as its least
+    A word that is not stored is solved on the spot. Each row is a word, written as its least
     rotation. You see every status but geometric: ask for that with --status geometric, or for orbits only
     with --status orbit.
     """

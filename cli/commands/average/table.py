@@ -24,9 +24,9 @@ def table(
     output: Output,
     db: options.Database = None,
 ) -> None:
-    """Show the paper's Table 1 for the filled periods: numbers of sequences and orbits, and the entropy.
+    """Show the paper's Table 1 for the filled periods: numbers of words and orbits, and the entropy.
 
-    N_t: sequences that the geometric rules allow; N_c: orbits; N: points on orbits of period p or a divisor
+    N_t: words that the geometric rules allow; N_c: orbits; N: points on orbits of period p or a divisor
     of p; K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
     Periods that are not filled at this a are counted from births, if 'orbitdb births' has found them.
     """

@@ -59,9 +59,7 @@ def export(
     a: options.StoredHalfLengths = None,
     choice: Choice,
     order: options.Order = "p",
-    limit: Annotated[
-        int | None, options.count_option("--limit", least=0, help="Most symbol sequences to write.")
-    ] = None,
+    limit: Annotated[int | None, options.count_option("--limit", least=0, help="Most rows to write.")] = None,
     columns: options.Columns = None,
     coordinates: Annotated[
         bool, typer.Option("--coordinates", help="Also write the coordinates of every bounce.")
@@ -77,7 +75,7 @@ def export(
     force: options.Force = False,
     db: options.Database = None,
 ) -> None:
-    """Write symbol sequences and all that is known of them to a file, with every digit.
+    """Write words and all that is known of them to a file, with every digit.
 
     The file (parquet, npz), or FILE-metadata.json beside it, says where the rows come from and which of
     their periods were only partly filled.

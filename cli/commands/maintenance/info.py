@@ -30,7 +30,7 @@ _FEW = 4
 def info(*, output: Output, db: options.Database = None) -> None:
     """Show where the catalogue is, what is filled, and the time and disk space that it took.
 
-    stored: sequences so far; seconds: elapsed time. csv, tsv and json also have enumerating, solving and
+    stored: words so far; seconds: elapsed time. csv, tsv and json also have enumerating, solving and
     storing, in seconds of processor time. A swept period stores no rows, and its processor time is all under
     solving. selection: the subset, where only chosen orbits are swept.
     """

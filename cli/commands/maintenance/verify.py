@@ -34,7 +34,7 @@ Examples:
 """
 
 _WORK = 8
-"""Sequences that are found and solved in the time in which one is checked."""
+"""Words that are found and solved in the time in which one is checked."""
 
 COLUMNS = ("check", "rows", "failures", "worst", "share", "first")
 

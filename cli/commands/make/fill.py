@@ -57,7 +57,7 @@ def fill(
     dry_run: DryRun = False,
     db: Database = None,
 ) -> None:
-    """Fill a catalogue: all symbol sequences of every period, and the orbits among them.
+    """Fill a catalogue: all words of every period, and the orbits among them.
 
     A fill that was interrupted goes on where it stopped; finished periods are skipped.
     """
@@ -96,27 +96,27 @@ def _fill_periods(
     path = db or default_path()
     span = f"p = {written(periods)} at a = {a:g}"
     coming = need(path, a, periods, solvers.number(), method)
-    if dry_run or coming.sequences >= LARGE:
+    if dry_run or coming.words >= LARGE:
         time_and_room = f"{about(coming.seconds)} and {gigabytes(coming.bytes)}"
-        note(f"{span}: {several(coming.sequences, 'sequence')} to come, {time_and_room}, in {path}")
+        note(f"{span}: {several(coming.words, 'word')} to come, {time_and_room}, in {path}")
     if dry_run:
         return
     check_room(path, coming)
     start = time.monotonic()
-    with solvers.at_work(coming.sequences, METHODS[method].words) as workers:
+    with solvers.at_work(coming.words, METHODS[method].words) as workers:
         bring(path)
         with progress(span) as shown:
             words = {p: count_admissible(p) for p in periods}
             steps = fill_periods(path, a, periods, method, workers)
-            show_steps(shown, steps, "words", words, sum(words.values()) - coming.sequences)
+            show_steps(shown, steps, "words", words, sum(words.values()) - coming.words)
             if geometric:
                 words = {p: count_primitive(p) for p in periods}
                 show_steps(shown, fill_geometric(path, periods), "pruned words", words)
     with closing(Catalogue(path)) as catalogue:
         fills = [fill for fill in catalogue.fills(a) if fill.p in periods]
         pruned = catalogue.count(a=a, p=tuple(periods), status=Status.GEOMETRIC) if geometric else 0
-    sequences, orbits = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))
-    stored = f"{several(sequences, 'sequence')}, {several(orbits, 'orbit')}"
+    n_t, n_c = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))
+    stored = f"{several(n_t, 'word')}, {several(n_c, 'orbit')}"
     stored += f", {several(pruned, 'geometrically pruned word')}" if geometric else ""
     note(f"{span}: {stored}, {time.monotonic() - start:.1f} s, in {path}")
 

@@ -54,7 +54,7 @@ def sweep(
 
     'orbitdb table', 'entropy' and 'lyapunov' use a sweep where there is no fill. It takes half the
     time of a fill and hardly any disk space. An interrupted sweep goes on where it stopped; finished periods
-    are skipped. If you choose a subset, N_c and classes count its orbits, and N_t counts all sequences;
+    are skipped. If you choose a subset, N_c and classes count its orbits, and N_t counts all words;
     boundary and unresolved count the chosen words whatever their --range, which applies to orbits only.
     """
     from orbitdb.billiard.stadium import Stadium
@@ -75,19 +75,19 @@ def _sweep(path: Path, chosen: "Selection", periods: Sequence[int], solvers: Sol
     a = chosen.a
     span = f"p = {written(periods)} at a = {a:g}"
     coming = sweep_need(path, a, periods, solvers.number(), chosen)
-    sequences = several(coming.sequences, "sequence")
-    if dry_run or coming.sequences >= LARGE:
-        note(f"{span}: {sequences} to come, {about(coming.seconds)}, in {path}")
+    asked = several(coming.words, "word")
+    if dry_run or coming.words >= LARGE:
+        note(f"{span}: {asked} to come, {about(coming.seconds)}, in {path}")
     if dry_run:
         return False
     start = time.monotonic()
-    with solvers.at_work(coming.sequences, SMALL) as workers:
+    with solvers.at_work(coming.words, SMALL) as workers:
         bring(path)
         with progress(span) as shown:
             words = {p: count_admissible(p) for p in periods}
             steps = sweep_periods(path, a, periods, workers, chosen)
-            show_steps(shown, steps, "words", words, sum(words.values()) - coming.sequences)
-    note(f"{span}: {sequences}, {time.monotonic() - start:.1f} s, in {path}")
+            show_steps(shown, steps, "words", words, sum(words.values()) - coming.words)
+    note(f"{span}: {asked}, {time.monotonic() - start:.1f} s, in {path}")
     return True
 
 

@@ -58,7 +58,7 @@ class FillState:
         if self.state == "failed":
             return self.message
         if not self.runs:
-            return f"{self.state}: {self.done:,} sequence{'s' * (self.done != 1)}"
+            return f"{self.state}: {self.done:,} word{'s' * (self.done != 1)}"
         seconds = time.monotonic() - self.began
         rate = self.done / seconds if seconds > 0 else 0.0
         left = f", {duration((self.total - self.done) / rate)} left" if rate else ""
@@ -111,12 +111,12 @@ def cost_of(path: Path, wish: Wish) -> Cost:
         count = len(wish.words)
         return Cost(f"{count} word{'s' * (count > 1)} to solve {at}")
     coming = need(path, wish.a, wish.periods, jobs=1)
-    if not coming.sequences:
+    if not coming.words:
         return Cost(f"these periods are filled {at}: nothing is left to do", nothing=True)
     check_room(path, coming)
-    what = f"{coming.sequences:,} sequence{'s' * (coming.sequences != 1)}"
+    what = f"{coming.words:,} word{'s' * (coming.words != 1)}"
     takes = f"{about(coming.seconds)}, {gigabytes(coming.bytes)}"
-    return Cost(f"{what} to come {at}: {takes}", large=coming.sequences >= LARGE)
+    return Cost(f"{what} to come {at}: {takes}", large=coming.words >= LARGE)
 
 
 def work(path: Path, state: FillState) -> Generator[FillState, None, None]:

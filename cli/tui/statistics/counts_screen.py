@@ -36,7 +36,7 @@ Spread = tuple[Counts, int, str]
 
 
 class CountsScreen(OwnScreen[None]):
-    """How many sequences of a subset there are of each kind, and a histogram of one column or another."""
+    """How many words of a subset there are of each kind, and a histogram of one column or another."""
 
     KEYS: ClassVar[Keys] = {
         "counts": [

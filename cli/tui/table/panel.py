@@ -95,7 +95,7 @@ class RowsPanel(Vertical):
             self.table.ordering = asked[1]
             self.say_gaps(*gaps)
             take(rows)
-            self.report = f"{len(rows):,} of {self.total:,} sequences"
+            self.report = f"{len(rows):,} of {self.total:,} words"
 
     def _fail(self, asked: Asked, reason: str) -> None:
         """Show no rows, as those that are shown are of another subset, and say what went wrong."""
@@ -124,7 +124,7 @@ class RowsPanel(Vertical):
         source = self.table.source
         if not what and isinstance(source, Pages) and source.a is not None:
             what = f"{source.counts().get(_ORBIT, 0):,} orbits at a = {source.a:.9g}"
-        self.border_title = what or "sequences"
+        self.border_title = what or "words"
 
     def say_gaps(self, partial: list[int], gaps: str) -> None:
         """Say which of the periods asked for are stored in part, and what of the others is not known."""

@@ -106,18 +106,18 @@ class Selection(ByValue):
     def _subjects(self) -> tuple[str, str]:
         """Return what one row is, and what all of them are."""
         if not self.statuses or set(self.statuses) == set(STORED):
-            return "symbol sequence", "symbol sequences"
+            return "word", "words"
         one, many = zip(*(_SUBJECTS[status] for status in self.statuses), strict=True)
         return " or ".join(one), " and ".join(many)
 
 
 _SUBJECTS = {
     Status.ORBIT: ("orbit", "orbits"),
-    Status.GEOMETRIC: ("geometrically pruned sequence", "geometrically pruned sequences"),
-    Status.DYNAMICAL: ("dynamically pruned sequence", "dynamically pruned sequences"),
+    Status.GEOMETRIC: ("geometrically pruned word", "geometrically pruned words"),
+    Status.DYNAMICAL: ("dynamically pruned word", "dynamically pruned words"),
     Status.BOUNDARY: ("orbit through a joint", "orbits through a joint"),
     Status.FAMILY: ("bouncing-ball family", "bouncing-ball families"),
-    Status.UNRESOLVED: ("unresolved sequence", "unresolved sequences"),
+    Status.UNRESOLVED: ("unresolved word", "unresolved words"),
 }
 REVERSALS = {"self": "that retrace their path", "pair": "whose time reverse is another orbit"}
 _REVERSAL_OF_ONE = REVERSALS | {"self": "that retraces its path"}

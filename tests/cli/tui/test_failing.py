@@ -104,7 +104,7 @@ def test_choices_that_cannot_be_kept_or_taken_are_told(filled_once, tmp_path):
         [wrong] = await told("F", "j", "enter")
         assert wrong.startswith("where 'q < 3': no such column: q; ")
         assert main.selection == Selection()
-        assert await told("F", "k", "enter") == ["every sequence is shown: choose some first, as with / or o"]
+        assert await told("F", "k", "enter") == ["every word is shown: choose some first, as with / or o"]
         await press(pilot, "o", "F", "k", "enter")
         app.screen.query_one("Input").value = "x" * 41
         await settle(pilot)

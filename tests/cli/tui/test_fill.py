@@ -25,7 +25,7 @@ def test_it_says_what_the_fields_take(filled_once):
     async def steps(app, pilot):
         await press(pilot, "f")
         coming = need(filled_once, 1.6, range(2, 10), 1)
-        said = f"{coming.sequences:,} sequences to come at a = 1.6: under a second, "
+        said = f"{coming.words:,} words to come at a = 1.6: under a second, "
         assert cost(app) == f"{said}{coming.bytes / 1e3:.0f} kB"
         assert cost(app) in shown(app)
         app.screen.query_one("#periods").value = "2-8"
@@ -44,10 +44,10 @@ def test_it_says_what_the_fields_take(filled_once):
     drive(filled_once, steps)
 
 
-def test_one_sequence_is_one():
+def test_one_word_is_one():
     wish = Wish(1.6, words=("13",))
-    assert FillState(wish, "done", 1, 1).sentence() == "done: 1 sequence"
-    assert FillState(wish, "done", 2000, 2000).sentence() == "done: 2,000 sequences"
+    assert FillState(wish, "done", 1, 1).sentence() == "done: 1 word"
+    assert FillState(wish, "done", 2000, 2000).sentence() == "done: 2,000 words"
 
 
 def test_a_fill_at_work_tells_how_fast_it_is(monkeypatch):
@@ -61,7 +61,7 @@ def test_a_long_fill_is_begun_only_if_it_is_meant(tmp_path):
     async def steps(app, pilot):
         await press(pilot, "f", *"2-14", "enter")
         assert isinstance(app.screen, QuestionDialog)
-        assert "2,697,273 sequences to come" in shown(app)
+        assert "2,697,273 words to come" in shown(app)
         assert "Leave it (n)" in shown(app)
         assert "Fill (y)" in shown(app)
         await press(pilot, "n")
@@ -85,7 +85,7 @@ def test_a_disk_that_is_too_small_is_told_and_nothing_begins(tmp_path, monkeypat
         await press(pilot, "f", *"2-5", "enter")
         told = cost(app)
         assert told.startswith("no room for ")
-        assert "137 sequences take about 137000000 GB" in told
+        assert "137 words take about 137000000 GB" in told
         assert "\n" not in told
         assert app.fill_state is None
 

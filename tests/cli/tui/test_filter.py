@@ -33,21 +33,21 @@ def test_rows_and_count_follow_what_is_typed(filled_once, size):
         everything = catalogue.count(Selection())
         await pilot.press("slash", *"p<3")
         await typed(pilot, "p < 3")
-        assert told(app) == f"1 of {everything:,} sequences"
+        assert told(app) == f"1 of {everything:,} words"
         await typed(pilot, "length < 1")
         assert len(table_of(app).source) == 0
-        assert told(app) == f"0 of {everything:,} sequences"
+        assert told(app) == f"0 of {everything:,} words"
         await typed(pilot, "code = '31'")
-        assert told(app).startswith(f"0 of {everything:,} sequences; no row has code = '31'")
+        assert told(app).startswith(f"0 of {everything:,} words; no row has code = '31'")
         await typed(pilot, "length < 11")
         assert len(table_of(app).source) == 5
-        assert told(app) == f"5 of {everything:,} sequences"
+        assert told(app) == f"5 of {everything:,} words"
         assert main.sub_title == Selection(where="length < 11").describe()
         assert "13         2  10.4000000" in shown(app)
         for more in (" an", " and time_reversal = 'se"):
             await typed(pilot, f"length < 11{more}")
             assert len(table_of(app).source) == 5
-            assert told(app) == f"5 of {everything:,} sequences; the line is not complete yet"
+            assert told(app) == f"5 of {everything:,} words; the line is not complete yet"
         chosen = Selection(where="length < 11 and time_reversal = 'self'")
         await typed(pilot, chosen.where)
         assert len(table_of(app).source) == catalogue.count(chosen)

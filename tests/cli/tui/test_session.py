@@ -167,7 +167,7 @@ def test_statuses_reversals_and_periods_are_chosen_by_keys(path):
         main.selection = Selection()
         await settle(pilot)
         assert main.sub_title == Selection().describe()
-        assert main.rows.report == f"{len(table.source):,} of {app.catalogue.count(Selection()):,} sequences"
+        assert main.rows.report == f"{len(table.source):,} of {app.catalogue.count(Selection()):,} words"
 
     drive(path, steps)
 
@@ -329,7 +329,7 @@ def test_words_and_periods_are_filled_with_their_counts(tmp_path):
     assert cost_of(path, Wish(1.6, words=("13", "031"))).sentence == "2 words to solve at a = 1.6"
     done, small, large = (cost_of(path, Wish(1.6, periods)) for periods in ((3, 4), (2,), (15,)))
     assert done.sentence == "these periods are filled at a = 1.6: nothing is left to do"
-    assert small.sentence.startswith("1 sequence to come at a = 1.6: under a second, ")
+    assert small.sentence.startswith("1 word to come at a = 1.6: under a second, ")
     assert [(cost.nothing, cost.large) for cost in (done, small, large)] == [
         (True, False), (False, False), (False, True)
     ]  # fmt: skip

@@ -243,7 +243,7 @@ def test_an_empty_place_greets_and_is_filled(tmp_path, size):
         assert isinstance(app.screen, FillDialog)
         app.screen.query_one("#periods").value = "2-5"
         await press(pilot, "enter")
-        assert app.fill_state.sentence() == "done: 137 sequences"
+        assert app.fill_state.sentence() == "done: 137 words"
         await press(pilot, "escape")
         assert len(table_of(app).source) == 137
         assert app.screen.orbit.stored
