@@ -55,11 +55,24 @@ def test_a_table_tells_the_sequence_and_the_orbits(cli, filled):
     found = Catalogue(filled).identify(start=(0, 0.001, 0))
     before, sequence, _, head, row = done.out.splitlines()
     assert f"{before.split()[1]}{sequence.split()[1]}" == found.sequence
-    assert head.split() == ["code", "p", "status", "first", "last", "bounces", "turns", "distance", "length",
-                            "lambda_d"]  # fmt: skip
-    assert row.split() == ["31", "2", "orbit", "-1", "2", "4", "2.00", "1.0e-03", "10.4000000", "2.113748"]
+    assert head.split() == ["code", "p", "first", "last", "turns", "distance", "length", "lambda_d"]
+    assert row.split() == ["31", "2", "-1", "2", "2.00", "1.0e-03", "10.4000000", "2.113748"]
     assert f"followed from bounce {found.first} to" in done.err
     assert f"{found.total} orbits are shadowed; 1 shown, --limit {found.total} shows all" in done.err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "identify --start 0,0.5,1.2",
+        "identify --length 21.7 --tolerance 0.1",
+        "query",
+        "query --p 8 --status orbit",
+    ],
+)
+def test_the_usual_columns_fit_into_80(cli, filled, arguments):
+    done = cli(*arguments.split(), "--db", str(filled))
+    assert max(map(len, done.out.splitlines())) in range(60, 81)
 
 
 def test_a_length_is_told_with_its_repetitions(cli, filled):

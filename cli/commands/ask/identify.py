@@ -28,22 +28,14 @@ Examples:
 
   orbitdb identify --length 21.7 --tolerance 2e-3
 """
-SHADOW_COLUMNS = (
-    "code",
-    "p",
-    "status",
-    "first",
-    "last",
-    "bounces",
-    "turns",
-    "distance",
-    "length",
-    "lambda_d",
-)
-SHADOW_KEYS = (*SHADOW_COLUMNS, "lyapunov", "representative", "class_size", "a", "stored",
+SHADOW_COLUMNS = ("code", "p", "first", "last", "turns", "distance", "length", "lambda_d")
+"""They fit into 80 columns for the longest orbit that is sought."""
+
+SHADOW_KEYS = ("code", "p", "status", "first", "last", "bounces", "turns", "distance", "length", "lambda_d",
+               "lyapunov", "representative", "class_size", "a", "stored",
                "sequence", "sequence_first")  # fmt: skip
-LENGTH_COLUMNS = ("code", "p", "class_size", "repetitions", "length", "total", "difference", "lyapunov")
-LENGTH_KEYS = (*LENGTH_COLUMNS, "length_error", "a")
+LENGTH_COLUMNS = ("code", "p", "class_size", "repetitions", "length", "total", "difference")
+LENGTH_KEYS = (*LENGTH_COLUMNS, "lyapunov", "length_error", "a")
 _ON_SCREEN = 40
 
 

@@ -48,17 +48,9 @@ OF_ROWS = tuple(name for name in _OF_CATALOGUE if name not in OF_A_WORD)
 
 OF_LIVES = {"exists", "born", "dies"}
 
-TABLE_COLUMNS = (
-    "code",
-    "p",
-    "status",
-    "length",
-    "lyapunov",
-    "lambda_d",
-    "lambda_c",
-    "time_reversal",
-    "class_size",
-)
+TABLE_COLUMNS = ("code", "p", "status", "length", "lambda_d", "lambda_c", "time_reversal")
+"""They fit into 80 columns up to p = 18."""
+
 _ON_SCREEN = 40
 
 
@@ -86,9 +78,8 @@ def query(
 ) -> None:
     """Show an orbit by its code, or rows of the catalogue.
 
-    A word that is not stored is solved on the spot. Each row is a word, written as its least
-    rotation. You see every status but geometric: ask for that with --status geometric, or for orbits only
-    with --status orbit.
+    A word that is not stored is solved on the spot. Each row is a word, written as its least rotation. You
+    see every status but geometric: --status geometric asks for that one, --status orbit for orbits only.
     """
     if words or code:
         options.takes_only(context, "with --code", "words", "code", "a", "columns", "bounces", "mark_words")
