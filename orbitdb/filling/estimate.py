@@ -92,13 +92,13 @@ def sweep_need(
     here = {each.p: each.tally.words for each in known.get(a, ())}
     words = sum(count_admissible(p) - here.get(p, 0) for p in periods)
     large = [each for found in known.values() for each in found if each.tally.words >= ENOUGH]
-    words = sum(each.tally.words for each in large)
-    rate = sum(each.processor for each in large) / words if words else _SWEEPING
+    swept = sum(each.tally.words for each in large)
+    rate = sum(each.processor for each in large) / swept if swept else _SWEEPING
     return Need(words, 0, rate * words / jobs)
 
 
 def _newton_rates(fills: Sequence[Fill]) -> tuple[float, float, float]:
-    """Return the processor time a word that enumerating, solving and storing take."""
+    """Return the processor time per word of enumerating, solving and storing."""
     large = [f for f in fills if f.words >= ENOUGH and f.storing and f.enumerating]
     words = sum(f.words for f in large)
     if not words:
