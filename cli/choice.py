@@ -109,7 +109,7 @@ def _hidden(*flags: str) -> Any:
 
 @dataclass(frozen=True)
 class SweptChoice:
-    """The options of `Choice` that choose what is swept; the hidden ones are refused, and told why."""
+    """The options of `Choice` that choose what is swept; the hidden ones are refused, with the reason."""
 
     reversal: Reversal = None
     symmetry: Symmetry = None

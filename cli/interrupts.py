@@ -18,14 +18,14 @@ _PATIENCE = 1.0
 """Seconds in which a further Ctrl-C does not disturb what the first one has set going."""
 
 TERMINATING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-"""Signals that tell a process to end."""
+"""Signals that ask a process to end."""
 
 SIGNALLED = 128
-"""An exit code that tells of a signal, less the number of the signal."""
+"""The exit code after a signal, less the number of the signal."""
 
 
 class Terminated(BaseException):
-    """The process has been told to end; everything is to be closed on the way.
+    """A signal has asked the process to end; everything is to be closed on the way.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ _pressed: list[float] = []
 """When Ctrl-C was heeded, in seconds."""
 
 _told: list[int] = []
-"""The signal that has told the process to end."""
+"""The signal that has asked the process to end."""
 
 _heeded: list[int] = []
 """The signals that may do so."""
@@ -117,7 +117,7 @@ def _unraisable(told: "sys.UnraisableHookArgs") -> None:
 
 
 def ending() -> KeyboardInterrupt | Terminated | None:
-    """Return what ends the command if Ctrl-C has been pressed, or a signal has told it to terminate.
+    """Return what ends the command if Ctrl-C has been pressed, or a signal has asked it to terminate.
 
     Either may be lost on its way: NumPy clears whatever is raised while it looks for attributes, and Python
     what is raised while objects are collected.

@@ -50,7 +50,7 @@ def _closed_forms(orbit: Orbit) -> list[tuple[float, str]]:
 
 
 def lives_text(lives: Sequence[tuple[float, float | None]]) -> str:
-    """Say from where to where in a a word is an orbit."""
+    """Say at which values of the half length a word is an orbit."""
     return ", and ".join(
         ("for every a" if not low else f"from a = {low:.12g} on") if high is None else
         (f"to a = {high:.12g}" if not low else f"from a = {low:.12g} to {high:.12g}")

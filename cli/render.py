@@ -64,7 +64,7 @@ _TIMES = (
 
 
 def note(message: str) -> None:
-    """Tell the user something that is not data, in one line, if there is somebody to be told."""
+    """Write a message, which is no data, as one line to stderr if that can be written to."""
     with aside(), contextlib.suppress(OSError):
         print(line(message), file=sys.stderr)
 

@@ -182,7 +182,7 @@ def _told(size: "Size") -> str:
 
 @contextmanager
 def _quiet_dask() -> Iterator[None]:
-    """Keep dask's log off stderr: what goes wrong is told in one line."""
+    """Keep dask's log off stderr: the command says in one line what goes wrong."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         logging.disable()

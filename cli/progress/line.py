@@ -26,7 +26,7 @@ _ERASE = "\r\x1b[J"
 
 
 class Progress:
-    """Is told how far the work is, and shows it to nobody."""
+    """Takes note of how far the work is, and shows it to nobody."""
 
     def tell(self, text: str, done: float = 0.0, total: float = 0.0, counted: bool = True) -> None:
         """Take note of how far the work is, as in `Pace`, unless it is to end here.

@@ -94,7 +94,7 @@ class OrderlyApp(App[None]):
             listen_to_signals(self._end)
 
     def _end(self, number: int) -> None:
-        if not self.is_web:  # there the server is told, too, and says so
+        if not self.is_web:  # the server gets the signal as well, and says so
             self.failure = KeyboardInterrupt() if number == signal.SIGINT else Terminated(number)
         self.leave()
 

@@ -49,7 +49,7 @@ class Kept:
     path : Path or None
         It need not exist; None to keep nothing beyond this session.
     complain : callable
-        Is told what is wrong with the file, which is then left as it is.
+        Called with what is wrong with the file, which is then left as it is.
     """
 
     def __init__(self, path: Path | None, complain: Callable[[str], object]) -> None:

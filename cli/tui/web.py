@@ -65,7 +65,7 @@ def serve(arguments: Sequence[str], port: int, tell: Callable[[str], None]) -> N
     port : int
         0 for any that is free.
     tell : callable
-        Is told the address, once it answers.
+        Called with the address once the server answers.
 
     Raises
     ------
@@ -150,11 +150,11 @@ class TokenServer(Server):
         return app
 
     def _is_meant(self, request: web.Request) -> bool:
-        """Tell whether it is for the address as it was told: another name of the host is another origin."""
+        """Tell whether it is for the address as announced: another name of the host is another origin."""
         return request.host == f"{HOST}:{self.port}" and request.path != f"/{self.token}"
 
     async def on_startup(self, app: web.Application) -> None:
-        """Say nothing: the address is told by the command."""
+        """Say nothing: the command announces the address."""
 
     async def handle_index(self, request: web.Request) -> web.Response:
         """Return the page."""

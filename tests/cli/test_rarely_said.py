@@ -58,7 +58,7 @@ def test_what_cannot_be_drawn(cli, filled, tmp_path):
         (("plot", "life", "-o", str(picture)), 2, name.format("life")),
         (("plot", "reverse", "13", "--code", "0103", "-o", str(picture)), 2, name.format("reverse")),
         (("plot", "life", "--code", "13" * 400 + "1", "-o", str(picture)), 2,
-         "orbitdb: (13)^400 1 is too long to be followed in a\n"),
+         "orbitdb: (13)^400 1 is too long to be followed as a changes\n"),
         (("plot", "lyapunov", "--where", "length < 0", "-o", str(picture)), 1,
          "no orbits at a = 1.6 where length < 0: nothing to draw\n"),
     ):  # fmt: skip

@@ -191,7 +191,7 @@ def _refuse_of_rows(names: Sequence[str], code: str, a: list[str] | None) -> Non
 
 
 def _value(orbit: "Orbit", key: str, output: MarkedOutput | None = None) -> Any:
-    """Return what is known of a word under one name; from where to where it exists as a text for cells."""
+    """Return what is known of a word under one name; the ranges in which it exists are a text in a cell."""
     match key:
         case "exists" if orbit.exists is not None and output is not None:
             from orbitdb.cli.orbit_facts import lives_text

@@ -199,7 +199,7 @@ def _of_word(
     with progress("following"):
         found = with_existence(found)
         if found.exists is None:
-            raise InputError(f"{code_text(found.code)} is too long to be followed in a")
+            raise InputError(f"{code_text(found.code)} is too long to be followed as a changes")
         if not found.exists:
             raise InputError(f"{code_text(found.code)} has no life: {found.status.sentence}")
         return draw_life(found)

@@ -14,7 +14,7 @@ Example:
 def migrate(db: options.Database = None) -> None:
     """Bring a catalogue to the newest schema, or make an empty one.
 
-    An older catalogue is copied first, and you are told where the copy is.
+    An older catalogue is copied first; a message says where the copy is.
     """
     from orbitdb.store.file.database import default_path
 

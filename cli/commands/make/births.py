@@ -1,4 +1,4 @@
-"""``orbitdb births``: where in a the words begin and cease to be orbits."""
+"""``orbitdb births``: the half lengths at which words begin and cease to be orbits."""
 
 import time
 from collections.abc import Sequence

@@ -67,7 +67,7 @@ def sweep(
 
 
 def _sweep(path: Path, chosen: "Selection", periods: Sequence[int], solvers: Solvers, dry_run: bool) -> bool:
-    """Sweep periods, and say what that is going to take and what it took; tell whether it was done."""
+    """Sweep periods, say what that takes and took, and return whether it was done."""
     from orbitdb.filling.estimate import LARGE, about, sweep_need
     from orbitdb.filling.sweeps import SMALL, sweep_periods
     from orbitdb.symbols.counting import count_admissible

@@ -1,4 +1,4 @@
-"""An orbit followed in a: where the next step leads, and a bar that shows where it exists."""
+"""An orbit followed as the half length changes: where the next step leads, and a bar of where it exists."""
 
 import math
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ _ALIVE, _DEAD, _HERE = "━", "·", "┃"
 
 
 def next_a(lives: Lives, a: float, up: bool, home: float | None = None) -> float:
-    """Return the a that follows in steps of `STEP`; a birth or death in between is told from both sides.
+    """Return the a that follows in steps of `STEP`; a birth or death in between is a stop on both sides.
 
     So an orbit is seen with its last margin before it is gone. Nor is ``home`` passed over.
     """

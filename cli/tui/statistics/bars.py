@@ -11,8 +11,8 @@ from orbitdb.columns import IN_CATALOGUE
 
 _EIGHTHS = " ▏▎▍▌▋▊▉█"
 _LEAST_BAR = 4
-_TOLD = 50.0
-"""An edge is told so much better than bins are wide."""
+_FINER = 50.0
+"""How many times finer the edges are written than the bins are wide."""
 _COLUMNS = {column.name: column for column in IN_CATALOGUE}
 
 Counts = Sequence[tuple[str, int]]
@@ -31,7 +31,7 @@ def counts_by(column: str, counts: Mapping[Any, int]) -> Counts:
 def counts_in(histogram: Histogram) -> Counts:
     """Return the counts of the bins, each labelled with where it begins."""
     edges = histogram.edges.tolist()
-    near = min(end - start for start, end in pairwise(edges)) / _TOLD
+    near = min(end - start for start, end in pairwise(edges)) / _FINER
     digits = next((n for n in range(3, 17) if all(abs(float(f"{x:.{n}g}") - x) <= near for x in edges)), 17)
     return [(f"{edge:.{digits}g}", n) for edge, n in zip(edges, histogram.counts.tolist(), strict=False)]
 
