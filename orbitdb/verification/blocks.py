@@ -41,7 +41,7 @@ class Part:
 
     def checked(self, connection: sa.Connection) -> Step:
         """Return what is found in what a connection reads, up to the first value that nobody can read."""
-        found = []
+        found: list[Check] = []
         try:
             found.extend(self.find(connection))
         except (AlteredError, InputError) as error:

@@ -232,7 +232,7 @@ def test_an_empty_subset_writes_nothing(varied, tmp_path, cli):
         ("--status dynamical --p 5 --bounces",
          "16 dynamically pruned words of period 5 at a = 1.6 have no bounces, only orbits do"),
         ("--p 4-5 --where code('01132') --bounces", "1 word of .* has no bounces, only orbits do"),
-        ("--p 2-5 --order status --limit 1 --bounces", "the first 1 of 137 symbol .* has no bounces, only"),
+        ("--p 2-5 --order status --limit 1 --bounces", "the first 1 of 137 words .* has no bounces, only"),
         ("--p 3 --limit 0", "8 words of .*, and --limit 0 leaves none of them"),
         ("--status orbit --where p=1 --bounces", "no orbits at a = 1.6 where p=1"),
     ],
