@@ -8,9 +8,9 @@ import pytest
 from screens import ask, drive, press, send, settle, shown, table_of, until
 
 from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.cli.tui.dialogs import fill_state
 from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.dialogs.fill import FillDialog
-from orbitdb.cli.tui.dialogs import fill_state
 from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.filling.estimate import need
