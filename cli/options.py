@@ -168,7 +168,7 @@ Words = Annotated[
     ),
 ]
 Codes = Annotated[list[str] | None, typer.Option("--code", help="The same as WORD; repeatable.")]
-"""With `Words`, what `orbitdb.cli.codes.given_codes` reads."""
+"""With `Words`, what `orbitdb.cli.arguments.given_codes` reads."""
 
 Periods = Annotated[str | None, typer.Option("--p", metavar="PERIODS", help="Periods: 11, 2-8 or 2,3,5-7.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")]

@@ -1,7 +1,8 @@
 """The columns: what every number and text in rows, files and JSON is, its unit, and what bounds its error.
 
 Said once, here, for the schema, the files, the command line, the terminal UI and the documentation. How a
-column is computed is said in `orbitdb/store/file/schema.py` (`SHARED`, `OF_WORD`).
+column is computed is said in `orbitdb/store/file/schema.py` (`SHARED`, `OF_WORD`); files that exist get it by
+a migration.
 """
 
 from dataclasses import dataclass

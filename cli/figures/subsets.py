@@ -19,7 +19,7 @@ from orbitdb.cli.figures.orbits import short
 from orbitdb.cli.reading import note_gaps, note_nothing
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
-from orbitdb.orbits.beyond import least_length
+from orbitdb.orbits.least_values import least_length
 from orbitdb.plots import curves, paths
 from orbitdb.plots.style import entitle, explain, figure
 from orbitdb.store.asking.selection import Selection

@@ -16,13 +16,13 @@ from textual.screen import Screen
 from textual.worker import get_current_worker
 
 from orbitdb.cli.tui.dialogs.basic import QuestionDialog
-from orbitdb.cli.tui.dialogs.filling import FillState, Wish
-from orbitdb.cli.tui.dialogs.filling import work as fill_steps
+from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish
+from orbitdb.cli.tui.dialogs.fill_state import work as fill_steps
 from orbitdb.cli.tui.ending import OrderlyApp
-from orbitdb.cli.tui.kept import Kept
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.facts import Certificate
 from orbitdb.cli.tui.screens import ActionsDialog, Keys, bindings, key
+from orbitdb.cli.tui.state_file import Kept
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable

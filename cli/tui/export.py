@@ -10,7 +10,7 @@ from orbitdb.catalogue.gaps import describe_partial
 from orbitdb.cli.reading import provenance
 from orbitdb.cli.render import Format, code_text, write_data
 from orbitdb.cli.rows import KEYS
-from orbitdb.cli.tui.table.source import Ordering
+from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import InputError
 from orbitdb.export import complete, write_file
 from orbitdb.extras import load

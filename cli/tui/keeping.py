@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from orbitdb.cli.render import code_text
 from orbitdb.cli.tui.dialogs.basic import LineDialog
-from orbitdb.cli.tui.dialogs.filters import KEEP, FiltersDialog
+from orbitdb.cli.tui.dialogs.kept_filters import KEEP, FiltersDialog
 from orbitdb.cli.tui.dialogs.marks import ColumnDialog, Names
-from orbitdb.cli.tui.kept import Kept, among_marked, criteria_of, selection_of, toggled
+from orbitdb.cli.tui.state_file import Kept, among_marked, criteria_of, selection_of, toggled
 from orbitdb.cli.tui.table.columns import chosen
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit

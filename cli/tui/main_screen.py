@@ -13,7 +13,7 @@ from textual.widgets import Static
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.dialogs.basic import ChoiceDialog, LineDialog
 from orbitdb.cli.tui.dialogs.fill import FillDialog
-from orbitdb.cli.tui.dialogs.filling import FillState
+from orbitdb.cli.tui.dialogs.fill_state import FillState
 from orbitdb.cli.tui.dialogs.filter import FilterDialog
 from orbitdb.cli.tui.dialogs.marks import MarksDialog, Names
 from orbitdb.cli.tui.keeping import Keeping
@@ -23,7 +23,7 @@ from orbitdb.cli.tui.panels import Panels
 from orbitdb.cli.tui.screens import Keys, bindings, in_thread, key
 from orbitdb.cli.tui.table.columns import EVERY, chosen
 from orbitdb.cli.tui.table.paged_table import PagedTable
-from orbitdb.cli.tui.table.source import Ordering
+from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of

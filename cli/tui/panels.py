@@ -16,8 +16,8 @@ from orbitdb.cli.tui.screens import Failed, OwnScreen
 from orbitdb.cli.tui.table.columns import COLUMNS, Column, fields_of
 from orbitdb.cli.tui.table.following import Following
 from orbitdb.cli.tui.table.paged_table import PagedTable
+from orbitdb.cli.tui.table.pages import NoRows, Ordering, Pages
 from orbitdb.cli.tui.table.panel import RowsPanel
-from orbitdb.cli.tui.table.source import NoRows, Ordering, Pages
 from orbitdb.cli.tui.word_search import WordSearch
 from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import Orbit

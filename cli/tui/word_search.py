@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from orbitdb.cli.render import repeats
 from orbitdb.cli.tui.screens import in_thread
-from orbitdb.cli.tui.table.source import Pages
+from orbitdb.cli.tui.table.pages import Pages
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
 

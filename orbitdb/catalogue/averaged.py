@@ -12,7 +12,7 @@ from orbitdb.averages import by_period
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import Weight, divisors, missing_divisors, missing_periods
 from orbitdb.averages.period_sums import lyapunov_of_periods
-from orbitdb.averages.standing import faults_of, standing
+from orbitdb.averages.validity import faults_of, standing
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.gaps import gaps, nothing, written_periods
 from orbitdb.catalogue.results import AVERAGES, PROVED, SUM_RULES, TABLE, TRAJECTORIES, UP_TO_CUT, Result
@@ -26,7 +26,7 @@ from orbitdb.catalogue.whole_periods import (
 )
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact, with_error
-from orbitdb.orbits.beyond import least_exponent
+from orbitdb.orbits.least_values import least_exponent
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.tally import Tally
 from orbitdb.store.asking.selection import Selection

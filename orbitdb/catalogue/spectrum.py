@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
-from orbitdb.orbits.beyond import least_length
+from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.orbit import Status
 from orbitdb.quantum.amplitudes import Classes, Terms, orbit_terms
 from orbitdb.quantum.lengths import family_terms, of_family, of_levels, of_terms, reach

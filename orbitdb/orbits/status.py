@@ -1,7 +1,7 @@
 """From directions to a status: whether a word is an orbit, as far as doubles can decide it.
 
 What they leave open, orbits through joints among it, goes to `orbitdb.orbits.balls.enclosure`; words that
-break the geometric rules are described in `orbitdb.orbits.pruned`.
+break the geometric rules are described in `orbitdb.orbits.orbit.pruned_word`.
 """
 
 from collections.abc import Callable

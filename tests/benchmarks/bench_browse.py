@@ -15,7 +15,7 @@ from textual import events
 
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.table.paged_table import PagedTable
-from orbitdb.cli.tui.table.source import Ordering
+from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 

@@ -20,7 +20,7 @@ from screens import drive, press, settle, shown, table_of, until
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.export import export as export_shown
-from orbitdb.cli.tui.table.source import Ordering
+from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import StoreError
 from orbitdb.plaintext import cell, printable
 from orbitdb.store.asking import confinement

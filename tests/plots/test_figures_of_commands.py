@@ -23,7 +23,7 @@ from orbitdb.entropy.bounds import search
 from orbitdb.entropy.letters import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.filling.births import fill_births
-from orbitdb.orbits.beyond import least_length
+from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.orbit import Status
 from orbitdb.plots.paths import draw_orbit
 from orbitdb.plots.style import BLUE, ORANGE, figure

@@ -115,6 +115,13 @@ ALTERATIONS = {
     "entropy_bound.windows": ("UPDATE entropy_bound SET windows = windows + 1 WHERE edges = 6", "entropy"),
     "entropy_bound.undecided": ("UPDATE entropy_bound SET undecided = 0 WHERE edges = 6", "entropy"),
     "entropy_bound.lower": ("UPDATE entropy_bound SET lower = lower + 1e-4 WHERE edges = 6", "entropy"),
+    "entropy_bound.upper": ("UPDATE entropy_bound SET upper = upper - 1e-7 WHERE proof = 'balls'", "entropy"),
+    "entropy_bound of another version, below all others": (
+        "UPDATE run SET version = '0.1'; UPDATE entropy_bound SET lower = 0, upper = 0.5 WHERE edges = 6",
+        "entropy"),
+    "entropy_bound of another version, above all others": (
+        "UPDATE run SET version = '0.1'; UPDATE entropy_bound SET lower = 1.2, upper = 1.21 WHERE edges = 6",
+        "entropy"),
     "level.k": ("UPDATE level SET k = k + 1e-8 WHERE number = 1", "levels"),
     "level.error": ("UPDATE level SET error = 1e-15", "levels"),
     "level deleted": ("DELETE FROM level WHERE number = (SELECT max(number) FROM level)", "levels"),

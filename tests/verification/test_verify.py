@@ -279,7 +279,7 @@ def test_rows_without_bounds_are_the_relaxation_s_alone(small, cli):
     as_if_relaxed(small, f"cycle = {FIRST_ORBIT}")
     outcome = cli("verify", "--rigorous")
     assert outcome.code == 0
-    assert "rows are of another method" in outcome.err
+    assert "rows come from another method" in outcome.err
     alter(small, f"UPDATE orbit SET solver = 'newton' WHERE cycle = {FIRST_ORBIT}")
     assert "values" in broken(small)
 

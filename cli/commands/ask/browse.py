@@ -57,7 +57,7 @@ def browse(
         options.refuse_idle(context, "without --web", "port")
         _need_terminal()
     from orbitdb.cli.tui.app import BrowseApp
-    from orbitdb.cli.tui.kept import state_path
+    from orbitdb.cli.tui.state_file import state_path
 
     app = BrowseApp(path, replace(chosen, a=meant(path, a)), code, state_path())
     if chosen.where is not None:

@@ -10,7 +10,7 @@ from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import Button, Input, Label, ProgressBar
 
 from orbitdb.cli.tui.dialogs.basic import QuestionDialog
-from orbitdb.cli.tui.dialogs.filling import Cost, FillState, Wish, cost_of, parse_wish
+from orbitdb.cli.tui.dialogs.fill_state import Cost, FillState, Wish, cost_of, parse_wish
 from orbitdb.cli.tui.screens import ESCAPE, Dialog, in_thread
 from orbitdb.errors import InputError
 

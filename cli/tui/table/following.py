@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from orbitdb.cli.tui.orbit.lives import told
 from orbitdb.cli.tui.screens import in_thread
-from orbitdb.cli.tui.table.source import Pages
+from orbitdb.cli.tui.table.pages import Pages
 from orbitdb.orbits.orbit import Orbit
 
 if TYPE_CHECKING:

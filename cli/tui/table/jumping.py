@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from orbitdb.cli.tui.screens import in_thread
-from orbitdb.cli.tui.table.source import Pages
+from orbitdb.cli.tui.table.pages import Pages
 from orbitdb.store.asking.confinement import never
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
 

@@ -16,7 +16,7 @@ from textual.strip import Strip
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.screens import Keys, bindings, key
 from orbitdb.cli.tui.table.columns import COLUMNS, EVERY, Column
-from orbitdb.cli.tui.table.source import NoRows, Ordering, Pages, Row, Source
+from orbitdb.cli.tui.table.pages import NoRows, Ordering, Pages, Row, Source
 
 _LONGEST_CODE = 24
 _MARK = "*"

@@ -13,7 +13,7 @@ from textual.widgets import Static
 from orbitdb.cli.tui.screens import in_thread
 from orbitdb.cli.tui.table.jumping import Jumping
 from orbitdb.cli.tui.table.paged_table import PagedTable
-from orbitdb.cli.tui.table.source import NoRows, Ordering, Pages, Source, head_of
+from orbitdb.cli.tui.table.pages import NoRows, Ordering, Pages, Source, head_of
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:

@@ -10,13 +10,13 @@ from screens import ask, drive, press, settle, shown, until
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.export import export
-from orbitdb.cli.tui.kept import Kept, toggled
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
+from orbitdb.cli.tui.state_file import Kept, toggled
 from orbitdb.cli.tui.statistics import averages_screen as statistics
 from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
-from orbitdb.cli.tui.table.source import Ordering
+from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import InputError
 from orbitdb.orbits.births.lives import solve_word
 from orbitdb.store.asking.selection import Selection

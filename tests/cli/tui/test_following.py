@@ -15,7 +15,7 @@ from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.lives import bar, next_a, told
 from orbitdb.cli.tui.statistics import averages_screen as statistics
-from orbitdb.cli.tui.table.source import Ordering
+from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.orbits.orbit import Status

@@ -7,9 +7,9 @@ from screens import ask, drive, press, screen_lines, shown, table_of
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.export import export
-from orbitdb.cli.tui.kept import Kept, State, among_marked, criteria_of, selection_of, toggled
+from orbitdb.cli.tui.state_file import Kept, State, among_marked, criteria_of, selection_of, toggled
 from orbitdb.cli.tui.table.columns import COLUMNS, EVERY, USUAL
-from orbitdb.cli.tui.table.source import Ordering
+from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Status

@@ -13,7 +13,7 @@ from questions import CRITERIA, EDGES, KEYS, NAMES, catalogue_to_ask, expected
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.table.jumping import place_of
-from orbitdb.cli.tui.table.source import Ordering, Pages, head_of
+from orbitdb.cli.tui.table.pages import Ordering, Pages, head_of
 from orbitdb.errors import StoreError
 from orbitdb.orbits.newton import solve_word
 from orbitdb.orbits.orbit import Status

@@ -13,7 +13,7 @@ from orbitdb.cli.tui.orbit.pictures import phase_points
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 from orbitdb.cli.tui.table import jumping
 from orbitdb.cli.tui.table.jumping import place_of
-from orbitdb.cli.tui.table.source import Pages, head_of
+from orbitdb.cli.tui.table.pages import Pages, head_of
 from orbitdb.orbits.births.lives import solve_word
 from orbitdb.store.asking.selection import Selection
 

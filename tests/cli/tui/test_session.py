@@ -13,15 +13,15 @@ from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs.basic import LineDialog, QuestionDialog
-from orbitdb.cli.tui.dialogs.filling import FillState, Wish, cost_of, work
+from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish, cost_of, work
 from orbitdb.cli.tui.dialogs.keys import columns_told, groups_of
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, folded, lines_of
-from orbitdb.cli.tui.table import jumping, source
+from orbitdb.cli.tui.table import jumping, pages
 from orbitdb.cli.tui.table.columns import USUAL
 from orbitdb.cli.tui.table.paged_table import PagedTable
-from orbitdb.cli.tui.table.source import Ordering
+from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.filling.single_word import fill_word
 from orbitdb.orbits.births.lives import solve_word
@@ -127,7 +127,7 @@ def test_blocks_of_rows_that_are_no_longer_kept_are_read_again(filled_once):
             return super().blocks(chosen, names, first, last)
 
     catalogue, rows = Counting(filled_once), list(Catalogue(filled_once).rows(columns=("code", "p")))
-    shown = source.Pages(catalogue, catalogue.choose(Selection()), ("code", "p"))
+    shown = pages.Pages(catalogue, catalogue.choose(Selection()), ("code", "p"))
     for place in (*range(len(rows)), len(rows) - 1, 0):
         assert shown.row(place) == rows[place]
     first, *_, again = reads
