@@ -101,7 +101,7 @@ def _marks(path: Path) -> tuple[int, ...]:
     of SQLite's connections among them, and other processes would take the journal away from under them.
     """
     if not path.with_name(path.name + "-wal").exists():
-        with suppress(sqlite3.Error):  # a writer may come at this very moment
+        with suppress(sqlite3.Error, UnicodeDecodeError):  # damage, or a writer at this very moment
             return _pragmas(_uri(path) + "&immutable=1")
     with plain_errors(path):
         return _pragmas(_uri(path))
