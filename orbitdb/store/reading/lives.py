@@ -5,11 +5,12 @@ life, the class's word is solved there, in ball arithmetic if necessary. So orbi
 recognised as in a fill.
 """
 
+import sqlite3
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from enum import IntEnum
 from itertools import groupby
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import sqlalchemy as sa
@@ -217,8 +218,8 @@ def load_standings(connection: sa.Connection, ids: Integers, *where: sa.ColumnEl
     """Read the births and deaths of classes by their ids, among those changes that fulfil conditions."""
     columns = (change.c.cycle, change.c.a, change.c.error, change.c.kind == BORN)
     query = sa.select(*columns).where(*where).order_by(change.c.cycle, change.c.number)
-    rows = connection.execute(query).cursor
-    found = np.fromiter(iter(rows.fetchone, None), _ROW)  # all tuples at once take four times the room
+    rows = cast(sqlite3.Cursor, connection.execute(query).cursor)
+    found = np.fromiter(rows, _ROW)  # all tuples at once take four times the room
     found = found[np.isin(found["cycle"], ids)]
     cycles, starts = np.unique(found["cycle"], return_index=True)
     places = np.searchsorted(cycles, ids)

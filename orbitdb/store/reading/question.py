@@ -7,10 +7,11 @@
 Geometrically pruned words have no class. They count only if the selection names their status.
 """
 
+import sqlite3
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import takewhile
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import sqlalchemy as sa
@@ -174,10 +175,10 @@ def _arrays(
 ) -> list[NDArray[Any]]:
     """Return the columns of a query as arrays, some rows at a time so that few are there as objects."""
     count = 1 + masked
-    cursor = connection.execute(query).cursor
+    cursor = cast(sqlite3.Cursor, connection.execute(query).cursor)
     if not columns:
         kinds = np.dtype([(str(place), np.int64) for place in range(count)])
-        found = np.fromiter(iter(cursor.fetchone, None), kinds)
+        found = np.fromiter(cursor, kinds)
         return [found[name].copy() if count > 1 else found.view(np.int64) for name in kinds.names or ()]
     parts: list[list[NDArray[Any]]] = []
     while rows := cursor.fetchmany(_BLOCK):
