@@ -19,7 +19,8 @@ from contextlib import redirect_stdout, suppress
 from io import StringIO
 from typing import cast
 
-from aiohttp import web
+from aiohttp import WSCloseCode, web
+from textual_serve.app_service import AppService
 from textual_serve.server import Server
 
 from orbitdb.cli.interrupts import TERMINATING, Terminated, with_other_processes
@@ -27,6 +28,8 @@ from orbitdb.errors import InputError
 
 HOST = "127.0.0.1"
 _LOG = logging.getLogger("textual-serve")
+_SECONDS = 5.0
+"""How long a session may take to end."""
 _REFUSAL = "this address lacks the token: open the one that 'orbitdb browse --web' has shown\n"
 _POLICY = (
     "default-src 'self'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; "
@@ -90,13 +93,20 @@ def _listening(port: int) -> socket.socket:
 
 
 class TokenServer(Server):
-    """A server whose every address begins with a token."""
+    """A server whose every address begins with a token.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+    port : int
+    """
 
     def __init__(self, arguments: Sequence[str], port: int) -> None:
         program = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()", *arguments]
         command = subprocess.list2cmdline(program) if sys.platform == "win32" else shlex.join(program)
         super().__init__(command, HOST, port, "orbitdb browse", f"http://{HOST}:{port}")
         self.token = secrets.token_hex(16)
+        self._sessions: set[asyncio.Task[object]] = set()
 
     @property
     def address(self) -> str:
@@ -116,7 +126,7 @@ class TokenServer(Server):
         with suppress(NotImplementedError):  # on Windows Ctrl-C ends the loop itself
             for number in (signal.SIGINT, *TERMINATING):
                 asyncio.get_running_loop().add_signal_handler(number, end, number)
-        runner = web.AppRunner(await self.guarded(), access_log=None, shutdown_timeout=0)
+        runner = web.AppRunner(await self.guarded(), access_log=None, shutdown_timeout=_SECONDS)
         await runner.setup()
         try:
             await web.SockSite(runner, listening).start()
@@ -134,8 +144,6 @@ class TokenServer(Server):
             given = request.path.partition("/")[2].partition("/")[0]
             if not secrets.compare_digest(given.encode(errors="replace"), self.token.encode()):
                 return web.Response(status=403, text=_REFUSAL)
-            if request.headers.get("Origin", self.public_url) != self.public_url:  # it may know the token
-                return web.Response(status=403, text="a session is for the page of this server\n")
             if request.method == "GET" and not self._is_meant(request):
                 raise web.HTTPFound(self.address)
             return await handler(request)
@@ -156,8 +164,44 @@ class TokenServer(Server):
     async def on_startup(self, app: web.Application) -> None:
         """Say nothing: the command announces the address."""
 
+    async def on_shutdown(self, app: web.Application) -> None:
+        """End all sessions, each of which ends its process."""
+        for session in self._sessions:
+            session.cancel()
+        if self._sessions:
+            await asyncio.wait(self._sessions, timeout=_SECONDS)
+
     async def handle_index(self, request: web.Request) -> web.Response:
         """Return the page."""
         page = cast(web.Response, await super().handle_index(request))
         page.text = (page.text or "").replace("</body>", f"{_MORE}</body>")
         return page
+
+    async def handle_websocket(self, request: web.Request) -> web.WebSocketResponse:
+        """Run a session.
+
+        Raises
+        ------
+        HTTPForbidden
+            If the page of another server asks, which may have got hold of the token.
+        HTTPBadRequest
+            If it is no websocket that is asked for; aiohttp would report that as an error of this program.
+        """
+        if request.headers.get("Origin", self.public_url) != self.public_url:
+            raise web.HTTPForbidden(text="a session is for the page of this server\n")
+        if not web.WebSocketResponse().can_prepare(request):
+            raise web.HTTPBadRequest(text="a session is a websocket\n")
+        session = asyncio.current_task()
+        assert session is not None
+        self._sessions.add(session)
+        try:
+            return await super().handle_websocket(request)
+        finally:
+            self._sessions.discard(session)
+
+    async def _process_messages(self, websocket: web.WebSocketResponse, app_service: AppService) -> None:
+        """Pass on what the page says; anything else ends the session."""
+        try:
+            await super()._process_messages(websocket, app_service)
+        except (AssertionError, AttributeError, LookupError, TypeError, ValueError):
+            await websocket.close(code=WSCloseCode.UNSUPPORTED_DATA, message=b"no message of this page")

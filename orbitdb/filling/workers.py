@@ -130,7 +130,6 @@ class Processes:
         self._threads = ThreadPoolExecutor(jobs)
         self._all: list[_Process] = []
         self._idle: list[_Process] = []
-        self._answers: set[IO[bytes]] = set()
         self._ended = False
 
     def __enter__(self) -> Self:
@@ -144,8 +143,6 @@ class Processes:
         for process in self._all:
             process.end()
         self._threads.shutdown(cancel_futures=True)
-        for answer in self._answers:  # that nobody wants any more
-            answer.close()
 
     def start(self) -> None:
         """Start the processes, which takes them some tenths of a second, before there are blocks to solve."""
@@ -160,16 +157,29 @@ class Processes:
         WorkError
             If processes die again and again on one block.
         """
-        answers = in_order(
-            lambda block: self._threads.submit(self._answer, block), blocks, lambda: _AHEAD * self.jobs
-        )
-        for answer in answers:
-            with answer:
-                found = answered(*pickle.load(answer))
-            self._answers.remove(answer)
-            if isinstance(found, Exception):
-                raise found
-            yield found
+        answers, over = set[IO[bytes]](), threading.Event()
+
+        def solve(block: Task[Any]) -> IO[bytes]:
+            answer = self._answer(block)
+            answers.add(answer)
+            if over.is_set():
+                answer.close()
+            return answer
+
+        try:
+            for answer in in_order(
+                lambda block: self._threads.submit(solve, block), blocks, lambda: _AHEAD * self.jobs
+            ):
+                with answer:
+                    found = answered(*pickle.load(answer))
+                answers.remove(answer)
+                if isinstance(found, Exception):
+                    raise found
+                yield found
+        finally:
+            over.set()
+            for answer in answers.copy():  # that nobody wants any more
+                answer.close()
 
     def _answer(self, block: Task[Any]) -> IO[bytes]:
         """Give a block to an idle process, or to a new one if there is none or it dies; return the answer."""
@@ -186,7 +196,6 @@ class Processes:
                     raise
                 process = self._started()
             else:
-                self._answers.add(answer)
                 self._idle.append(process)
                 return answer
         raise WorkError(
@@ -229,11 +238,19 @@ class _Process:
         self._line.send_bytes(pickle.dumps(block))
         with ExitStack() as unless_whole:
             file = unless_whole.enter_context(TemporaryFile())
-            while piece := self._line.recv_bytes():
+            while piece := self._received():
                 file.write(piece)
             file.seek(0)
             unless_whole.pop_all()
             return file
+
+    def _received(self) -> bytes:
+        try:
+            return self._line.recv_bytes()
+        except OSError as error:
+            if error.errno is None:  # the process has died in the middle of a piece
+                raise EOFError from error
+            raise
 
     def end(self) -> None:
         """End the process at once."""
@@ -251,7 +268,7 @@ def _work(line: Connection) -> None:
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _HELD_BACK)  # the process began with the mask above
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    with suppress(EOFError):
+    with suppress(EOFError, OSError):  # the other end is gone
         while True:
             data = line.recv_bytes()
             try:

@@ -200,3 +200,17 @@ def test_every_orbit_knows_what_computed_it(tmp_path):
         shares = dict(plain.execute(counts))
     assert set(shares) == {"an abacus", arithmetic()}
     assert checks(path)["bits"].rows == shares[arithmetic()]
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs Linux")
+def test_answers_that_nobody_takes_are_closed():
+    blocks = list(cut_into_blocks(1.6, "newton", 4)) * 6
+    with Processes(2) as workers:
+        list(workers.solved(iter(blocks)))
+        before = len(os.listdir("/proc/self/fd"))
+        for _ in range(5):
+            some = workers.solved(iter(blocks))
+            next(some)
+            some.close()
+        list(workers.solved(iter(blocks)))
+        assert len(os.listdir("/proc/self/fd")) <= before

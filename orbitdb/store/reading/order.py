@@ -1,7 +1,7 @@
 """The order of rows: of classes in SQL; of single words by their text, or the element that leads to them."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import sqlalchemy as sa
@@ -13,9 +13,6 @@ from orbitdb.store.reading.fitting import long_words, stabilisers_of_classes
 from orbitdb.symbols.members import ELEMENT_OF, packed_members
 from orbitdb.symbols.symmetry import ELEMENTS
 from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
-
-if TYPE_CHECKING:
-    pass
 
 _TEXTS = ("code", "word")
 _HEAD = 3
