@@ -104,7 +104,7 @@ class Agreement:
 def agreement(
     p: int, stadium: Stadium, progress: Callable[[int, int], None] | None = None
 ) -> tuple[Agreement, list[Disagreement]]:
-    """Relax all classes of one period and compare (`compare`); progress is told as `relax` does."""
+    """Relax all classes of one period and `compare`; `relax` reports the progress."""
     words, _ = representatives(p)
     return compare(relax(words, stadium, max_steps=MAX_STEPS, progress=progress), stadium)
 

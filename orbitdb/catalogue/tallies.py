@@ -68,7 +68,7 @@ def tally(
     SelectionError
         If ``where`` is refused.
     CancelledError
-        If it is told to stop.
+        If nobody waits any more.
     """
     chosen = catalogue.choose(selection, columns=columns, cancelled=cancelled)
     found: Counter[Key] = Counter()

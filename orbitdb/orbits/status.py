@@ -100,7 +100,7 @@ def assess(
     found : (ndarray, ndarray)
         The directions, as in `decide`, and the steps that the solver took.
     every : bool, optional
-        If not, of words that are proved to be no orbits only status, margin and steps are told.
+        If not, words that are proved to be no orbits get only status, margin and steps.
     """
     alpha, iterations = found
     verdict = decide(chain, stadium.a, alpha)

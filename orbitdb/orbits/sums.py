@@ -82,7 +82,7 @@ def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Ex
     Yields
     ------
     Exponents
-        Of some of the words, until all are told of.
+        Of some of the words at a time, in the end of all.
     """
     check_functions()
     for rows, legs, _ in cut_on_demand(unpack(codes, p)):

@@ -31,7 +31,7 @@ _LOST = 1e20
 """Growth of an error beyond which nothing is known, so that numbers stay finite."""
 
 _EXACT = 1e-9
-"""Where the error is below it, a bounce that cannot be told from a joint is meant to be on it."""
+"""Where the error is below it, a bounce no farther than that from a joint is taken to be on it."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -71,7 +71,7 @@ def judged(name: str, labels: Sequence[str], wrong: NDArray[np.bool_] | Sequence
 
 
 def listed(name: str, rows: int, wrong: Sequence[str]) -> Check:
-    """Return a check of so many rows, of which those that are wrong are told."""
+    """Return a check of so many rows, given the labels of the wrong ones."""
     return Check(name, rows, len(wrong), first=wrong[0] if wrong else None)
 
 

@@ -56,7 +56,7 @@ def runs_of_here(connection: sa.Connection) -> set[int]:
 
 
 def check_provenance(connection: sa.Connection) -> Iterator[Check]:
-    """Check the schema that Alembic is told, all runs, and the columns that name or repeat them."""
+    """Check the schema number that Alembic reads, all runs, and the columns that name or repeat them."""
     found = connection.exec_driver_sql("SELECT version_num FROM alembic_version").scalars().all()
     yield judged("schema", ["alembic_version"], [found != [f"{SCHEMA_VERSION:04}"]])
     yield from _runs(connection, parameters_of(connection))

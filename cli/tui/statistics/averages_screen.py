@@ -75,11 +75,15 @@ class StatisticsScreen(OwnScreen[None]):
         self._refer(self._bounces)
 
     def _compute(self) -> None:
-        """Average over the first periods, which takes no time, and then over all."""
-        spans = self._selection.periods or ((2, _FIRST),)
+        """Average over the first periods, which takes no time, and then over all, if there are more."""
+        in_thread(self, "numbers", lambda _: self._parts(), lambda parts: self._average(parts, self._weight))
+
+    def _parts(self) -> list[Selection]:
+        chosen = self._selection
+        spans = chosen.periods or ((2, _FIRST),)
         first = tuple((low, min(high, _FIRST)) for low, high in spans if low <= _FIRST)
-        parts = [replace(self._selection, periods=first)] if first else []
-        self._average([*parts, self._selection], self._weight)
+        more = any(fill.p > _FIRST and chosen.includes(fill.p) for fill in self._catalogue.fills(chosen.a))
+        return [replace(chosen, periods=first), chosen] if first and more else [chosen]
 
     def _average(self, parts: Sequence[Selection], weight: Weight) -> None:
         now, *others = parts
@@ -133,6 +137,7 @@ class StatisticsScreen(OwnScreen[None]):
 
     def on_failed(self, message: Failed) -> None:
         """Say what went wrong where the numbers would be, too."""
+        self.found = None
         self.query_one("#numbers", Static).update(message.reason)
 
     def _show(self) -> None:

@@ -110,7 +110,7 @@ def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
     legs : Chain
     a : ndarray, shape (N,)
     alpha : ndarray, shape (m, N)
-        Directions near the maximum; what is told does not depend on them.
+        Directions near the maximum; the verdicts do not depend on them.
     """
     limits = direction_limits(legs, a)
     here = np.clip(alpha, *limits)

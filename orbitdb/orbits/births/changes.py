@@ -191,7 +191,7 @@ def _search(batch: Batch, ends: _Ends, rows: Integers, level: int) -> _Found:
     if level == len(_FINER):
         ((_, words),) = batch.of_order(rows[:1])
         word = to_strings(words)[0]
-        raise WorkError(f"the births and deaths of {word} cannot be told apart: please report this word")
+        raise WorkError(f"the births and deaths of {word} cannot be separated: please report this word")
     found = []
     for low, here in ((LOW, rows[~ends.early[rows]]), (MIN_A, rows[ends.early[rows]])):
         cells = int(np.ceil(_FINER[level] * np.log(ends.high / low) / _CELL))
