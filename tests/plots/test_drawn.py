@@ -7,12 +7,15 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from matplotlib import pyplot
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LogNorm, to_hex
 from matplotlib.figure import Figure
 
 from orbitdb import Stadium
 from orbitdb.benchmarks.work_precision import WorkPrecision
-from orbitdb.plots import births, curves, enclosures, paths, quantum, style, work_precision
+from orbitdb.billiard.stability import birkhoff
+from orbitdb.plots import axes, births, curves, enclosures, paths, quantum, style, work_precision
 from orbitdb.quantum.amplitudes import Terms
 from orbitdb.quantum.spectrum import Spectrum
 
@@ -335,3 +338,29 @@ def test_run_time_against_error(ax, rng):
     assert texts(ax) == {"double": (np.finfo(float).eps / 2, 0)}
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
     says(ax, "largest error of a coordinate (units of $R$, rad)", "run time per word (s)")
+
+
+def test_axes_are_the_given_ones_or_new_ones(ax, rng):
+    given = axes.orbit_axes("1" * 41, Stadium(1.6), Stadium(1.6).outline()[:3], ax)
+    assert (given, given.get_title()) == (ax, "1" * 37 + "...")
+    words, x, colour = (
+        rng.integers(0, 4, (5, 3)).astype(np.uint8),
+        rng.uniform(-1, 1, (5, 3)),
+        rng.uniform(size=5),
+    )
+    cloud = axes.phase_space_axes(
+        "orbits", Stadium(1.6), [(words, x, colour), (words[:, :2], x[:, :2], colour)], None
+    )
+    (dots,) = cloud.collections
+    both = [birkhoff(Stadium(1.6), words[:, :p], x[:, :p]) for p in (3, 2)]
+    np.testing.assert_array_equal(
+        dots.get_offsets(), np.concatenate([np.reshape(each, (2, -1)).T for each in both])
+    )
+    assert dots.get_array().tolist() == [c for p in (3, 2) for c in colour for _ in range(p)]
+    steps = axes.lengths_axes("all the orbits " * 12, np.array([4.0, 2.0, 3.0]), None)
+    assert steps.lines[0].get_xydata().tolist() == [[2, 1], [3, 2], [4, 3]]
+    assert len({ax.figure, cloud.figure, steps.figure}) == 3
+    assert len(steps.get_title().splitlines()) == 3
+    FigureCanvasAgg(steps.figure).draw()
+    assert steps.title.get_window_extent().width <= steps.get_window_extent().width
+    pyplot.close("all")
