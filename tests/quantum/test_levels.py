@@ -83,6 +83,7 @@ def test_particular_solutions_find_the_same_levels():
     """Source: T. Betcke and L. N. Trefethen, SIAM Review 47 (2005) 469."""
     (found,) = levels(0.3, 9.0, parities=("oo",))
     assert abs(len(found.k) - weyl(Stadium(0.3), Parity.OO)(9.0)) < 1
+    assert found.error.max() < 1e-9
     for k in found.k:
         best = minimize_scalar(_smallest, bounds=(k - 0.02, k + 0.02), args=(0.3,), method="bounded",
                                options={"xatol": 1e-9})  # fmt: skip
