@@ -54,9 +54,7 @@ def main() -> None:
     """Print the table of deviations, and that of how often the estimates hold."""
     highest = int(sys.argv[1]) if len(sys.argv) > 1 else PERIOD
     half_lengths = [float(text) for text in sys.argv[2:]] or list(HALF_LENGTHS)
-    print(
-        f"lambda_d from all orbits to p = {highest}; CPU seconds of the orbits and their sum rules, and of the trajectories"
-    )
+    print(f"lambda_d from all orbits to p = {highest}; CPU seconds of orbits and sum rules, of trajectories")
     print(
         "     a  classes level  trajectory    error     below     above  sum rules deviation estimate"
         "     zeta  rules  traj."
