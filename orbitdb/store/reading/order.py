@@ -9,9 +9,9 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.store.file.schema import LONG
-from orbitdb.store.reading.chosen import ALL, BITS_OF, Chosen, orders_of
+from orbitdb.store.reading.chosen import ALL, Chosen, orders_of
 from orbitdb.store.reading.fitting import long_words, stabilisers_of_classes
-from orbitdb.symbols.members import ELEMENT_OF, packed_members
+from orbitdb.symbols.members import BITS_OF, ELEMENT_OF, packed_members
 from orbitdb.symbols.symmetry import ELEMENTS
 from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
 
