@@ -1,7 +1,6 @@
 """Orbits found by a trajectory near them, or by a length."""
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from orbitdb.orbits.shadowing import LONGEST, shadows
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
 from orbitdb.trajectories.rays import itineraries, random_rays
-from orbitdb.trajectories.traces import trace_points, trace_start
 
 STADIUM = Stadium(1.6)
 WORDS = ["13", "033244", "1232131"]
@@ -50,17 +48,6 @@ def test_a_start_beside_an_orbit_finds_it_first(catalogue, word):
         lasts.append(best.last)
         assert abs(best.last - math.log(1e-2 / turn) / orbit.lambda_d) <= 1 + orbit.p / 2
     assert abs(lasts[1] - lasts[0] - math.log(1e3) / orbit.lambda_d) <= 1 + orbit.p / 2
-
-
-@pytest.mark.parametrize("word", slow_but(WORDS[1:2], WORDS + MORE))
-def test_what_is_told_of_an_exact_start_is_the_orbit_to_the_end(word):
-    """So the trace ends in time: all that is told of it lies within the tolerance."""
-    orbit = solve_word(word, STADIUM)
-    path = trace_start(STADIUM, start_of(orbit.points), 1e-2)
-    best = shadows(STADIUM, path.symbols, path.points, 1e-2)[0]
-    assert best.bounces == len(path)
-    assert len(path) > 2 * (26 / orbit.lambda_d - 2)
-    assert least_rotation(best.word) == least_rotation(word)
 
 
 @pytest.mark.slow
@@ -128,17 +115,6 @@ def test_the_bounces_of_an_orbit_name_it(catalogue, word):
         assert name(best) == least_rotation(symmetry.images_of(word)[element])
         assert (best.first, best.bounces, best.turns) == (1, orbit.p, 1.0)
         assert best.orbit.representative == orbit.representative
-
-
-@pytest.mark.slow
-def test_points_along_a_longer_trajectory_name_what_it_passes():
-    orbit = solve_word("033244", STADIUM)
-    path = trace_start(STADIUM, start_of(orbit.points, 1e-6), 1e-2)
-    again = trace_points(STADIUM, path.points, 1e-2)
-    assert (again.symbols[1:-1] == path.symbols[1:-1]).all()
-    best = shadows(STADIUM, again.symbols, again.points, 1e-2, whole=True)[0]
-    assert least_rotation(best.word) == "033244"
-    assert best.bounces >= 12
 
 
 def test_a_polygon_of_more_bounces_than_are_sought_is_known_as_a_whole():
@@ -247,16 +223,3 @@ def test_a_thousand_bounces_are_followed_as_far_as_they_are_known(catalogue):
 def test_between_the_walls_there_is_no_orbit(catalogue):
     found = catalogue.identify(start=(0.2, 0, math.pi / 2))
     assert (found.shadowed, found.total, set(found.sequence)) == ((), 0, {"0", "2"})
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("a", [0.02, 0.5, 20.0])
-def test_orbits_are_found_in_other_stadiums(a):
-    stadium = Stadium(a)
-    for word in ("13", "11113333", "0202123"):
-        orbit = solve_word(word, stadium)
-        if orbit.coordinates is not None and orbit.margin > 1e-3:
-            path = trace_start(stadium, start_of(orbit.points, 1e-6), 1e-2)
-            best = shadows(stadium, path.symbols, path.points, 1e-2)[0]
-            assert least_rotation(best.word) == least_rotation(word)
-    assert all(from_strings([one]).shape == from_strings([two]).shape for one, two in pairwise(["13", "31"]))
