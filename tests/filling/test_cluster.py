@@ -259,13 +259,6 @@ def test_where_no_scheduler_is(tmp_path, monkeypatch, cli, listens):
     assert not (tmp_path / "orbits.db").exists()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("scheduler", ["", "rubbish", "foo://there:1", "tls://there:1", "x" * 5000])
-def test_addresses_that_are_none(scheduler):
-    with pytest.raises(InputError, match="no dask scheduler answers"), Cluster(scheduler):
-        pass
-
-
 def test_without_dask_the_extra_is_named(cli, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     found = cli("fill", "--p", "5", "--scheduler", "127.0.0.1:8786")

@@ -50,6 +50,17 @@ def test_a_start_beside_an_orbit_finds_it_first(catalogue, word):
     assert abs(lasts[1] - lasts[0] - math.log(1e3) / orbit.lambda_d) <= 1 + orbit.p / 2
 
 
+@pytest.mark.parametrize("word", slow_but(WORDS[1:2], WORDS + MORE))
+def test_what_is_told_of_an_exact_start_is_the_orbit_to_the_end(word):
+    """So the trace ends in time: all that is told of it lies within the tolerance."""
+    orbit = solve_word(word, STADIUM)
+    path = trace_start(STADIUM, start_of(orbit.points), 1e-2)
+    best = shadows(STADIUM, path.symbols, path.points, 1e-2)[0]
+    assert best.bounces == len(path)
+    assert len(path) > 2 * (26 / orbit.lambda_d - 2)
+    assert least_rotation(best.word) == least_rotation(word)
+
+
 @pytest.mark.slow
 def test_random_trajectories_are_those_of_the_reference(catalogue):
     """And what is said of every orbit holds: within the tolerance as long as is told, and no longer."""
