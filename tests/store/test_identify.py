@@ -11,6 +11,7 @@ from orbitdb.orbits.shadowing import LONGEST, shadows
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
 from orbitdb.trajectories.rays import itineraries, random_rays
+from orbitdb.trajectories.traces import trace_start
 
 STADIUM = Stadium(1.6)
 WORDS = ["13", "033244", "1232131"]
