@@ -13,6 +13,8 @@ from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.filling.single_word import fill_word
+from orbitdb.orbits.orbit import Status
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.counting import count_admissible, count_primitive
 
