@@ -58,7 +58,7 @@ def several(asked: Sequence[str] | None) -> bool:
     return asked is not None and (len(asked) > 1 or asked[0] == ALL or ":" in asked[0])
 
 
-def named(asked: Sequence[str] | None) -> tuple[float, ...] | None:
+def named(asked: Sequence[str] | float | None) -> tuple[float, ...] | None:
     """Return the values of a that are named, each once; None for all that are stored, and where none is.
 
     Raises
@@ -66,6 +66,10 @@ def named(asked: Sequence[str] | None) -> tuple[float, ...] | None:
     InputError
         If one of them cannot be read, or there is no such stadium, or some are named beside all.
     """
+    if isinstance(asked, float):
+        from orbitdb.billiard.stadium import Stadium
+
+        return (Stadium(asked).a,)
     if not asked:
         return None
     if ALL in asked:

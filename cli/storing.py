@@ -17,9 +17,11 @@ from orbitdb.cli.progress.line import Progress, progress
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import whole
+from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
     from orbitdb.filling.cluster import Size
+    from orbitdb.filling.estimate import Need
     from orbitdb.filling.resuming import Progress as Step
     from orbitdb.filling.workers import Workers
     from orbitdb.store.file.migrate import Migration
@@ -72,6 +74,15 @@ def written(periods: Sequence[int]) -> str:
     """Write periods in rising order, as a range if none is left out."""
     gapless = len(periods) == periods[-1] - periods[0] + 1
     return f"{periods[0]}..{periods[-1]}" if gapless else ", ".join(map(str, periods))
+
+
+def announce(span: str, coming: "Need", db: Path, dry_run: bool) -> None:
+    """Say what a large fill or sweep is going to take, and what any would take that is not to be done."""
+    from orbitdb.filling.estimate import LARGE, about, gigabytes
+
+    if dry_run or coming.words >= LARGE:
+        room = f" and {gigabytes(coming.bytes)}" if coming.bytes else ""
+        note(f"{span}: {several(coming.words, 'word')} to come, {about(coming.seconds)}{room}, in {db}")
 
 
 def show_steps(

@@ -1,6 +1,5 @@
 """``orbitdb sql``: what no option asks."""
 
-from contextlib import closing
 from typing import Annotated
 
 import typer
@@ -23,7 +22,7 @@ def sql(
     statement: Annotated[str, typer.Argument(metavar="SELECT", help="One SELECT, in quotes.")],
     parameters: options.Parameters = None,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Run one SELECT statement over the catalogue, at every a.
 
@@ -37,7 +36,7 @@ def sql(
     from orbitdb.store.reading.statements import run_statement
 
     values = dict(parse_parameter(parameter) for parameter in parameters or ())
-    with closing(Catalogue(db)) as catalogue, catalogue.reading() as connection:
+    with Catalogue(db) as catalogue, catalogue.reading() as connection:
         names, rows = run_statement(connection, statement, values)
         if (told := hint(statement)) is not None:
             note(told)

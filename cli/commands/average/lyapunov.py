@@ -9,7 +9,7 @@ from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import Output, note_results, rows_of
 from orbitdb.cli.progress.line import progress
-from orbitdb.cli.reading import averaged, reading_all
+from orbitdb.cli.reading import averaged, reading
 from orbitdb.numerals import concise
 
 EXAMPLES = """
@@ -39,7 +39,7 @@ def lyapunov(
         ),
     ] = None,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Compute the average Lyapunov exponents over the chosen orbits, by period.
 
@@ -49,7 +49,7 @@ def lyapunov(
     estimate of its error in brackets behind the last digits. The trajectory values come from
     'orbitdb simulate'.
     """
-    with progress("averaging") as shown, reading_all(db, a, averaged(choice)) as (catalogue, stadiums):
+    with progress("averaging") as shown, reading(db, a, averaged(choice)) as (catalogue, stadiums):
         from orbitdb.catalogue.averaged import lyapunov as average
 
         def tell(done: float) -> None:

@@ -57,7 +57,7 @@ def spectrum(
     ] = False,
     a: options.StoredHalfLength = None,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Show the length spectrum: the Fourier transform of the density of levels, and the orbits' share in it.
 
@@ -71,7 +71,7 @@ def spectrum(
             raise InputError(f"--parity {parity}: give one, or leave it out for all")
         parity = str(named[0])
     given = None if levels is None else read_file(levels, energies, parity)
-    with progress("summing orbits"), reading(db, a, Choice()) as (catalogue, chosen):
+    with progress("summing orbits"), reading(db, a, Choice()) as (catalogue, (chosen,)):
         found = catalogue.spectrum(
             (low, high), points=points, k_max=k_max, levels=given, parity=parity, a=chosen.a
         )

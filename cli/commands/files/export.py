@@ -13,7 +13,7 @@ from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import MarkWords, check_marks, with_marks
 from orbitdb.cli.progress.line import Progress, progress
-from orbitdb.cli.reading import note_gaps, note_nothing, provenance, reading_all
+from orbitdb.cli.reading import note_gaps, note_nothing, provenance, reading
 from orbitdb.cli.render import note
 from orbitdb.cli.rows import KEYS, Row, in_order, with_a
 from orbitdb.columns import OF_BOUNCES
@@ -73,7 +73,7 @@ def export(
     ] = None,
     mark_words: MarkWords = False,
     force: options.Force = False,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Write words and all that is known of them to a file, with every digit.
 
@@ -98,7 +98,7 @@ def export(
     otherwise: tuple[str, ...] = ("code",) if bounces else KEYS
     names = otherwise if columns is None else parse_columns(columns)
     names = with_a(names) if several(a) else names
-    with reading_all(db, a, choice) as (catalogue, stadiums):
+    with reading(db, a, choice) as (catalogue, stadiums):
         note_gaps(catalogue, *stadiums, names=names, order=order)
         by_columns = kind != "jsonl" and not (bounces or mark_words or len(stadiums) > 1)
         shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()

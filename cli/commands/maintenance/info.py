@@ -27,7 +27,7 @@ _FEW = 4
 """Values of a whose entropies stand in lines of their own."""
 
 
-def info(*, output: Output, db: options.Database = None) -> None:
+def info(*, output: Output, db: options.Database) -> None:
     """Show where the catalogue is, what is filled, and the time and disk space that it took.
 
     stored: words so far; seconds: elapsed time. csv, tsv and json also have enumerating, solving and

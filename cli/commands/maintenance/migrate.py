@@ -11,16 +11,13 @@ Example:
 """
 
 
-def migrate(db: options.Database = None) -> None:
+def migrate(db: options.Database) -> None:
     """Bring a catalogue to the newest schema, or make an empty one.
 
     An older catalogue is copied first; a message says where the copy is.
     """
-    from orbitdb.store.file.database import default_path
-
-    path = db or default_path()
-    before, after, _ = bring(path)
+    before, after, _ = bring(db)
     if before == after:
-        note(f"{path}: schema {after}, the newest; nothing to do")
+        note(f"{db}: schema {after}, the newest; nothing to do")
     elif not before:
-        note(f"{path}: created, schema {after}")
+        note(f"{db}: created, schema {after}")

@@ -73,7 +73,7 @@ def verify(
     ] = False,
     jobs: Jobs = None,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Compute the catalogue again from its words alone and compare.
 
@@ -84,7 +84,6 @@ def verify(
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.file.database import default_path
     from orbitdb.store.file.guard import TamperedError
     from orbitdb.verification.check import Check
     from orbitdb.verification.verify import report
@@ -100,7 +99,7 @@ def verify(
     except TamperedError as error:
         broken = Check("schema", error.parts, len(error.faults), first=error.faults[0])
         note(str(error))
-        _report([broken], db or default_path(), start, restarts, output)
+        _report([broken], db, start, restarts, output)
         return
     solvers = Solvers(jobs)
     missing: list[str] = []

@@ -47,7 +47,7 @@ def simulate(
     ] = False,
     store: Annotated[bool, typer.Option(help="Keep the result in the catalogue.")] = True,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Average over random trajectories: Lyapunov exponents and mean free path, with standard errors.
 
@@ -57,7 +57,6 @@ def simulate(
     from orbitdb.averages.exact_means import exact_means
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.file.database import default_path
     from orbitdb.store.writing.records import add_reference
     from orbitdb.store.writing.writer import Writer
     from orbitdb.trajectories.ensemble import simulate as simulate_bounces
@@ -67,11 +66,11 @@ def simulate(
         raise InputError(f"bounces {wanted}: give 1 to {_MOST:g}")
     if seed < 0:
         raise InputError(f"seed {seed}: give 0 or more")
-    stadium, path = Stadium(a), db or default_path()
+    stadium = Stadium(a)
     if store:
-        bring(path)
-        Catalogue(path)  # what is wrong with the catalogue is to be known before
-        with closing(Writer(path, {})) as writer:
+        bring(db)
+        Catalogue(db)  # what is wrong with the catalogue is to be known before
+        with closing(Writer(db, {})) as writer:
             writer.try_to_write()
     with progress("trajectories") as shown:
 
@@ -87,7 +86,7 @@ def simulate(
     try:
         if store:
             parameters = {"command": "simulate", "a": a, "bounces": found.bounces, "seed": found.seed}
-            with closing(Writer(path, parameters)) as writer:
+            with closing(Writer(db, parameters)) as writer:
                 add_reference(writer, a, found)
     finally:
         if output.table:
