@@ -5,9 +5,8 @@ import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -101,13 +100,6 @@ WORTH_PROCESSES = 400_000
 """Words from which on starting further processes pays."""
 
 
-class Executor(StrEnum):
-    """Whose processes solve."""
-
-    PROCESSES = "processes"
-    DASK = "dask"
-
-
 Jobs = Annotated[
     int | None, count_option("--jobs", help="Worker processes [default: all cores if there is enough work].")
 ]
@@ -126,7 +118,7 @@ class Solvers:
 
     jobs: Jobs = None
     executor: Annotated[
-        Executor | None,
+        Literal["processes", "dask"] | None,
         typer.Option("--executor", help="Solve in processes here [default], or on a dask cluster."),
     ] = None
     scheduler: Annotated[
@@ -137,9 +129,9 @@ class Solvers:
     ] = None
 
     def __post_init__(self) -> None:
-        if self.scheduler is not None and self.executor is Executor.PROCESSES:
+        if self.scheduler is not None and self.executor == "processes":
             raise InputError("--scheduler is for --executor dask: leave one of them out")
-        if self.scheduler is None and self.executor is Executor.DASK:
+        if self.scheduler is None and self.executor == "dask":
             raise InputError(
                 "--executor dask: say where its scheduler is, such as --scheduler tcp://host:8786, or "
                 "--scheduler scheduler.json, its file"

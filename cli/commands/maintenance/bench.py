@@ -2,9 +2,8 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, fields
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -36,25 +35,16 @@ Examples:
 _MOST = 13
 
 
-class Kind(StrEnum):
-    """What is measured."""
-
-    METHODS = "methods"
-    STAGES = "stages"
-    STRESS = "stress"
-    STATUSES = "statuses"
-
-
 def bench(
     *,
     context: typer.Context,
     kind: Annotated[
-        Kind,
+        Literal["methods", "stages", "stress", "statuses"],
         typer.Option(
             "--kind",
             help="Compare methods, time the stages of a fill, solve hard cases, or compare statuses.",
         ),
-    ] = Kind.METHODS,
+    ] = "methods",
     a: options.HalfLength = 1.6,
     p: options.Periods = None,
     picture: Annotated[
@@ -76,19 +66,19 @@ def bench(
     """
     from orbitdb.billiard.stadium import Stadium
 
-    idle = {Kind.METHODS: [], Kind.STRESS: ["a", "p", "picture"]}.get(kind, ["picture"])
+    idle = {"methods": [], "stress": ["a", "p", "picture"]}.get(kind, ["picture"])
     options.refuse_idle(context, f"with --kind {kind}", *idle)
     stadium = Stadium(a)
-    if kind is Kind.STRESS:
+    if kind == "stress":
         from orbitdb.benchmarks.stress import Outcome, stress
 
         _write(output, Outcome, _watched(stress()))
-    elif kind is Kind.STAGES:
+    elif kind == "stages":
         from orbitdb.benchmarks.stage_times import StageTimes, stage_times
 
         periods = _periods(p or "2-11")
         _write(output, StageTimes, _watched(stage_times(period, stadium) for period in periods))
-    elif kind is Kind.STATUSES:
+    elif kind == "statuses":
         from orbitdb.benchmarks.agreement import Agreement
 
         found = _write(output, Agreement, _agreements(_periods(p or "2-8"), stadium))
