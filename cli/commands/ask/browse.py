@@ -14,17 +14,7 @@ from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.extras import load
 
-EXAMPLES = """
-Examples:
-
-  orbitdb browse
-
-  orbitdb browse --code 1232131
-
-  orbitdb browse --p 9 --where "lambda_c < 0.4"
-
-  orbitdb browse --web
-"""
+EXAMPLES = ("browse", "browse --code 1232131", 'browse --p 9 --where "lambda_c < 0.4"', "browse --web")
 _PORT = 8000
 
 

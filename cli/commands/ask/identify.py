@@ -19,15 +19,11 @@ from orbitdb.plaintext import several
 if TYPE_CHECKING:
     from orbitdb.catalogue.identification import Followed, Trajectory
 
-EXAMPLES = """
-Examples:
-
-  orbitdb identify --start 0,0.5,1.2
-
-  orbitdb query 1232131 --bounces --format csv | orbitdb identify --points -
-
-  orbitdb identify --length 21.7 --tolerance 2e-3
-"""
+EXAMPLES = (
+    "identify --start 0,0.5,1.2",
+    "query 1232131 --bounces --format csv | orbitdb identify --points -",
+    "identify --length 21.7 --tolerance 2e-3",
+)
 SHADOW_COLUMNS = ("code", "p", "first", "last", "turns", "distance", "length", "lambda_d")
 """They fit into 80 columns for the longest orbit that is sought."""
 

@@ -21,19 +21,13 @@ from orbitdb.errors import InputError
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
 
-EXAMPLES = """
-Examples:
-
-  orbitdb query 1232131
-
-  orbitdb query --p 2-8 --where "lambda_c < 0.5 and time_reversal = 'self'" --order length -c word,length
-
-  orbitdb query 1232131 --a all
-
-  orbitdb query --p 11 --status orbit --format csv > orbits.csv
-
-The columns: 'orbitdb columns'.
-"""
+EXAMPLES = (
+    "query 1232131",
+    "query --p 2-8 --where \"lambda_c < 0.5 and time_reversal = 'self'\" --order length -c word,length",
+    "query 1232131 --a all",
+    "query --p 11 --status orbit --format csv > orbits.csv",
+)
+AFTERWORD = "The columns: 'orbitdb columns'."
 
 WORD_KEYS = (*KEYS, "coordinates", "stored", "exists")
 """Those of a word that is asked for by its code."""

@@ -8,13 +8,10 @@ from orbitdb.cli import options
 from orbitdb.cli.output import Output
 from orbitdb.cli.render import note
 
-EXAMPLES = """
-Examples:
-
-  orbitdb sql "SELECT p, count(*) AS orbits FROM catalogue WHERE status = 'orbit' GROUP BY a, p"
-
-  orbitdb sql "SELECT a, length FROM catalogue WHERE code = :word ORDER BY a" -P word=1123213 --json
-"""
+EXAMPLES = (
+    "sql \"SELECT p, count(*) AS orbits FROM catalogue WHERE status = 'orbit' GROUP BY a, p\"",
+    'sql "SELECT a, length FROM catalogue WHERE code = :word ORDER BY a" -P word=1123213 --json',
+)
 
 
 def sql(

@@ -7,15 +7,7 @@ from orbitdb.cli.output import Output, note_results, rows_of
 from orbitdb.cli.progress.line import progress
 from orbitdb.cli.reading import averaged, reading
 
-EXAMPLES = """
-Examples:
-
-  orbitdb entropy
-
-  orbitdb entropy --p 2-9 --reversal self --json
-
-  orbitdb entropy --a all --format csv
-"""
+EXAMPLES = ("entropy", "entropy --p 2-9 --reversal self --json", "entropy --a all --format csv")
 
 
 def entropy(

@@ -12,17 +12,12 @@ from orbitdb.cli.progress.line import progress
 from orbitdb.cli.reading import averaged, reading
 from orbitdb.numerals import concise
 
-EXAMPLES = """
-Examples:
-
-  orbitdb lyapunov
-
-  orbitdb lyapunov --weight det --p 2-10
-
-  orbitdb lyapunov --cut 9
-
-  orbitdb lyapunov --a 1 --a 1.6 --p 2-8
-"""
+EXAMPLES = (
+    "lyapunov",
+    "lyapunov --weight det --p 2-10",
+    "lyapunov --cut 9",
+    "lyapunov --a 1 --a 1.6 --p 2-8",
+)
 
 
 def lyapunov(

@@ -17,15 +17,11 @@ from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
 
-EXAMPLES = """
-Examples:
-
-  orbitdb spectrum --range 3:11 --json
-
-  orbitdb spectrum --parity oo --k-max 25 --format csv
-
-  orbitdb spectrum --levels measured.csv --peaks
-"""
+EXAMPLES = (
+    "spectrum --range 3:11 --json",
+    "spectrum --parity oo --k-max 25 --format csv",
+    "spectrum --levels measured.csv --peaks",
+)
 PEAKS = ("length", "height", "code", "repetitions", "total", "strength")
 
 

@@ -6,15 +6,7 @@ from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import Output, note_results, rows_of
 from orbitdb.cli.reading import reading
 
-EXAMPLES = """
-Examples:
-
-  orbitdb table
-
-  orbitdb table --a 1 --p 2-8 --json
-
-  orbitdb table --a all --p 11
-"""
+EXAMPLES = ("table", "table --a 1 --p 2-8 --json", "table --a all --p 11")
 
 
 def table(

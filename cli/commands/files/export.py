@@ -23,19 +23,13 @@ if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
 
-EXAMPLES = """
-Examples:
-
-  orbitdb export orbits.parquet --status orbit
-
-  orbitdb export short.csv --p 2-8 --range length=:20 --coordinates
-
-  orbitdb export bounces.parquet --p 5 --status orbit --bounces
-
-  orbitdb export --format jsonl --p 11 --status orbit | jq .length
-
-The columns: 'orbitdb columns'.
-"""
+EXAMPLES = (
+    "export orbits.parquet --status orbit",
+    "export short.csv --p 2-8 --range length=:20 --coordinates",
+    "export bounces.parquet --p 5 --status orbit --bounces",
+    "export --format jsonl --p 11 --status orbit | jq .length",
+)
+AFTERWORD = "The columns: 'orbitdb columns'."
 _BLOCK = 4_000
 _BETWEEN_TELLING = 1000
 _PLACED = ("a", "code", "coordinates")

@@ -25,17 +25,13 @@ if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
 
-EXAMPLES = """
-Examples:
-
-  orbitdb plot orbit 1232131 --a 1.2 -o orbit.pdf
-
-  orbitdb plot entropy --p 2-11 -o entropy.svg
-
-  orbitdb plot life 010203113 -o life.svg
-
-  orbitdb plot phase-space --p 2-8 --reversal self -o phase-space.png
-
+EXAMPLES = (
+    "plot orbit 1232131 --a 1.2 -o orbit.pdf",
+    "plot entropy --p 2-11 -o entropy.svg",
+    "plot life 010203113 -o life.svg",
+    "plot phase-space --p 2-8 --reversal self -o phase-space.png",
+)
+AFTERWORD = """
 \b
 Figures:
   orbit       the path of WORD in the stadium (Fig. 1 of the paper)

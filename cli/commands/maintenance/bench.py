@@ -19,19 +19,13 @@ if TYPE_CHECKING:
     from orbitdb.benchmarks.work_precision import WorkPrecision
     from orbitdb.billiard.stadium import Stadium
 
-EXAMPLES = """
-Examples:
-
-  orbitdb bench
-
-  orbitdb bench --p 9 --plot work-precision.svg
-
-  orbitdb bench --kind stages --p 2-12
-
-  orbitdb bench --kind stress --json
-
-  orbitdb bench --kind statuses --a 1 --p 2-6
-"""
+EXAMPLES = (
+    "bench",
+    "bench --p 9 --plot work-precision.svg",
+    "bench --kind stages --p 2-12",
+    "bench --kind stress --json",
+    "bench --kind statuses --a 1 --p 2-6",
+)
 _MOST = 13
 
 

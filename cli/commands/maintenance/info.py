@@ -12,13 +12,7 @@ if TYPE_CHECKING:
     from orbitdb.store.reading.records import Enclosure
     from orbitdb.store.reading.sweeps import Sweep
 
-EXAMPLES = """
-Examples:
-
-  orbitdb info
-
-  orbitdb info --json
-"""
+EXAMPLES = ("info", "info --json")
 COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
            "seconds", "enumerating", "solving", "storing")  # fmt: skip
 _SHOWN = len(COLUMNS) - 3

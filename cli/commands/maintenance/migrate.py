@@ -4,11 +4,7 @@ from orbitdb.cli import options
 from orbitdb.cli.render import note
 from orbitdb.cli.storing import bring
 
-EXAMPLES = """
-Example:
-
-  orbitdb migrate --db old.db
-"""
+EXAMPLES = ("migrate --db old.db",)
 
 
 def migrate(db: options.Database) -> None:

@@ -23,15 +23,11 @@ if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
     from orbitdb.verification.check import Check, Step
 
-EXAMPLES = """
-Examples:
-
-  orbitdb verify
-
-  orbitdb verify --p 2-11 --a 1.6 --rigorous
-
-  orbitdb verify --sample 1000 --restarts 10 --seed 7 --json
-"""
+EXAMPLES = (
+    "verify",
+    "verify --p 2-11 --a 1.6 --rigorous",
+    "verify --sample 1000 --restarts 10 --seed 7 --json",
+)
 
 _WORK = 8
 """Words that are found and solved in the time in which one is checked."""

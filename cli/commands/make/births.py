@@ -18,15 +18,7 @@ from orbitdb.cli.storing import Jobs, Solvers, asked_periods, bring, show_steps,
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
 
-EXAMPLES = """
-Examples:
-
-  orbitdb births --p 11
-
-  orbitdb births --json
-
-  orbitdb births --deaths
-"""
+EXAMPLES = ("births --p 11", "births --json", "births --deaths")
 LIFE_COLUMNS = ("p", "word", "class_size", "born", "dies", "dies_error", "reborn")
 COLUMNS = ("p", "classes", "births", "deaths", "always", "least", "largest")
 

@@ -24,19 +24,13 @@ if TYPE_CHECKING:
 
     Keep = Callable[[EntropyBounds, str | None], object]
 
-EXAMPLES = """
-Examples:
-
-  orbitdb bounds
-
-  orbitdb bounds --a 0.5 --width 0.01
-
-  orbitdb bounds --a 3 --time 30 --json
-
-  orbitdb bounds --window 12 --prove
-
-  orbitdb bounds --a 0.3:10:40 --window 12
-"""
+EXAMPLES = (
+    "bounds",
+    "bounds --a 0.5 --width 0.01",
+    "bounds --a 3 --time 30 --json",
+    "bounds --window 12 --prove",
+    "bounds --a 0.3:10:40 --window 12",
+)
 COLUMNS = ("a", "window", "lower", "upper", "windows", "undecided")
 _USUAL_WINDOW = 14
 _WORK = 200_000

@@ -15,19 +15,13 @@ from orbitdb.cli.storing import DryRun, Solvers, announce, asked_periods, bring,
 from orbitdb.errors import InputError
 from orbitdb.plaintext import several
 
-EXAMPLES = """
-Examples:
-
-  orbitdb fill --p 11
-
-  orbitdb fill --from 12 --p 13 --a 1
-
-  orbitdb fill --p 15 --jobs 4
-
-  orbitdb fill --p 10 --method relaxation --scheduler tcp://node1:8786
-
-  orbitdb fill --code '1^20(02)^5 3'
-"""
+EXAMPLES = (
+    "fill --p 11",
+    "fill --from 12 --p 13 --a 1",
+    "fill --p 15 --jobs 4",
+    "fill --p 10 --method relaxation --scheduler tcp://node1:8786",
+    "fill --code '1^20(02)^5 3'",
+)
 
 
 def fill(

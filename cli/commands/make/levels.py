@@ -20,15 +20,11 @@ if TYPE_CHECKING:
     from orbitdb.quantum.levels import Levels, LevelTask
     from orbitdb.quantum.weyl import Parity
 
-EXAMPLES = """
-Examples:
-
-  orbitdb levels --k 0:30
-
-  orbitdb levels --k 0:12 --parity oo --a 0.5 --json
-
-  orbitdb levels --k 20:21 --no-store --format csv
-"""
+EXAMPLES = (
+    "levels --k 0:30",
+    "levels --k 0:12 --parity oo --a 0.5 --json",
+    "levels --k 20:21 --no-store --format csv",
+)
 COLUMNS = ("k", "error", "parity")
 _WORTH = 200
 """Levels from which on further processes pay."""

@@ -17,15 +17,7 @@ from orbitdb.numerals import with_error
 if TYPE_CHECKING:
     from orbitdb.trajectories.ensemble import Reference
 
-EXAMPLES = """
-Examples:
-
-  orbitdb simulate
-
-  orbitdb simulate --a 1 --bounces 100000000 --seed 7 --json
-
-  orbitdb simulate --legwise
-"""
+EXAMPLES = ("simulate", "simulate --a 1 --bounces 100000000 --seed 7 --json", "simulate --legwise")
 COLUMNS = (
     "a", "lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error", "mean_free_path", "mean_free_path_error",
     "bounces", "seed",

@@ -14,17 +14,12 @@ from orbitdb.cli.render import note
 from orbitdb.cli.storing import DryRun, Solvers, announce, asked_periods, bring, show_steps, written
 from orbitdb.plaintext import several
 
-EXAMPLES = """
-Examples:
-
-  orbitdb sweep --p 16
-
-  orbitdb sweep --p 12 --a 1 --json
-
-  orbitdb sweep --p 14 --reversal self --range length=:20
-
-  orbitdb sweep --p 19 --scheduler tcp://node1:8786
-"""
+EXAMPLES = (
+    "sweep --p 16",
+    "sweep --p 12 --a 1 --json",
+    "sweep --p 14 --reversal self --range length=:20",
+    "sweep --p 19 --scheduler tcp://node1:8786",
+)
 
 COLUMNS = ("p", "N_t", "N_c", "classes", "boundary", "unresolved", "seconds", "processor_seconds")
 
