@@ -167,7 +167,6 @@ class Solvers:
             yield HERE
             return
         with with_other_processes(), Processes(count) as processes:
-            processes.start()
             yield processes
 
 
