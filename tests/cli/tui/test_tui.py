@@ -9,10 +9,9 @@ from pathlib import Path
 
 import pytest
 from screens import LARGE, SMALL, ask, drive, press, screenshot, send, settle, shown, table_of, until
+from solutions import entropy, lyapunov
 from textual import events
 
-from orbitdb.averages.by_period import entropy
-from orbitdb.averages.period_sums import lyapunov
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
