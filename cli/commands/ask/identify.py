@@ -177,7 +177,7 @@ def _show_length(
     most = _ON_SCREEN if limit is None and output.table else limit
     with reading(db, a, Choice()) as (catalogue, (chosen,)):
         note_gaps(catalogue, replace(chosen, statuses=(Status.ORBIT,)))
-        found = catalogue.identify(length=length, tolerance=tolerance)
+        found = catalogue.with_length(length, tolerance=tolerance)
         rows = ([chosen.a if name == "a" else getattr(each, name) for name in names] for each in found[:most])
         count = output.write(names, rows)
         fills = catalogue.fills(chosen.a)
