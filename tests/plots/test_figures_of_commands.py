@@ -2,12 +2,13 @@
 
 import math
 import shutil
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 from drawing import draw
+from made_levels import keep_made_levels
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.text import Annotation
@@ -30,10 +31,9 @@ from orbitdb.plots.paths import draw_orbit
 from orbitdb.plots.style import BLUE, ORANGE, figure
 from orbitdb.quantum.amplitudes import orbit_terms
 from orbitdb.quantum.lengths import counted, family_count
-from orbitdb.quantum.levels import Levels
-from orbitdb.quantum.weyl import Parity, wavenumber, weyl
+from orbitdb.quantum.weyl import weyl
 from orbitdb.store.reading.lookup import with_existence
-from orbitdb.store.writing.records import add_reference, keep_bounds, keep_levels
+from orbitdb.store.writing.records import add_reference, keep_bounds
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.words import from_strings
 from orbitdb.trajectories.ensemble import Reference
@@ -427,23 +427,11 @@ def test_a_period_that_is_not_there_is_told(known, capsys, kind):
 
 
 def test_the_figures_of_levels(known, tmp_path, capsys):
-    """Levels that are spaced as Weyl's law has it, in three windows, of which one is missing."""
     path = Path(shutil.copy(known.path, tmp_path / "levels.db"))
     catalogue, chosen, stadium = Catalogue(path, 1.6), Selection(1.6), Stadium(1.6)
     with pytest.raises(InputError, match=r"no levels to draw: .* --k 0:30 --a 1\.6' finds"):
         levels.draw_levels(catalogue, chosen)
-    writer = Writer(path, {"command": "levels"})
-    for parity in Parity:
-        smooth = weyl(stadium, parity)
-        k = np.array([wavenumber(smooth, n - 0.5) for n in range(1, 40)])
-        for low, high in ((0, 5), (5, 9), (10, 11)):
-            here = (low <= k) & (k < high)
-            keep_levels(
-                writer, Levels(1.6, parity, low, high, int((k < low).sum()), k[here], k[here] * 1e-12)
-            )
-    writer.close()
-    k = np.sort([wavenumber(weyl(stadium, parity), n - 0.5) for parity in Parity for n in range(1, 40)])
-    k = k[k < 9]
+    k = sorted(chain(*keep_made_levels(path).values()))
     made = levels.draw_levels(catalogue, chosen)
     above, below = made.axes
     assert line(above, "levels")[0] == [0, *k]
