@@ -5,8 +5,8 @@ from screens import drive, press, settle, shown, table_of
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.cli.tui.dialogs.basic import LineDialog
 from orbitdb.cli.tui.dialogs.fill import FillDialog
+from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.newton import solve_word
@@ -78,7 +78,7 @@ def test_another_stadium_takes_everything_with_it(varied):
         await press(pilot, "a", "up", "enter")
         assert stadiums_of(app) == {1.0}
         assert app.screen.compared == ()
-        app.screen.search.take(solve_word("1232131", Stadium(1.6)))  # too late
+        app.screen.take_found(solve_word("1232131", Stadium(1.6)))  # too late
         await settle(pilot)
         assert stadiums_of(app) == {1.0}
 
