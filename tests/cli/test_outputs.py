@@ -17,13 +17,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from solutions import representatives
+from solutions import entropy, lyapunov, representatives
 
 from orbitdb import Catalogue, Stadium, existence, simulate, solve_word
-from orbitdb.averages.by_period import entropy, lyapunov_by_stability
+from orbitdb.averages.by_stability import lyapunov_by_stability
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import Weight
-from orbitdb.averages.period_sums import lyapunov
 from orbitdb.benchmarks import stage_times, stress
 from orbitdb.benchmarks import work_precision as methods
 from orbitdb.benchmarks.agreement import agreement

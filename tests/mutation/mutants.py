@@ -279,5 +279,5 @@ def _name(node: ast.Call) -> str:
 
 
 def _asserts(keyword: ast.keyword) -> bool:
-    """Tell whether an argument is an assertion in other words, which nothing correct depends on."""
-    return keyword.arg == "strict" and ast.unparse(keyword.value) == "True"
+    """Tell whether an argument is an assertion, or that there is none: nothing correct depends on it."""
+    return keyword.arg == "strict" and isinstance(keyword.value, ast.Constant)

@@ -2,7 +2,7 @@
 
 ``python tests/mutation/mutate.py billiard store --sample 20 --seed 1`` tries twenty mutants of each of two
 wings; without names, of every wing. The tests that execute the altered line run in a copy of the tree,
-those of its wing first, quick ones before long ones. A run of all tests finds out which of them execute what.
+those of its wing first, quick ones before long ones; a first run of all finds out which execute what.
 ``--at FILE:LINE`` tries a line again; ``--tests "not fuzz"`` asks all tests that CI runs. A sample has of each
 kind of mistake as many as of the others, so that rare and stealthy ones are seen.
 """

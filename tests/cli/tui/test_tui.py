@@ -9,10 +9,9 @@ from pathlib import Path
 
 import pytest
 from screens import LARGE, SMALL, ask, drive, press, screenshot, send, settle, shown, table_of, until
+from solutions import entropy, lyapunov
 from textual import events
 
-from orbitdb.averages.by_period import entropy
-from orbitdb.averages.period_sums import lyapunov
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
@@ -136,9 +135,9 @@ def test_a_code_that_is_found_just_behind_the_rows_stays_on_show(filled):
     async def steps(app, pilot):
         main, table = app.screen, table_of(app)
         rows, found = table.source, app.screen.orbit
-        main.caught_up = None
-        main.show_rows(rows, 1)  # the message that the cursor is there is still on its way
-        main.search.take(found)
+        main.left = None
+        main.rows.show(rows, 1)  # the message that the cursor is there is still on its way
+        main.take_found(found)
         await settle(pilot)
         assert main.orbit == found
         await press(pilot, "j")
