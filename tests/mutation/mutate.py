@@ -1,10 +1,10 @@
 """Mutation testing: alter the code, a place at a time, and tell what no test notices.
 
 ``python tests/mutation/mutate.py billiard store --sample 20 --seed 1`` tries twenty mutants of each of two
-wings; without names, of every wing. The tests that execute the altered line run in a copy of the tree,
-those of its wing first, quick ones before long ones; a first run of all finds out which execute what.
-``--at FILE:LINE`` tries a line again; ``--tests "not fuzz"`` asks all tests that CI runs. A sample has of each
-kind of mistake as many as of the others, so that rare and stealthy ones are seen.
+wings; without names, of every wing. The tests that execute the altered line run in a copy of the tree, those
+of its wing first, quick ones before long ones; a run of all tests finds out before which of them that are.
+``--at FILE:LINE`` tries a line again; ``--tests "not fuzz"`` asks all tests that CI runs. A sample has of
+each kind of mistake as many as of the others, so that rare and stealthy ones are seen.
 """
 
 import argparse
