@@ -5,9 +5,9 @@ import io
 import json
 import math
 import re
-import sqlite3
 
 import pytest
+from contents import alter
 
 from orbitdb.cli.render import Format, write
 from orbitdb.numerals import concise, with_error
@@ -34,11 +34,7 @@ def test_they_are_blank_for_a_part_of_the_orbits(filled, cli, chosen, said):
 
 @pytest.mark.parametrize("value", ["NULL", "1e308"])
 def test_a_lambda_that_no_orbit_has_is_told(filled, cli, value):
-    with sqlite3.connect(filled) as connection:
-        connection.execute(
-            f"UPDATE orbit SET lyapunov = {value} WHERE length = (SELECT max(length) FROM orbit)"
-        )
-    connection.close()
+    alter(filled, f"UPDATE orbit SET lyapunov = {value} WHERE length = (SELECT max(length) FROM orbit)")
     found = cli("lyapunov", "--db", str(filled))
     assert (found.code, found.out) == (3, "")
     assert "impossible numbers" in found.err
