@@ -5,6 +5,7 @@ import sqlite3
 from itertools import chain
 
 import pytest
+from contents import alter
 
 KNOWN = {
     "ee": [1.6968700531, 2.4751285339, 3.5221245323, 4.6281147069, 4.7689782892, 5.1744043795, 5.7253817965,
@@ -43,8 +44,7 @@ def test_levels_are_kept_and_the_missing_ones_are_added(cli, tmp_path):
 def test_levels_altered_by_hand_are_refused(cli, tmp_path):
     path = str(tmp_path / "levels.db")
     cli("levels", "--k", "0:4", "--parity", "ee", "--db", path)
-    with sqlite3.connect(path) as plain:
-        plain.execute("DELETE FROM level WHERE number = 2")
+    alter(path, "DELETE FROM level WHERE number = 2")
     found = cli("levels", "--k", "0:4", "--parity", "ee", "--db", path)
     assert found.code == 3
     assert "altered" in found.err
