@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 from births50 import birth_error
+from hypothesis import example, given
+from hypothesis import strategies as st
 from quick import slow_but
 from solutions import representatives
 
@@ -18,6 +20,7 @@ from orbitdb.orbits.births.batches import JOINTS
 from orbitdb.orbits.births.changes import events, find_changes
 from orbitdb.orbits.births.continuation import follow, motion
 from orbitdb.orbits.births.crossings import candidates, refine
+from orbitdb.orbits.births.lives import LONGEST
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.symbols.symmetry import images_of
 from orbitdb.symbols.words import from_strings, to_strings
@@ -134,9 +137,19 @@ def test_births_lie_within_their_bounds_of_50_digit_values(found, p):
         assert off / a < 1e-13
 
 
-def test_events_are_told_by_bounds():
-    a, error = np.array([1.0, 2.0, 1.0 + 3e-10, 2.0 + 1e-6]), np.array([2e-10, 1e-7, 2e-10, 1e-7])
-    assert events(a, error).tolist() == [1, 2, 1, 3]
+@given(st.lists(st.integers(1, 40), min_size=1, max_size=12), st.integers(0, 3))
+@example([1, 7, 3, 8, 5], 1)
+def test_events_are_chains_of_brackets_that_touch(places, error):
+    found = events(np.array(places, float), np.full(len(places), float(error)))
+    rising = sorted(set(places))
+    first = [place for k, place in enumerate(rising) if k == 0 or place - rising[k - 1] > 2 * error]
+    assert found.tolist() == [sum(begin <= place for begin in first) for place in places]
+
+
+def test_words_up_to_the_longest_are_followed():
+    assert existence("13" * (LONGEST // 2)) == []  # a repetition has no life
+    with pytest.raises(InputError, match=f"{LONGEST + 1} bounces is too long .* at most {LONGEST}"):
+        existence("1" * LONGEST + "3")
 
 
 def test_words_of_one_event_are_one_path(found):
