@@ -77,8 +77,8 @@ def query(
     """
     if words or code:
         options.takes_only(context, "with --code", "words", "code", "a", "columns", "bounces", "mark_words")
-        show = _show_bounces if bounces else _show_words
-        show(list(given_codes(words, code)), a, db, columns, output)
+        if not _show_words(list(given_codes(words, code)), a, db, columns, bounces, output):
+            raise typer.Exit(1)
         return
     if bounces:
         raise InputError("--bounces goes with --code; 'orbitdb export --bounces' writes those of many orbits")
@@ -105,31 +105,29 @@ def query(
 
 
 def _show_words(
-    codes: list[str], a: list[str] | None, db: Path, columns: str | None, output: MarkedOutput
-) -> None:
+    codes: list[str], a: list[str] | None, db: Path, columns: str | None, bounces: bool, output: MarkedOutput
+) -> int:
+    """Write what is known of words, or of their bounces; return how much that is."""
     from orbitdb.cli.orbit_facts import facts, write_bounces
     from orbitdb.store.reading.lookup import born_with
 
     in_rows = columns is not None or not output.table or several(a)
-    usual = TABLE_COLUMNS if in_rows and output.for_people else WORD_KEYS
+    usual = ("code",) if bounces else TABLE_COLUMNS if in_rows and output.for_people else WORD_KEYS
     keys, found, catalogue = _find(codes, a, db, columns, usual)
+    if bounces:
+        return _show_bounces(keys, found, several(a), output)
     if in_rows:
-        output.write(keys, ([_value(orbit, key, output) for key in keys] for orbit in found))
-    else:
-        for orbit in found:
-            write_facts(facts(orbit, born_with(catalogue, orbit)))
-            write_bounces(orbit)
-    if not found:
-        raise typer.Exit(1)
+        return output.write(keys, ([_value(orbit, key, output) for key in keys] for orbit in found))
+    for orbit in found:
+        write_facts(facts(orbit, born_with(catalogue, orbit)))
+        write_bounces(orbit)
+    return len(found)
 
 
-def _show_bounces(
-    codes: list[str], a: list[str] | None, db: Path, columns: str | None, output: MarkedOutput
-) -> None:
+def _show_bounces(keys: Sequence[str], found: "Sequence[Orbit]", many: bool, output: MarkedOutput) -> int:
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS, bounce_rows
 
-    keys, found, _ = _find(codes, a, db, columns, ("code",))
     rows = (
         (*(_value(orbit, key) for key in keys), *bounce)
         for orbit in found
@@ -138,10 +136,9 @@ def _show_bounces(
     count = output.write((*keys, *BOUNCE_COLUMNS), rows)
     for orbit in found:
         if orbit.coordinates is None:
-            at = f" at a = {orbit.a:g}" if several(a) else ""
+            at = f" at a = {orbit.a:g}" if many else ""
             note(f"{code_text(orbit.code)} has no bounces{at}: {orbit.status.sentence}")
-    if not count:
-        raise typer.Exit(1)
+    return count
 
 
 def _find(
