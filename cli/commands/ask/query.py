@@ -12,9 +12,17 @@ from orbitdb.cli import options
 from orbitdb.cli.arguments import given_codes, primitive, several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import MarkedOutput
-from orbitdb.cli.reading import known_catalogue, meant, note_gaps, note_nothing, reading
+from orbitdb.cli.reading import (
+    KEYS,
+    in_order,
+    known_catalogue,
+    meant,
+    note_gaps,
+    note_nothing,
+    reading,
+    with_a,
+)
 from orbitdb.cli.render import Format, code_text, note, write_facts
-from orbitdb.cli.rows import KEYS, in_order, with_a
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
 

@@ -13,9 +13,8 @@ from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import MarkWords, check_marks, with_marks
 from orbitdb.cli.progress.line import Progress, progress
-from orbitdb.cli.reading import note_gaps, note_nothing, provenance, reading
+from orbitdb.cli.reading import KEYS, Row, in_order, note_gaps, note_nothing, provenance, reading, with_a
 from orbitdb.cli.render import note
-from orbitdb.cli.rows import KEYS, Row, in_order, with_a
 from orbitdb.columns import OF_BOUNCES
 from orbitdb.errors import InputError
 
@@ -149,13 +148,7 @@ def _watched(rows: Iterator[Any], shown: Progress) -> Iterator[Any]:
 
 
 def _form_of_stdout(form: str | None) -> str:
-    """Return the format of what is written to stdout.
-
-    Raises
-    ------
-    InputError
-        If it is not named, or cannot be written row by row.
-    """
+    """Return the format of what is written to stdout, which must be named, and written row by row."""
     from orbitdb.export import FORMATS, TEXT_WRITERS
 
     if form in TEXT_WRITERS:

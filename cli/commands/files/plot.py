@@ -154,13 +154,7 @@ def _of_subset(kind: str, choice: Choice, a: float | None, limit: int, db: Path)
 
 
 def _of_word(kind: str, codes: list[str], a: float | None, db: Path) -> "Figure":
-    """Draw the orbit of the only word that is given, stored or solved on the spot.
-
-    Raises
-    ------
-    InputError
-        If there is no word, or another; if it has no orbit, or is too long to be followed.
-    """
+    """Draw the orbit of the only word that is given, stored or solved on the spot."""
     from orbitdb.cli.figures import orbits
     from orbitdb.cli.figures.over_a import draw_life
     from orbitdb.orbits.newton import solve_word
