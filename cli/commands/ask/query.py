@@ -67,10 +67,10 @@ def query(
     limit: Annotated[
         int | None,
         options.count_option(
-            "--limit", least=0, help=f"Most rows to show [default: {_ON_SCREEN} in a table, else all]."
+            least=0, help=f"Most rows to show [default: {_ON_SCREEN} in a table, else all]."
         ),
     ] = None,
-    offset: Annotated[int, options.count_option("--offset", least=0, help="Rows to skip first.")] = 0,
+    offset: Annotated[int, options.count_option(least=0, help="Rows to skip first.")] = 0,
     columns: options.Columns = None,
     bounces: Annotated[
         bool, typer.Option("--bounces", help="With --code, show one row per bounce: x, y, arc length, sine.")

@@ -52,7 +52,7 @@ def export(
     a: options.StoredHalfLengths = None,
     choice: Choice,
     order: options.Order = "p",
-    limit: Annotated[int | None, options.count_option("--limit", least=0, help="Most rows to write.")] = None,
+    limit: Annotated[int | None, options.count_option(least=0, help="Most rows to write.")] = None,
     columns: options.Columns = None,
     coordinates: Annotated[
         bool, typer.Option("--coordinates", help="Also write the coordinates of every bounce.")

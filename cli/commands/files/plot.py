@@ -84,9 +84,7 @@ def plot(
     over_a: Annotated[
         bool, typer.Option("--over-a", help="Draw the entropy against a, not against the period.")
     ] = False,
-    limit: Annotated[
-        int, options.count_option("--limit", least=1, help="Most orbits to draw on a sheet.")
-    ] = 120,
+    limit: Annotated[int, options.count_option(least=1, help="Most orbits to draw on a sheet.")] = 120,
     form: Annotated[
         str | None, typer.Option("--format", help="png, svg or pdf, if the name does not end in it.")
     ] = None,

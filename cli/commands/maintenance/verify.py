@@ -49,23 +49,17 @@ def verify(
     *,
     context: typer.Context,
     a: Annotated[
-        float | None,
-        options.number_option("--a", help="Half length of a straight wall [default: all stored]."),
+        float | None, options.number_option(help="Half length of a straight wall [default: all stored].")
     ] = None,
     choice: Choice,
     sample: Annotated[
-        int | None,
-        options.count_option("--sample", least=1, help="Check only this many classes, drawn at random."),
+        int | None, options.count_option(least=1, help="Check only this many classes, drawn at random.")
     ] = None,
     restarts: Annotated[
         int,
-        options.count_option(
-            "--restarts", least=0, most=1000, help="Solve every word again from this many random starts."
-        ),
+        options.count_option(least=0, most=1000, help="Solve every word again from this many random starts."),
     ] = 0,
-    seed: Annotated[
-        int, options.count_option("--seed", least=0, help="Seed for --sample and --restarts.")
-    ] = 0,
+    seed: Annotated[int, options.count_option(least=0, help="Seed for --sample and --restarts.")] = 0,
     rigorous: Annotated[
         bool,
         typer.Option("--rigorous", help="Prove every row in ball arithmetic and store the certificate."),

@@ -45,7 +45,6 @@ def bounds(
     a: Annotated[
         str,
         typer.Option(
-            "--a",
             metavar="NUMBER|FROM:TO:COUNT",
             help="Half length of a straight wall, or a logarithmic grid of them.",
         ),
@@ -53,15 +52,10 @@ def bounds(
     window: Annotated[
         int | None,
         options.count_option(
-            "--window",
-            help="Edges of the longest windows [default: 14, or as many as needed].",
-            least=2,
-            most=40,
+            help="Edges of the longest windows [default: 14, or as many as needed].", least=2, most=40
         ),
     ] = None,
-    width: Annotated[
-        float | None, options.number_option("--width", help="Stop when the bounds are this close.")
-    ] = None,
+    width: Annotated[float | None, options.number_option(help="Stop when the bounds are this close.")] = None,
     seconds: Annotated[
         float | None, options.number_option("--time", help="Stop after about this many seconds.")
     ] = None,
