@@ -185,13 +185,18 @@ def in_order(
     return (row[: len(names)] for row in islice(heapq.merge(*streams, key=place), offset, end))
 
 
+def described(stadiums: "Sequence[Selection]", total: int | None = None) -> str:
+    """Say in words which rows are chosen at one a, or at several, and how many they are."""
+    return stadiums[0].describe([chosen.a for chosen in stadiums], total)
+
+
 def provenance(catalogue: "Catalogue", stadiums: "Sequence[Selection]", many: bool) -> dict[str, Any]:
     """Return where rows come from; of many a, each with its own partial periods."""
     values = [chosen.a for chosen in stadiums]
     partial = [[fill.p for fill in catalogue.partial(chosen)] for chosen in stadiums]
     return {
         "orbitdb": __version__,
-        "selection": stadiums[0].describe(values),
+        "selection": described(stadiums),
         "a": values if many else values[0],
         "database": str(catalogue.path.resolve()),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),

@@ -72,11 +72,8 @@ def identify(
     often come first. From a starting point it is followed ahead (bounce 1, 2, ...) and back (0, -1, ...).
     A length is compared with stored orbits and their repetitions: total = repetitions x length.
     """
-    given = [
-        name
-        for name, value in (("start", start), ("points", points), ("length", length))
-        if value is not None
-    ]
+    ways = {"start": start, "points": points, "length": length}
+    given = [name for name in ways if ways[name] is not None]
     if len(given) != 1:
         raise InputError("identify takes exactly one of --start, --points and --length")
     if start is None:

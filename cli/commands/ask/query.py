@@ -14,6 +14,7 @@ from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import MarkedOutput
 from orbitdb.cli.reading import (
     KEYS,
+    described,
     in_order,
     known_catalogue,
     meant,
@@ -107,7 +108,7 @@ def query(
     if total and output.table:
         rest = "" if offset else f", --limit {total} shows all"
         more = f"; {count} shown{rest}" if total > count else ""
-        note(f"{stadiums[0].describe([each.a for each in stadiums], total)}{more}")
+        note(f"{described(stadiums, total)}{more}")
     if not count:
         raise typer.Exit(1)
 
