@@ -32,12 +32,9 @@ _WORTH = 200
 
 def levels(
     *,
-    k: Annotated[
-        str, typer.Option("--k", metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")
-    ],
+    k: Annotated[str, typer.Option(metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")],
     parity: Annotated[
-        str | None,
-        typer.Option("--parity", help="ee, eo, oe or oo, several separated by commas [default: all four]."),
+        str | None, typer.Option(help="ee, eo, oe or oo, several separated by commas [default: all four].")
     ] = None,
     a: options.HalfLength = 1.6,
     jobs: Jobs = None,
