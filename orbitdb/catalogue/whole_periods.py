@@ -25,8 +25,8 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.store.reading.sweeps import moments_of
-from orbitdb.symbols.automaton import admissible
-from orbitdb.symbols.words import keys_of_period, packed, unpack
+from orbitdb.symbols.pruning import rules_broken
+from orbitdb.symbols.words import SYMBOLS, keys_of_period, packed, unpack
 
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
@@ -222,7 +222,8 @@ def _words(classes: ChosenClasses, rows: NDArray[np.intp], p: int) -> NDArray[np
     low, high = keys_of_period(p)
     sound = (number >= low) & (number <= high)
     words = unpack(packed(number, p), p)
-    sound &= admissible(words)
+    sound &= (words < len(SYMBOLS)).all(axis=1)
+    sound[sound] = rules_broken(words[sound]) == 0
     if not sound.all():
         raise unsound("a class number that is no admissible word's:", number[~sound][0])
     return words

@@ -12,7 +12,7 @@ from solutions import words_of
 from orbitdb.symbols.counting import count_admissible, count_primitive
 from orbitdb.symbols.enumeration import CHUNK, Span, primitive_words
 from orbitdb.symbols.least_words import class_spans, least_words
-from orbitdb.symbols.symmetry import class_of, class_size, classify
+from orbitdb.symbols.symmetry import class_of, class_size
 from orbitdb.symbols.words import SYMBOLS, pack, to_strings, unpack
 
 N_T = {2: 1, 3: 8, 4: 32, 5: 96, 6: 252, 7: 712, 8: 2096, 9: 6440, 10: 19664, 11: 60488}
@@ -96,19 +96,6 @@ def test_least_words_are_those_of_all_words_that_name_their_class(p):
     assert classes_in(Span.whole(p)) == expected
 
 
-def test_few_words_are_compared_with_their_images_one_by_one(monkeypatch):
-    """All others are left earlier, by what is found on the way."""
-    compared = []
-
-    def counted(codes, p):
-        compared.append(len(codes))
-        return classify(codes, p)
-
-    monkeypatch.setattr("orbitdb.symbols.least_words.classify", counted)
-    found = classes_in(Span.whole(10))
-    assert len(found) < sum(compared) < 1.6 * len(found)
-
-
 @pytest.mark.parametrize("p", slow_but((11,), range(2, 15)))
 def test_the_sizes_of_classes_add_up_to_the_count_of_the_transfer_matrix(p):
     found = np.concatenate([part.stabiliser for part in least_words(Span.whole(p))])
@@ -123,7 +110,7 @@ def test_spans_of_classes_hold_every_class_once(p, size):
     assert all(one.upto == other.after for one, other in pairwise(cut))
     parts = [classes_in(span) for span in cut]
     assert [each for part in parts for each in part] == classes_in(Span.whole(p))
-    assert max(map(len, parts)) <= 1.2 * size + 20  # a prefix is not cut
+    assert max(map(len, parts)) <= 2 * size + 20  # prefixes have more or fewer
     behind = cut[len(cut) // 2].upto
     assert [each for span in class_spans(p, size, behind) for each in classes_in(span)] == [
         (word, mask) for word, mask in classes_in(Span.whole(p)) if int(word, 8) > behind
