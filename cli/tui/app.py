@@ -102,7 +102,7 @@ class BrowseApp(OrderlyApp):
     def find(self, word: str, a: float) -> Orbit:
         """Return what is stored of a word, or solve it."""
         from orbitdb.billiard.stadium import Stadium
-        from orbitdb.orbits.newton import solve_word
+        from orbitdb.orbits.births.lives import solve_word
 
         stored = self.catalogue.find(word, a) if self.catalogue is not None else None
         return solve_word(word, Stadium(a)) if stored is None else stored

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.billiard.legs import Chain, Derivatives, cut_on_demand, derivatives, preceding
+from orbitdb.billiard.legs import Chain, Derivatives, cut, derivatives, preceding
 from orbitdb.equality import ByValue
 from orbitdb.orbits.newton import newton
 
@@ -61,7 +61,7 @@ def leg_sums(words: NDArray[np.uint8], a: float) -> LegSums:
     """
     sums = np.empty((4, len(words)))
     for start in range(0, len(words), _BLOCK):
-        for rows, legs, _ in cut_on_demand(words[start : start + _BLOCK]):
+        for rows, legs in cut(words[start : start + _BLOCK]):
             sums[:, start + rows] = _of_chains(legs, a)
     return LegSums(*sums)
 

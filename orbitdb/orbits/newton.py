@@ -7,7 +7,7 @@ stadium; words that have converged leave the batch.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,6 @@ from orbitdb.billiard.legs import (
     Derivatives,
     centre_directions,
     cut,
-    cut_on_demand,
     derivatives,
     direction_limits,
     following,
@@ -27,11 +26,9 @@ from orbitdb.billiard.legs import (
 )
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.orbit import NUMBERS, Orbit, Orbits, Status, finite, pruned_word
+from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.status import assess
-from orbitdb.symbols import symmetry
 from orbitdb.symbols.pruning import need_admissible
-from orbitdb.symbols.words import from_strings, parse_primitive
 
 if TYPE_CHECKING:
     from orbitdb.orbits.balls.enclosure import Enclosure
@@ -91,65 +88,31 @@ def solve(words: NDArray[np.uint8], stadium: Stadium | float, tolerance: float =
     return solve_admissible(words, as_stadium(stadium), tolerance)
 
 
-def solve_admissible(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE) -> Orbits:
-    """Find the orbits of words as `solve` does, words that are known to be admissible."""
-    return _left_to_balls(solve_in_doubles(words, stadium, tolerance), stadium)
+def solve_admissible(
+    words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE, every: bool = True
+) -> Orbits:
+    """Find the orbits of words as `solve` does, words that are known to be admissible.
 
-
-def solve_for_orbits(words: NDArray[np.uint8], stadium: Stadium) -> Orbits:
-    """Find the orbits of admissible words, and of those that have none their status, margin and steps alone.
-
-    What it tells is the same, bit by bit, as `solve_admissible` does.
+    If not every number is asked for, words without an orbit get their status, margin and steps alone.
     """
-    return _left_to_balls(solve_in_doubles(words, stadium, every=False), stadium)
-
-
-def _left_to_balls(orbits: Orbits, stadium: Stadium) -> Orbits:
-    """Decide what doubles have left unresolved by ball arithmetic, in place."""
+    orbits = solve_in_doubles(words, stadium, tolerance, every)
     for row in np.flatnonzero(orbits.status == Status.UNRESOLVED):
         from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to load, and seldom needed
 
-        word = orbits.words[row]
+        word = words[row]
         orbits.place(np.array([row]), as_orbits(word, stadium, enclose(word, stadium)))
     return orbits
-
-
-def solve_word(word: str, stadium: Stadium | float) -> Orbit:
-    """Find what becomes of one word, as `orbitdb.orbits.births.lives.solve_word` does, its lives apart."""
-    word, stadium = parse_primitive(word), as_stadium(stadium)
-    if (pruned := pruned_word(word, stadium.a)) is not None:
-        return pruned
-    family = symmetry.class_of(word)
-    found = solve_admissible(from_strings([word]), stadium)
-    numbers: dict[str, Any] = {name: finite(getattr(found, name)[0]) for name in NUMBERS}
-    status = Status(str(found.status[0]))
-    exists = status in (Status.ORBIT, Status.BOUNDARY)
-    return Orbit(
-        code=word,
-        representative=family.representative,
-        a=stadium.a,
-        status=status,
-        time_reversal=symmetry.time_reversal(family.stabiliser),
-        symmetry=symmetry.label(family.stabiliser),
-        class_size=symmetry.class_size(family.stabiliser),
-        coordinates=found.coordinates[0] if exists else None,
-        solver="newton",
-        **(numbers if exists else {"margin": numbers["margin"]}),
-    )
 
 
 def solve_in_doubles(
     words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE, every: bool = True
 ) -> Orbits:
-    """Find the orbits of admissible words as `solve` does, but leave unresolved what doubles do not show.
-
-    If not every number is asked for, words without an orbit get their status, margin and steps alone.
-    """
+    """Find the orbits of words as `solve_admissible` does, but leave unresolved what doubles do not show."""
     orbits = Orbits.empty(words)
-    for rows, chain, legs in cut_on_demand(words):
-        found = newton(chain, stadium.a, tolerance)
+    for rows, legs in cut(words):
+        found = newton(legs, stadium.a, tolerance)
         way = found.alpha, found.iterations
-        orbits.place(rows, assess(words[rows], chain, legs, stadium, way, every))
+        orbits.place(rows, assess(words[rows], legs, stadium, way, every))
     return orbits
 
 

@@ -31,7 +31,8 @@ from orbitdb.entropy.letters import (
 )
 from orbitdb.entropy.verdicts import Verdict, decide
 from orbitdb.entropy.windows import Windows, extended, first_windows
-from orbitdb.orbits.newton import solve, solve_word
+from orbitdb.orbits.births.lives import solve_word
+from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.symbols.words import primitive_root
 

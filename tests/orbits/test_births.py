@@ -14,8 +14,7 @@ from orbitdb.billiard.legs import cut, direction_limits
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, WorkError
 from orbitdb.orbits.births import changes as births
-from orbitdb.orbits.births.batches import JOINTS
-from orbitdb.orbits.births.changes import events, find_changes
+from orbitdb.orbits.births.changes import JOINTS, events, find_changes
 from orbitdb.orbits.births.continuation import Station, follow, motion
 from orbitdb.orbits.births.crossings import _judge, _zero_step, candidates, refine
 from orbitdb.orbits.newton import newton, solve

@@ -11,7 +11,8 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.orbits.births.batches import Batch
+from orbitdb.billiard.legs import cut
+from orbitdb.orbits.births.brackets import signs
 from orbitdb.orbits.births.cells import Kind
 from orbitdb.orbits.births.stretches import stretches
 from orbitdb.orbits.newton import newton
@@ -55,11 +56,9 @@ def prove_all(
     cells : int
         How many cells were looked at.
     """
-    batch = Batch([words])
     verdict, cells = np.zeros(len(words), np.int8), 0
-    for rows, legs in batch.groups(np.arange(len(words))):
-        at = np.full(len(rows), LOW)
-        first = batch.signs(rows, legs, at, newton(legs, LOW).alpha)
+    for rows, legs in cut(words):
+        first = signs(words[rows], legs, np.full(len(rows), LOW), newton(legs, LOW).alpha)
         found = stretches(legs, float(np.log(LOW)), float(np.log(HIGH)))
         cells += found.cells
         ends = np.searchsorted(found.word, np.arange(len(rows) + 1)).tolist()
