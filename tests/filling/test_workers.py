@@ -89,7 +89,7 @@ def test_results_come_in_order_and_few_are_under_way():
     assert len(blocks) > 20
     pool = Backwards()
     found = list(in_order(pool.submit, iter(blocks), lambda: 5))
-    assert [result.span for (result,) in found] == [block.span for block in blocks]
+    assert [result.span for result in found] == [block.span for block in blocks]
     assert pool.most == 6
 
 
@@ -119,7 +119,7 @@ def test_a_worker_that_dies_as_it_is_started_costs_only_time():
         os.kill(next_worker(), signal.SIGKILL)
         workers.start()
         found = list(workers.solved(iter(blocks)))
-    assert [result.span for (result,) in found] == [block.span for block in blocks]
+    assert [result.span for result in found] == [block.span for block in blocks]
 
 
 @pytest.mark.parametrize("which", [0, pytest.param(1, marks=pytest.mark.slow)])

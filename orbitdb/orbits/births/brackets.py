@@ -51,7 +51,7 @@ class Bracketed(Columns):
     born : ndarray of bool
         Whether it begins to be an orbit as a grows, or ceases to be one.
     slack : ndarray of int
-        Which of its smooth slacks changes sign, as a row of `orbitdb.orbits.births.continuation.Station.slack`.
+        Which of its smooth slacks changes sign (`orbitdb.orbits.births.crossings.Zeros`).
     slope : ndarray
         Of the slack in ln a (radians).
     """
