@@ -142,16 +142,19 @@ def test_a_period_that_lost_words_is_not_called_whole(tmp_path):
     assert not Catalogue(path).fills(1.6)[0].whole
 
 
-def test_progress_counts_words(tmp_path):
+@pytest.mark.usefixtures("small_blocks")
+def test_progress_counts_the_words_that_are_stored_at_every_a(tmp_path):
     path = tmp_path / "new.db"
     migrate(path)
-    steps = list(fill_periods(path, 1.6, [7, 8]))
-    assert [(step.p, step.words, step.total) for step in steps if step.words == step.total] == [
-        (7, 712, 712),
-        (8, 2096, 2096),
-    ]
-    known = list(fill_periods(path, 1.0, [7]))  # the classes are there
-    assert (known[-1].words, known[-1].total) == (712, 712)
+    for a in (1.6, 1.0):  # at the second a the classes are there
+        catalogue, steps = Catalogue(path, a), []
+        for step in fill_periods(path, a, [6, 7]):
+            there = catalogue.count(Selection(a, periods=((step.p, step.p),), statuses=tuple(Status)))
+            assert step.words == there
+            steps.append(step)
+        assert len(steps) > 6
+        assert {(step.p, step.total) for step in steps} == {(6, 252), (7, 712)}
+        assert [step.p for step in steps if step.words == step.total][-1] == 7
 
 
 def test_time_is_kept(tmp_path):

@@ -111,6 +111,40 @@ def test_a_worker_that_is_killed_costs_only_its_blocks(tmp_path):
     assert rows(path) == rows(alone)
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/io").exists(), reason="needs Linux")
+def test_a_worker_killed_in_the_middle_of_its_answer_costs_only_its_block(tmp_path):
+    """The one that stores is stopped, so that the answer fills the pipe and goes no further."""
+    folder = Path(filled_by.__code__.co_filename).parent
+    script = "import sys; from workforce import fill_when_let; fill_when_let(*sys.argv[1:])"
+    env = os.environ | {"PYTHONPATH": str(folder)}
+    path, first = tmp_path / "shared.db", tmp_path / "solved-0"
+    going = subprocess.Popen([sys.executable, "-c", script, path, "12"], env=env)
+    try:
+        while not first.exists() or not first.read_text().endswith("\n"):
+            assert going.poll() is None
+            time.sleep(0.01)
+        os.kill(going.pid, signal.SIGSTOP)
+        victim = int(first.read_text())
+        before = sent(victim)
+        (tmp_path / "go").touch()
+        while sent(victim) == before:
+            time.sleep(0.01)
+        os.kill(victim, signal.SIGKILL)
+        os.kill(going.pid, signal.SIGCONT)
+        assert going.wait(300) == 0
+    finally:
+        going.kill()
+    times = [len(each.read_text().split()) for each in sorted(tmp_path.glob("solved-*"))]
+    assert (times[0], {*times[1:]}) == (2, {1})
+    assert rows(path) == rows(filled_by(HERE, tmp_path / "alone.db", periods=(12,)))
+
+
+def sent(process: int) -> int:
+    """Return how many bytes a process has written."""
+    return int(Path(f"/proc/{process}/io").read_text().partition("wchar: ")[2].split()[0])
+
+
 @pytest.mark.usefixtures("small_blocks")
 def test_a_worker_that_dies_as_it_is_started_costs_only_time():
     blocks = list(cut_into_blocks(1.6, "newton", 5))

@@ -4,8 +4,10 @@ import hashlib
 import json
 import os
 import re
+import subprocess
+import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -119,16 +121,22 @@ def _run(tree: Tree, known: Executed, which: list[str], jobs: int) -> None:
             "ORBITDB_RECORD_OF": copy.package,
             TARGET: str(folder / "tests.json"),
         }
+        _check_that_processes_are_followed(variables)
         running = copy.start_tests(["-p", "recording", "-n", str(jobs), *which], folder / "log", variables)
         code = ended(running, copy, _AN_HOUR)
         if code not in (0, 1) or not (folder / "tests.json").exists():
             raise SystemExit((folder / "log").read_text())
         told = json.loads((folder / "tests.json").read_text())
         data = _combined(configuration)
-        if told and not data.measured_files():
-            raise SystemExit("nothing was measured: coverage's own .pth file must be in this environment")
         known.tests |= {test: each for test, each in told.items() if each["passed"]}
         _add_lines(known, copy, data)
+
+
+def _check_that_processes_are_followed(variables: Mapping[str, str]) -> None:
+    """Tell before all tests have run for nothing."""
+    started = [sys.executable, "-c", "import sys; sys.exit('coverage' not in sys.modules)"]
+    if subprocess.run(started, env=os.environ | variables, check=False).returncode:
+        raise SystemExit("nothing would be measured: coverage's own .pth file must be in this environment")
 
 
 def _combined(configuration: Path) -> CoverageData:

@@ -346,8 +346,8 @@ class _Finder(ast.NodeVisitor):
 
 
 def _asserts(keyword: ast.keyword) -> bool:
-    """Tell whether an argument is an assertion in other words, which nothing correct depends on."""
-    return keyword.arg == "strict" and ast.unparse(keyword.value) == "True"
+    """Tell whether an argument is an assertion, or that there is none: nothing correct depends on it."""
+    return keyword.arg == "strict" and isinstance(keyword.value, ast.Constant)
 
 
 def _is_text(node: ast.expr) -> bool:

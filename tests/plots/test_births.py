@@ -1,15 +1,6 @@
 """The figure of births: what it draws, and where there is nothing to draw."""
 
-import numpy as np
 import pytest
-
-from orbitdb.plots.births import Steps
-
-
-def test_steps_rise_at_births_and_fall_at_deaths():
-    steps = Steps.of(np.array([0.0, 1.0, 3.0]), np.array([2.0]), np.array([4, 8, 8]), np.array([8]))
-    assert steps.words == 12
-    assert steps.at(np.array([0.1, 1.5, 2.5, 3.5])).tolist() == [4, 12, 4, 12]
 
 
 @pytest.mark.slow

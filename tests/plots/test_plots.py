@@ -7,32 +7,15 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import processes
 import pytest
-from matplotlib.figure import Figure
 
 from orbitdb import Catalogue, Stadium, solve_word
 from orbitdb.errors import InputError
 from orbitdb.export import FIGURES, form_of
 from orbitdb.orbits.svg import number_labels
-from orbitdb.plots import curves, paths, style
+from orbitdb.plots import paths, style
 
 WORDS = ["13", "1232131", "010232", "111333", "11133"]
 SVG = "{http://www.w3.org/2000/svg}"
-
-
-@pytest.fixture
-def ax():
-    return Figure().add_subplot()
-
-
-@pytest.mark.parametrize("word", WORDS)
-def test_the_drawn_path_runs_through_the_bounces_and_closes(ax, word):
-    orbit = solve_word(word, Stadium(1.6))
-    paths.draw_orbit(ax, Stadium(1.6), orbit.points)
-    drawn = [line.get_xydata() for line in ax.lines if len(line.get_xydata()) == orbit.p + 1]
-    assert any(
-        np.array_equal(path[:-1], orbit.points) and np.array_equal(path[-1], path[0]) for path in drawn
-    )
-    assert ax.get_aspect() == 1
 
 
 @pytest.mark.parametrize("word", WORDS)
@@ -44,19 +27,6 @@ def test_every_bounce_is_numbered_once_outside_the_stadium(word):
     for place, outward, _ in labels:
         x, y = np.add(place, np.multiply(0.2, outward))
         assert np.hypot(x - np.clip(x, -1.6, 1.6), y) == pytest.approx(1.2)
-
-
-def test_staircase_ends_at_the_number_of_orbits_and_density_integrates_to_it(ax):
-    rng = np.random.default_rng(5)
-    length, count, p = rng.uniform(5, 20, 300), rng.integers(1, 9, 300), rng.integers(2, 5, 300)
-    curves.draw_staircase(ax, length, count)
-    assert ax.lines[0].get_ydata()[-1] == count.sum()
-    below = Figure().add_subplot()
-    drawn = curves.draw_density(below, p, length, count)
-    corners = drawn.get_coordinates()
-    for period, row in zip((2, 3, 4), drawn.get_array(), strict=True):
-        assert (row * np.diff(corners[0, :, 0])).sum() == pytest.approx(count[p == period].sum())
-    np.testing.assert_array_equal(corners[:, 0, 1], [1.5, 2.5, 3.5, 4.5])
 
 
 @pytest.mark.parametrize(

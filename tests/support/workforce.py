@@ -1,12 +1,14 @@
-"""Fills by given workers, and a block that kills them."""
+"""Fills by given workers, and blocks that kill them, fail, or wait before they answer."""
 
 import os
-from collections.abc import Sequence
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from orbitdb.filling.periods import fill_periods
-from orbitdb.filling.workers import Workers
+from orbitdb.filling.workers import Processes, Task, Workers
 from orbitdb.store.file.migrate import migrate
 
 
@@ -29,3 +31,37 @@ class Failing:
 
     def solved(self) -> None:
         raise ZeroDivisionError("by nothing\nat all")
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """A block that says in a folder who solves it, and is answered when that lets it."""
+
+    block: Task[Any]
+    number: int
+    folder: Path
+
+    def solved(self) -> Any:
+        found = self.block.solved()
+        with (self.folder / f"solved-{self.number}").open("a") as file:
+            file.write(f"{os.getpid()}\n")
+        while not (self.folder / "go").exists():
+            time.sleep(0.01)
+        return found
+
+
+@dataclass
+class WaitingProcesses:
+    """Processes whose blocks wait."""
+
+    workers: Processes
+    folder: Path
+    jobs: int = 2
+
+    def solved(self, blocks: Iterable[Task[Any]]) -> Iterator[Any]:
+        return self.workers.solved(Waiting(block, n, self.folder) for n, block in enumerate(blocks))
+
+
+def fill_when_let(path: str, period: str) -> None:
+    with Processes(2) as workers:
+        filled_by(WaitingProcesses(workers, Path(path).parent), Path(path), periods=[int(period)])

@@ -1,0 +1,188 @@
+"""Cells, windows, Weyl's law and peaks against what they mean, at any a, parity and range."""
+
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from orbitdb import Stadium
+from orbitdb.quantum.amplitudes import Terms
+from orbitdb.quantum.elements import gradient
+from orbitdb.quantum.lengths import counted, family, family_count, family_terms, of_terms, peak_of_each
+from orbitdb.quantum.levels import LevelTask, windows
+from orbitdb.quantum.mesh import quarter_disc, quarter_stadium
+from orbitdb.quantum.spectrum import COLUMNS, Spectrum
+from orbitdb.quantum.weyl import Parity, wavenumber, weyl
+
+PARITIES = st.sampled_from([None, *Parity])
+EDGE = np.linspace(0, 1, 200)
+
+
+def outline(cell) -> list[np.ndarray]:
+    """Return the four edges of a cell as polygons, one after another."""
+    nothing, whole = np.zeros(200), np.ones(200)
+    sides = ((EDGE, nothing), (whole, EDGE), (EDGE[::-1], whole), (nothing, EDGE[::-1]))
+    return [cell.points(s, t) for s, t in sides]
+
+
+@pytest.mark.parametrize(("a", "size", "layers"), [(1.6, 0.35, 2), (0.05, 0.2, 1), (3.0, 2.0, 3)])
+def test_cells_fill_the_quarter_and_meet_in_whole_edges(a, size, layers):
+    cells = [outline(cell) for cell in quarter_stadium(a, size, layers)]
+    area, ends, lengths = 0.0, Counter(), []
+    for sides in cells:
+        x, y = np.concatenate(sides).T
+        own = (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2
+        area += abs(own)  # the lower part of the disc is a mirror image
+        for side in sides:
+            ends[tuple(sorted(tuple(at) for at in side[[0, -1]].round(9).tolist()))] += 1
+            lengths.append(np.hypot(*np.diff(side, axis=0).T).sum())
+    assert area == pytest.approx(a + math.pi / 4, abs=1e-5)
+    for (one, other), count in ends.items():
+        middle = np.add(one, other) / 2
+        on_axis = not middle.all()
+        on_wall = all(abs(math.hypot(max(x - a, 0.0), y) - 1) < 1e-8 for x, y in (one, other))
+        assert count == (1 if on_axis or on_wall else 2)
+    joint = np.array([a, 1.0])
+    places = np.array([side[0] for sides in cells for side in sides])
+    plain = np.array([side[0] for cell in quarter_stadium(a, size, 0) for side in outline(cell)])
+    nearest, undivided = (np.unique(np.hypot(*(at - joint).T).round(9))[1] for at in (places, plain))
+    assert nearest == pytest.approx(0.15**layers * undivided, rel=1e-6)
+    on_floor = np.unique(places[(places[:, 1] == 0) & (places[:, 0] <= a), 0].round(9))
+    assert np.diff([*on_floor]).max() <= min(size, 1.0) + 1e-9
+    assert max(lengths) < max(1.7 * min(size, 0.4), min(size, 1.0) + 1e-9)
+
+
+def test_functions_have_their_energy_and_their_mass():
+    """The integrals of f^2 and |grad f|^2 over a quarter disc around (0.3, 0), r from there."""
+    seen = []
+
+    def fixed(points):
+        seen.append(points)
+        return np.zeros(len(points), np.bool_)
+
+    matrix = gradient(quarter_disc(0.3, 0.5), 10, fixed).toarray()
+    _, values, vectors = np.linalg.svd(matrix)
+    assert (values < 1e-9).sum() == 1  # the constant function alone has no energy
+    one = vectors[-1] * math.sqrt(math.pi / 4)  # the root of the mass of each node
+    x, y = seen[0].T - np.array([[0.3], [0.0]])
+    for f, mass, energy in (
+        (x, math.pi / 16, math.pi / 4),
+        (y, math.pi / 16, math.pi / 4),
+        (x * y, math.pi / 96, math.pi / 8),
+        (x**2 - y**2, math.pi / 24, math.pi / 2),
+        (3 * x**2 * y - y**3, math.pi / 32, 3 * math.pi / 4),
+    ):
+        assert ((one * f) ** 2).sum() == pytest.approx(mass, rel=1e-7)
+        assert ((matrix @ (one * f)) ** 2).sum() == pytest.approx(energy, rel=1e-7)
+
+
+@given(a=st.floats(0.05, 20), parity=PARITIES, number=st.floats(5, 20_000))
+def test_weyls_law_of_edges_and_corners(a, parity, number):
+    """Walls and odd axes are edges of one kind, even axes of the other; corners are between two of them."""
+    smooth, stadium = weyl(Stadium(a), parity), Stadium(a)
+    if parity is None:
+        area, edge, constant = 4 * a + math.pi, 4 * a + 2 * math.pi, 1 / 6
+    else:
+        on_y, on_x = (-1 if letter == "e" else 1 for letter in str(parity))  # the axes x = 0 and y = 0
+        area, edge = a + math.pi / 4, a + math.pi / 2 + on_y + on_x * (a + 1)
+        constant = 1 / 24 + (on_y + on_x * on_y + on_x) / 16
+    at = np.array([0.0, 1.0, 30.0])
+    np.testing.assert_allclose(
+        smooth(at), constant - edge * at / (4 * math.pi) + area * at**2 / (4 * math.pi)
+    )
+    assert smooth(wavenumber(smooth, number)) == pytest.approx(number, rel=1e-9)
+    assert stadium.area == pytest.approx(4 * a + math.pi)
+
+
+@given(
+    a=st.floats(0.05, 20), parity=st.sampled_from(list(Parity)), low=st.floats(0, 30), more=st.floats(0.1, 9)
+)
+def test_windows_cut_a_range_evenly(a, parity, low, more):
+    found = list(windows(Stadium(a), parity, low, low + more))
+    assert all((each.a, each.parity) == (a, parity) for each in found)
+    assert [each.low for each in found] == [low, *(each.high for each in found[:-1])]
+    assert found[-1].high == low + more
+    smooth = weyl(Stadium(a), parity)
+    sizes = [float(smooth(each.high) - max(smooth(each.low), 0)) for each in found]
+    assert sizes[:-1] == pytest.approx([64] * (len(found) - 1))
+    assert sizes[-1] <= 80 + 1e-6
+    assert len(found) == 1 or sizes[-1] >= 16 - 1e-6
+
+
+@pytest.mark.parametrize("parity", Parity)
+def test_levels_lie_between_those_of_two_rectangles(parity):
+    """One in the quarter and one around it: what is 0 at the walls of a part is a function of the whole."""
+    number, k = LevelTask(1.3, parity, 3.0, 6.0).on_grid(8, 1)
+    quarters = np.array([0.5 if letter == "e" else 1.0 for letter in str(parity)])
+    m = np.stack(np.meshgrid(range(20), range(20)), axis=-1) + quarters
+    above, below = (np.sort(np.hypot(*(m * math.pi / [width, 1]).reshape(-1, 2).T)) for width in (1.3, 2.3))
+    assert len(k) >= 3
+    assert (above < 3).sum() <= number <= (below < 3).sum()
+    assert (above < 6).sum() <= number + len(k) <= (below < 6).sum()
+    own = slice(number, number + len(k))
+    assert (below[own] <= k).all()
+    assert (k <= above[own]).all()
+
+
+@given(a=st.floats(0.05, 20), parity=PARITIES, k_max=st.floats(5, 100))
+def test_bouncing_balls_as_terms_are_as_strong_in_the_middle_of_the_window(a, parity, k_max):
+    k, longest = np.array([k_max / 2]), 22.0
+    terms, waves = family_terms(Stadium(a), k_max, longest, parity), family(Stadium(a), k, longest, parity)
+    once = 4 if parity is None else 2  # up and down, in the whole or in a quarter
+    assert terms.length.tolist() == [*range(once, 23, once)]
+    assert terms.repetitions.tolist() == [*range(1, len(terms.length) + 1)]
+    assert set(terms.orbit) == {-1}
+    turning = terms.amplitude * np.exp(1j * k * terms.length)
+    np.testing.assert_allclose(turning, [wave[0] for _, wave in waves], rtol=1e-9)
+    if parity is None:
+        behind = family_count(Stadium(a), k, longest)[0]
+        assert behind == pytest.approx((turning.imag / terms.length).sum(), rel=1e-9, abs=1e-12)
+
+
+@pytest.fixture
+def terms():
+    rng = np.random.default_rng(5)
+    amplitude = rng.uniform(0.5, 3, 40) * np.exp(1j * rng.uniform(0, 6, 40))
+    return Terms(rng.uniform(2, 12, 40), amplitude, rng.integers(-1, 9, 40), rng.integers(1, 4, 40))
+
+
+def test_terms_count_levels_by_the_integral_of_their_density(terms):
+    k = np.linspace(1, 5, 4001)
+    density = (terms.amplitude * np.exp(1j * k[:, None] * terms.length)).real.sum(axis=1)
+    added = ((density[1:] + density[:-1]) / 2 * np.diff(k)).sum()
+    assert np.diff(counted(terms, k[[0, -1]]))[0] == pytest.approx(added, abs=1e-3)
+
+
+@pytest.mark.parametrize("levelled", [True, False])
+def test_peaks_are_all_tops_with_their_strongest_terms(terms, levelled):
+    x = np.linspace(2, 12, 500)
+    orbits = of_terms(terms, x, 30.0)
+    found = Spectrum(1.6, None, 30.0, x, orbits, 0.9 * orbits if levelled else None, 9.0, terms, np.arange(9))
+    height = np.abs(orbits) * (0.9 if levelled else 1)
+    tops = [
+        n
+        for n in range(1, 499)
+        if height[n - 1] < height[n] >= height[n + 1] and height[n] > height.max() / 20
+    ]
+    expected = []
+    for n in tops:
+        near = [j for j in range(40) if abs(terms.length[j] - x[n]) < 2 * math.pi / 30]
+        alone = {j: abs(peak_of_each(terms.rows(np.array([j])), x[n : n + 1], 30.0)[0, 0]) for j in near}
+        for j in sorted(near, key=lambda j: -alone[j])[:2]:
+            code = "02" if terms.orbit[j] < 0 else str(terms.orbit[j])
+            expected.append((x[n], height[n], code, terms.repetitions[j], terms.length[j], alone[j]))
+    peaks = list(found.peaks(2))
+    assert len(peaks) == len(expected) > 5
+    for peak, row in zip(peaks, expected, strict=True):
+        assert (peak.code, peak.repetitions) == row[2:4]
+        assert (peak.length, peak.height, peak.total, peak.strength) == pytest.approx((*row[:2], *row[4:]))
+    assert found.misfit == (pytest.approx(1 / 9) if levelled else None)
+    row = found.rows()[3]
+    parts = (orbits[3].real, orbits[3].imag)
+    assert row == pytest.approx((x[3], *(0.9 * np.array(parts) if levelled else (None, None)), *parts))
+    assert [name for name, value in zip(COLUMNS, row, strict=True) if value is None] == (
+        [] if levelled else ["quantum_re", "quantum_im"]
+    )
