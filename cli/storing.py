@@ -164,7 +164,6 @@ class Solvers:
             yield HERE
             return
         with with_other_processes(), Processes(count) as processes:
-            processes.start()
             yield processes
 
 

@@ -1,23 +1,14 @@
-"""Rows as blocks of columns, and the files that hold columns: parquet and npz, of any size.
-
-An array in an npz file begins with its length, and a text array with the width of its longest text. Neither
-is known before the last row has come, and all rows together may be larger than the memory: so each column
-goes to a draft first.
-"""
+"""Rows as blocks of columns, and the files that hold columns: parquet and npz."""
 
 import json
-import pickle
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import chain, islice
-from pathlib import Path
-from tempfile import TemporaryFile
 from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import NDArray
 
 from orbitdb.columns import kind_of
 from orbitdb.errors import ExportError
@@ -32,29 +23,8 @@ _LEVEL = 3
 """Of compression: zlib's default takes three times the time for files that are a tenth smaller."""
 
 
-@dataclass(frozen=True, eq=False)
-class Lists:
-    """A column of lists.
-
-    Attributes
-    ----------
-    values : ndarray
-        All of them, one list behind the other.
-    lengths : ndarray of int64, shape (N,)
-    present : ndarray of bool, shape (N,)
-        Which rows have a list; one of length 0 is a list, too.
-    """
-
-    values: NDArray[Any]
-    lengths: NDArray[np.int64]
-    present: NDArray[np.bool_]
-
-    def __len__(self) -> int:
-        return len(self.lengths)
-
-
-Column = NDArray[np.float64] | Lists | Sequence[Any]
-"""Numbers, NaN for none; lists; or any plain values, None for none."""
+Column = NDArray[np.float64] | Sequence[Any]
+"""Numbers, NaN for none; or any plain values or arrays, None for none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,13 +49,9 @@ class ColumnBlock:
 
 def plain(column: Column) -> Sequence[Any]:
     """Return a column as plain values, None for none."""
-    if isinstance(column, Lists):
-        parts = np.split(column.values, np.cumsum(column.lengths)[:-1])
-        pairs = zip(parts, column.present.tolist(), strict=True)
-        return [part.tolist() if present else None for part, present in pairs]
     if isinstance(column, np.ndarray):
         return [None if value != value else value for value in column.tolist()]
-    return column
+    return [value.tolist() if isinstance(value, np.ndarray) else value for value in column]
 
 
 def in_columns(rows: Iterable[Any], size: int = _ROWS) -> Iterator[Sequence[Column]]:
@@ -132,22 +98,11 @@ def arrow_batch(block: Sequence[Column], schema: "pa.Schema") -> "pa.RecordBatch
     """Return columns of rows as a batch of Arrow."""
     import pyarrow as pa
 
-    arrays = [_arrow(values, field.type) for values, field in zip(block, schema, strict=True)]
+    arrays = [
+        pa.array(values, type=field.type, from_pandas=isinstance(values, np.ndarray))  # NaN is none
+        for values, field in zip(block, schema, strict=True)
+    ]
     return pa.record_batch(arrays, schema=schema)
-
-
-def _arrow(values: Column, kind: "pa.DataType") -> "pa.Array":
-    """Return a column as an Arrow array."""
-    import pyarrow as pa
-
-    if isinstance(values, Lists):
-        starts = np.concatenate([[0], np.cumsum(values.lengths)]).astype(np.int32)
-        return pa.ListArray.from_arrays(
-            pa.array(starts), pa.array(values.values, kind.value_type), mask=pa.array(~values.present)
-        )
-    if isinstance(values, np.ndarray):
-        return pa.array(values, type=kind, from_pandas=True)  # NaN is none
-    return pa.array(values, type=kind)
 
 
 def write_npz(
@@ -161,7 +116,6 @@ def write_npz(
     Parameters
     ----------
     file : binary file
-        Drafts of the columns are kept in its folder meanwhile.
     columns : sequence of str
     rows : iterable of sequences
         Plain Python values, lists or arrays; None where there is none. Or `ColumnBlock`s.
@@ -172,85 +126,41 @@ def write_npz(
     ExportError
         If the texts would be too large.
     """
-    with ExitStack() as open_drafts:
+    kept: list[list[Column]] = [[] for _ in columns]
+    for block in in_columns(rows):
+        for parts, values in zip(kept, block, strict=True):
+            parts.append(values)
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as archive:
 
-        def draft(name: str, dtype: DTypeLike) -> _Draft:
-            return _Draft(name, dtype, open_drafts.enter_context(TemporaryFile(dir=Path(file.name).parent)))
+        def write(name: str, array: NDArray[Any]) -> None:
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, array)
 
-        note = draft("metadata", np.str_)
-        note.add_texts([json.dumps(dict(metadata))])
-        drafts = [[draft(name, _DTYPES[kind_of(name)])] for name in columns]
-        for own in drafts:
-            if kind_of(own[0].name) in _LISTS:
-                own.append(draft(f"{own[0].name}_start", np.int64))
-                own[1].add(np.zeros(1, np.int64))
-        for block in in_columns(rows):
-            for own, values in zip(drafts, block, strict=True):
-                _add(values, *own)
-        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as archive:
-            note.write(archive, ())
-            for each in chain.from_iterable(drafts):
-                each.write(archive, (each.count,))
-
-
-_LISTS = ("numbers", "integers")
-_DTYPES = {
-    "number": np.float64,
-    "numbers": np.float64,
-    "integer": np.int64,
-    "integers": np.int64,
-    "text": np.str_,
-}
+        write("metadata", np.array(json.dumps(dict(metadata))))
+        for name, parts in zip(columns, kept, strict=True):
+            if kind_of(name) not in _LISTS:
+                write(name, _joined(name, parts))
+                continue
+            lists = [() if each is None else each for part in parts for each in part]
+            write(name, np.concatenate([np.zeros(0), *lists]).astype(_LISTS[kind_of(name)]))
+            write(f"{name}_start", np.cumsum([0, *map(len, lists)]))
 
 
-class _Draft:
-    """An array in a file, part by part."""
-
-    def __init__(self, name: str, dtype: DTypeLike, file: IO[bytes]) -> None:
-        self.name, self.dtype, self.file = name, np.dtype(dtype), file
-        self.parts = self.count = 0
-
-    def add(self, part: "NDArray[Any] | list[str]") -> None:
-        """Take further values."""
-        pickle.dump(part, self.file)
-        self.parts += 1
-        self.count += len(part)
-
-    def add_texts(self, texts: list[str]) -> None:
-        """Take further texts, of which the longest says how wide all of them are."""
-        width = max(1, self.dtype.itemsize // 4, *map(len, texts))
-        if 4 * width * (self.count + len(texts)) > _LARGEST_TEXT:
-            raise ExportError(
-                f"npz makes every text as wide as the longest {self.name}, {width} characters: use parquet, "
-                "or export fewer periods"
-            )
-        self.dtype = np.dtype(f"U{width}")
-        self.add(texts)
-
-    def write(self, archive: zipfile.ZipFile, shape: tuple[int, ...]) -> None:
-        """Write the array."""
-        head = {"descr": np.lib.format.dtype_to_descr(self.dtype), "fortran_order": False, "shape": shape}
-        self.file.seek(0)
-        with archive.open(f"{self.name}.npy", "w", force_zip64=True) as member:
-            np.lib.format.write_array_header_1_0(member, head)
-            for _ in range(self.parts):
-                member.write(np.asarray(pickle.load(self.file), self.dtype).tobytes())
+_LISTS = {"numbers": np.float64, "integers": np.int64}
 
 
-def _add(column: Column, values: _Draft, starts: _Draft | None = None) -> None:
-    """Add a column to its draft; that of lists to two: their values, and where each ends."""
-    if starts is not None:
-        if not isinstance(column, Lists):
-            lists = [() if each is None else each for each in column]
-            lengths = np.array(list(map(len, lists)), np.int64)
-            flat = np.concatenate([np.zeros(0, values.dtype), *lists])
-            column = Lists(flat, lengths, lengths >= 0)
-        starts.add(values.count + np.cumsum(column.lengths))
-        values.add(column.values)
-    elif values.dtype.kind == "U":
-        values.add_texts([text or "" for text in plain(column)])
-    elif isinstance(column, np.ndarray):
-        values.add(column)
-    else:
-        missing = np.nan if values.dtype.kind == "f" else -1
-        values.add(np.array([missing if value is None else value for value in plain(column)], values.dtype))
+def _joined(name: str, parts: Sequence[Column]) -> NDArray[Any]:
+    """Return a column of one value a row as an array."""
+    if kind_of(name) == "number":
+        return np.concatenate([np.zeros(0), *(np.asarray(part, np.float64) for part in parts)])
+    values = [value for part in parts for value in plain(part)]
+    if kind_of(name) == "integer":
+        return np.array([-1 if value is None else value for value in values], np.int64)
+    texts = [text or "" for text in values]
+    width = max(map(len, texts), default=0)
+    if 4 * width * len(texts) > _LARGEST_TEXT:
+        raise ExportError(
+            f"npz makes every text as wide as the longest {name}, {width} characters: use parquet, "
+            "or export fewer periods"
+        )
+    return np.array(texts, np.str_)

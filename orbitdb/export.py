@@ -6,6 +6,7 @@ theirs in a second file, named as the W3C's "CSV on the Web" names it: ``orbits.
 """
 
 import contextlib
+import csv
 import json
 import math
 import os
@@ -13,62 +14,36 @@ import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
 from orbitdb.columns import kind_of
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.plaintext import cell
 
-if TYPE_CHECKING:
-    from orbitdb.column_files import Column
-
 Row = Sequence[Any]
 Metadata = Mapping[str, Any]
 
 _LINES = 16
-"""Rows that become lines together where they come one by one: a word may have a million symbols."""
+"""Rows that are written together where they come one by one: a word may have a million symbols."""
 
 
 def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Any], delimiter: str = ",") -> int:
     """Write one line a row under a line of names, and return how many rows there were.
 
     Lists have blanks between, None is empty, and no text is a formula (`orbitdb.plaintext.cell`). Rows may
-    come as blocks of columns (`orbitdb.column_files.ColumnBlock`), which takes half the time.
+    come as blocks of columns (`orbitdb.column_files.ColumnBlock`).
     """
-    from orbitdb.column_files import in_columns
+    from orbitdb.column_files import in_columns, plain  # with NumPy, which other texts do without
 
-    file.write(delimiter.join(_field(name, delimiter) for name in columns) + "\n")
+    writer = csv.writer(file, delimiter=delimiter, lineterminator="\n")
+    writer.writerow(columns)
     count = 0
     for block in in_columns(rows, _LINES):
-        lines = list(map(delimiter.join, zip(*(_fields(each, delimiter) for each in block), strict=True)))
-        if len(columns) == 1:
-            lines = [text or '""' for text in lines]  # an empty line is no row
-        file.write("\n".join([*lines, ""]))
+        fields = (map(cell, plain(each)) for each in block)
+        lines = list(zip(*fields, strict=True))
+        writer.writerows(lines)
         count += len(lines)
     return count
-
-
-def _fields(column: "Column", delimiter: str) -> list[str]:
-    """Return a column as fields of csv; what words of a class share is made once."""
-    import numpy as np
-
-    from orbitdb.column_files import plain
-
-    if isinstance(column, np.ndarray):
-        bits, inverse = np.unique(column.view(np.int64), return_inverse=True)  # 0.0 and -0.0 are two
-        texts = ["" if value != value else repr(value) for value in bits.view(np.float64).tolist()]
-        return [texts[place] for place in inverse.tolist()]
-    values = plain(column)
-    if not set(map(type, values)) <= {int, str, type(None)}:
-        return [_field(value, delimiter) for value in values]
-    known = {value: _field(value, delimiter) for value in set(values)}
-    return [known[value] for value in values]
-
-
-def _field(value: object, delimiter: str) -> str:
-    """Return a value as a field of csv, in quotes where they are needed."""
-    text = "" if value is None else str(cell(value))
-    return '"{}"'.format(text.replace('"', '""')) if delimiter in text or '"' in text else text
 
 
 def write_jsonl(file: TextIO, columns: Sequence[str], rows: Iterable[Row]) -> int:
@@ -150,7 +125,7 @@ def write_file(
                 TEXT_WRITERS[form](file, columns, rows)
             beside.write_text(json.dumps(described, indent=2) + "\n", encoding="utf-8")
         return
-    from orbitdb.column_files import write_npz, write_parquet  # with NumPy, which texts do without
+    from orbitdb.column_files import write_npz, write_parquet
 
     with complete(path) as data, open(data, "wb") as binary:
         (write_parquet if form == "parquet" else write_npz)(binary, columns, rows, metadata)

@@ -1,109 +1,115 @@
 """What is chosen for good on the main screen: columns, marked orbits, and filters by name."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+
+from textual.app import ComposeResult
 
 from orbitdb.cli.render import code_text
 from orbitdb.cli.tui.dialogs.basic import LineDialog
 from orbitdb.cli.tui.dialogs.kept_filters import KEEP, FiltersDialog
 from orbitdb.cli.tui.dialogs.marks import ColumnDialog, Names
-from orbitdb.cli.tui.state_file import Kept, among_marked, criteria_of, selection_of, toggled
+from orbitdb.cli.tui.panels import Panels
+from orbitdb.cli.tui.state_file import among_marked, criteria_of, selection_of, toggled
 from orbitdb.cli.tui.table.columns import chosen
 from orbitdb.errors import InputError
-from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.expressions import check
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.words import least_rotation
 
-if TYPE_CHECKING:
-    from orbitdb.cli.tui.panels import Panels
-
 _LONGEST_NAME = 40
 
 
-class Keeping:
-    """What is kept from one session to the next."""
+class Keeping(Panels):
+    """The main screen, as far as it keeps something from one session to the next."""
 
-    def __init__(self, screen: "Panels") -> None:
-        self._screen = screen
+    def __init__(self, selection: Selection, code: str | None = None) -> None:
+        super().__init__(selection, code)
         self._unmarked_where: str | None = None
         self._marked_where: str | None = None
 
-    @property
-    def _kept(self) -> Kept:
-        return self._screen.browser.kept
+    def compose(self) -> ComposeResult:
+        """Lay out the panels, with the columns and marks that were kept."""
+        self.browser.kept.load()
+        self.set_reactive(Panels.columns, chosen(self.browser.kept.state.columns))
+        self.set_reactive(Panels.marked, frozenset(self.browser.kept.state.marked))
+        yield from super().compose()
 
-    # columns
-
-    def ask_for_columns(self) -> None:
+    def action_columns(self) -> None:
         """Choose the columns of the table."""
 
         def take(names: Names | None) -> None:
             if names is not None:
                 names = ("code", *names)
-                self._kept.change(partial(replace, columns=names))
-                self._screen.rows.table.first_column = 1
-                self._screen.columns = chosen(names)
+                self.browser.kept.change(partial(replace, columns=names))
+                self.rows.table.first_column = 1
+                self.columns = chosen(names)
 
-        self._screen.app.push_screen(ColumnDialog([column.name for column in self._screen.columns]), take)
+        self.app.push_screen(ColumnDialog([column.name for column in self.columns]), take)
 
     # marked orbits
 
-    def mark(self, orbit: Orbit) -> None:
-        """Mark an orbit, or unmark it."""
-        word = least_rotation(orbit.code)
-        self._kept.change(partial(toggled, word=word))
-        marked = self._kept.state.marked
-        verb = "marked" if word in marked else "unmarked"
-        self._screen.notify(f"{verb} {code_text(word)}, {len(marked)} in all; ' shows them", timeout=2)
-        self._screen.marked = frozenset(marked)
+    def action_mark(self) -> None:
+        """Mark the orbit, or unmark it."""
+        if (orbit := self.shown_orbit()) is None:
+            return
+        word, kept = least_rotation(orbit.code), self.browser.kept
+        kept.change(partial(toggled, word=word))
+        verb = "marked" if word in kept.state.marked else "unmarked"
+        self.notify(f"{verb} {code_text(word)}, {len(kept.state.marked)} in all; ' shows them", timeout=2)
+        self.marked = frozenset(kept.state.marked)
         if self._shows_marked:
             self._choose_marked(self._unmarked_where)
 
     @property
     def _shows_marked(self) -> bool:
-        return self._marked_where is not None and self._screen.selection.where == self._marked_where
+        return self._marked_where is not None and self.selection.where == self._marked_where
 
-    def show_marked(self) -> None:
+    def action_marked(self) -> None:
         """Show the marked orbits only, or what was shown before."""
         if self._shows_marked:
-            self._screen.selection = replace(self._screen.selection, where=self._unmarked_where)
+            self.selection = replace(self.selection, where=self._unmarked_where)
         else:
-            self._choose_marked(self._screen.selection.where)
+            self._choose_marked(self.selection.where)
 
     def _choose_marked(self, where: str | None) -> None:
         """Choose the marked orbits among those of a filter."""
-        words = self._kept.state.marked
+        words = self.browser.kept.state.marked
         if not words:
-            self._screen.notify("no orbit is marked: * marks one")
-            self._screen.selection = replace(self._screen.selection, where=where)
+            self.notify("no orbit is marked: * marks one")
+            self.selection = replace(self.selection, where=where)
             return
         wanted = among_marked(words, where)
+        if self._choose(lambda: replace(self.selection, where=wanted)):
+            self._unmarked_where, self._marked_where = where, wanted
+
+    def _choose(self, wanted: Callable[[], Selection]) -> bool:
+        """Choose a subset, or say why it cannot be used."""
         try:
-            check(wanted, dict(self._screen.selection.parameters))
+            selection = wanted()
+            if selection.where is not None:
+                check(selection.where, dict(selection.parameters))
         except InputError as error:
-            self._screen.notify(str(error), severity="error")
-            return
-        self._unmarked_where, self._marked_where = where, wanted
-        self._screen.selection = replace(self._screen.selection, where=wanted)
+            self.notify(str(error), severity="error")
+            return False
+        self.selection = selection
+        return True
 
     # filters by name
 
-    def ask_for_filter(self) -> None:
+    def action_filters(self) -> None:
         """Take a filter that was kept, or keep the present one."""
 
         def take(name: str | None) -> None:
             if name == KEEP:
                 self._ask_for_name()
             elif name is not None:
-                self._take_filter(name)
+                self._choose(partial(self._kept_filter, name))
 
-        told = {name: self._told(name) for name in self._kept.state.filters}
-        self._screen.app.push_screen(
-            FiltersDialog(told, self._forget, self._screen.selection.describe()), take
-        )
+        told = {name: self._told(name) for name in self.browser.kept.state.filters}
+        self.app.push_screen(FiltersDialog(told, self._forget, self.selection.describe()), take)
 
     def _told(self, name: str) -> str:
         try:
@@ -112,42 +118,29 @@ class Keeping:
             return str(error)
 
     def _kept_filter(self, name: str) -> Selection:
-        return selection_of(self._kept.state.filters[name], self._screen.selection.a)
+        return selection_of(self.browser.kept.state.filters[name], self.selection.a)
 
     def _forget(self, name: str) -> None:
-        self._kept.change(
+        self.browser.kept.change(
             lambda state: replace(state, filters={k: v for k, v in state.filters.items() if k != name})
         )
 
-    def _take_filter(self, name: str) -> None:
-        try:
-            selection = self._kept_filter(name)
-            if selection.where is not None:
-                check(selection.where, dict(selection.parameters))
-        except InputError as error:
-            self._screen.notify(str(error), severity="error")
-            return
-        self._screen.selection = selection
-
     def _ask_for_name(self) -> None:
-        criteria = criteria_of(self._screen.selection)
+        criteria, kept = criteria_of(self.selection), self.browser.kept
         if not criteria:
-            self._screen.notify("every word is shown: choose some first, as with / or o")
+            self.notify("every word is shown: choose some first, as with / or o")
             return
 
         def check(name: str) -> str:
             if len(name.strip()) > _LONGEST_NAME or printable(name) != name:
                 raise InputError(f"{len(name.strip())} characters: take a name of {_LONGEST_NAME} or less")
-            there = name.strip() in self._kept.state.filters
-            return (
-                "a filter of this name exists and will be replaced"
-                if there
-                else self._screen.selection.describe()
-            )
+            if name.strip() in kept.state.filters:
+                return "a filter of this name exists and will be replaced"
+            return self.selection.describe()
 
         def take(name: str | None) -> None:
             if name:
-                self._kept.change(lambda state: replace(state, filters={**state.filters, name: criteria}))
-                self._screen.notify(f"kept as {name}", timeout=2)
+                kept.change(lambda state: replace(state, filters={**state.filters, name: criteria}))
+                self.notify(f"kept as {name}", timeout=2)
 
-        self._screen.app.push_screen(LineDialog("keep this filter as", "", "short orbits", check), take)
+        self.app.push_screen(LineDialog("keep this filter as", "", "short orbits", check), take)

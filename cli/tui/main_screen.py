@@ -5,7 +5,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import ClassVar
 
-from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.screen import Screen
 from textual.widgets import Static
@@ -19,12 +18,11 @@ from orbitdb.cli.tui.dialogs.marks import MarksDialog, Names
 from orbitdb.cli.tui.keeping import Keeping
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel
-from orbitdb.cli.tui.panels import Panels
-from orbitdb.cli.tui.screens import Keys, bindings, in_thread, key
-from orbitdb.cli.tui.table.columns import EVERY, chosen
+from orbitdb.cli.tui.screens import Keys, bindings, key
+from orbitdb.cli.tui.table.columns import EVERY
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import Ordering
-from orbitdb.orbits.orbit import Orbit, Status
+from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
@@ -34,7 +32,7 @@ _ELEMENTS = {REVERSE: "time reverse", MIRROR_X: "mirror image left to right",
              MIRROR_Y: "mirror image upside down"}  # fmt: skip
 
 
-class MainScreen(Panels):
+class MainScreen(Keeping):
     """Look at orbits and choose them."""
 
     KEYS: ClassVar[Keys] = {
@@ -91,15 +89,6 @@ class MainScreen(Panels):
         super().__init__(selection, code)
         self._filters: list[str] = [selection.where] if selection.where else []
         self._codes: list[str] = []
-        self.keeping = Keeping(self)
-
-    def compose(self) -> ComposeResult:
-        """Lay out the panels, with the columns and marks that were kept."""
-        kept = self.browser.kept
-        kept.load()
-        self.set_reactive(Panels.columns, chosen(kept.state.columns))
-        self.set_reactive(Panels.marked, frozenset(kept.state.marked))
-        yield from super().compose()
 
     # moving
 
@@ -111,26 +100,19 @@ class MainScreen(Panels):
         """Take the last digit back."""
         self.rows.jumping.take_back()
 
-    def _shown(self) -> Orbit | None:
-        """Return the orbit on show, or say that there is none."""
-        self.catch_up()
-        if self.orbit is None:
-            self.notify("no orbit is shown: press c and type a code", timeout=2)
-        return self.orbit
-
     def action_follow(self, up: bool) -> None:
         """Follow the orbit to a greater or smaller a, past its births and deaths."""
-        if self._shown() is not None:
+        if self.shown_orbit() is not None:
             self.following.step(up)
 
     def action_move_in_class(self, element: int) -> None:
         """Show the image of the orbit under a mirror or time reversal."""
-        if (orbit := self._shown()) is None:
+        if (orbit := self.shown_orbit()) is None:
             return
         word = images_of(orbit.code)[element]
         same = least_rotation(word) == least_rotation(orbit.code)
         name = _ELEMENTS[element]
-        self.search.go_to(self.browser.find_at(word, orbit.a, orbit.exists))
+        self.go_to(self.browser.find_at(word, orbit.a, orbit.exists))
         told = f"its own {name}" if same else f"{name} of {orbit.code[:20]}"
         self.query_one(FactsPanel).border_title = told
 
@@ -140,7 +122,7 @@ class MainScreen(Panels):
         def take(code: str | None) -> None:
             if code:
                 self._codes.append(code)
-                self.search.ask_for(code)
+                self.ask_for(code)
 
         dialog = LineDialog(
             "code, in any rotation", "", "1232131 or 1^20(02)^5 3", choices.code_told, self._codes
@@ -220,32 +202,13 @@ class MainScreen(Panels):
         """Sort by the column; again, the other way round."""
         self._sort_by(message.column)
 
-    # keeping
-
-    def action_columns(self) -> None:
-        """Choose the columns of the table."""
-        self.keeping.ask_for_columns()
-
-    def action_mark(self) -> None:
-        """Mark the orbit, or unmark it."""
-        if (orbit := self._shown()) is not None:
-            self.keeping.mark(orbit)
-
-    def action_marked(self) -> None:
-        """Show the marked orbits only, or what was shown before."""
-        self.keeping.show_marked()
-
-    def action_filters(self) -> None:
-        """Take a filter that was kept, or keep the present one."""
-        self.keeping.ask_for_filter()
-
     # looking
 
     def action_view(self) -> None:
         """Change between the stadium and phase space."""
         self.query_one(OrbitDrawing).change_view()
         if self.has_class("-empty"):  # the greeting is in its place
-            self._shown()
+            self.shown_orbit()
 
     def action_particle(self) -> None:
         """Send a particle along the orbit, or stop it."""
@@ -253,14 +216,14 @@ class MainScreen(Panels):
 
     def action_whole(self) -> None:
         """Open all that is known of the orbit."""
-        if (orbit := self._shown()) is not None:
+        if (orbit := self.shown_orbit()) is not None:
             from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
 
             self.app.push_screen(WholeOrbitScreen(orbit))
 
     def action_compare(self) -> None:
         """Compare the orbit in phase space, or no longer."""
-        if (orbit := self._shown()) is None:
+        if (orbit := self.shown_orbit()) is None:
             return
         if orbit.coordinates is None:
             self.notify("only orbits have bounces to compare", timeout=2)
@@ -277,7 +240,7 @@ class MainScreen(Panels):
 
     def action_copy(self) -> None:
         """Copy the code."""
-        if (orbit := self._shown()) is not None:
+        if (orbit := self.shown_orbit()) is not None:
             self.app.copy_to_clipboard(orbit.code)
             self.notify(f"copied {orbit.code}", timeout=2)
 
@@ -342,6 +305,6 @@ class MainScreen(Panels):
                     self.browser.take_in_hand()
                     return export(path_of(name), *shown, lambda: self.browser.leaving)
 
-                in_thread(self, f"export {name}", write, self.notify)
+                self.in_thread(f"export {name}", write, self.notify)
 
         self.app.push_screen(LineDialog("export to a file", name, "orbits.csv, .parquet ..", kind_told), take)

@@ -8,24 +8,23 @@ from textual.containers import Horizontal, Vertical
 from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
 
-from orbitdb.cli.render import code_text
+from orbitdb.cli.render import code_text, repeats
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel
-from orbitdb.cli.tui.screens import Failed, OwnScreen
+from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.table.columns import COLUMNS, Column, fields_of
 from orbitdb.cli.tui.table.following import Following
 from orbitdb.cli.tui.table.paged_table import PagedTable
-from orbitdb.cli.tui.table.pages import NoRows, Ordering, Pages
+from orbitdb.cli.tui.table.pages import NONE, Ordering, Pages
 from orbitdb.cli.tui.table.panel import RowsPanel
-from orbitdb.cli.tui.word_search import WordSearch
 from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.codes import hint
 from orbitdb.store.asking.expressions import check, names_in
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.soundness import need_words
-from orbitdb.symbols.words import least_rotation
+from orbitdb.symbols.words import least_rotation, parse, primitive_root
 
 if TYPE_CHECKING:
     from orbitdb.cli.tui.app import BrowseApp
@@ -56,10 +55,10 @@ class Panels(OwnScreen[None]):
     ----------
     wanted : str or None
         The word that the cursor goes to when the rows come.
-    caught_up : str or None
-        The word of the row of which the orbit was shown last.
-    periods : list of int
-        Those that are filled, whole or in part.
+    left : str or None
+        The word of the row under the cursor, while another one that has no row is on show.
+    solving : str or None
+        The word that is looked up or solved.
     """
 
     selection: reactive[Selection] = reactive(Selection, repaint=False)
@@ -75,10 +74,9 @@ class Panels(OwnScreen[None]):
         self._code = code
         self._values = dict(selection.parameters)
         self.wanted: str | None = None
-        self.caught_up: str | None = None
-        self.periods: list[int] = []
+        self.left: str | None = None
+        self.solving: str | None = None
         self.following = Following(self)
-        self.search = WordSearch(self)
 
     @property
     def browser(self) -> "BrowseApp":
@@ -95,6 +93,12 @@ class Panels(OwnScreen[None]):
         """The a at which words are shown: that of the rows, or the one they are followed to."""
         return self.selection.a if self.following.away is None else self.following.away
 
+    @property
+    def periods(self) -> list[int]:
+        """Those that are filled, whole or in part."""
+        catalogue = self.browser.catalogue
+        return [fill.p for fill in catalogue.fills(self.selection.a)] if catalogue is not None else []
+
     def compose(self) -> ComposeResult:
         """Lay out the panels."""
         yield Header()
@@ -109,45 +113,32 @@ class Panels(OwnScreen[None]):
         yield Footer(show_command_palette=False, compact=True)
 
     def on_mount(self) -> None:
-        """Show the first rows at once, and read the rest meanwhile; look the first word up."""
-        self.rows.say()
-        if self.browser.catalogue is not None:
-            self.rows.show_head(self.browser.catalogue, self.selection, self._fields())
+        """Read the rows, and look the first word up."""
         self.refresh_catalogue()
         self.rows.table.focus()
         if self._code is not None:
-            self.call_next(self.search.ask_for, self._code)
+            self.call_next(self.ask_for, self._code)
 
     # the subset
 
     def refresh_catalogue(self) -> None:
         """Look at the file again: at the beginning, and when something has been stored."""
-        catalogue = self.browser.catalogue
-        values = catalogue.a_values() if catalogue is not None else []
-        self.set_class(not values and self.orbit is None, "-empty")
+        filled = self.browser.catalogue is not None and self.browser.catalogue.a_values()
+        self.set_class(not filled and self.orbit is None, "-empty")
         self.rows.total = None
-        if values:
-            self._look_at_periods()
         self.say_choices()
-        if values:
+        if filled:
             self.read()
-
-    def _look_at_periods(self) -> None:
-        catalogue = self.browser.catalogue
-        self.periods = [fill.p for fill in catalogue.fills(self.selection.a)] if catalogue else []
 
     def watch_selection(self, old: Selection, selection: Selection) -> None:
         """Show the new subset; of another stadium nothing stays on screen."""
         if not self.is_mounted:
             return
         if selection.a != old.a:
-            self._look_at_periods()
-            self.following.take_rows(None)
-            self.query_one(OrbitDrawing).a = selection.a
-            self.wanted = self.caught_up = self.rows.total = None
+            self.wanted = self.left = self.rows.total = None
             self.orbit, self.compared = None, ()
             self.rows.say_gaps([], "")
-            self.rows.table.show(NoRows())
+            self.rows.table.show(NONE)
         self.say_choices()
         self.read()
 
@@ -158,14 +149,11 @@ class Panels(OwnScreen[None]):
         self.query_one("#chips", Static).update(choices.chips(self.selection, count))
         self.sub_title = self.selection.describe()
 
-    def _fields(self) -> tuple[str, ...]:
-        return fields_of(self.columns, self.ordering.column)
-
     def read(self) -> None:
         """Read the chosen rows."""
         if self.browser.catalogue is not None:
-            chosen = self.selection, self.ordering
-            self.rows.read(self.browser.catalogue, *chosen, self._fields(), self._take_rows)
+            fields = fields_of(self.columns, self.ordering.column)
+            self.rows.read(self.browser.catalogue, (self.selection, self.ordering), fields, self.take_rows)
 
     def watch_ordering(self) -> None:
         """Read the rows in another order, or with other columns."""
@@ -184,7 +172,7 @@ class Panels(OwnScreen[None]):
         if (where or None) != self.selection.where:
             self.wanted = word
             self.selection = self._filtered(where or None)
-        elif self.rows.stopped:  # read it after all
+        elif self.rows.asked is None:  # reading was stopped
             self.read()
 
     def _filtered(self, where: str | None) -> Selection:
@@ -194,78 +182,110 @@ class Panels(OwnScreen[None]):
         values = {name: value for name, value in known.items() if name in used}
         return replace(self.selection, where=where, parameters=values)
 
-    def _take_rows(self, rows: Pages) -> None:
-        """Show the rows; the cursor stays on its word if it is among them, and at the top if it was there."""
+    def take_rows(self, rows: Pages) -> None:
+        """Show the rows; the cursor stays on its word if it is among them, and at the top if it was there.
+
+        An orbit on show that had no row goes to the one it has by now, and stays if it has none.
+        """
+        self.catch_up()
         table = self.rows.table
-        word = self.wanted or (table.row[0] if table.row and table.cursor else None)
-        alone = self._word_without_row()
-        if self.wanted is None and alone is not None:
-            word = alone
-        place = rows.position(word) if word else None
-        self.wanted = self.caught_up = None
-        if not len(rows) and self.orbit is not None and self.orbit.stored:
+        row, shown = table.row, None if self.orbit is None else least_rotation(self.orbit.code)
+        alone = None if row is not None and row[0] == shown else shown
+        word = self.wanted or alone or (row[0] if row is not None and table.cursor else None)
+        place, asked_for = rows.position(word) if word else None, self.wanted == alone
+        self.wanted = self.left = None
+        if not len(rows) and alone is None:
             self.orbit = None
-        self.show_rows(rows, place or 0)
+        self.rows.show(rows, place or 0)
         if alone is not None and place is None:
             self.leave_the_row()
-
-    def show_rows(self, rows: Pages, cursor: int) -> None:
-        """Show the rows that have been read, as they are where words are shown."""
-        self.following.take_rows(rows)
-        self.rows.show(rows, cursor)
-        self.search.take_rows(rows)
+            if asked_for:
+                self._say_no_row()
         self.following.go_on()
         self.rows.jumping.go_on()
 
-    def on_failed(self, message: Failed) -> None:
-        """Go on with nothing that a worker could not do."""
+    def failed(self, reason: str) -> None:
+        """Say what a worker could not do, and go on with nothing of it."""
+        super().failed(reason)
         self.following.stop()
-        self.search.say_solving(None)
+        self.solving = None
+        self.entitle_facts()
         self.rows.say()
 
     # the orbit
 
-    def _word_without_row(self) -> str | None:
-        """Return the word on show, as a least rotation, if it is not that of the row under the cursor."""
-        if self.orbit is None or self.orbit.stored:
-            return None
-        word, row = least_rotation(self.orbit.code), self.rows.table.row
-        return None if row is not None and row[0] == word else word
+    def ask_for(self, code: str) -> None:
+        """Look a code up, or solve it, in a worker."""
+        word = parse(code)
+        root = primitive_root(word)
+        if root != word:
+            self.notify(repeats(word, root))
+        self.solving, a = root, self.here
+        self.entitle_facts()
+        self.in_thread("find", lambda _: self.browser.find(root, a), self.take_found)
+
+    def take_found(self, orbit: Orbit) -> None:
+        """Show the orbit, unless another stadium is shown by now, and say where it comes from."""
+        self.solving = None
+        self.entitle_facts()
+        if orbit.a == self.here and not self.go_to(orbit) and self.wanted is None:
+            self._say_no_row()
+
+    def go_to(self, orbit: Orbit) -> bool:
+        """Show an orbit in its rotation, the cursor on its row; return whether it has one."""
+        table, word = self.rows.table, least_rotation(orbit.code)
+        self.orbit = orbit
+        place = table.source.position(word)
+        if place is not None:
+            self.left, table.cursor = None, place
+        elif table.source.catalogue is None and self.browser.catalogue is not None:
+            self.wanted = word  # the rows are still being read
+        else:
+            self.leave_the_row()
+        return place is not None
+
+    def _say_no_row(self) -> None:
+        """Say why the orbit on show has no row."""
+        stored = self.orbit is not None and self.orbit.stored
+        told = "it is not in the chosen subset" if stored else "not stored: solved on the spot"
+        self.notify(told, timeout=4)
 
     def leave_the_row(self) -> None:
         """Let the row under the cursor not take the place of what is shown, until the cursor moves."""
         row = self.rows.table.row
-        self.caught_up = None if row is None else row[0]
+        self.left = None if row is None else row[0]
 
     def catch_up(self) -> None:
         """Show the word under the cursor, which may have moved faster than messages go."""
         row = self.rows.table.row
-        if self.wanted is None and row is not None and row[0] != self.caught_up:
-            self.caught_up = row[0]
+        if row is not None and row[0] != self.left:
+            self.left = None
             self._show_word(row[0])
 
     on_paged_table_moved = catch_up
 
+    def shown_orbit(self) -> Orbit | None:
+        """Return the orbit on show, or say that there is none."""
+        self.catch_up()
+        if self.orbit is None:
+            self.notify("no orbit is shown: press c and type a code", timeout=2)
+        return self.orbit
+
     def _show_word(self, word: str, anew: bool = False) -> None:
         """Show a word, as a least rotation; what is shown of it in another rotation stays, unless anew."""
-        wanted = word
-        if not anew and self.orbit is not None and self.orbit.a == self.here:
-            shown, known = self.orbit.code, self.orbit.stored or self.here != self.selection.a
-            if len(shown) == len(word) and least_rotation(shown) == word:
-                if known:
-                    return
-                wanted = shown
+        shown, away = self.orbit, self.following.away
+        same = shown is not None and shown.a == self.here and len(shown.code) == len(word) and not anew
+        if shown is not None and same and word in (shown.code, least_rotation(shown.code)):
+            if shown.stored or away is not None:
+                return
+            word = shown.code
         try:
             need_words([word], [len(word)])
-            self.orbit = self._look_up(wanted)
+            stored = self.browser.find(word, self.selection.a)
+            self.orbit = stored if away is None else self.browser.find_at(word, away, stored.exists)
         except StoreError as error:
             self.orbit = None
             self.notify(str(error), severity="error")
-
-    def _look_up(self, word: str) -> Orbit:
-        """Return the orbit of a word where words are shown."""
-        stored, away = self.browser.find(word, self.selection.a), self.following.away
-        return stored if away is None else self.browser.find_at(word, away, stored.exists)
 
     def watch_orbit(self, orbit: Orbit | None) -> None:
         """Write what is known of the orbit, and let the rows follow it."""
@@ -285,8 +305,8 @@ class Panels(OwnScreen[None]):
         title = "facts"
         if self.orbit is not None and self.orbit.a != self.selection.a:
             title = f"facts at a = {self.orbit.a:.9g}"
-        if self.search.solving is not None:
-            title = f"solving {code_text(self.search.solving)} …"
+        if self.solving is not None:
+            title = f"solving {code_text(self.solving)} …"
         self.query_one(FactsPanel).border_title = title
 
     def action_back(self) -> None:
@@ -295,6 +315,6 @@ class Panels(OwnScreen[None]):
             self.rows.jumping.give_up()
             return
         self.following.come_back()
-        row = self.rows.table.row
+        self.left, row = None, self.rows.table.row
         if row is not None:
             self._show_word(row[0], anew=True)

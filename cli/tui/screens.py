@@ -1,7 +1,6 @@
 """What all screens and dialogs are made of: keys in groups, work in threads, and closing once."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Generator, Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar, TypeVar
 
@@ -9,10 +8,8 @@ from textual.await_complete import AwaitComplete
 from textual.binding import Binding, BindingType
 from textual.command import CommandPalette
 from textual.containers import ScrollableContainer
-from textual.dom import DOMNode
-from textual.message import Message
 from textual.screen import ModalScreen, Screen
-from textual.worker import get_current_worker
+from textual.worker import Worker
 
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.asking.confinement import CancelledError
@@ -58,55 +55,60 @@ class ScrollBox(ScrollableContainer):
     BINDINGS = bindings(SCROLLING)
 
 
-@dataclass
-class Failed(Message):
-    """A worker could not do what it should."""
-
-    reason: str
-
-
-def in_thread(
-    node: DOMNode,
-    group: str,
-    find: Callable[[Callable[[], bool]], Any],
-    take: Callable[[Any], object],
-    fail: Callable[[str], object] | None = None,
-) -> None:
-    """Find something out in a thread, and take it when it is there.
-
-    Parameters
-    ----------
-    node : DOMNode
-        Whoever wants it; when it goes, nobody waits any more. It takes what was found as its own message,
-        and messages that this gives rise to rise no higher: on the main screen it is the screen.
-    group : str
-        Whatever else is being found in this group is not waited for any more.
-    find : callable
-        Is given a function that tells whether nobody waits any more.
-    take : callable
-        Is given what was found.
-    fail : callable, optional
-        Is given the message of an error; by default the screen says it (`Failed`).
-    """
-
-    def run() -> None:
-        worker = get_current_worker()
-        then: Callable[[], object]
-        try:
-            then = partial(take, find(lambda: worker.is_cancelled))
-        except CancelledError:
-            return
-        except (InputError, StoreError) as error:
-            told = str(error)
-            then = partial(node.post_message, Failed(told)) if fail is None else partial(fail, told)
-        if not worker.is_cancelled:
-            node.call_later(then)
-
-    node.run_worker(run, group=group, exclusive=True, thread=True)
-
-
 class OwnScreen(Screen[Result]):
     """A screen that does nothing before it is there, closes once, and says what went wrong."""
+
+    def __init__(self, name: str | None = None, id: str | None = None, classes: str | None = None) -> None:
+        super().__init__(name, id, classes)
+        self._latest: dict[str, Worker[None]] = {}
+
+    def in_thread(
+        self,
+        group: str,
+        find: Callable[[Callable[[], bool]], Any],
+        take: Callable[[Any], object],
+        fail: Callable[[str], object] | None = None,
+    ) -> None:
+        """Find something out in a thread, and take it when it is there and nothing newer is wanted.
+
+        Parameters
+        ----------
+        group : str
+            Whatever else is being found in this group is not waited for any more.
+        find : callable
+            Is given a function that tells whether nobody waits any more. It returns or yields results.
+        take : callable
+            Is given each result.
+        fail : callable, optional
+            Is given the message of an error; by default the screen says it (`failed`).
+        """
+
+        def run() -> None:
+            try:
+                found = find(lambda: worker.is_cancelled)
+                for each in found if isinstance(found, Generator) else (found,):
+                    self.call_later(hand_over, partial(take, each))
+                    if worker.is_cancelled:
+                        return
+            except CancelledError:
+                return
+            except (InputError, StoreError) as error:
+                self.call_later(hand_over, partial(fail or self.failed, str(error)))
+
+        def hand_over(to: Callable[[], object]) -> None:
+            if self._latest.get(group) is worker:
+                to()
+
+        worker = self._latest[group] = self.run_worker(run, group=group, exclusive=True, thread=True)
+
+    def give_up(self, group: str) -> None:
+        """Wait no more for what is being found in a group."""
+        if (worker := self._latest.pop(group, None)) is not None:
+            worker.cancel()
+
+    def failed(self, reason: str) -> None:
+        """Say what a worker could not do."""
+        self.notify(reason, severity="error")
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Let a key do nothing that comes before the widgets it is meant for."""
@@ -115,10 +117,6 @@ class OwnScreen(Screen[Result]):
     def dismiss(self, result: Result | None = None) -> AwaitComplete:
         """Close, unless another key or click has closed it already, or another screen stands above it."""
         return super().dismiss(result) if self.is_current else AwaitComplete()
-
-    def on_failed(self, message: Failed) -> None:
-        """Say it; Textual calls the handlers of the classes below this one first."""
-        self.notify(message.reason, severity="error")
 
 
 class Dialog(ModalScreen[Result], OwnScreen[Result]):

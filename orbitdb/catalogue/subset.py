@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from orbitdb.billiard.stability import maslov_index
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue import subset_tables
-from orbitdb.column_files import Column, Lists
+from orbitdb.column_files import Column
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
@@ -357,8 +357,8 @@ class Subset(ByValue):
             else:
                 columns[name] = values
         if self.coordinates is not None:
-            first = self.coordinates[self.start[:-1]]
-            columns[COORDINATES] = Lists(self.coordinates, self.p, ~np.isnan(first))
+            parts = np.split(self.coordinates, self.start[1:-1])[: len(self)]
+            columns[COORDINATES] = [None if np.isnan(part[0]) else part for part in parts]
         return columns
 
 
@@ -406,11 +406,7 @@ def _array(name: str, parts: list[Any]) -> NDArray[Any]:
     return np.array([value or "" for value in plain], _TEXT)
 
 
-def _flat(parts: list[Lists], periods: list[list[int]]) -> Floats:
+def _flat(parts: list[Any], periods: list[list[int]]) -> Floats:
     """Return the coordinates of all rows one behind the other, NaN where a row has none."""
-    found = [np.zeros(0)]
-    for part, orders in zip(parts, periods, strict=True):
-        flat = np.full(sum(orders), np.nan)
-        flat[np.repeat(part.present, orders)] = part.values
-        found.append(flat)
-    return np.concatenate(found)
+    pairs = (pair for part in zip(parts, periods, strict=True) for pair in zip(*part, strict=True))
+    return np.concatenate([np.zeros(0), *(np.full(p, np.nan) if x is None else x for x, p in pairs)])

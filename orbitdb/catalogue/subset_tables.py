@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_files import Column, Lists, arrow_batch, arrow_schema
+from orbitdb.column_files import Column, arrow_batch, arrow_schema
 from orbitdb.columns import kind_of
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
@@ -38,12 +38,10 @@ def to_pandas(columns: Columns) -> "pandas.DataFrame":
     pandas = load("pandas", "to_pandas()", "pandas")
     table: dict[str, Any] = {}
     for name, values in columns.items():
-        if isinstance(values, Lists):
-            parts = np.split(values.values, np.cumsum(values.lengths)[:-1]) if len(values) else []
-            known = [part if whole else None for part, whole in zip(parts, values.present, strict=True)]
-            table[name] = pandas.Series(known, dtype=object)
-        elif isinstance(values, np.ndarray):
+        if isinstance(values, np.ndarray):
             table[name] = values
+        elif kind_of(name) == "numbers":
+            table[name] = pandas.Series(values, dtype=object)
         else:
             table[name] = pandas.array(values, "string" if kind_of(name) == "text" else "Int64")
     return pandas.DataFrame(table)

@@ -1,20 +1,17 @@
 """Blocks solved on a cluster of machines, through dask.distributed.
 
-Results stay on the workers until they are wanted, and two at a time come here, in the order of the
-blocks: what is kept in the memory of the process that stores does not grow with the cluster. (The
-executor that dask's client offers, `get_executor`, fetches every result as soon as there is one, and
-its futures wait for ever if a result cannot be read.)
+Results stay on the workers until they are wanted: what is kept in the memory of the process that stores does
+not grow with the cluster. (The executor that dask's client offers, `get_executor`, fetches every result as
+soon as there is one, and its futures wait for ever if a result cannot be read.)
 """
 
 import asyncio
 import json
-import math
 import os
 import pickle
 import threading
-import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
@@ -22,7 +19,7 @@ from uuid import uuid4
 
 from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
-from orbitdb.filling.workers import Result, Task, answered, in_order
+from orbitdb.filling.workers import Result, Task, answered, begun_ahead
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -31,14 +28,8 @@ if TYPE_CHECKING:
 _AHEAD = 2
 """Blocks under way for each thread of the cluster, so that none waits for the writer."""
 
-_FETCHED = 2
-"""Results that are fetched at a time: one that is wanted, one behind it."""
-
 PATIENCE = 8.0
 """Seconds until a scheduler must have answered."""
-
-COUNTED = 5.0
-"""Seconds for which the number of workers is taken to be the same."""
 
 _one_at_a_time = threading.Lock()
 
@@ -77,11 +68,8 @@ class Cluster:
 
     def __init__(self, scheduler: str) -> None:
         self.scheduler = scheduler
-        self._fetching = asyncio.Semaphore(_FETCHED)
         self.jobs = 1
         self._client: Client
-        self._size: Size
-        self._counted = -math.inf
 
     def __enter__(self) -> Self:
         """Connect to the scheduler.
@@ -108,35 +96,30 @@ class Cluster:
         WorkError
             If the connection is lost, a block kills worker after worker, or workers cannot solve.
         """
-        return in_order(self._submit, blocks, lambda: _AHEAD * max(self.size().threads, 1))
+        begun = map(self._begun, blocks)
+        for task in begun_ahead(begun, lambda: _AHEAD * max(self.size().threads, 1)):
+            try:
+                version, found = task.result()
+            except Exception as error:
+                raise _failure(error) from error
+            yield answered(version, found)
 
     def size(self) -> Size:
         """Count the workers there are."""
-        if time.monotonic() >= self._counted + COUNTED:
-            try:
-                if self._client.status != "running":
-                    raise ConnectionError  # else the question would wait for the scheduler to come back
-                threads = self._client.nthreads().values()
-            except Exception as error:
-                raise _failure(error) from error
-            self._size, self._counted = Size(len(threads), sum(threads)), time.monotonic()
-        return self._size
+        try:
+            if self._client.status != "running":
+                raise ConnectionError  # else the question would wait for the scheduler to come back
+            threads = self._client.nthreads().values()
+        except Exception as error:
+            raise _failure(error) from error
+        return Size(len(threads), sum(threads))
 
-    def _submit(self, block: Task[Any]) -> Future[Any]:
+    def _begun(self, block: Task[Any]) -> "DaskTask":
         """Begin with a block."""
         try:
-            task = self._client.submit(pickle.loads, pickle.dumps(_Call(block)), key=f"orbitdb-{uuid4()}")
+            return self._client.submit(pickle.loads, pickle.dumps(_Call(block)), key=f"orbitdb-{uuid4()}")
         except Exception as error:
             raise _failure(error) from error
-        return asyncio.run_coroutine_threadsafe(self._fetch(task), self._client.loop.asyncio_loop)
-
-    async def _fetch(self, task: "DaskTask") -> Any:
-        try:
-            async with self._fetching:
-                version, found = await task._result()  # `result` would wait in the loop's own thread
-        except Exception as error:
-            raise _failure(error) from error
-        return answered(version, found)
 
 
 class _Call:

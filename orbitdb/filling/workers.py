@@ -11,18 +11,18 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack, suppress
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
-from tempfile import TemporaryFile
 from traceback import format_exc
 from types import TracebackType
-from typing import IO, Any, Protocol, Self, TypeVar
+from typing import Any, Protocol, Self, TypeVar
 
 from orbitdb import __version__
 from orbitdb.errors import WorkError
 
+Begun = TypeVar("Begun")
 Result = TypeVar("Result")
 Result_co = TypeVar("Result_co", covariant=True)
 
@@ -31,9 +31,6 @@ _AHEAD = 2
 
 _DEATHS = 3
 """How often workers may die on one block."""
-
-_PIECE = 1 << 16
-"""Bytes of an answer that are sent at a time."""
 
 _HELD_BACK = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
@@ -73,27 +70,23 @@ class Here:
 HERE = Here()
 
 
-def in_order(
-    submit: Callable[[Task[Any]], Future[Result]], blocks: Iterable[Task[Any]], ahead: Callable[[], int]
-) -> Iterator[Result]:
-    """Solve blocks that may be finished in any order; yield the results in the order of the blocks.
+def begun_ahead(begun: Iterable[Begun], ahead: Callable[[], int]) -> Iterator[Begun]:
+    """Yield what was begun in its order, with more under way.
 
     Parameters
     ----------
-    submit : callable
-        Begins with a block, and promises its result.
-    blocks : iterable of Task
+    begun : iterable
+        Begins with a block at every step, and promises its result.
     ahead : callable
-        Says how many blocks may be under way beside the one that is waited for; it is asked before
-        every block, as there may be more workers by then.
+        Says how many may be under way beside the one that is waited for; it is asked before every one, as
+        there may be more workers by then.
     """
-    waiting: deque[Future[Result]] = deque()
-    for block in blocks:
-        waiting.append(submit(block))
+    waiting: deque[Begun] = deque()
+    for each in begun:
+        waiting.append(each)
         while len(waiting) > ahead():
-            yield waiting.popleft().result()
-    while waiting:
-        yield waiting.popleft().result()
+            yield waiting.popleft()
+    yield from waiting
 
 
 def answered(version: str, result: Result) -> Result:
@@ -133,6 +126,9 @@ class Processes:
         self._ended = False
 
     def __enter__(self) -> Self:
+        """Start the processes, which takes them some tenths of a second, before there are blocks to solve."""
+        for _ in range(self.jobs):
+            self._threads.submit(lambda: self._idle.append(self._started()))
         return self
 
     def __exit__(
@@ -144,11 +140,6 @@ class Processes:
             process.end()
         self._threads.shutdown(cancel_futures=True)
 
-    def start(self) -> None:
-        """Start the processes, which takes them some tenths of a second, before there are blocks to solve."""
-        for _ in range(self.jobs):
-            self._threads.submit(lambda: self._idle.append(self._started()))
-
     def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
         """Yield what became of blocks, in their order.
 
@@ -157,32 +148,15 @@ class Processes:
         WorkError
             If processes die again and again on one block.
         """
-        answers, over = set[IO[bytes]](), threading.Event()
+        begun = (self._threads.submit(self._answer, block) for block in blocks)
+        for answer in begun_ahead(begun, lambda: _AHEAD * self.jobs):
+            found = answered(*pickle.loads(answer.result()))
+            if isinstance(found, Exception):
+                raise found
+            yield found
 
-        def solve(block: Task[Any]) -> IO[bytes]:
-            answer = self._answer(block)
-            answers.add(answer)
-            if over.is_set():
-                answer.close()
-            return answer
-
-        try:
-            for answer in in_order(
-                lambda block: self._threads.submit(solve, block), blocks, lambda: _AHEAD * self.jobs
-            ):
-                with answer:
-                    found = answered(*pickle.load(answer))
-                answers.remove(answer)
-                if isinstance(found, Exception):
-                    raise found
-                yield found
-        finally:
-            over.set()
-            for answer in answers.copy():  # that nobody wants any more
-                answer.close()
-
-    def _answer(self, block: Task[Any]) -> IO[bytes]:
-        """Give a block to an idle process, or to a new one if there is none or it dies; return the answer."""
+    def _answer(self, block: Task[Any]) -> bytes:
+        """Have a block solved by an idle process, or by a new one if there is none or it dies."""
         try:
             process = self._idle.pop()
         except IndexError:
@@ -190,7 +164,7 @@ class Processes:
         for _ in range(_DEATHS):
             try:
                 answer = process.answer(block)
-            except (EOFError, ConnectionError):
+            except (EOFError, OSError):
                 process.end()
                 if self._ended:
                     raise
@@ -227,30 +201,16 @@ class _Process:
         self._process.start()
         other.close()
 
-    def answer(self, block: Task[Any]) -> IO[bytes]:
-        """Have a block solved; return what `_work` says, in a file: answers may wait, and take no memory.
+    def answer(self, block: Task[Any]) -> bytes:
+        """Have a block solved; return what `_work` says.
 
         Raises
         ------
-        EOFError, ConnectionError
+        EOFError, OSError
             If the process has died.
         """
         self._line.send_bytes(pickle.dumps(block))
-        with ExitStack() as unless_whole:
-            file = unless_whole.enter_context(TemporaryFile())
-            while piece := self._received():
-                file.write(piece)
-            file.seek(0)
-            unless_whole.pop_all()
-            return file
-
-    def _received(self) -> bytes:
-        try:
-            return self._line.recv_bytes()
-        except OSError as error:
-            if error.errno is None:  # the process has died in the middle of a piece
-                raise EOFError from error
-            raise
+        return self._line.recv_bytes()
 
     def end(self) -> None:
         """End the process at once."""
@@ -259,7 +219,7 @@ class _Process:
 
 
 def _work(line: Connection) -> None:
-    """Solve block after block; answer with the version of this orbitdb and the result or an error, in pieces.
+    """Solve block after block; answer with the version of this orbitdb and the result or an error.
 
     Signals are left to the process that stores; if that is killed, this one ends at once.
     """
@@ -276,10 +236,7 @@ def _work(line: Connection) -> None:
             except Exception as error:
                 error.add_note(format_exc())
                 found = error
-            answer = memoryview(pickle.dumps((__version__, found)))
-            for start in range(0, len(answer), _PIECE):
-                line.send_bytes(answer[start : start + _PIECE])
-            line.send_bytes(b"")
+            line.send_bytes(pickle.dumps((__version__, found)))
 
 
 def _end_with_parent() -> None:

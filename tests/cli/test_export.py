@@ -1,6 +1,5 @@
 """Exported files give back every number bit by bit, with where they come from, or are not there."""
 
-import csv
 import errno
 import io
 import json
@@ -336,20 +335,3 @@ def test_npz_is_written_piece_by_piece(tmp_path):
     assert found["coordinates"].tolist() == [0.5, 1.0, 1, 1, 1]
     assert found["coordinates_start"].tolist() == [0, 2, 2, 5]
     assert str(found["metadata"]) == '{"a": 1.6}'
-
-
-@pytest.mark.parametrize("delimiter", [",", "\t"])
-def test_csv_is_what_the_standard_library_writes(delimiter):
-    """By rows and by columns, to the quote and the sign of zero; one empty field is no empty line."""
-    numbers = [0.0, -0.0, 1e-300, float("nan"), 0.1]
-    texts = ["x,y", 'say "1"', "13", None, ""]
-    for columns in ([numbers, texts, [3, None, -1, 0, 3]], [texts]):
-        rows = [[None if value != value else value for value in row] for row in zip(*columns, strict=True)]
-        names = ("length", "symmetry", "walls")[: len(columns)]
-        expected = io.StringIO()
-        csv.writer(expected, delimiter=delimiter, lineterminator="\n").writerows([names, *rows])
-        block = ColumnBlock([np.array(each) if each is numbers else each for each in columns])
-        for given in (rows, [block]):
-            found = io.StringIO()
-            assert files.write_csv(found, names, given, delimiter) == len(rows)
-            assert found.getvalue() == expected.getvalue()

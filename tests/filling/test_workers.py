@@ -20,7 +20,7 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.errors import WorkError
 from orbitdb.filling.blocks import Block, cut_into_blocks
 from orbitdb.filling.periods import fill_periods
-from orbitdb.filling.workers import HERE, Processes, cores, in_order
+from orbitdb.filling.workers import HERE, Processes, begun_ahead, cores
 from orbitdb.store.file.migrate import migrate
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
@@ -88,7 +88,7 @@ def test_results_come_in_order_and_few_are_under_way():
     blocks = list(cut_into_blocks(1.6, "newton", 9))
     assert len(blocks) > 20
     pool = Backwards()
-    found = list(in_order(pool.submit, iter(blocks), lambda: 5))
+    found = [each.result() for each in begun_ahead(map(pool.submit, blocks), lambda: 5)]
     assert [result.span for result in found] == [block.span for block in blocks]
     assert pool.most == 6
 
@@ -149,9 +149,7 @@ def sent(process: int) -> int:
 def test_a_worker_that_dies_as_it_is_started_costs_only_time():
     blocks = list(cut_into_blocks(1.6, "newton", 5))
     with Processes(2) as workers:
-        workers.start()
         os.kill(next_worker(), signal.SIGKILL)
-        workers.start()
         found = list(workers.solved(iter(blocks)))
     assert [result.span for result in found] == [block.span for block in blocks]
 
@@ -234,17 +232,3 @@ def test_every_orbit_knows_what_computed_it(tmp_path):
         shares = dict(plain.execute(counts))
     assert set(shares) == {"an abacus", arithmetic()}
     assert checks(path)["bits"].rows == shares[arithmetic()]
-
-
-@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs Linux")
-def test_answers_that_nobody_takes_are_closed():
-    blocks = list(cut_into_blocks(1.6, "newton", 4)) * 6
-    with Processes(2) as workers:
-        list(workers.solved(iter(blocks)))
-        before = len(os.listdir("/proc/self/fd"))
-        for _ in range(5):
-            some = workers.solved(iter(blocks))
-            next(some)
-            some.close()
-        list(workers.solved(iter(blocks)))
-        assert len(os.listdir("/proc/self/fd")) <= before

@@ -1,6 +1,5 @@
 """Catalogues of schema 6, which had one row a word."""
 
-import importlib
 import sqlite3
 from collections.abc import Iterable
 from contextlib import closing
@@ -10,7 +9,7 @@ from orbitdb.store.file.schema import APPLICATION_ID, LONG, REVISIONS
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import MAX_KEYED, key
 
-BASELINE = importlib.import_module("orbitdb.migrations.versions.v0006_baseline").SCHEMA
+BASELINE = Path(__file__).with_name("schema_6.sql").read_text()
 _CHANGED = ("cycle", "sequence", "pruned", "element", "fill", "alembic_version")
 
 

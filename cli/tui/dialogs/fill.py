@@ -11,7 +11,7 @@ from textual.widgets import Button, Input, Label, ProgressBar
 
 from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.dialogs.fill_state import Cost, FillState, Wish, cost_of, parse_wish
-from orbitdb.cli.tui.screens import ESCAPE, Dialog, in_thread
+from orbitdb.cli.tui.screens import ESCAPE, Dialog
 from orbitdb.errors import InputError
 
 _FIELDS = (
@@ -109,11 +109,10 @@ class FillDialog(Dialog[None]):
         try:
             wish = parse_wish(*(self.query_one(f"#{name}", Input).value for name, _, _ in _FIELDS))
         except InputError as error:
-            self.workers.cancel_group(self, "cost")
+            self.give_up("cost")
             self._say(str(error), wrong=True)
             return
-        in_thread(
-            self,
+        self.in_thread(
             "cost",
             lambda _: cost_of(self._path, wish),
             lambda cost: self._take_cost(wish, cost, begin),

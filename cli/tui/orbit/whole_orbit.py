@@ -20,7 +20,7 @@ from orbitdb.cli.tui.orbit.facts import (
     facts_of,
     folded,
 )
-from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, bindings, in_thread, key
+from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, bindings, key
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.symbols.symmetry import ELEMENTS, MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
@@ -88,7 +88,7 @@ class WholeOrbitScreen(OwnScreen[None]):
         self.query_one(OrbitDrawing).orbit = self._orbit
         self._show((self._orbit, ()))
         self.query_one(FactsPanel).focus()
-        in_thread(self, "lives", self._complete, self._show)
+        self.in_thread("lives", self._complete, self._show)
 
     def _show(self, known: tuple[Orbit, Partners]) -> None:
         orbit, partners = known

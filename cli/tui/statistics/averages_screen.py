@@ -1,24 +1,24 @@
 """The statistics screen: Table 1, entropies and Lyapunov averages of the chosen subset."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 from rich.table import Table
-from textual import work
 from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.containers import Horizontal
 from textual.widgets import Footer, Header, Static
-from textual.worker import get_current_worker
 
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.results import Result
 from orbitdb.cli.tui.orbit.drawing import Plot
-from orbitdb.cli.tui.screens import RETURN, Failed, Keys, OwnScreen, ScrollBox, bindings, in_thread
+from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings
 from orbitdb.cli.tui.statistics.averages import COLUMNS, curves_of, statistics, table_of
-from orbitdb.errors import StoreError
+from orbitdb.errors import InputError
 from orbitdb.numerals import with_error
 from orbitdb.store.asking.selection import Selection
 from orbitdb.trajectories.ensemble import Reference, references
@@ -72,51 +72,41 @@ class StatisticsScreen(OwnScreen[None]):
             self.query_one(f"#plot-{name}").border_title = title
         self.query_one("#numbers-box").focus()
         self._compute()
-        self._refer(self._bounces)
+        self._refer()
 
     def _compute(self) -> None:
-        """Average over the first periods, which takes no time, and then over all, if there are more."""
-        in_thread(self, "numbers", lambda _: self._parts(), lambda parts: self._average(parts, self._weight))
+        weight = self._weight
+        self.in_thread("numbers", lambda _: self._averages(weight), self._take)
 
-    def _parts(self) -> list[Selection]:
+    def _averages(self, weight: Weight) -> Iterator[Result]:
+        """Average over the first periods, which takes no time, and then over all, if there are more."""
         chosen = self._selection
         spans = chosen.periods or ((2, _FIRST),)
         first = tuple((low, min(high, _FIRST)) for low, high in spans if low <= _FIRST)
-        more = any(fill.p > _FIRST and chosen.includes(fill.p) for fill in self._catalogue.fills(chosen.a))
-        return [replace(chosen, periods=first), chosen] if first and more else [chosen]
+        if first and any(
+            fill.p > _FIRST and chosen.includes(fill.p) for fill in self._catalogue.fills(chosen.a)
+        ):
+            with suppress(InputError):  # there may be none of them
+                yield statistics(self._catalogue, replace(chosen, periods=first), weight)
+        yield statistics(self._catalogue, chosen, weight)
 
-    def _average(self, parts: Sequence[Selection], weight: Weight) -> None:
-        now, *others = parts
+    def _take(self, found: Result) -> None:
+        self.found = found
+        self._show()
 
-        def go_on(found: Result | None) -> None:
-            if weight is not self._weight:  # the other one is wanted by now
-                return
-            if found is not None:
-                self.found = found
-                self._show()
-            if others:
-                self._average(others, weight)
+    def _refer(self, anew: bool = False) -> None:
+        found = partial(self._references, self._bounces, anew)
+        self.in_thread("trajectories", lambda _: found(), lambda each: self.take_reference(*each))
 
-        fail = (lambda _: go_on(None)) if others else None
-        in_thread(self, "numbers", lambda _: statistics(self._catalogue, now, weight), go_on, fail)
-
-    @work(thread=True, exclusive=True, group="trajectories")
-    def _refer(self, bounces: int, anew: bool = False) -> None:
-        """Take the stored reference if there is one; else, or to have another, follow trajectories."""
-        worker = get_current_worker()
-        try:
-            stored = None if anew else self._catalogue.reference(self._selection.a)
-        except StoreError as error:
-            self.post_message(Failed(str(error)))
-            return
+    def _references(self, bounces: int, anew: bool) -> Iterator[tuple[Reference, float, bool]]:
+        """Yield the stored reference if there is one; else, or to have another, follow trajectories."""
+        stored = None if anew else self._catalogue.reference(self._selection.a)
         if stored is not None:
-            self.call_later(self.take_reference, stored, 1.0, stored=True)
+            yield stored, 1.0, True
             return
         seed = bounces // FIRST_BOUNCES  # others each time
         for done, reference in references(Stadium(self._selection.a), bounces, seed):
-            if worker.is_cancelled:
-                return
-            self.call_later(self.take_reference, reference, done, stored=False)
+            yield reference, done, False
 
     def take_reference(self, new: Reference, done: float, stored: bool) -> None:
         """Show the better value; until one is whole, of which a share is done, the one so far."""
@@ -135,10 +125,11 @@ class StatisticsScreen(OwnScreen[None]):
         self.query_one("#reference", Static).update("; ".join(filter(None, parts)))
         self._show()
 
-    def on_failed(self, message: Failed) -> None:
+    def failed(self, reason: str) -> None:
         """Say what went wrong where the numbers would be, too."""
+        super().failed(reason)
         self.found = None
-        self.query_one("#numbers", Static).update(message.reason)
+        self.query_one("#numbers", Static).update(reason)
 
     def _show(self) -> None:
         """Show the numbers and the curves."""
@@ -158,7 +149,7 @@ class StatisticsScreen(OwnScreen[None]):
     def action_trajectories(self) -> None:
         """Follow other trajectories, four times as many as the last time; the better value is kept."""
         self._bounces *= 4
-        self._refer(self._bounces, anew=True)
+        self._refer(anew=True)
 
 
 def _described(one: Reference) -> str:

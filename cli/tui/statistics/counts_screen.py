@@ -11,7 +11,7 @@ from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
 
 from orbitdb.cli.tui.dialogs.basic import ChoiceDialog
-from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings, in_thread, key
+from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings, key
 from orbitdb.cli.tui.statistics.bars import (
     DRAWN,
     Counts,
@@ -73,7 +73,7 @@ class CountsScreen(OwnScreen[None]):
         self.sub_title = self._selection.describe()
         self.query_one("#tallies").border_title = "counts"
         self.query_one("#tallies").focus()
-        in_thread(self, "counts", self._count, self._take_counts)
+        self.in_thread("counts", self._count, self._take_counts)
 
     def on_resize(self) -> None:
         """Take as many bins as there are lines."""
@@ -91,7 +91,7 @@ class CountsScreen(OwnScreen[None]):
         """Count the values of another column."""
         self.query_one("#histogram").border_title = title_of(column)
         bins = self._bins
-        in_thread(self, "values", lambda cancelled: self._values(column, bins, cancelled), self._take_values)
+        self.in_thread("values", lambda cancelled: self._values(column, bins, cancelled), self._take_values)
 
     def _count(self, cancelled: Callable[[], bool]) -> tuple[Sequence[tuple[str, Counts, int]], str]:
         """Return the counts by each of some columns, and which periods are stored in part."""

@@ -4,9 +4,9 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
-from orbitdb.cli.tui.screens import in_thread
+from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.table.pages import Pages
 from orbitdb.store.asking.confinement import never
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
@@ -41,19 +41,19 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
     CancelledError
         If nobody does.
     """
-    from orbitdb.store.reading.places import first_beginning, first_of_period
+    from orbitdb.store.reading.places import first_beginning, first_of_period, position_of
 
+    assert pages.catalogue is not None
     period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0
     with pages.catalogue.reading() as connection:
         place = first_of_period(connection, pages.chosen, period) if period else None
-    if place is not None:
-        return place, f"period {period}"
-    if not set(typed) <= set(SYMBOLS):
-        return None, f"no period {period}" if period else f"no code {typed}"
-    with suppress(WordError):
-        place = pages.position(least_rotation(parse_primitive(typed)))
-    if place is None:
-        with pages.catalogue.reading() as connection:
+        if place is not None:
+            return place, f"period {period}"
+        if not set(typed) <= set(SYMBOLS):
+            return None, f"no period {period}" if period else f"no code {typed}"
+        with suppress(WordError):
+            place = position_of(connection, pages.chosen, least_rotation(parse_primitive(typed)))
+        if place is None:
             place = first_beginning(connection, pages.chosen, typed, cancelled)
     return place, f"code {typed}" if place is not None else f"no code {typed}"
 
@@ -63,11 +63,10 @@ class Jumping:
 
     def __init__(self, panel: "RowsPanel") -> None:
         self._panel = panel
-        self._typed = self._led_to = ""
+        self._typed = ""
         self._typed_at = 0.0
-        self._waits = False
-        self._begun_at: int | None = None
-        self._landed: int | None = None
+        self._begun_at = self._landed = 0
+        self._led_to: str | None = ""  # None while it is sought
 
     @property
     def under_way(self) -> bool:
@@ -77,7 +76,8 @@ class Jumping:
     @property
     def note(self) -> str:
         """Where the digits have led to, until the cursor moves on."""
-        return self._led_to if self.under_way else ""
+        told = f"{self._typed} …" if self._led_to is None else self._led_to
+        return told if self.under_way else ""
 
     def type(self, digit: str) -> None:
         """Go to the first row of a period, or whose code begins with what was typed."""
@@ -98,32 +98,25 @@ class Jumping:
 
     def go_on(self) -> None:
         """Go where digits lead that came before the rows."""
-        if self._waits and self.under_way:
+        if self._led_to is None and self.under_way:
             self._jump(self._typed)
 
     def _jump(self, typed: str) -> None:
-        self._typed, self._landed = typed, self._panel.table.cursor
-        self._waits = bool(typed)
+        table, screen = self._panel.table, cast("OwnScreen[None]", self._panel.screen)
+        self._typed, self._landed, self._led_to = typed, table.cursor, None
         if not typed:
-            self._land(self._begun_at, "")
-            return
-        self._led_to = f"{typed} …"
+            self._land((self._begun_at, ""))
+        elif table.source.catalogue is not None:  # else the rows are still being read
+            screen.in_thread("jump", partial(place_of, table.source.pages, typed), self._arrive)
         self._panel.say_position()
-        pages = self._panel.table.source.pages
-        if pages is not None and pages.whole:  # else the other rows are still being read
-            take = partial(self._arrive, pages, typed)
-            in_thread(self._panel.screen, "jump", partial(place_of, pages, typed), take)
 
-    def _arrive(self, pages: Pages, typed: str, found: Found) -> None:
-        """Go there, unless the cursor has moved on, or there are other rows."""
-        here = pages is self._panel.table.source.pages and typed == self._typed
-        if here and self._waits and self.under_way:
-            self._waits = False
-            self._land(*found)
+    def _arrive(self, found: Found) -> None:
+        """Go there, unless the cursor has moved on."""
+        if self.under_way:
+            self._land(found)
 
-    def _land(self, place: int | None, told: str) -> None:
+    def _land(self, found: Found) -> None:
+        place, self._led_to = found
         table = self._panel.table
-        self._led_to = told
-        self._landed = table.cursor if place is None else place
-        table.cursor = self._landed
+        table.cursor = self._landed = table.cursor if place is None else place
         self._panel.say_position()

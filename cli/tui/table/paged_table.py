@@ -16,7 +16,7 @@ from textual.strip import Strip
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.screens import Keys, bindings, key
 from orbitdb.cli.tui.table.columns import COLUMNS, EVERY, Column
-from orbitdb.cli.tui.table.pages import NoRows, Ordering, Pages, Row, Source
+from orbitdb.cli.tui.table.pages import NONE, Ordering, Pages, Row
 
 _LONGEST_CODE = 24
 _MARK = "*"
@@ -24,7 +24,7 @@ _MARK = "*"
 
 
 class PagedTable(ScrollView, can_focus=True):
-    """Rows of a `Source`, with a cursor; the heading sorts when it is clicked."""
+    """Rows of `Pages`, with a cursor; the heading sorts when it is clicked."""
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {"table--header", "table--cursor", "table--sorted", "table--dim"}
     KEYS: ClassVar[Keys] = {
@@ -58,9 +58,9 @@ class PagedTable(ScrollView, can_focus=True):
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
-        self.source: Source = NoRows()
+        self.source = NONE
 
-    def show(self, source: Source, cursor: int = 0) -> None:
+    def show(self, source: Pages, cursor: int = 0) -> None:
         """Show other rows, with the cursor on one of them."""
         self.source = source
         self._measure()
@@ -171,7 +171,7 @@ class PagedTable(ScrollView, can_focus=True):
                 [(column, width, self._heading(column)) for column, width in self._shown()], style
             )
         place = self.scroll_offset.y + y - 1
-        if not isinstance(self.source, Pages) or place >= len(self.source):
+        if place >= len(self.source):
             return Strip.blank(self.scrollable_content_region.width, base)
         row = self.source.row(place)
         values = dict(zip(self.source.fields, row, strict=True))

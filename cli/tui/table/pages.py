@@ -2,19 +2,20 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from orbitdb.cli.tui.table.columns import USUAL
 from orbitdb.columns import OF_ORBITS
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.chosen import Chosen
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.reading.chosen import Chosen
+    from orbitdb.store.reading.lives import Standings
 
 Row = tuple[Any, ...]
 
@@ -41,13 +42,12 @@ class Pages:
 
     Attributes
     ----------
-    catalogue : Catalogue
+    catalogue : Catalogue or None
+        None for no rows (`NONE`).
     chosen : Chosen
         The subset in its order.
     fields : sequence of str
         What is read of a row, the code first.
-    whole : bool
-        Whether all rows are there; if not, it is the first ones.
     stored : Pages or None
         The rows as they are stored, if these are what they are at another *a*.
     a : float or None
@@ -56,20 +56,15 @@ class Pages:
         A `Standing` a class of the subset there.
     """
 
-    catalogue: "Catalogue"
-    chosen: "Chosen"
+    catalogue: "Catalogue | None"
+    chosen: Chosen
     fields: Sequence[str]
-    whole: bool = True
     stored: "Pages | None" = None
     a: float | None = None
-    standing: "NDArray[np.uint8] | None" = None
+    standing: NDArray[np.uint8] | None = None
 
     def __post_init__(self) -> None:
         self._block = lru_cache(_KEPT)(self._read)
-
-    def followed(self, a: float, standing: "NDArray[np.uint8]") -> "Pages":
-        """Return the rows as they are at another *a*."""
-        return replace(self, stored=self, a=a, standing=standing)
 
     def __len__(self) -> int:
         return len(self.chosen)
@@ -94,8 +89,35 @@ class Pages:
         first, end = number * _BLOCK, (number + 1) * _BLOCK
         if self.stored is not None:
             return [self._there(self.stored.row(place), place) for place in range(len(self))[first:end]]
+        assert self.catalogue is not None
         blocks = self.catalogue.blocks(self.chosen, self.fields, first, end)
         return [row for block in blocks for row in block.rows()]
+
+    def position(self, word: str) -> int | None:
+        """Return where a word, as a least rotation, stands."""
+        from orbitdb.store.reading.places import position_of
+
+        if self.catalogue is None:
+            return None
+        with self.catalogue.reading() as connection:
+            return position_of(connection, self.chosen, word)
+
+    # at another a
+
+    @cached_property
+    def births(self) -> "tuple[Standings, list[int]]":
+        """The births of the classes, and the periods of which none are stored."""
+        from orbitdb.store.reading.lives import load_standings
+        from orbitdb.store.reading.places import periods_without
+
+        assert self.catalogue is not None
+        with self.catalogue.reading() as connection:
+            standings = load_standings(connection, self.chosen.ids)
+            return standings, periods_without(connection, self.chosen.ids, standings)
+
+    def followed(self, a: float) -> "Pages":
+        """Return the rows as they are at another *a*."""
+        return replace(self, stored=self, a=a, standing=self.births[0].at(a))
 
     def _there(self, row: Row, place: int) -> Row:
         """Return a row as it is at the other a."""
@@ -114,37 +136,6 @@ class Pages:
         found = sums(self.standing, self.chosen.counts)
         return {each.words: count for each, count in zip(Standing, found, strict=True) if count}
 
-    def position(self, word: str) -> int | None:
-        """Return where a word, as a least rotation, stands."""
-        from orbitdb.store.reading.places import position_of
 
-        with self.catalogue.reading() as connection:
-            return position_of(connection, self.chosen, word)
-
-
-@dataclass(frozen=True)
-class NoRows:
-    """What there is before rows are read, and where none can be read."""
-
-    columns: Sequence[str] = USUAL
-    whole: bool = False
-    pages: None = None
-    a: None = None
-
-    def __len__(self) -> int:
-        return 0
-
-    def row(self, place: int) -> Row:
-        """Return nothing: there is no row."""
-        raise IndexError(place)
-
-    def position(self, word: str) -> None:
-        """Return that a word is not there."""
-
-
-Source = NoRows | Pages
-
-
-def head_of(catalogue: "Catalogue", selection: Selection, columns: Sequence[str], rows: int) -> Pages:
-    """Find the first rows in their natural order."""
-    return Pages(catalogue, catalogue.choose(selection, most=rows), columns, whole=False)
+NONE = Pages(None, Chosen(Selection(), np.zeros(0, np.int64), np.zeros(0, np.uint8)), USUAL)
+"""What there is before rows are read, and where none can be read."""

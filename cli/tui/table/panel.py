@@ -2,24 +2,22 @@
 
 import time
 from collections.abc import Callable
-from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.reactive import reactive
 from textual.widgets import Static
 
-from orbitdb.cli.tui.screens import in_thread
+from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.table.jumping import Jumping
 from orbitdb.cli.tui.table.paged_table import PagedTable
-from orbitdb.cli.tui.table.pages import NoRows, Ordering, Pages, Source, head_of
+from orbitdb.cli.tui.table.pages import NONE, Ordering, Pages
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
 
-_HEAD = 200
 _ORBIT = "orbit"
 _AT_WORK = ("reading …", "sorting …")
 
@@ -34,17 +32,27 @@ _Found = tuple[Pages, Gaps, int, float]
 
 
 class RowsPanel(Vertical):
-    """The rows of a subset in some order."""
+    """The rows of a subset in some order.
+
+    Attributes
+    ----------
+    asked : Asked or None
+        What is on show, or read at present.
+    total : int or None
+        How many rows there are without a filter, once they have been counted.
+    seconds_of_reading : float
+        What the last rows took.
+    """
 
     report: reactive[str] = reactive("", repaint=False)
 
     def __init__(self, table: PagedTable) -> None:
         super().__init__(id="rows")
         self.table, self.jumping = table, Jumping(self)
-        self.stopped = False
+        self.border_title = "words"
+        self.asked: Asked | None = None
         self.total: int | None = None
         self.seconds_of_reading = 0.0
-        self._asked: Asked | None = None
 
     def compose(self) -> ComposeResult:
         """Lay out the table, and lines for what there is to say of it."""
@@ -55,66 +63,56 @@ class RowsPanel(Vertical):
 
     # reading
 
-    def show_head(self, catalogue: "Catalogue", selection: Selection, fields: tuple[str, ...]) -> None:
-        """Show the first rows in the first frame, where that takes no search."""
-        if selection == Selection(selection.a):
-            with catalogue.at_one_moment() as still:
-                self.say_gaps(*_gaps(still, selection))
-            self.table.show(head_of(catalogue, selection, fields, _HEAD))
+    @property
+    def _own_screen(self) -> "OwnScreen[None]":
+        return cast("OwnScreen[None]", self.screen)
 
     def read(
-        self,
-        catalogue: "Catalogue",
-        selection: Selection,
-        ordering: Ordering,
-        fields: tuple[str, ...],
-        take: Callable[[Pages], None],
+        self, catalogue: "Catalogue", asked: Asked, fields: tuple[str, ...], take: Callable[[Pages], None]
     ) -> None:
-        """Read the rows in a worker, and give them to whoever wants them if no others are wanted by then."""
+        """Read rows in a worker, and give them to whoever wants them if no others are wanted by then."""
+        (selection, ordering), total = asked, self.total
+        self.asked = asked
         self.report = _AT_WORK[ordering != self.table.ordering]
         self.say(self.report)
-        asked = self._asked = selection, ordering
-        self.stopped, total = False, self.total
 
         def find(cancelled: Callable[[], bool]) -> _Found:
             begun, everything = time.monotonic(), Selection(selection.a)
             with catalogue.at_one_moment() as still:
                 gaps = _gaps(still, selection)
                 chosen = still.choose(selection, str(ordering), cancelled=cancelled)
-                if selection == everything:
-                    count = len(chosen)
-                else:
-                    count = total or len(still.choose(everything, cancelled=cancelled))
-            return Pages(catalogue, chosen, fields), gaps, count, time.monotonic() - begun
+                every = chosen if selection == everything else None
+                if every is None and total is None:
+                    every = still.choose(everything, cancelled=cancelled)
+            count = total if every is None else len(every)
+            return Pages(catalogue, chosen, fields), gaps, count or 0, time.monotonic() - begun
 
-        in_thread(self.screen, "rows", find, partial(self._take, asked, take), partial(self._fail, asked))
-
-    def _take(self, asked: Asked, take: Callable[[Pages], None], found: _Found) -> None:
-        if asked == self._asked:
+        def show(found: _Found) -> None:
             rows, gaps, self.total, self.seconds_of_reading = found
-            self.table.ordering = asked[1]
+            self.table.ordering = ordering
             self.say_gaps(*gaps)
             take(rows)
             self.report = f"{len(rows):,} of {self.total:,} words"
 
-    def _fail(self, asked: Asked, reason: str) -> None:
+        self._own_screen.in_thread("rows", find, show, self._fail)
+
+    def _fail(self, reason: str) -> None:
         """Show no rows, as those that are shown are of another subset, and say what went wrong."""
-        if asked == self._asked:
-            self.show(NoRows())
-            self.report = reason
-            if self.screen.is_current:  # a filter line says it itself
-                self.notify(reason, severity="error")
+        self.show(NONE)
+        self.report = reason
+        if self.screen.is_current:  # a filter line says it itself
+            self.notify(reason, severity="error")
 
     def stop_reading(self) -> None:
         """Read no further: somebody is about to choose something else."""
         if self.report in _AT_WORK:
-            self.workers.cancel_group(self.screen, "rows")
-            self.report, self.stopped = "", True
+            self._own_screen.give_up("rows")
+            self.report, self.asked = "", None
             self.say()
 
     # saying
 
-    def show(self, rows: Source, cursor: int = 0) -> None:
+    def show(self, rows: Pages, cursor: int = 0) -> None:
         """Show rows, and no longer that they are read."""
         self.table.show(rows, cursor)
         self.say()
@@ -122,7 +120,7 @@ class RowsPanel(Vertical):
     def say(self, what: str = "") -> None:
         """Say what is done; else what the rows are, and how many are orbits where they are followed to."""
         source = self.table.source
-        if not what and isinstance(source, Pages) and source.a is not None:
+        if not what and source.a is not None:
             what = f"{source.counts().get(_ORBIT, 0):,} orbits at a = {source.a:.9g}"
         self.border_title = what or "words"
 
@@ -144,9 +142,8 @@ class RowsPanel(Vertical):
 
     def say_position(self) -> None:
         """Say where the cursor is, and where digits have led it to."""
-        source = self.table.source
-        more = "" if source.whole else "+"
-        place = f"{self.table.cursor + 1:,} of {len(source):,}{more}" if len(source) else "none"
+        rows = len(self.table.source)
+        place = f"{self.table.cursor + 1:,} of {rows:,}" if rows else "none"
         told = " │ ".join(filter(None, (self.jumping.note, place)))
         self.query_one("#position", Static).update(told, layout=False)
 

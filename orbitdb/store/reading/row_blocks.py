@@ -8,7 +8,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.column_files import Column, ColumnBlock, Lists
+from orbitdb.column_files import Column, ColumnBlock
 from orbitdb.columns import kind_of
 from orbitdb.store.asking.conditions import rules_of
 from orbitdb.store.file.schema import OF_WORD, SHARED
@@ -134,7 +134,7 @@ class _Block:
         pairs = zip(self.rows, self.places, strict=True)
         return [None if (own := known[row]) is None else own[place] for row, place in pairs]
 
-    def _coordinates(self) -> Lists:
+    def _coordinates(self) -> list[NDArray[np.float64] | None]:
         """Return the coordinates of the words: those of the least words, mirrored, reversed and turned."""
         blobs, least = self.shared[COORDINATES], self.shared["representative"]
         found: list[NDArray[np.float64] | None] = [None] * len(self.rows)
@@ -153,7 +153,4 @@ class _Block:
                 raise unsound("a word that is no image of", texts[0]) from error
             for row, image in zip(members, images, strict=True):
                 found[row] = image
-        lengths = np.array([0 if each is None else len(each) for each in found], np.int64)
-        present = np.array([each is not None for each in found], np.bool_)
-        values = np.concatenate([np.zeros(0), *(each for each in found if each is not None)])
-        return Lists(values, lengths, present)
+        return found

@@ -13,7 +13,7 @@ from questions import CRITERIA, EDGES, KEYS, NAMES, catalogue_to_ask, expected
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.table.jumping import place_of
-from orbitdb.cli.tui.table.pages import Ordering, Pages, head_of
+from orbitdb.cli.tui.table.pages import Ordering, Pages
 from orbitdb.errors import StoreError
 from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Status
@@ -22,7 +22,6 @@ from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.engines import driver
 from orbitdb.store.file.tables import certificate, cycle
-from orbitdb.store.reading.lives import load_standings
 from orbitdb.store.reading.lookup import certificate_of
 from orbitdb.store.writing.writer import Writer
 
@@ -86,8 +85,7 @@ def test_digits_lead_to_what_is_first(asked, criteria, ordering, typed):
 def test_rows_stand_at_another_a_as_their_births_have_it(asked, criteria, at):
     catalogue, rows = asked
     wanted, pages = expected(rows, criteria), pages_of(catalogue, choose(**criteria))
-    with catalogue.reading() as connection:
-        there = pages.followed(at, load_standings(connection, pages.chosen.ids).at(at))
+    there = pages.followed(at)
     stands = [standing_of(row, at) for row in wanted]
     assert there.counts() == Counter(stands)
     for place in range(0, len(wanted), 7):
@@ -107,16 +105,6 @@ def standing_of(row, at):
         status = solve_word(row["representative"], at).status
         return gone if status == Status.DYNAMICAL else status.value
     return "orbit" if model.lives(row, at) else gone
-
-
-def test_the_first_rows_are_those_of_all(catalogue):
-    head, pages = (
-        head_of(catalogue, Selection(), COLUMNS, 20),
-        pages_of(catalogue, Selection(), Ordering()),
-    )
-    assert not head.whole
-    assert 20 <= len(head) < len(pages)
-    assert [head.row(place) for place in range(len(head))] == [pages.row(place) for place in range(len(head))]
 
 
 def test_nobody_waits(catalogue):

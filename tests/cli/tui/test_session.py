@@ -218,7 +218,7 @@ def test_the_cursor_and_the_orbit_move_by_keys(path):
         assert app.clipboard == seen[-1]
         assert main.orbit.code == table.row[0] == words[len(words) - table.size.height]
         await press(pilot, "g")
-        main.orbit = app.find("00123", 1.6)
+        main.go_to(app.find("00123", 1.6))
         await hurry(pilot, "m")  # a pruned word has no bounces to compare
         assert main.compared == ()
         await hurry(pilot, "j")

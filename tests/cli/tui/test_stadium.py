@@ -78,7 +78,7 @@ def test_another_stadium_takes_everything_with_it(varied):
         await press(pilot, "a", "up", "enter")
         assert stadiums_of(app) == {1.0}
         assert app.screen.compared == ()
-        app.screen.search.take(solve_word("1232131", Stadium(1.6)))  # too late
+        app.screen.take_found(solve_word("1232131", Stadium(1.6)))  # too late
         await settle(pilot)
         assert stadiums_of(app) == {1.0}
 

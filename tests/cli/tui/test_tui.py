@@ -136,9 +136,9 @@ def test_a_code_that_is_found_just_behind_the_rows_stays_on_show(filled):
     async def steps(app, pilot):
         main, table = app.screen, table_of(app)
         rows, found = table.source, app.screen.orbit
-        main.caught_up = None
-        main.show_rows(rows, 1)  # the message that the cursor is there is still on its way
-        main.search.take(found)
+        main.left = None
+        main.rows.show(rows, 1)  # the message that the cursor is there is still on its way
+        main.take_found(found)
         await settle(pilot)
         assert main.orbit == found
         await press(pilot, "j")
