@@ -48,7 +48,7 @@ def stage_times(p: int, stadium: Stadium) -> StageTimes:
     clock.append(perf_counter())
     orbits = Orbits.empty(least)
     for (rows, legs), way in zip(groups, found, strict=True):
-        orbits.place(rows, assess(least[rows], legs, stadium, (way.alpha, way.iterations)))
+        orbits.place(rows, assess(least[rows], legs, stadium, way))
     clock.append(perf_counter())
     open_words = least[orbits.status == Status.UNRESOLVED]
     if len(open_words):

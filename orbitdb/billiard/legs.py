@@ -3,25 +3,17 @@
 An admissible word alternates between *runs* of bounces on the left and right semicircle, joined by
 *legs* over n >= 0 straight bounces. Unfold every leg at the walls it hits: it becomes one straight
 line, and its direction alpha at the start (the slope, seen towards the other side) fixes where the
-runs at both its ends lie, for a circle of radius 1 is touched at equal angles. Take the directions of
-the m legs as unknowns, with
+runs at both its ends lie. With the directions of the m legs as unknowns, the length is
 
     L(alpha) = sum over legs  2 a cos(alpha) + 2 n s sin(alpha)
              + sum over runs  2 k sin(psi / 2k),     psi = pi - d (alpha_in + alpha_out),
 
 where s = -1, +1 is the first wall of the leg (bottom, top), k the number of bounces of the run and
-d = +1, -1 its sense (up, down). A stationary point of L is an orbit on the continued walls, and its
-value there is the length.
-
-Every leg term has the curvature -D, D = 2 a cos(alpha) + 2 n s sin(alpha) the part of the leg beyond
-the feet of the two circle centres, and every run term the curvature -sin(psi/2k)/2k in its sum of
-directions. Between the directions that an orbit can have (`direction_limits`) all these are negative:
-L is strictly concave, an orbit is its one maximum, and no word has two orbits. The condition that
-every bounce lies on its own wall or semicircle is linear in alpha (`orbitdb.billiard.bounces.slacks`).
+d = +1, -1 its sense (up, down). A stationary point is an orbit on the continued walls. Between
+`direction_limits` L is strictly concave: an orbit is its one maximum, and no word has two (docs/proof.md).
 
 All arrays of legs and runs have shape (m, N): unknowns first, words along the second axis. Where
-several words stand in different stadiums, a has shape (N,).
-Run i precedes leg i; run 0 is on the left.
+several words stand in different stadiums, a has shape (N,). Run i precedes leg i; run 0 is on the left.
 """
 
 import math

@@ -1,13 +1,11 @@
 """From words to orbits: Newton's method on the leg directions of whole batches.
 
-The length of an admissible word is strictly concave in the directions of its legs (`orbitdb.billiard.legs`),
-with a cyclic tridiagonal Hessian. So Newton's method, kept between the limits that an orbit's
-directions obey, finds the one maximum of every word, whether it is an orbit or lies outside the
-stadium; words that have converged leave the batch.
+The length is strictly concave between the limits that an orbit's directions obey, and its Hessian is cyclic
+tridiagonal. So Newton's method finds the one maximum of every word, whether it is an orbit or lies outside
+the stadium; words that have converged leave the batch.
 """
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +23,6 @@ from orbitdb.billiard.legs import (
     pressed_directions,
 )
 from orbitdb.billiard.stadium import Stadium, as_stadium
-from orbitdb.equality import ByValue
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.status import assess
 from orbitdb.symbols.pruning import need_admissible
@@ -44,20 +41,11 @@ _LONG = 64
 """From this many unknowns on, SciPy's banded solver is faster than a loop over the unknowns."""
 
 
-@dataclass(frozen=True, eq=False)
-class Directions(ByValue):
-    """Where Newton's method has come to for N words.
+class Directions(NamedTuple):
+    """Where Newton's method has come to for N words."""
 
-    Attributes
-    ----------
-    alpha : ndarray, shape (m, N)
-        Directions of the legs, radians.
-    iterations : ndarray of int, shape (N,)
-        Steps taken.
-    """
-
-    alpha: Floats
-    iterations: NDArray[np.int64]
+    alpha: Floats  # directions of the legs (radians), shape (m, N)
+    iterations: NDArray[np.int64]  # steps taken, shape (N,)
 
 
 def solve(words: NDArray[np.uint8], stadium: Stadium | float, tolerance: float = TOLERANCE) -> Orbits:
@@ -111,8 +99,7 @@ def solve_in_doubles(
     orbits = Orbits.empty(words)
     for rows, legs in cut(words):
         found = newton(legs, stadium.a, tolerance)
-        way = found.alpha, found.iterations
-        orbits.place(rows, assess(words[rows], legs, stadium, way, every))
+        orbits.place(rows, assess(words[rows], legs, stadium, found, every))
     return orbits
 
 
@@ -238,12 +225,13 @@ def solve_cyclic(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
     """Solve N positive definite cyclic tridiagonal systems of m >= 2 unknowns; rhs has shape (r, m, N).
 
     The last unknown is split off: the others form a tridiagonal system with one more right side, the
-    last unknown's column.
+    last unknown's column. The numbers may be of any kind, balls too.
     """
     column = np.zeros_like(diagonal[:-1])
     column[0] += beside[0]
     column[-1] += beside[-1]
-    eliminate = _tridiagonal_long if len(diagonal) > _LONG else tridiagonal
+    long = len(diagonal) > _LONG and diagonal.dtype == np.float64
+    eliminate = _tridiagonal_long if long else tridiagonal
     found = eliminate(diagonal[:-1], beside[1:-1], np.concatenate([rhs[:, :-1], column[None]]))
     plain, through = found[:-1], found[-1]
     bottom = diagonal[-1] - _end_terms(column, through)

@@ -17,24 +17,12 @@ STRAIGHT_SYMBOLS, LEFT_SYMBOLS = (0, 2), (1, 4)
 
 
 class State(NamedTuple):
-    """What a prefix decides of the symbols that may follow it.
+    """What a prefix decides of the symbols that may follow it."""
 
-    Attributes
-    ----------
-    symbol : int
-        The last symbol.
-    left : bool or None
-        Whether the last semicircle was the left one; None before the first.
-    walls : int
-        Straight bounces since then; 2 stands for more, too.
-    lone : bool
-        Whether the last symbol is a 4 or 5 that differs from the one before it.
-    """
-
-    symbol: int
-    left: bool | None
-    walls: int
-    lone: bool
+    symbol: int  # the last one
+    left: bool | None  # whether the last semicircle was the left one; None before the first
+    walls: int  # straight bounces since then; 2 stands for more, too
+    lone: bool  # whether the last symbol is a 4 or 5 that differs from the one before it
 
 
 def _first(symbol: int) -> State:

@@ -1,10 +1,8 @@
 """Proof that a word begins or ceases to be an orbit inside a narrow bracket of a.
 
-At a (1 - delta) and a (1 + delta) the word's maximum is bounded as in `orbitdb.orbits.error_bounds`: on one
-side every slack is above its error and no direction at a limit, so that the word is an orbit there; on
-the other some slack is below minus its error, so that it is none. Slacks being continuous in a, the
-change lies between, whatever found it. Where rounding hides the sides the bracket is made wider, and
-then decided in ball arithmetic.
+At both ends of the bracket the error bounds show what the word is; slacks being continuous in a, the change
+lies between, whatever found it. Where rounding hides the sides the bracket is made wider, and then decided in
+ball arithmetic.
 """
 
 from dataclasses import dataclass

@@ -1,10 +1,8 @@
 """Births and deaths: the values of a at which words begin and cease to be orbits.
 
-What is proved, and what is not. That a word changes inside its bracket, and what it is at both of the
-bracket's ends, is proved (`orbitdb.orbits.births.brackets`). So is what it is at the lowest and the highest a
-of the grid and at the smallest a there is; between all these the changes of a word follow one another as
-births and deaths do, or it is searched again on finer grids. That there is no further pair of changes
-between two points of the grid, none below the smallest a, and none above the highest is numerical.
+That a word changes inside its bracket is proved (`orbitdb.orbits.births.brackets`), and so is what it is at
+the lowest and the highest a of the grid and at the smallest a there is. That there is no further pair of
+changes between two points of the grid, none below the smallest a, and none above the highest is numerical.
 """
 
 from dataclasses import dataclass, fields, replace
