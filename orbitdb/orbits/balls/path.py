@@ -11,7 +11,7 @@ import numpy as np
 from flint import arb, ctx
 
 from orbitdb.billiard.legs import Legs
-from orbitdb.orbits.newton import solve_cyclic
+from orbitdb.orbits.cyclic import solve_cyclic
 
 Balls = list[arb]
 

@@ -28,8 +28,9 @@ from orbitdb.billiard.legs import (
 )
 from orbitdb.orbits.births.continuation import motion
 from orbitdb.orbits.births.reaches import ROUNDING, WIDER, displaced, firmness, forcing, reach_of
+from orbitdb.orbits.cyclic import solve_cyclic
 from orbitdb.orbits.error_bounds import direction_errors
-from orbitdb.orbits.newton import minus_hessian, newton, solve_cyclic
+from orbitdb.orbits.newton import minus_hessian, newton
 
 Floats = NDArray[np.float64]
 
