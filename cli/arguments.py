@@ -58,7 +58,7 @@ def several(asked: Sequence[str] | None) -> bool:
     return asked is not None and (len(asked) > 1 or asked[0] == ALL or ":" in asked[0])
 
 
-def named(asked: Sequence[str] | None) -> tuple[float, ...] | None:
+def named(asked: Sequence[str] | float | None) -> tuple[float, ...] | None:
     """Return the values of a that are named, each once; None for all that are stored, and where none is.
 
     Raises
@@ -66,6 +66,10 @@ def named(asked: Sequence[str] | None) -> tuple[float, ...] | None:
     InputError
         If one of them cannot be read, or there is no such stadium, or some are named beside all.
     """
+    if isinstance(asked, float):
+        from orbitdb.billiard.stadium import Stadium
+
+        return (Stadium(asked).a,)
     if not asked:
         return None
     if ALL in asked:
@@ -122,7 +126,7 @@ def lengths(text: str) -> tuple[float, ...]:
 _MOST_CHARACTERS = 1_000_000
 """Characters; far more than the points that are taken need."""
 
-_BETWEEN = re.compile(r"\s*[,;\t]\s*|\s+")
+_BETWEEN, _INK = re.compile(r"\s*[,;\t]\s*|\s+"), re.compile(r"\S")
 
 
 def parse_start(text: str) -> list[float]:
@@ -171,23 +175,16 @@ def _bounded(file: TextIO) -> str:
 
 def _from_json(text: str) -> Any:
     """Return the pairs of an array, or x and y of objects in an array or one a line."""
+    decoder, place, rows = json.JSONDecoder(), 0, []
     try:
-        found = json.loads(text)
+        while start := _INK.search(text, place):
+            found, place = decoder.raw_decode(text, start.start())
+            rows += found if isinstance(found, list) else [found]
     except json.JSONDecodeError as error:
-        if text[0] != "{":
-            raise ValueError(f"line {error.lineno} is no json") from None
-        found = [_object(line, number) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
-    rows = [found] if isinstance(found, dict) else found
+        raise ValueError(f"line {error.lineno} is no json") from None
     if any(isinstance(row, dict) and not {"x", "y"} <= row.keys() for row in rows):
         raise ValueError("an object has no x and y")
     return [[row["x"], row["y"]] if isinstance(row, dict) else row for row in rows]
-
-
-def _object(line: str, number: int) -> Any:
-    try:
-        return json.loads(line)
-    except json.JSONDecodeError:
-        raise ValueError(f"line {number} is no json") from None
 
 
 def _from_lines(text: str) -> list[list[float]]:

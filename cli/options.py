@@ -56,14 +56,12 @@ def offered_statuses(incomplete: str) -> Iterator[tuple[str, str]]:
 
 def offered_half_lengths(context: typer.Context, incomplete: str) -> list[str]:
     """Offer the values of a in the catalogue that is named, or meant; none if it cannot be read."""
-    from contextlib import closing
-
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.errors import InputError, StoreError
+    from orbitdb.errors import StoreError
     from orbitdb.numerals import exact
 
     try:
-        with closing(Catalogue(context.params.get("db"))) as catalogue:
+        with Catalogue(context.params.get("db")) as catalogue:
             return [text for text in map(exact, catalogue.a_values()) if text.startswith(incomplete)]
     except (InputError, StoreError):
         return []
@@ -112,11 +110,19 @@ def _read(reading: Callable[[str], Number], text: str) -> Number:
         raise typer.BadParameter(str(error)) from None
 
 
+def _usual_database() -> Path:
+    from orbitdb.store.file.database import default_path
+
+    return default_path()
+
+
 Database = Annotated[
-    Path | None,
+    Path,
     typer.Option(
         "--db",
         metavar="PATH",
+        default_factory=_usual_database,
+        show_default=False,
         readable=False,  # the store says what is wrong with a file
         help="The catalogue [default: ORBITDB_DB, or the user's data folder].",
     ),

@@ -1,7 +1,7 @@
 """What commands that read a catalogue begin with: which a is meant, and what of the subset is filled."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -21,35 +21,18 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def reading(db: Path | None, a: float | None, choice: Choice) -> "Iterator[tuple[Catalogue, Selection]]":
-    """Give a catalogue as it is at one moment, and the subset chosen by options at the a that is meant."""
-    from orbitdb.billiard.stadium import Stadium
-
-    values = None if a is None else (Stadium(a).a,)
-    with _opened(db, values, False, choice) as (catalogue, (chosen,)):
-        yield catalogue, chosen
-
-
-@contextmanager
-def reading_all(
-    db: Path | None, asked: Sequence[str] | None, choice: Choice
+def reading(
+    db: Path, asked: Sequence[str] | float | None, choice: Choice
 ) -> "Iterator[tuple[Catalogue, tuple[Selection, ...]]]":
     """Give a catalogue as it is at one moment, and the subset chosen by options at every a that is meant."""
-    with _opened(db, arguments.named(asked), bool(asked), choice) as found:
-        yield found
-
-
-@contextmanager
-def _opened(
-    db: Path | None, values: Sequence[float] | None, every: bool, choice: Choice
-) -> "Iterator[tuple[Catalogue, tuple[Selection, ...]]]":
     from orbitdb.catalogue.catalogue import Catalogue
 
+    values = arguments.named(asked)
     chosen = choice.at(values[0] if values else USUAL_A)  # reports a wrong option first
-    with closing(Catalogue(db, values[0] if values else None)) as opened, opened.at_one_moment() as catalogue:
+    with Catalogue(db, values[0] if values else None) as opened, opened.at_one_moment() as catalogue:
         _note_rotations(chosen)
         if values is None:
-            values = arguments.stored(catalogue) if every else (_told(catalogue.a, catalogue.path),)
+            values = arguments.stored(catalogue) if asked else (_told(catalogue.a, catalogue.path),)
         yield catalogue, tuple(replace(chosen, a=a) for a in values)
 
 
@@ -78,19 +61,18 @@ def averaged(choice: Choice) -> Choice:
     return choice
 
 
-def known_catalogue(db: Path | None) -> Path | None:
+def known_catalogue(db: Path) -> Path | None:
     """Return where the catalogue is, None where there is none; say so if it was named."""
     from orbitdb.store.file.database import check_file, default_path
 
-    path = db or default_path()
-    if check_file(path) is not None:
-        return path
-    if db is not None:
-        note(f"no catalogue at {path}: solved on the spot")
+    if check_file(db) is not None:
+        return db
+    if db != default_path():
+        note(f"no catalogue at {db}: solved on the spot")
     return None
 
 
-def all_meant(path: Path, asked: Sequence[str] | None) -> tuple[float, ...]:
+def meant(db: Path, asked: Sequence[str] | float | None) -> tuple[float, ...]:
     """Return every a that is meant where single words are asked for, in a catalogue or without one.
 
     Raises
@@ -98,28 +80,18 @@ def all_meant(path: Path, asked: Sequence[str] | None) -> tuple[float, ...]:
     StoreError
         If all are asked for that are stored, and there is no catalogue.
     """
-    values = arguments.named(asked)
-    if values is not None:
-        return values
-    if not asked:
-        return (meant(path, None),)
-    from orbitdb.catalogue.catalogue import Catalogue
-
-    with closing(Catalogue(path)) as catalogue:
-        return arguments.stored(catalogue)
-
-
-def meant(path: Path, a: float | None) -> float:
-    """Return the a that is meant where a single word is asked for, in a catalogue or without one."""
-    from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.file.database import check_file
     from orbitdb.store.reading.lookup import a_meant
 
-    if a is not None:
-        return Stadium(a).a
-    if check_file(path) is None:
-        return USUAL_A
-    return _told(a_meant(path), path)
+    values = arguments.named(asked)
+    if values is not None:
+        return values
+    if asked:
+        from orbitdb.catalogue.catalogue import Catalogue
+
+        with Catalogue(db) as catalogue:
+            return arguments.stored(catalogue)
+    return (USUAL_A,) if check_file(db) is None else (_told(a_meant(db), db),)
 
 
 def _told(a: float, path: Path) -> float:

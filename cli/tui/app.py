@@ -1,7 +1,8 @@
 """The application: it holds the catalogue and the fill, and shows the screens."""
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,13 +16,12 @@ from textual.reactive import reactive
 from textual.screen import Screen
 from textual.worker import get_current_worker
 
-from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish
 from orbitdb.cli.tui.dialogs.fill_state import work as fill_steps
 from orbitdb.cli.tui.ending import OrderlyApp
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.facts import Certificate
-from orbitdb.cli.tui.screens import ActionsDialog, Keys, bindings, key
+from orbitdb.cli.tui.screens import ActionsDialog, Keys, QuestionDialog, bindings, key
 from orbitdb.cli.tui.state_file import Kept
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
@@ -107,18 +107,6 @@ class BrowseApp(OrderlyApp):
         stored = self.catalogue.find(word, a) if self.catalogue is not None else None
         return solve_word(word, Stadium(a)) if stored is None else stored
 
-    def follow(self, orbit: Orbit, steps: Sequence[bool], home: float) -> Orbit:
-        """Return what becomes of an orbit some steps up or down in a, with its lives; ``home`` is a stop."""
-        from orbitdb.cli.tui.orbit.lives import next_a
-        from orbitdb.store.reading.lookup import with_existence
-
-        if not steps:
-            return orbit
-        lives, a = with_existence(orbit).exists, orbit.a
-        for up in steps:
-            a = next_a(lives or (), a, up, home)
-        return self.find_at(orbit.code, a, lives)
-
     def find_at(self, word: str, a: float, lives: "Lives | None") -> Orbit:
         """Return what is stored of a word, or solve it; its lives are known."""
         return replace(self.find(word, a), exists=lives)
@@ -135,34 +123,35 @@ class BrowseApp(OrderlyApp):
 
     # filling
 
+    @property
+    def fills(self) -> bool:
+        """Whether a fill is at work."""
+        return self.fill_state is not None and self.fill_state.runs
+
     def begin_fill(self, wish: Wish) -> None:
         """Begin a fill, unless one runs."""
-        if self.fill_state is None or not self.fill_state.runs:
+        if not self.fills:
             self.fill_state = FillState(wish)
             self._main.go_along(wish.a)
-            self._fill(wish)
+            self._fill(self.fill_state)
 
     @work(thread=True, group="fill")
-    def _fill(self, wish: Wish) -> None:
-        worker = get_current_worker()
+    def _fill(self, state: FillState) -> None:
+        worker, end, message = get_current_worker(), "done", ""
         self.take_in_hand()
-        state = FillState(wish)
-        steps = fill_steps(self.path, state)
         try:
-            for state in steps:
-                if worker.is_cancelled:
-                    break
-                self.call_later(self._take_step, state)
-            steps.close()
+            with closing(fill_steps(self.path, state)) as steps:
+                for state in steps:
+                    if worker.is_cancelled:
+                        end = "stopped"
+                        break
+                    self.call_later(self._take_step, state)
         except (InputError, StoreError) as error:
-            self.call_later(self._take_step, replace(state, state="failed", message=str(error)))
-            return
-        end = "stopped" if worker.is_cancelled else "done"
-        self.call_later(self._take_step, replace(state, state=end))
+            end, message = "failed", str(error)
+        self.call_later(self._take_step, replace(state, state=end, message=message))
 
     def _take_step(self, state: FillState) -> None:
         """Show what has been stored, not more often than can be read."""
-        now = time.monotonic()
         if self.catalogue is None:
             self.catalogue = _opened(self.path)
         stopping = self.fill_state is not None and self.fill_state.state == "stopping" and state.runs
@@ -170,16 +159,14 @@ class BrowseApp(OrderlyApp):
             self.fill_state = state
         if self.leaving:
             return
-        self._main.follow_fill(state)
+        self._main.say_choices()
         rest = max(_SECONDS_BETWEEN_LOOKS, _RESTS * self._main.rows.seconds_of_reading)
-        if not state.runs or now - self._shown_at > rest:
-            self._shown_at = now
+        if not state.runs or time.monotonic() - self._shown_at > rest:
+            self._shown_at = time.monotonic()
             self._main.refresh_catalogue()
         if not state.runs:
-            self.notify(
-                f"fill {state.sentence()}",
-                severity="error" if state.state == "failed" else "information",
-            )
+            severity: SeverityLevel = "error" if state.state == "failed" else "information"
+            self.notify(f"fill {state.sentence()}", severity=severity)
 
     def leave(self) -> None:
         """Stop the fill, if one runs, and leave."""
@@ -188,7 +175,7 @@ class BrowseApp(OrderlyApp):
 
     def action_stop_fill(self) -> None:
         """Stop the fill behind the batch at work."""
-        if self.fill_state is not None and self.fill_state.runs:
+        if self.fill_state is not None and self.fills:
             self.fill_state = replace(self.fill_state, state="stopping")
             self.workers.cancel_group(self, "fill")
 
@@ -221,16 +208,12 @@ class BrowseApp(OrderlyApp):
 
     async def action_quit(self) -> None:
         """Leave; ask first if a fill runs."""
-        if self.fill_state is None or not self.fill_state.runs:
+        if not self.fills:
             self.exit()
             return
-
-        def take(sure: bool | None) -> None:
-            if sure:
-                self.leave()
-
         question = "A fill is running. What is stored stays; it can go on later."
-        self.push_screen(QuestionDialog(question, "Stop it and quit", "Stay"), take)
+        dialog = QuestionDialog(question, "Stop it and quit", "Stay")
+        self.push_screen(dialog, lambda sure: self.leave() if sure else None)
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Give every action of the screen, and those of Textual's own that are none of these, each once."""

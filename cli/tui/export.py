@@ -1,7 +1,8 @@
 """Taking away what is shown: the rows as csv, tsv, json, jsonl or parquet, the orbit as SVG or PNG."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -70,29 +71,25 @@ def export(
     if catalogue is None:
         raise InputError("there are no rows to write")
     with catalogue.at_one_moment() as still:
-        _write(path, still, selection, ordering, cancelled)
+        rows = still.rows(selection, KEYS, str(ordering), cancelled=cancelled)
+        if path.suffix == ".parquet":
+            with _or_write("a .csv"):
+                write_file(path, "parquet", KEYS, rows, provenance(still, [selection], False))
+        else:
+            with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
+                write_data(file, KEYS, rows, Format(path.suffix[1:]))
         said = f"{still.count(selection):,} rows written to {path}"
         partial = still.partial(selection)
     return f"{said}; {describe_partial(partial, selection.a)}" if partial else said
 
 
-def _write(
-    path: Path,
-    catalogue: "Catalogue",
-    selection: Selection,
-    ordering: Ordering,
-    cancelled: Callable[[], bool],
-) -> None:
-    """Write the rows in their order; parquet with where they come from, as `orbitdb export` does."""
-    rows = catalogue.rows(selection, KEYS, str(ordering), cancelled=cancelled)
-    if path.suffix == ".parquet":
-        try:
-            write_file(path, "parquet", KEYS, rows, provenance(catalogue, [selection], False))
-        except ModuleNotFoundError as error:
-            raise InputError(f"{error}, or write a .csv") from None
-        return
-    with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
-        write_data(file, KEYS, rows, Format(path.suffix[1:]))
+@contextmanager
+def _or_write(other: str) -> Iterator[None]:
+    """Name another ending where what is needed for this one is not installed."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise InputError(f"{error}, or write {other}") from None
 
 
 def _draw(path: Path, orbit: Orbit | None) -> str:
@@ -105,10 +102,8 @@ def _draw(path: Path, orbit: Orbit | None) -> str:
             drawn = orbit_svg(Stadium(orbit.a), orbit.points, title, _WIDTH)
             draft.write_text(drawn + "\n", encoding="utf-8")
         else:
-            try:
+            with _or_write("an .svg"):
                 style = load("orbitdb.plots.style", "PNG", "plot")
-            except ModuleNotFoundError as error:
-                raise InputError(f"{error}, or write an .svg") from None
             from orbitdb.cli.figures.orbits import draw_orbit
 
             style.save(draw_orbit(orbit), draft, "png", title)

@@ -7,9 +7,8 @@ from functools import partial
 from textual.app import ComposeResult
 
 from orbitdb.cli.render import code_text
-from orbitdb.cli.tui.dialogs.basic import LineDialog
-from orbitdb.cli.tui.dialogs.kept_filters import KEEP, FiltersDialog
-from orbitdb.cli.tui.dialogs.marks import ColumnDialog, Names
+from orbitdb.cli.tui.dialogs.lines import LineDialog
+from orbitdb.cli.tui.dialogs.lists import KEEP, ColumnDialog, FiltersDialog, Names
 from orbitdb.cli.tui.panels import Panels
 from orbitdb.cli.tui.state_file import among_marked, criteria_of, selection_of, toggled
 from orbitdb.cli.tui.table.columns import chosen

@@ -7,14 +7,11 @@ from typing import ClassVar
 
 from textual.binding import Binding
 from textual.screen import Screen
-from textual.widgets import Static
 
 from orbitdb.cli.tui import choices
-from orbitdb.cli.tui.dialogs.basic import ChoiceDialog, LineDialog
 from orbitdb.cli.tui.dialogs.fill import FillDialog
-from orbitdb.cli.tui.dialogs.fill_state import FillState
-from orbitdb.cli.tui.dialogs.filter import FilterDialog
-from orbitdb.cli.tui.dialogs.marks import MarksDialog, Names
+from orbitdb.cli.tui.dialogs.lines import FilterDialog, LineDialog
+from orbitdb.cli.tui.dialogs.lists import ChoiceDialog, MarksDialog, Names
 from orbitdb.cli.tui.keeping import Keeping
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel
@@ -187,7 +184,7 @@ class MainScreen(Keeping):
         """Choose the column to sort by."""
         every = dict.fromkeys((*self.columns, *EVERY.values()))
         named = {column.name: column.heading for column in every}
-        self.app.push_screen(ChoiceDialog("sort by", named, self.ordering.column), self._sort_by)
+        self.app.push_screen(ChoiceDialog("sort by", "", named, self.ordering.column), self._sort_by)
 
     def _sort_by(self, column: str | None) -> None:
         if column is not None:
@@ -257,19 +254,12 @@ class MainScreen(Keeping):
 
         wanted = [high for _, high in self.selection.periods if high not in self.periods]
         top = min(max(wanted, default=max(self.periods, default=10) + 1), MAX_PERIOD)
-        wish, browser = (exact(self.selection.a), f"2-{top}"), self.browser
-        self.app.push_screen(FillDialog(path, *wish, browser.fill_state, browser.begin_fill))
+        self.app.push_screen(FillDialog(exact(self.selection.a), f"2-{top}"))
 
     def go_along(self, a: float) -> None:
         """Look at the stadium that is being filled, if there is nothing at the one that is shown."""
         if not self.periods and not len(self.rows.table.source):
             self.selection = replace(self.selection, a=a)
-
-    def follow_fill(self, state: FillState) -> None:
-        """Show how far a fill is."""
-        self.query_one("#chips", Static).update(
-            f"[b]{state.sentence()}[/b] │ {choices.chips(self.selection, 1)}"
-        ) if state.runs else self.say_choices()
 
     def action_statistics(self) -> None:
         """Open the statistics of the chosen subset."""

@@ -143,10 +143,12 @@ class Panels(OwnScreen[None]):
         self.read()
 
     def say_choices(self) -> None:
-        """Show what is chosen, in the subtitle and as links."""
-        catalogue = self.browser.catalogue
-        count = len(catalogue.a_values()) if catalogue is not None else 0
-        self.query_one("#chips", Static).update(choices.chips(self.selection, count))
+        """Show what is chosen, in the subtitle and as links, and before it how far a fill is."""
+        fill, catalogue = self.browser.fill_state, self.browser.catalogue
+        told = choices.chips(self.selection, len(catalogue.a_values()) if catalogue is not None else 0)
+        if fill is not None and fill.runs:
+            told = f"[b]{fill.sentence()}[/b] │ {told}"
+        self.query_one("#chips", Static).update(told)
         self.sub_title = self.selection.describe()
 
     def read(self) -> None:

@@ -4,11 +4,13 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar, TypeVar
 
+from textual.app import ComposeResult
 from textual.await_complete import AwaitComplete
 from textual.binding import Binding, BindingType
 from textual.command import CommandPalette
-from textual.containers import ScrollableContainer
+from textual.containers import Horizontal, ScrollableContainer, Vertical
 from textual.screen import ModalScreen, Screen
+from textual.widgets import Button, Label
 from textual.worker import Worker
 
 from orbitdb.errors import InputError, StoreError
@@ -121,6 +123,28 @@ class OwnScreen(Screen[Result]):
 
 class Dialog(ModalScreen[Result], OwnScreen[Result]):
     """A dialog: what is below it is seen, and hears no keys."""
+
+
+class QuestionDialog(Dialog[bool]):
+    """Ask whether to do something that cannot be taken back."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [key("y", "dismiss(True)"), key("n,escape", "dismiss(False)")]
+
+    def __init__(self, question: str, yes: str, no: str) -> None:
+        super().__init__()
+        self._question, self._yes, self._no = question, yes, no
+
+    def compose(self) -> ComposeResult:
+        """Show the question."""
+        with Vertical(classes="dialog"):
+            yield Label(self._question, markup=False)
+            with Horizontal(classes="buttons"):
+                yield Button(f"{self._no} (n)", id="no", variant="primary")
+                yield Button(f"{self._yes} (y)", id="yes", variant="error")
+
+    def on_button_pressed(self, event: Button.Pressed) -> None:
+        """Take the answer."""
+        self.dismiss(event.button.id == "yes")
 
 
 class ActionsDialog(CommandPalette, OwnScreen[None]):

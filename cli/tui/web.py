@@ -19,8 +19,7 @@ from contextlib import redirect_stdout, suppress
 from io import StringIO
 from typing import cast
 
-from aiohttp import WSCloseCode, web
-from textual_serve.app_service import AppService
+from aiohttp import web
 from textual_serve.server import Server
 
 from orbitdb.cli.interrupts import TERMINATING, Terminated, with_other_processes
@@ -31,12 +30,10 @@ _LOG = logging.getLogger("textual-serve")
 _SECONDS = 5.0
 """How long a session may take to end."""
 _REFUSAL = "this address lacks the token: open the one that 'orbitdb browse --web' has shown\n"
-_POLICY = (
-    "default-src 'self'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; "
-    "img-src 'self' data:; connect-src 'self' {here}; frame-ancestors 'none'"
-)
 _HEADERS = {
-    "Content-Security-Policy": _POLICY,
+    "Content-Security-Policy": "default-src 'self'; script-src 'self' 'unsafe-inline'; "
+    "style-src 'self' 'unsafe-inline'; img-src 'self' data:; connect-src 'self' {here}; "
+    "frame-ancestors 'none'",
     "Referrer-Policy": "no-referrer",
     "Cache-Control": "no-store",
 }
@@ -77,29 +74,20 @@ def serve(arguments: Sequence[str], port: int, tell: Callable[[str], None]) -> N
     Terminated
         On a signal to terminate.
     """
-    with _listening(port) as listening, with_other_processes(), redirect_stdout(sys.stderr):
+    try:
+        listening = socket.create_server((HOST, port))
+    except OSError as error:
+        reason = os.strerror(error.errno or 0)
+        raise InputError(f"port {port} cannot be used ({reason}): name another with --port, or 0") from None
+    with listening, with_other_processes(), redirect_stdout(sys.stderr):
         server = TokenServer(arguments, listening.getsockname()[1])
         number = asyncio.run(server.until_told(listening, tell))
     if number != signal.SIGINT:
         raise Terminated(number)
 
 
-def _listening(port: int) -> socket.socket:
-    try:
-        return socket.create_server((HOST, port))
-    except OSError as error:
-        reason = os.strerror(error.errno or 0)
-        raise InputError(f"port {port} cannot be used ({reason}): name another with --port, or 0") from None
-
-
 class TokenServer(Server):
-    """A server whose every address begins with a token.
-
-    Parameters
-    ----------
-    arguments : sequence of str
-    port : int
-    """
+    """A server whose every address begins with a token."""
 
     def __init__(self, arguments: Sequence[str], port: int) -> None:
         program = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()", *arguments]
@@ -144,7 +132,10 @@ class TokenServer(Server):
             given = request.path.partition("/")[2].partition("/")[0]
             if not secrets.compare_digest(given.encode(errors="replace"), self.token.encode()):
                 return web.Response(status=403, text=_REFUSAL)
-            if request.method == "GET" and not self._is_meant(request):
+            if request.headers.get("Origin", self.public_url) != self.public_url:  # which has the token
+                return web.Response(status=403, text="a session is for the page of this server\n")
+            meant = request.host == f"{HOST}:{self.port}"  # another name of the host is another origin
+            if request.method == "GET" and not (meant and request.path != f"/{self.token}"):
                 raise web.HTTPFound(self.address)
             return await handler(request)
 
@@ -156,10 +147,6 @@ class TokenServer(Server):
         app.add_subapp(f"/{self.token}/", await self._make_app())
         app.on_response_prepare.append(add_headers)
         return app
-
-    def _is_meant(self, request: web.Request) -> bool:
-        """Tell whether it is for the address as announced: another name of the host is another origin."""
-        return request.host == f"{HOST}:{self.port}" and request.path != f"/{self.token}"
 
     async def on_startup(self, app: web.Application) -> None:
         """Say nothing: the command announces the address."""
@@ -178,17 +165,7 @@ class TokenServer(Server):
         return page
 
     async def handle_websocket(self, request: web.Request) -> web.WebSocketResponse:
-        """Run a session.
-
-        Raises
-        ------
-        HTTPForbidden
-            If the page of another server asks, which may have got hold of the token.
-        HTTPBadRequest
-            If it is no websocket that is asked for; aiohttp would report that as an error of this program.
-        """
-        if request.headers.get("Origin", self.public_url) != self.public_url:
-            raise web.HTTPForbidden(text="a session is for the page of this server\n")
+        """Run a session; what is no websocket aiohttp would report as an error of this program."""
         if not web.WebSocketResponse().can_prepare(request):
             raise web.HTTPBadRequest(text="a session is a websocket\n")
         session = asyncio.current_task()
@@ -198,10 +175,3 @@ class TokenServer(Server):
             return await super().handle_websocket(request)
         finally:
             self._sessions.discard(session)
-
-    async def _process_messages(self, websocket: web.WebSocketResponse, app_service: AppService) -> None:
-        """Pass on what the page says; anything else ends the session."""
-        try:
-            await super()._process_messages(websocket, app_service)
-        except (AssertionError, AttributeError, LookupError, TypeError, ValueError):
-            await websocket.close(code=WSCloseCode.UNSUPPORTED_DATA, message=b"no message of this page")

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.averages import by_period
+from orbitdb.averages import by_period, by_stability
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import Weight, divisors, missing_divisors, missing_periods
-from orbitdb.averages.period_sums import lyapunov_of_periods
 from orbitdb.averages.validity import faults_of, standing
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.gaps import gaps, nothing, written_periods
@@ -170,7 +169,7 @@ def lyapunov(
 
 def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str, list[Any]]:
     """Return the averages of every method over whole periods, and note what is missing."""
-    found = lyapunov_of_periods(subset.sums(), subset.highest, weight)
+    found = by_period.lyapunov_of_periods(subset.sums(), subset.highest, weight)
     rules = sum_rules_of(subset)
     notes.append(why_no_sum_rules_of(subset))
     columns = standing(found, subset.periods)
@@ -193,7 +192,7 @@ def read(
     """Return the chosen classes of whole periods, None if there is none; note what is left out."""
     subset = read_whole(catalogue, chosen, swept)
     notes += gaps(catalogue, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
-    if len(subset.classes) or any(sums.ranges.least for sums in subset.swept.values()):
+    if len(subset.classes) or any(np.isfinite(sums.ranges).all() for sums in subset.swept.values()):
         return subset
     notes += nothing(catalogue, subset.selection, swept=bool(subset.swept))
     return None
@@ -239,9 +238,9 @@ def _up_to(
     if not 0 < cut <= _LARGEST_CUT:
         raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
     rows, a = subset.classes.rows(), subset.selection.a
-    if weight is Weight.DETERMINANT and (most := by_period.largest_cut(rows, cut, MOST_FACTORS)) < cut:
+    if weight is Weight.DETERMINANT and (most := by_stability.largest_cut(rows, cut, MOST_FACTORS)) < cut:
         raise InputError(f"cut {cut:g} has too many terms with --weight det: give {most:g} or less")
-    found = by_period.lyapunov_by_stability(rows, cut, subset.highest, weight, tell)
+    found = by_stability.lyapunov_by_stability(rows, cut, subset.highest, weight, tell)
     if subset.missing:
         notes.append(f"the zeta function lacks p = {subset.why_missing()}")
     else:

@@ -11,7 +11,7 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import ClassRows
 from orbitdb.averages.period_sums import PeriodSums
-from orbitdb.averages.swept_sum_rules import tilted_orbits
+from orbitdb.averages.sum_rules import OrbitTerms, tilted_orbits
 from orbitdb.averages.tilt_moments import TiltMoments
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.sums import Exponents, exponents
@@ -40,7 +40,7 @@ class SweptBlock:
     span : Span
         The least words of the classes.
     tilts : tuple of (int, tuple of float)
-        By level, those that moments are wanted around (`orbitdb.averages.swept_sum_rules`).
+        By level, those that moments are wanted around (`orbitdb.averages.sum_rules`).
     selection : str
         Of which orbits the sums are: the canonical text of a subset, empty for all orbits.
     """
@@ -113,7 +113,8 @@ def _summed(
     of_orbits = ClassRows(np.full(len(size), p), size, length, lyapunov, inverse)
     moments = {}
     if centres:
-        orbits = tilted_orbits(((sizes[each.orbits], each) for each in found), exact_means(selection.a))
+        parts = (OrbitTerms.of(p, sizes[each.orbits], each) for each in found)
+        orbits = tilted_orbits(parts, exact_means(selection.a))
         moments = {level: TiltMoments.of(mu, orbits.held(level)) for level, mu in centres.items()}
     tally = replace(Tally.of(sizes, found), words=int(SIZES[part.stabiliser].sum()))
     return tally, PeriodSums.of(of_orbits, p), moments

@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 from quick import slow_but
-from solutions import class_rows
+from solutions import class_rows, entropy, lyapunov
 
 from orbitdb import Catalogue, Selection
-from orbitdb.averages.by_period import Lyapunov, entropy, lyapunov_by_stability
+from orbitdb.averages.by_period import Lyapunov
+from orbitdb.averages.by_stability import lyapunov_by_stability
 from orbitdb.averages.fixed_points import Weight
-from orbitdb.averages.period_sums import lyapunov
 from orbitdb.averages.validity import faults_of, standing
 from orbitdb.catalogue.whole_periods import why_missing
 from orbitdb.cli.tui.statistics.averages import curves_of, statistics, table_of

@@ -91,7 +91,7 @@ def test_a_length_is_told_with_its_repetitions(cli, filled):
 def test_candidates_that_are_not_shown_are_counted(cli, filled, limit):
     """With no row the exit code is 1, as it is of `query --limit 0`."""
     with Catalogue(filled) as catalogue:
-        total = len(catalogue.identify(length=45, tolerance=0.05))
+        total = len(catalogue.with_length(45, tolerance=0.05))
     done = cli("identify", "--length", "45", "--tolerance", "0.05", "--limit", str(limit))
     assert done.code == (1 if limit == 0 else 0)
     assert done.err.startswith(f"{total} candidates among periods 2-8 at a = 1.6, one per symmetry class; ")

@@ -17,13 +17,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from solutions import representatives
+from solutions import entropy, lyapunov, representatives
 
 from orbitdb import Catalogue, Stadium, existence, simulate, solve_word
-from orbitdb.averages.by_period import entropy, lyapunov_by_stability
+from orbitdb.averages.by_stability import lyapunov_by_stability
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import Weight
-from orbitdb.averages.period_sums import lyapunov
 from orbitdb.benchmarks import stage_times, stress
 from orbitdb.benchmarks import work_precision as methods
 from orbitdb.benchmarks.agreement import agreement
@@ -256,7 +255,7 @@ def shadowed(catalogue: Catalogue) -> Columns:
 
 
 def with_length(catalogue: Catalogue) -> Columns:
-    found = catalogue.identify(length=22.0, tolerance=0.4)
+    found = catalogue.with_length(22.0, tolerance=0.4)
     names = ("code", "p", "class_size", "repetitions", "length", "total", "difference", "lyapunov",
              "length_error")  # fmt: skip
     return records(found, {name: name for name in names}) | {"a": [1.6] * len(found)}

@@ -10,7 +10,7 @@ import pytest
 from quick import slow_but
 
 from orbitdb.averages.period_sums import PeriodSums
-from orbitdb.averages.swept_sum_rules import beginning
+from orbitdb.averages.sum_rules import beginning
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.errors import StoreError
@@ -58,8 +58,7 @@ def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
         counts = (fill.n_t, fill.n_c, fill.classes, fill.boundary, fill.unresolved)
         assert (tally.words, tally.n_c, tally.classes, tally.boundary, tally.unresolved) == counts
         np.testing.assert_allclose(found[p].sums.sums, sums.sums, rtol=1e-13)
-        np.testing.assert_allclose(found[p].sums.ranges.least, sums.ranges.least, rtol=1e-13)
-        np.testing.assert_allclose(found[p].sums.ranges.greatest, sums.ranges.greatest, rtol=1e-13)
+        np.testing.assert_allclose(found[p].sums.ranges, sums.ranges, rtol=1e-13)
     np.testing.assert_allclose(swept_rules.lambda_l, rules.lambda_l, rtol=1e-13)
     np.testing.assert_allclose(swept_rules.lambda_l_error, rules.lambda_l_error, rtol=0, atol=1e-13)
     assert all(each.seconds > 0 and each.processor > 0 for each in found.values())
@@ -99,7 +98,7 @@ def test_a_sweep_that_is_under_way_has_no_sums_and_is_not_counted(tmp_path):
 def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     """They are those of the orbits, and each period's moments are around the tilts of those before it."""
     for module in (
-        "averages.swept_sum_rules",
+        "averages.sum_rules",
         "catalogue.whole_periods",
         "filling.sweeps",
     ):

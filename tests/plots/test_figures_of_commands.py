@@ -12,10 +12,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.text import Annotation
 from quick import slow_but
+from solutions import entropy, lyapunov
 
 from orbitdb import Catalogue, Selection, Stadium, solve_word
-from orbitdb.averages import by_period
-from orbitdb.averages.period_sums import lyapunov
+from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.cli.figures import orbits, over_a
@@ -70,7 +70,7 @@ def paths_of(ax, count: int) -> list:
 def entropy_at(known: Catalogue, a: float) -> float:
     """Return the entropy from the births to period 5, none of which is followed by a death."""
     born = [sum(life.class_size for life in known.births(p) if life.born <= a) for p in range(2, 6)]
-    return by_period.entropy_of_counts(np.array([0, 0, *born])).h_zeta[-1]
+    return entropy_of_counts(np.array([0, 0, *born])).h_zeta[-1]
 
 
 def arrows(ax) -> list:
@@ -194,7 +194,7 @@ def test_every_faint_line_is_explained(known):
 def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
     made = draw("entropy", known, WHOLE, 0)
     (ax,) = made.axes
-    found = by_period.entropy(known.classes(a=1.6, p="2-5").rows(), 5)
+    found = entropy(known.classes(a=1.6, p="2-5").rows(), 5)
     p, k_0 = line(ax, "$K_0")
     assert p == [2, 3, 4, 5]
     assert k_0 == pytest.approx(found.K_0)

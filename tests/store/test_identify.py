@@ -165,7 +165,7 @@ def test_lengths_are_those_of_stored_orbits_and_their_repetitions(catalogue):
         for word, one in lengths.items():
             times = [r for r in range(1, int(length / one) + 3) if abs(r * one - length) <= tolerance + 1e-11]
             expected |= {word: times[0]} if times else {}
-        found = catalogue.identify(length=length, tolerance=tolerance)
+        found = catalogue.with_length(length, tolerance=tolerance)
         assert {each.code: each.repetitions for each in found} == expected
         off = [abs(each.difference) for each in found]
         assert off == sorted(off)
@@ -173,8 +173,8 @@ def test_lengths_are_those_of_stored_orbits_and_their_repetitions(catalogue):
             assert each.length == lengths[each.code]
             assert each.difference == pytest.approx(each.total - length, abs=1e-9)
             assert each.class_size == len(symmetry.members(each.code))
-    assert [each.code for each in catalogue.identify(length=31.2, tolerance=0.2, limit=1)] == ["13"]
-    assert catalogue.identify(length=31.2, tolerance=0.2, limit=0) == ()
+    assert [each.code for each in catalogue.with_length(31.2, tolerance=0.2, limit=1)] == ["13"]
+    assert catalogue.with_length(31.2, tolerance=0.2, limit=0) == ()
 
 
 def test_a_length_of_a_repetition_is_found_at_its_own_rounding(catalogue):
@@ -182,14 +182,13 @@ def test_a_length_of_a_repetition_is_found_at_its_own_rounding(catalogue):
         one = catalogue[word]
         for times in (1, 3, 7, 1001):
             rounded = math.nextafter(times * one.length, math.inf)
-            found = catalogue.identify(length=rounded, tolerance=0)
+            found = catalogue.with_length(rounded, tolerance=0)
             assert (one.representative, times) in [(each.code, each.repetitions) for each in found]
 
 
 START, PATH = (0, 0.5, 1.2), [[2.6, 0], [-2.6, 0], [2.6, 0]]
 REFUSED = [
     ({}, "exactly one"),
-    ({"start": START, "length": 3}, "exactly one"),
     ({"start": START, "points": PATH}, "exactly one"),
     ({"start": (0, 0)}, "three numbers"),
     ({"start": (0, 0, math.nan)}, "not coordinates"),
@@ -213,7 +212,6 @@ REFUSED = [
     ({"points": [PATH[0], [0, 0], PATH[1]]}, "point 2, .* lies 1 inside"),
     ({"points": [PATH[0], PATH[1], PATH[1]]}, "points 2 and 3 are the same"),
     ({"points": PATH, "bounces": 3}, "goes with a start"),
-    ({"length": 3, "bounces": 3}, "goes with a start"),
     ({"length": 0}, "length 0"),
     ({"length": "10.4"}, "length 10.4"),
     ({"length": 3, "tolerance": 1.5}, "tolerance 1.5"),
@@ -223,7 +221,7 @@ REFUSED = [
 @pytest.mark.parametrize(("asked", "told"), REFUSED)
 def test_bad_questions_are_refused_in_one_line(catalogue, asked, told):
     with pytest.raises(InputError, match=told) as refused:
-        catalogue.identify(**asked)
+        (catalogue.with_length if "length" in asked else catalogue.identify)(**asked)
     assert "\n" not in str(refused.value)
 
 

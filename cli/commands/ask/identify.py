@@ -19,15 +19,11 @@ from orbitdb.plaintext import several
 if TYPE_CHECKING:
     from orbitdb.catalogue.identification import Followed, Trajectory
 
-EXAMPLES = """
-Examples:
-
-  orbitdb identify --start 0,0.5,1.2
-
-  orbitdb query 1232131 --bounces --format csv | orbitdb identify --points -
-
-  orbitdb identify --length 21.7 --tolerance 2e-3
-"""
+EXAMPLES = (
+    "identify --start 0,0.5,1.2",
+    "query 1232131 --bounces --format csv | orbitdb identify --points -",
+    "identify --length 21.7 --tolerance 2e-3",
+)
 SHADOW_COLUMNS = ("code", "p", "first", "last", "turns", "distance", "length", "lambda_d")
 """They fit into 80 columns for the longest orbit that is sought."""
 
@@ -76,7 +72,7 @@ def identify(
     ] = None,
     a: options.StoredHalfLength = None,
     output: MarkedOutput,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Find orbits near a starting point, near the bounces of a trajectory, or of a given length.
 
@@ -104,14 +100,13 @@ def identify(
         raise typer.Exit(1)
 
 
-def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path | None, output: MarkedOutput) -> int:
+def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: MarkedOutput) -> int:
     """Write the orbits that a trajectory shadows; return how many there are."""
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.identification import identify_trajectory
-    from orbitdb.store.file.database import default_path
     from orbitdb.store.reading.lookup import find_or_solve
 
-    stadium = Stadium(meant(db or default_path(), a))
+    stadium = Stadium(*meant(db, a))
     known = known_catalogue(db)
     found = identify_trajectory(stadium, lambda word: find_or_solve(known, word, stadium.a), **asked)
     if output.table:
@@ -170,7 +165,7 @@ def _show_length(
     tolerance: float | None,
     limit: int | None,
     a: float | None,
-    db: Path | None,
+    db: Path,
     output: MarkedOutput,
 ) -> int:
     """Write the stored orbits that have a length; return how many there are."""
@@ -180,9 +175,9 @@ def _show_length(
 
     names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
     most = _ON_SCREEN if limit is None and output.table else limit
-    with reading(db, a, Choice()) as (catalogue, chosen):
+    with reading(db, a, Choice()) as (catalogue, (chosen,)):
         note_gaps(catalogue, replace(chosen, statuses=(Status.ORBIT,)))
-        found = catalogue.identify(length=length, tolerance=tolerance)
+        found = catalogue.with_length(length, tolerance=tolerance)
         rows = ([chosen.a if name == "a" else getattr(each, name) for name in names] for each in found[:most])
         count = output.write(names, rows)
         fills = catalogue.fills(chosen.a)

@@ -12,7 +12,7 @@ from orbitdb.cli import options
 from orbitdb.cli.arguments import given_codes, primitive, several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import MarkedOutput
-from orbitdb.cli.reading import all_meant, known_catalogue, note_gaps, note_nothing, reading_all
+from orbitdb.cli.reading import known_catalogue, meant, note_gaps, note_nothing, reading
 from orbitdb.cli.render import Format, code_text, note, write_facts
 from orbitdb.cli.rows import KEYS, in_order, with_a
 from orbitdb.columns import IN_CATALOGUE
@@ -21,19 +21,13 @@ from orbitdb.errors import InputError
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
 
-EXAMPLES = """
-Examples:
-
-  orbitdb query 1232131
-
-  orbitdb query --p 2-8 --where "lambda_c < 0.5 and time_reversal = 'self'" --order length -c word,length
-
-  orbitdb query 1232131 --a all
-
-  orbitdb query --p 11 --status orbit --format csv > orbits.csv
-
-The columns: 'orbitdb columns'.
-"""
+EXAMPLES = (
+    "query 1232131",
+    "query --p 2-8 --where \"lambda_c < 0.5 and time_reversal = 'self'\" --order length -c word,length",
+    "query 1232131 --a all",
+    "query --p 11 --status orbit --format csv > orbits.csv",
+)
+AFTERWORD = "The columns: 'orbitdb columns'."
 
 WORD_KEYS = (*KEYS, "coordinates", "stored", "exists")
 """Those of a word that is asked for by its code."""
@@ -74,7 +68,7 @@ def query(
         bool, typer.Option("--bounces", help="With --code, show one row per bounce: x, y, arc length, sine.")
     ] = False,
     output: MarkedOutput,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Show an orbit by its code, or rows of the catalogue.
 
@@ -94,7 +88,7 @@ def query(
     names = usual if columns is None else parse_columns(columns)
     names = with_a(names) if several(a) else names
     shown = _ON_SCREEN if output.table and limit is None else limit
-    with reading_all(db, a, choice) as (catalogue, stadiums):
+    with reading(db, a, choice) as (catalogue, stadiums):
         note_gaps(catalogue, *stadiums, names=names, order=order)
         count = output.write(names, in_order(catalogue, stadiums, names, order, shown, offset))
         cut = offset or count == shown
@@ -111,7 +105,7 @@ def query(
 
 
 def _show_words(
-    codes: list[str], a: list[str] | None, db: Path | None, columns: str | None, output: MarkedOutput
+    codes: list[str], a: list[str] | None, db: Path, columns: str | None, output: MarkedOutput
 ) -> None:
     from orbitdb.cli.orbit_facts import facts, write_bounces
     from orbitdb.store.reading.lookup import born_with
@@ -130,7 +124,7 @@ def _show_words(
 
 
 def _show_bounces(
-    codes: list[str], a: list[str] | None, db: Path | None, columns: str | None, output: MarkedOutput
+    codes: list[str], a: list[str] | None, db: Path, columns: str | None, output: MarkedOutput
 ) -> None:
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS, bounce_rows
@@ -151,18 +145,17 @@ def _show_bounces(
 
 
 def _find(
-    codes: list[str], a: list[str] | None, db: Path | None, columns: str | None, usual: tuple[str, ...]
+    codes: list[str], a: list[str] | None, db: Path, columns: str | None, usual: tuple[str, ...]
 ) -> tuple[tuple[str, ...], list["Orbit"], Path | None]:
     """Return the columns that are asked for, the words at every a, and the catalogue if there is one."""
     from orbitdb.store.asking.parsing import parse_names
-    from orbitdb.store.file.database import default_path
     from orbitdb.store.reading.lookup import find_or_solve, with_existence
     from orbitdb.symbols.words import parse
 
     if columns is not None and codes:
         _refuse_of_rows([name.strip() for name in columns.split(",")], codes[0], a)
     keys = usual if columns is None else parse_names(columns, OF_A_WORD)
-    values = all_meant(db or default_path(), a)
+    values = meant(db, a)
     known = known_catalogue(db)
     for code in codes:
         parse(code)  # a wrong one ends the command before it prints anything

@@ -17,15 +17,11 @@ from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
 
-EXAMPLES = """
-Examples:
-
-  orbitdb spectrum --range 3:11 --json
-
-  orbitdb spectrum --parity oo --k-max 25 --format csv
-
-  orbitdb spectrum --levels measured.csv --peaks
-"""
+EXAMPLES = (
+    "spectrum --range 3:11 --json",
+    "spectrum --parity oo --k-max 25 --format csv",
+    "spectrum --levels measured.csv --peaks",
+)
 PEAKS = ("length", "height", "code", "repetitions", "total", "strength")
 
 
@@ -57,7 +53,7 @@ def spectrum(
     ] = False,
     a: options.StoredHalfLength = None,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Show the length spectrum: the Fourier transform of the density of levels, and the orbits' share in it.
 
@@ -71,7 +67,7 @@ def spectrum(
             raise InputError(f"--parity {parity}: give one, or leave it out for all")
         parity = str(named[0])
     given = None if levels is None else read_file(levels, energies, parity)
-    with progress("summing orbits"), reading(db, a, Choice()) as (catalogue, chosen):
+    with progress("summing orbits"), reading(db, a, Choice()) as (catalogue, (chosen,)):
         found = catalogue.spectrum(
             (low, high), points=points, k_max=k_max, levels=given, parity=parity, a=chosen.a
         )

@@ -13,7 +13,7 @@ from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import MarkWords, check_marks, with_marks
 from orbitdb.cli.progress.line import Progress, progress
-from orbitdb.cli.reading import note_gaps, note_nothing, provenance, reading_all
+from orbitdb.cli.reading import note_gaps, note_nothing, provenance, reading
 from orbitdb.cli.render import note
 from orbitdb.cli.rows import KEYS, Row, in_order, with_a
 from orbitdb.columns import OF_BOUNCES
@@ -23,19 +23,13 @@ if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
 
-EXAMPLES = """
-Examples:
-
-  orbitdb export orbits.parquet --status orbit
-
-  orbitdb export short.csv --p 2-8 --range length=:20 --coordinates
-
-  orbitdb export bounces.parquet --p 5 --status orbit --bounces
-
-  orbitdb export --format jsonl --p 11 --status orbit | jq .length
-
-The columns: 'orbitdb columns'.
-"""
+EXAMPLES = (
+    "export orbits.parquet --status orbit",
+    "export short.csv --p 2-8 --range length=:20 --coordinates",
+    "export bounces.parquet --p 5 --status orbit --bounces",
+    "export --format jsonl --p 11 --status orbit | jq .length",
+)
+AFTERWORD = "The columns: 'orbitdb columns'."
 _BLOCK = 4_000
 _BETWEEN_TELLING = 1000
 _PLACED = ("a", "code", "coordinates")
@@ -73,7 +67,7 @@ def export(
     ] = None,
     mark_words: MarkWords = False,
     force: options.Force = False,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Write words and all that is known of them to a file, with every digit.
 
@@ -98,7 +92,7 @@ def export(
     otherwise: tuple[str, ...] = ("code",) if bounces else KEYS
     names = otherwise if columns is None else parse_columns(columns)
     names = with_a(names) if several(a) else names
-    with reading_all(db, a, choice) as (catalogue, stadiums):
+    with reading(db, a, choice) as (catalogue, stadiums):
         note_gaps(catalogue, *stadiums, names=names, order=order)
         by_columns = kind != "jsonl" and not (bounces or mark_words or len(stadiums) > 1)
         shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()

@@ -12,13 +12,7 @@ if TYPE_CHECKING:
     from orbitdb.store.reading.records import Enclosure
     from orbitdb.store.reading.sweeps import Sweep
 
-EXAMPLES = """
-Examples:
-
-  orbitdb info
-
-  orbitdb info --json
-"""
+EXAMPLES = ("info", "info --json")
 COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
            "seconds", "enumerating", "solving", "storing")  # fmt: skip
 _SHOWN = len(COLUMNS) - 3
@@ -27,7 +21,7 @@ _FEW = 4
 """Values of a whose entropies stand in lines of their own."""
 
 
-def info(*, output: Output, db: options.Database = None) -> None:
+def info(*, output: Output, db: options.Database) -> None:
     """Show where the catalogue is, what is filled, and the time and disk space that it took.
 
     stored: words so far; seconds: elapsed time. csv, tsv and json also have enumerating, solving and

@@ -23,15 +23,11 @@ if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
     from orbitdb.verification.check import Check, Step
 
-EXAMPLES = """
-Examples:
-
-  orbitdb verify
-
-  orbitdb verify --p 2-11 --a 1.6 --rigorous
-
-  orbitdb verify --sample 1000 --restarts 10 --seed 7 --json
-"""
+EXAMPLES = (
+    "verify",
+    "verify --p 2-11 --a 1.6 --rigorous",
+    "verify --sample 1000 --restarts 10 --seed 7 --json",
+)
 
 _WORK = 8
 """Words that are found and solved in the time in which one is checked."""
@@ -73,7 +69,7 @@ def verify(
     ] = False,
     jobs: Jobs = None,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Compute the catalogue again from its words alone and compare.
 
@@ -84,7 +80,6 @@ def verify(
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.file.database import default_path
     from orbitdb.store.file.guard import TamperedError
     from orbitdb.verification.check import Check
     from orbitdb.verification.verify import report
@@ -100,7 +95,7 @@ def verify(
     except TamperedError as error:
         broken = Check("schema", error.parts, len(error.faults), first=error.faults[0])
         note(str(error))
-        _report([broken], db or default_path(), start, restarts, output)
+        _report([broken], db, start, restarts, output)
         return
     solvers = Solvers(jobs)
     missing: list[str] = []

@@ -24,19 +24,13 @@ if TYPE_CHECKING:
 
     Keep = Callable[[EntropyBounds, str | None], object]
 
-EXAMPLES = """
-Examples:
-
-  orbitdb bounds
-
-  orbitdb bounds --a 0.5 --width 0.01
-
-  orbitdb bounds --a 3 --time 30 --json
-
-  orbitdb bounds --window 12 --prove
-
-  orbitdb bounds --a 0.3:10:40 --window 12
-"""
+EXAMPLES = (
+    "bounds",
+    "bounds --a 0.5 --width 0.01",
+    "bounds --a 3 --time 30 --json",
+    "bounds --window 12 --prove",
+    "bounds --a 0.3:10:40 --window 12",
+)
 COLUMNS = ("a", "window", "lower", "upper", "windows", "undecided")
 _USUAL_WINDOW = 14
 _WORK = 200_000
@@ -80,7 +74,7 @@ def bounds(
         typer.Option(help="Keep the bounds in the catalogue [default: if there is one]."),
     ] = None,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Prove bounds on the topological entropy per bounce; no orbits are needed.
 
@@ -169,20 +163,19 @@ def _at_many(
 
 
 @contextmanager
-def _keeping(db: Path | None, store: bool | None, prove: bool, asked: dict[str, Any]) -> "Iterator[Keep]":
+def _keeping(db: Path, store: bool | None, prove: bool, asked: dict[str, Any]) -> "Iterator[Keep]":
     """Give what keeps bounds in the catalogue; it does nothing where there is none, and none is asked for."""
-    from orbitdb.store.file.database import check_file, default_path
+    from orbitdb.store.file.database import check_file
     from orbitdb.store.file.schema import BALLS, DOUBLES, SCHEMA_VERSION
 
-    path = db or default_path()
-    version = None if store else check_file(path)
+    version = None if store else check_file(db)
     if store is False or (store is None and version != SCHEMA_VERSION):
         yield lambda level, computed: None
         if store is None and version is None:
-            note(f"not kept: there is no catalogue at {path}; --store makes one")
+            note(f"not kept: there is no catalogue at {db}; --store makes one")
         elif store is None:
             note(
-                f"not kept: {path} has the older schema {version}; --store, or 'orbitdb migrate', "
+                f"not kept: {db} has the older schema {version}; --store, or 'orbitdb migrate', "
                 "brings it to the newest"
             )
         return
@@ -190,7 +183,7 @@ def _keeping(db: Path | None, store: bool | None, prove: bool, asked: dict[str, 
     from orbitdb.store.writing.records import keep_bounds
     from orbitdb.store.writing.writer import Writer
 
-    bring(path)
-    Catalogue(path).close()  # what is wrong with it is to be known before
-    with closing(Writer(path, {"command": "bounds", **asked})) as writer:
+    bring(db)
+    Catalogue(db).close()  # what is wrong with it is to be known before
+    with closing(Writer(db, {"command": "bounds", **asked})) as writer:
         yield lambda level, computed: keep_bounds(writer, level, BALLS if prove else DOUBLES, computed)

@@ -10,8 +10,7 @@ from orbitdb.cli.tui.choices import half_length
 from orbitdb.errors import InputError
 
 
-@dataclass(frozen=True)
-class Wish:
+class Wish(NamedTuple):
     """What to fill: periods, or words."""
 
     a: float

@@ -73,8 +73,7 @@ CREATE TABLE cycle (
     time_reversal TEXT NOT NULL,
     symmetry TEXT NOT NULL,
     words TEXT NOT NULL,
-    PRIMARY KEY (id),
-    CONSTRAINT uq_cycle_p UNIQUE (p, word)
+    PRIMARY KEY (id)
 ) STRICT;
 
 -- Which element leads to the n-th word of a class with this symmetry, counted from 0; the same rows in every

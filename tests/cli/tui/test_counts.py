@@ -7,8 +7,7 @@ from screens import TINY, drive, press, screen_lines, shown
 from orbitdb.catalogue.tallies import Histogram
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.statistics.bars import counts_in, lines_of
-from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
+from orbitdb.cli.tui.statistics.counts_screen import CountsScreen, counts_in, lines_of
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 

@@ -9,10 +9,10 @@ from screens import ask, drive, press, send, settle, shown, table_of, until
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs import fill_state
-from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish
 from orbitdb.cli.tui.main_screen import MainScreen
+from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.filling.estimate import need
 
 
@@ -103,7 +103,7 @@ def test_keys_go_into_the_periods_from_the_first_on(tmp_path):
             focused.append(event.widget.id)
 
     async def steps(app, pilot):
-        app.push_screen(Watched(app.path, "1.6", "2-11", None, app.begin_fill))
+        app.push_screen(Watched("1.6", "2-11"))
         await settle(pilot)
         await press(pilot, *"23")
         assert app.screen.query_one("#periods").value == "23"

@@ -13,8 +13,9 @@ from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
-from orbitdb.cli.tui.orbit.lives import bar, next_a, told
+from orbitdb.cli.tui.orbit.facts import bar
 from orbitdb.cli.tui.statistics import averages_screen as statistics
+from orbitdb.cli.tui.table.following import next_a, told
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_geometric, fill_periods
@@ -180,12 +181,13 @@ def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, monkey
     """Steps that come meanwhile are taken together; a key that leaves the orbit forgets them."""
     sought, go_on = threading.Event(), threading.Event()
 
-    def slow(app, orbit, steps, home, follow=BrowseApp.follow):
-        sought.set()
-        assert go_on.wait(60)
-        return follow(app, orbit, steps, home)
+    def slow(app, word, a, lives, find_at=BrowseApp.find_at):
+        if threading.current_thread() is not threading.main_thread():
+            sought.set()
+            assert go_on.wait(60)
+        return find_at(app, word, a, lives)
 
-    monkeypatch.setattr(BrowseApp, "follow", slow)
+    monkeypatch.setattr(BrowseApp, "find_at", slow)
 
     def of_one_a(app):
         main, table = app.screen, table_of(app)

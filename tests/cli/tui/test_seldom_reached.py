@@ -7,9 +7,9 @@ from screens import ask, drive, press, settle, shown, table_of
 from textual.widgets import OptionList
 
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.pictures import phase_points
+from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 from orbitdb.cli.tui.table import jumping
 from orbitdb.cli.tui.table.jumping import place_of

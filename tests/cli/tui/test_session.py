@@ -12,12 +12,13 @@ from textual.widgets import Input
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.app import BrowseApp
-from orbitdb.cli.tui.dialogs.basic import LineDialog, QuestionDialog
 from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish, cost_of, work
 from orbitdb.cli.tui.dialogs.keys import columns_told, groups_of
+from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, folded, lines_of
+from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.table import jumping, pages
 from orbitdb.cli.tui.table.columns import USUAL
 from orbitdb.cli.tui.table.paged_table import PagedTable

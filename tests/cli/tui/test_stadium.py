@@ -5,8 +5,8 @@ from screens import drive, press, settle, shown, table_of
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.cli.tui.dialogs.basic import LineDialog
 from orbitdb.cli.tui.dialogs.fill import FillDialog
+from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.births.lives import solve_word

@@ -9,20 +9,19 @@ from pathlib import Path
 
 import pytest
 from screens import LARGE, SMALL, ask, drive, press, screenshot, send, settle, shown, table_of, until
+from solutions import entropy, lyapunov
 from textual import events
 
-from orbitdb.averages.by_period import entropy
-from orbitdb.averages.period_sums import lyapunov
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
-from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.fill_state import parse_wish
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
 from orbitdb.cli.tui.orbit.facts import FactsPanel
+from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import InputError
 from orbitdb.filling.periods import fill_periods
