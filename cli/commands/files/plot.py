@@ -163,7 +163,7 @@ def _of_word(kind: str, codes: list[str], a: float | None, db: Path) -> "Figure"
     """
     from orbitdb.cli.figures import orbits
     from orbitdb.cli.figures.over_a import draw_life
-    from orbitdb.orbits.newton import solve_word
+    from orbitdb.orbits.births.lives import solve_word
     from orbitdb.store.reading.lookup import find_or_solve, with_existence
 
     if len(codes) != 1:
