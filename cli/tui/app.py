@@ -6,7 +6,7 @@ from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from textual import work
 from textual.app import SystemCommand
@@ -16,21 +16,22 @@ from textual.reactive import reactive
 from textual.screen import Screen
 from textual.worker import get_current_worker
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish
 from orbitdb.cli.tui.dialogs.fill_state import work as fill_steps
 from orbitdb.cli.tui.ending import OrderlyApp
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.facts import Certificate
-from orbitdb.cli.tui.screens import ActionsDialog, Keys, QuestionDialog, bindings, key
+from orbitdb.cli.tui.screens import Keys, QuestionDialog, bindings, key
 from orbitdb.cli.tui.state_file import Kept
 from orbitdb.errors import InputError, StoreError
+from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
-
-if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.reading.lookup import Lives
+from orbitdb.store.file.database import check_file
+from orbitdb.store.file.engines import driver
+from orbitdb.store.reading.lookup import certificate_of
 
 _SECONDS_BETWEEN_LOOKS = 2.0
 _RESTS = 5
@@ -77,7 +78,7 @@ class BrowseApp(OrderlyApp):
         self.path = path
         self.kept = Kept(state, partial(self.notify, severity="error"))
         self.title = printable(f"orbitdb {path.name}")
-        self.catalogue = _opened(path)
+        self._catalogue = _opened(path)
         self._selection, self._code = selection, code
         self._shown_at = 0.0
 
@@ -93,31 +94,21 @@ class BrowseApp(OrderlyApp):
 
     # the catalogue, for the screens
 
-    def action_look_again(self) -> None:
-        """Show what other processes have stored meanwhile."""
-        if self.catalogue is None:
-            self.catalogue = _opened(self.path)
-        self._main.refresh_catalogue()
+    @property
+    def catalogue(self) -> "Catalogue | None":
+        """What is stored; None as long as there is no file."""
+        self._catalogue = self._catalogue or _opened(self.path)
+        return self._catalogue
 
     def find(self, word: str, a: float) -> Orbit:
         """Return what is stored of a word, or solve it."""
-        from orbitdb.billiard.stadium import Stadium
-        from orbitdb.orbits.births.lives import solve_word
-
         stored = self.catalogue.find(word, a) if self.catalogue is not None else None
-        return solve_word(word, Stadium(a)) if stored is None else stored
-
-    def find_at(self, word: str, a: float, lives: "Lives | None") -> Orbit:
-        """Return what is stored of a word, or solve it; its lives are known."""
-        return replace(self.find(word, a), exists=lives)
+        return solve_word(word, a) if stored is None else stored
 
     def certificate(self, orbit: Orbit) -> Certificate:
         """Return the stored proof of an orbit, if there is one."""
         if self.catalogue is None or not orbit.stored or orbit.length is None:
             return None
-        from orbitdb.store.file.engines import driver
-        from orbitdb.store.reading.lookup import certificate_of
-
         with self.catalogue.reading() as connection:
             return certificate_of(driver(connection), orbit.representative, orbit.a)
 
@@ -152,8 +143,6 @@ class BrowseApp(OrderlyApp):
 
     def _take_step(self, state: FillState) -> None:
         """Show what has been stored, not more often than can be read."""
-        if self.catalogue is None:
-            self.catalogue = _opened(self.path)
         stopping = self.fill_state is not None and self.fill_state.state == "stopping" and state.runs
         if not stopping:
             self.fill_state = state
@@ -201,11 +190,6 @@ class BrowseApp(OrderlyApp):
             nodes = (self.screen.focused, self.screen, self)
             self.push_screen(KeysDialog(nodes, columns=isinstance(self.screen, MainScreen)))
 
-    def action_command_palette(self) -> None:
-        """Show all actions by name."""
-        if not isinstance(self.screen, ActionsDialog):
-            self.push_screen(ActionsDialog(id="--command-palette"))
-
     async def action_quit(self) -> None:
         """Leave; ask first if a fill runs."""
         if not self.fills:
@@ -228,9 +212,5 @@ class BrowseApp(OrderlyApp):
         yield from (each for each in super().get_system_commands(screen) if each.title not in own)
 
 
-def _opened(path: Path) -> "Catalogue | None":
-    """Open a catalogue if there is one."""
-    from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.file.database import check_file
-
+def _opened(path: Path) -> Catalogue | None:
     return None if check_file(path) is None else Catalogue(path)

@@ -77,7 +77,7 @@ class MainScreen(Keeping):
         ],
         "orbitdb": [
             Binding("f", "fill", "fill", tooltip="fill the catalogue"),
-            key("ctrl+r,f5", "app.look_again", "read the file again", key_display="ctrl+r"),
+            key("ctrl+r,f5", "look_again", "read the file again", key_display="ctrl+r"),
         ],
     }
     BINDINGS = bindings(KEYS)
@@ -109,22 +109,19 @@ class MainScreen(Keeping):
         word = images_of(orbit.code)[element]
         same = least_rotation(word) == least_rotation(orbit.code)
         name = _ELEMENTS[element]
-        self.go_to(self.browser.find_at(word, orbit.a, orbit.exists))
+        self.go_to(replace(self.browser.find(word, orbit.a), exists=orbit.exists))
         told = f"its own {name}" if same else f"{name} of {orbit.code[:20]}"
         self.query_one(FactsPanel).border_title = told
 
     def action_code(self) -> None:
         """Ask for a code in any rotation."""
 
-        def take(code: str | None) -> None:
-            if code:
-                self._codes.append(code)
-                self.ask_for(code)
+        def take(code: str) -> None:
+            self._codes.append(code)
+            self.ask_for(code)
 
-        dialog = LineDialog(
-            "code, in any rotation", "", "1232131 or 1^20(02)^5 3", choices.code_told, self._codes
-        )
-        self.app.push_screen(dialog, take)
+        title, example = "code, in any rotation", "1232131 or 1^20(02)^5 3"
+        self.ask(LineDialog(title, "", example, choices.code_told, self._codes), take)
 
     # choosing
 
@@ -147,13 +144,12 @@ class MainScreen(Keeping):
     def action_statuses(self) -> None:
         """Pick statuses from a list."""
 
-        def take(statuses: Names | None) -> None:
-            if statuses is not None:
-                self.selection = replace(self.selection, statuses=tuple(map(Status, statuses)))
+        def take(statuses: Names) -> None:
+            self.selection = replace(self.selection, statuses=tuple(map(Status, statuses)))
 
         hint = "space marks, enter takes; none marked: every status"
         texts = {status.value: status.sentence for status in choices.SHOWN}
-        self.app.push_screen(MarksDialog("statuses", hint, texts, self.selection.statuses), take)
+        self.ask(MarksDialog("statuses", hint, texts, self.selection.statuses), take)
 
     def action_reversal(self) -> None:
         """Choose self-retracing orbits, the others, or all."""
@@ -172,24 +168,20 @@ class MainScreen(Keeping):
             filled = repr(choices.half_length(text)) in values
             return "filled" if filled else "nothing is filled there: f fills it, c solves a code"
 
-        def take(a: str | None) -> None:
-            if a:
-                self.selection = replace(self.selection, a=choices.half_length(a))
+        def take(a: str) -> None:
+            self.selection = replace(self.selection, a=choices.half_length(a))
 
-        self.app.push_screen(
-            LineDialog("half length a", repr(self.selection.a), "such as 1.6", check, values), take
-        )
+        self.ask(LineDialog("half length a", repr(self.selection.a), "such as 1.6", check, values), take)
 
     def action_sort(self) -> None:
         """Choose the column to sort by."""
         every = dict.fromkeys((*self.columns, *EVERY.values()))
         named = {column.name: column.heading for column in every}
-        self.app.push_screen(ChoiceDialog("sort by", "", named, self.ordering.column), self._sort_by)
+        self.ask(ChoiceDialog("sort by", "", named, self.ordering.column), self._sort_by)
 
-    def _sort_by(self, column: str | None) -> None:
-        if column is not None:
-            falls = column == self.ordering.column and not self.ordering.descending
-            self.ordering = Ordering(column, falls)
+    def _sort_by(self, column: str) -> None:
+        falls = column == self.ordering.column and not self.ordering.descending
+        self.ordering = Ordering(column, falls)
 
     def action_reverse_order(self) -> None:
         """Reverse the order."""
@@ -287,14 +279,13 @@ class MainScreen(Keeping):
         self.catch_up()
         name = f"{self.orbit.code[:40] if self.orbit is not None else 'orbits'}.svg"
 
-        def take(name: str | None) -> None:
-            if name:
-                shown = self.browser.catalogue, self.selection, self.ordering, self.orbit
+        def take(name: str) -> None:
+            shown = self.browser.catalogue, self.selection, self.ordering, self.orbit
 
-                def write(_: object) -> str:
-                    self.browser.take_in_hand()
-                    return export(path_of(name), *shown, lambda: self.browser.leaving)
+            def write(_: object) -> str:
+                self.browser.take_in_hand()
+                return export(path_of(name), *shown, lambda: self.browser.leaving)
 
-                self.in_thread(f"export {name}", write, self.notify)
+            self.in_thread(f"export {name}", write, self.notify)
 
-        self.app.push_screen(LineDialog("export to a file", name, "orbits.csv, .parquet ..", kind_told), take)
+        self.ask(LineDialog("export to a file", name, "orbits.csv, .parquet ..", kind_told), take)

@@ -130,6 +130,8 @@ class Panels(OwnScreen[None]):
         if filled:
             self.read()
 
+    action_look_again = refresh_catalogue
+
     def watch_selection(self, old: Selection, selection: Selection) -> None:
         """Show the new subset; of another stadium nothing stays on screen."""
         if not self.is_mounted:
@@ -284,7 +286,8 @@ class Panels(OwnScreen[None]):
         try:
             need_words([word], [len(word)])
             stored = self.browser.find(word, self.selection.a)
-            self.orbit = stored if away is None else self.browser.find_at(word, away, stored.exists)
+            there = None if away is None else self.browser.find(word, away)
+            self.orbit = stored if there is None else replace(there, exists=stored.exists)
         except StoreError as error:
             self.orbit = None
             self.notify(str(error), severity="error")

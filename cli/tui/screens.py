@@ -7,7 +7,6 @@ from typing import Any, ClassVar, TypeVar
 from textual.app import ComposeResult
 from textual.await_complete import AwaitComplete
 from textual.binding import Binding, BindingType
-from textual.command import CommandPalette
 from textual.containers import Horizontal, ScrollableContainer, Vertical
 from textual.screen import ModalScreen, Screen
 from textual.widgets import Button, Label
@@ -17,6 +16,7 @@ from orbitdb.errors import InputError, StoreError
 from orbitdb.store.asking.confinement import CancelledError
 
 Result = TypeVar("Result")
+Answer = TypeVar("Answer")
 
 Keys = Mapping[str, Sequence[Binding]]
 """The keys of a screen or widget under the headings of the help; it says the tooltip, or the description."""
@@ -103,6 +103,15 @@ class OwnScreen(Screen[Result]):
 
         worker = self._latest[group] = self.run_worker(run, group=group, exclusive=True, thread=True)
 
+    def ask(self, dialog: "Dialog[Answer | None]", take: Callable[[Answer], object]) -> None:
+        """Open a dialog, and take its answer if there is one."""
+
+        def hear(answer: Answer | None) -> None:
+            if answer is not None:
+                take(answer)
+
+        self.app.push_screen(dialog, hear)
+
     def give_up(self, group: str) -> None:
         """Wait no more for what is being found in a group."""
         if (worker := self._latest.pop(group, None)) is not None:
@@ -145,7 +154,3 @@ class QuestionDialog(Dialog[bool]):
     def on_button_pressed(self, event: Button.Pressed) -> None:
         """Take the answer."""
         self.dismiss(event.button.id == "yes")
-
-
-class ActionsDialog(CommandPalette, OwnScreen[None]):
-    """All actions by name: Textual's own list of commands."""

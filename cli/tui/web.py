@@ -10,19 +10,18 @@ import logging
 import os
 import secrets
 import shlex
-import signal
 import socket
 import subprocess
 import sys
 from collections.abc import Awaitable, Callable, Sequence
-from contextlib import redirect_stdout, suppress
+from contextlib import redirect_stdout
 from io import StringIO
 from typing import cast
 
 from aiohttp import web
 from textual_serve.server import Server
 
-from orbitdb.cli.interrupts import TERMINATING, Terminated, with_other_processes
+from orbitdb.cli.interrupts import with_other_processes
 from orbitdb.errors import InputError
 
 HOST = "127.0.0.1"
@@ -71,19 +70,22 @@ def serve(arguments: Sequence[str], port: int, tell: Callable[[str], None]) -> N
     ------
     InputError
         If the port is taken, or not for everybody.
-    Terminated
-        On a signal to terminate.
     """
     try:
         listening = socket.create_server((HOST, port))
     except OSError as error:
         reason = os.strerror(error.errno or 0)
         raise InputError(f"port {port} cannot be used ({reason}): name another with --port, or 0") from None
-    with listening, with_other_processes(), redirect_stdout(sys.stderr):
-        server = TokenServer(arguments, listening.getsockname()[1])
-        number = asyncio.run(server.until_told(listening, tell))
-    if number != signal.SIGINT:
-        raise Terminated(number)
+    server = TokenServer(arguments, listening.getsockname()[1])
+    with listening, with_other_processes(), redirect_stdout(StringIO()):
+        web.run_app(
+            server.guarded(),
+            sock=listening,
+            access_log=None,
+            handle_signals=False,  # they are exceptions, as in all commands
+            shutdown_timeout=_SECONDS,
+            print=lambda _: tell(server.address),
+        )
 
 
 class TokenServer(Server):
@@ -100,29 +102,6 @@ class TokenServer(Server):
     def address(self) -> str:
         """The page, with its token."""
         return f"{self.public_url}/{self.token}/"
-
-    async def until_told(self, listening: socket.socket, tell: Callable[[str], None]) -> int:
-        """Serve until a signal says to end, and return its number."""
-        told: asyncio.Future[int] = asyncio.get_running_loop().create_future()
-
-        def end(number: int) -> None:
-            for log in (_LOG, logging.getLogger("asyncio")):  # of sessions that end now, or later
-                log.disabled = True
-            if not told.done():
-                told.set_result(number)
-
-        with suppress(NotImplementedError):  # on Windows Ctrl-C ends the loop itself
-            for number in (signal.SIGINT, *TERMINATING):
-                asyncio.get_running_loop().add_signal_handler(number, end, number)
-        runner = web.AppRunner(await self.guarded(), access_log=None, shutdown_timeout=_SECONDS)
-        await runner.setup()
-        try:
-            await web.SockSite(runner, listening).start()
-            tell(self.address)
-            return await told
-        finally:
-            with redirect_stdout(StringIO()):
-                await runner.cleanup()
 
     async def guarded(self) -> web.Application:
         """Return what textual-serve serves, below the token, and nothing beside it."""
@@ -152,7 +131,9 @@ class TokenServer(Server):
         """Say nothing: the command announces the address."""
 
     async def on_shutdown(self, app: web.Application) -> None:
-        """End all sessions, each of which ends its process."""
+        """End all sessions, each of which ends its process, and say nothing of what that interrupts."""
+        for log in (_LOG, logging.getLogger("asyncio")):
+            log.disabled = True
         for session in self._sessions:
             session.cancel()
         if self._sessions:

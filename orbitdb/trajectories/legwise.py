@@ -97,11 +97,11 @@ def simulate_legs(
 
 
 def _batch(a: float, starts: int, legs: int, rng: np.random.Generator) -> Floats:
-    """Follow fresh starts; return the means a leg of each of the terms that `_follow` gives, shape (4, N)."""
+    """Follow fresh starts; return the means a leg of each of the terms that `follow` gives, shape (4, N)."""
     runs, beams = _settled(a, random_runs(starts, rng))
     sums = np.zeros((4, starts))
     for _ in range(legs):
-        runs, beams, terms = _follow(runs, beams, a)
+        runs, beams, terms = follow(runs, beams, a)
         sums += terms
     return sums / legs
 
@@ -111,14 +111,21 @@ def _settled(a: float, runs: Runs) -> tuple[Runs, Beams]:
     first = next_leg(runs, a)
     runs, beams = first.runs, Beams(first.drift, np.zeros(len(first.drift)), 1 / first.drift)
     for _ in range(_LONGEST_WAY):
-        runs, beams, terms = _follow(runs, beams, a)
+        runs, beams, terms = follow(runs, beams, a)
         if terms[1].mean() < _SETTLED:
             break
     return runs, beams
 
 
-def _follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
+def follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
     """Follow trajectories over a run and the leg behind it.
+
+    Parameters
+    ----------
+    runs : Runs
+    beams : Beams
+        What is known of the slopes of tangent vectors at their beginning.
+    a : float
 
     Returns
     -------

@@ -68,14 +68,6 @@ def test_a_lambda_that_no_orbit_has_is_told(filled, cli, value):
     assert "impossible numbers" in found.err
 
 
-def test_legwise_trajectories_are_stored_and_shown(filled, cli):
-    made = cli("simulate", "--legwise", "--bounces", "200000", "--json", "--db", str(filled))
-    (row,) = json.loads(made.out)
-    assert abs(row["lambda_d"] - LAMBDA_D) < 4 * row["lambda_d_error"] < 1e-4
-    shown = json.loads(cli("lyapunov", "--json", "--db", str(filled)).out)[0]
-    assert shown["lambda_d_trajectory"] == row["lambda_d"]
-
-
 @pytest.mark.parametrize(
     ("error", "text"),
     [
@@ -143,13 +135,6 @@ def test_the_largest_cuts(filled, cli, monkeypatch):
 
 def test_weights_have_names(filled, cli):
     assert cli("lyapunov", "--weight", "x", "--db", str(filled)).says(2, "'x'", "exp", "det")
-
-
-@pytest.mark.parametrize("command", ["entropy", "lyapunov"])
-def test_periods_that_the_zeta_function_lacks_are_told(filled, cli, command):
-    lacks = "the zeta function lacks p = 2, 4 (not chosen)"
-    assert lacks in cli(command, "--p", "3,5", "--db", str(filled)).err
-    assert "lacks" not in cli(command, "--p", "2-4", "--db", str(filled)).err
 
 
 def test_a_cut_says_up_to_where_the_filled_periods_are_complete(varied, cli):

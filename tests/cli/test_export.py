@@ -21,7 +21,6 @@ from orbitdb.column_files import ColumnBlock
 from orbitdb.errors import InputError
 
 CHOICE = ("--p", "2-5", "--status", "orbit,dynamical")
-NUMBERS = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual", "error")
 EXACT = {} if int(version("pandas").partition(".")[0]) >= 3 else {"float_precision": "round_trip"}
 """How pandas reads every bit of a number from text: by itself since its version 3."""
 
@@ -60,17 +59,6 @@ def test_every_format_says_where_it_comes_from(exported, varied):
     assert_is_provenance({name.decode(): json.loads(value) for name, value in kept.items()}, varied)
     with np.load(exported("npz")) as archive:
         assert_is_provenance(json.loads(str(archive["metadata"])), varied)
-
-
-@pytest.mark.slow
-def test_pandas_reads_every_bit(exported, subset):
-    import pandas as pd
-
-    texts = pd.read_csv(exported("csv"), dtype=dict.fromkeys(("code", "representative"), str), **EXACT)
-    for table in (texts, pd.read_parquet(exported("parquet"))):
-        assert table["code"].tolist() == subset.codes.tolist()
-        for name in NUMBERS:
-            np.testing.assert_array_equal(table[name], getattr(subset, name), err_msg=name)
 
 
 def read_back(target):
@@ -192,14 +180,6 @@ def test_a_figure_on_stdout_is_what_the_file_holds(varied, tmp_path, cli):
     assert shown.stdout == target.read_bytes()
 
 
-@pytest.mark.slow
-def test_a_wrong_ending_is_told_before_matplotlib_is_loaded(tmp_path):
-    code = "import sys; from orbitdb.cli.main import execute; execute(['plot', 'sheet', '-o', 'x.gif'])"
-    code += "; print('matplotlib' in sys.modules)"
-    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "False\n"
-
-
 @pytest.mark.parametrize(
     ("arguments", "package", "said"),
     [
@@ -216,12 +196,6 @@ def test_what_is_not_installed_is_named_with_the_command_that_installs_it(
     monkeypatch.setitem(sys.modules, package, None)
     outcome = cli(*arguments.split(), "--a", "1.6", "--db", str(varied))
     assert (outcome.code, outcome.err) == (1, f"orbitdb: {said}\n")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_an_empty_subset_writes_nothing(varied, tmp_path, cli):
-    done = cli("export", str(tmp_path / "none.csv"), "--p", "99", "--db", str(varied))
-    assert done.code == 1
     assert list(tmp_path.iterdir()) == []
 
 

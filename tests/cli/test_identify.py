@@ -99,22 +99,6 @@ def test_candidates_that_are_not_shown_are_counted(cli, filled, limit):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
-    [
-        ("--length 5", "no candidates among periods 2-8"),
-        ("--start 0.2,0,1.5707963267948966", "between the straight walls"),
-        ("--start 0,0.5,1.2 --tolerance 1e-12", "no orbit is shadowed"),
-        ("--length 5 --a 3", "nothing is filled at a = 3"),
-    ],
-)
-def test_nothing_found_ends_with_1_and_says_so(cli, filled, arguments, told):
-    done = cli("identify", *arguments.split(), "--json", "--db", str(filled))
-    assert (done.code, done.out) == (1, "[]\n")
-    assert told in done.err
-    assert ("candidates" in done.err) == ("candidates" in told)  # none where nothing was looked through
-
-
-@pytest.mark.parametrize(
     ("arguments", "given", "told"),
     [
         ("", "", "exactly one of --start, --points and --length"),

@@ -11,7 +11,7 @@ import pytest
 from orbitdb.benchmarks import agreement
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.cli import app, main
+from orbitdb.cli import app
 from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengths
 from orbitdb.entropy.bounds import search
 from orbitdb.filling import births
@@ -140,19 +140,6 @@ def test_a_folder_that_is_gone_and_files_that_cannot_be_read(cli, tmp_path, monk
     assert fail(odd).says(1, "x.csv", "Too many symbolic links")
     with pytest.raises(ZeroDivisionError):  # what nobody has foreseen is not hidden
         fail(ZeroDivisionError())
-
-
-def test_streams_that_are_closed_or_lack_characters(cli, filled, monkeypatch):
-    monkeypatch.setattr(sys, "stdin", None)
-    main.stand_in_for_closed()
-    assert sys.stdin.read() == ""
-    sys.stdin.close()
-    written = io.BytesIO()
-    with monkeypatch.context() as patch:
-        patch.setattr(sys, "stdout", io.TextIOWrapper(written, "ascii"))
-        main.escape_what_has_no_code()
-        print("λ_d", flush=True)
-        assert written.getvalue() == b"\\u03bb_d\n"
 
 
 def test_shells_are_offered_nothing_from_what_is_no_catalogue(tmp_path):

@@ -10,7 +10,6 @@ import pexpect
 import pytest
 from offered import commands
 from processes import COMMAND, small_blocks
-from quick import fuzz_but
 from terminal import Run, Session, ended, run_in_terminal, run_several_in_terminal, spawn
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
@@ -207,16 +206,6 @@ def test_ctrl_c_while_the_bar_is_up_and_the_window_changes(tmp_path, jobs):
     child.expect(pexpect.EOF)
     session = ended(child, (wide, 200), (narrow + child.before, 40))
     ends_in_order(session, 130, [INTERRUPTED[:40], INTERRUPTED[40:80].rstrip(), INTERRUPTED[80:]])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("jobs", fuzz_but(["2"], ["1", "2"]))
-def test_ctrl_c_twice(tmp_path, jobs):
-    child = filling(tmp_path / "orbits.db", "--jobs", jobs)
-    child.sendintr()
-    child.sendintr()
-    child.expect(pexpect.EOF)
-    ends_in_order(ended(child, (child.before, 200)), 130, [INTERRUPTED])
 
 
 @pytest.mark.slow

@@ -257,35 +257,8 @@ def test_where_no_scheduler_is(tmp_path, monkeypatch, cli, listens):
     assert not (tmp_path / "orbits.db").exists()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("scheduler", ["", "rubbish", "foo://there:1", "tls://there:1", "x" * 5000])
-def test_addresses_that_are_none(scheduler):
-    with pytest.raises(InputError, match="no dask scheduler answers"), Cluster(scheduler):
-        pass
-
-
 def test_without_dask_the_extra_is_named(cli, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     found = cli("fill", "--p", "5", "--scheduler", "127.0.0.1:8786")
     assert found.code == 2
     assert "pip install 'orbitdb[dask]'" in found.err
-
-
-@pytest.mark.parametrize(
-    ("options", "answer"),
-    [
-        (["--executor", "dask"], "--scheduler"),
-        (["--executor", "processes", "--scheduler", "host:1"], "--executor dask"),
-        (["--scheduler", "host:1", "--jobs", "2"], "leave out --jobs"),
-        (["--executor", "threads"], "dask"),
-    ],
-)
-def test_options_that_do_not_fit(cli, options, answer):
-    found = cli("fill", "--p", "5", *options)
-    assert found.code == 2
-    assert answer in found.err
-    assert found.err.count("\n") == 1
-
-
-def test_processes_are_the_default(cli):
-    assert cli("fill", "--p", "5", "--executor", "processes", "--jobs", "1").code == 0

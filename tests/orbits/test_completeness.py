@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from solutions import representatives
 
-from orbitdb.billiard.bounces import slack_changes, smooth_slacks
 from orbitdb.billiard.legs import cut
-from orbitdb.orbits.births import cells
 from orbitdb.orbits.births.cells import Kind, judge
 from orbitdb.orbits.births.changes import find_changes
 from orbitdb.orbits.births.completeness import Verdict, prove_all, stretches, walk
@@ -112,21 +110,6 @@ def test_what_is_said_of_a_cell_holds_at_its_points(a):
                 assert (status[rows[each]] == "orbit") == (said == Kind.ALIVE)
 
 
-def test_slacks_change_by_no_more_than_directions_allow():
-    """Slacks are linear: the most is the sum over all directions, each at its most the worse way."""
-    for _, legs in cut(representatives(6)):
-        bound = np.random.default_rng(len(legs.k)).random(legs.k.shape)
-        most = np.zeros((6, *bound.shape))
-        for row, size in enumerate(bound):
-            change = np.zeros_like(bound)
-            change[row] = size
-            most += np.abs(slack_changes(legs, change))
-        found = cells._spread(legs, bound)
-        known = np.isfinite(smooth_slacks(legs, bound))
-        assert (most <= found)[known].all()
-        assert found[:4][known[:4]] == pytest.approx(most[:4][known[:4]], rel=1e-8)
-
-
 @pytest.mark.parametrize("a", [1e-3, 0.37, 30.0])
 def test_of_a_cell_without_width_all_is_said(a):
     words = representatives(6)
@@ -136,33 +119,6 @@ def test_of_a_cell_without_width_all_is_said(a):
         x, nothing = np.full(count, np.log(a)), np.zeros(count)
         kind, *_ = judge(legs, x, nothing, np.zeros(legs.k.shape))
         assert (kind == np.where(status[rows] == "orbit", Kind.ALIVE, Kind.DEAD)).all()
-
-
-@pytest.mark.parametrize("a", [0.05, 1.6])
-def test_a_drift_that_is_badly_solved_is_known_to_be(monkeypatch, a):
-    """Off by a part in 10^6, as no rounding makes it: its own bound tells."""
-
-    def middle_and_bounds():
-        box = cells._box(legs, here, r)
-        middle = cells._middle(legs, here, start, box)
-        return middle, cells._bounded(legs, here, r, box, middle)
-
-    def badly(diagonal, beside, rhs):
-        return solve_cyclic(diagonal, beside, rhs) * (1 + 1e-6)
-
-    solve_cyclic = cells.solve_cyclic
-    for rows, legs in cut(representatives(6)):
-        here, r, start = np.full(len(rows), a), np.full(len(rows), 1e-5), np.zeros((len(legs.k), len(rows)))
-        exact, well = middle_and_bounds()
-        assert (exact.left_over < 1e-9).all()
-        monkeypatch.setattr(cells, "solve_cyclic", badly)
-        found, bounds = middle_and_bounds()
-        monkeypatch.undo()
-        free = bounds.free & well.free
-        assert free.any()
-        off = np.abs(found.drift - exact.drift)[:, free]
-        assert (off <= bounds.wrong[:, free]).all()
-        assert (off > well.wrong[:, free]).any()
 
 
 def test_segments_are_walked_by_rising_a():

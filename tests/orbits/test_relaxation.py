@@ -6,7 +6,6 @@ import pytest
 from orbitdb.benchmarks.representatives import representatives
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
-from orbitdb.orbits import relaxation
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import relax, starting_points
@@ -131,14 +130,6 @@ def test_random_starts_on_the_right_sections_lead_to_the_same_orbit():
     assert np.ptp(found, axis=1).max() < 1e-7
 
 
-def test_runs_up_and_down_the_semicircle_are_two_orbits():
-    stadium = Stadium(1.2)
-    up, down = (relax(from_strings([word]), stadium) for word in ("0332123", "0552123"))
-    t, u = up.coordinates[0, 1:3], down.coordinates[0, 1:3]
-    assert t[1] > t[0]
-    assert u[1] < u[0]
-
-
 @pytest.mark.parametrize("a", [0.1, 1.0, 10.0])
 def test_every_atom_starts_inside_its_own_section(a):
     words, _ = representatives(7)
@@ -148,21 +139,3 @@ def test_every_atom_starts_inside_its_own_section(a):
     rising = np.roll(start, -1, axis=1) > start
     runs = again & ~STRAIGHT[words]
     assert (rising == (words < 4))[runs].all()
-
-
-def test_steps_are_of_fourth_order(monkeypatch):
-    stadium = Stadium(1.6)
-    orbits = solve(representatives(5)[0], stadium)
-    words = orbits.words[orbits.status == Status.ORBIT]
-    start = orbits.coordinates[orbits.status == Status.ORBIT].T + 0.01
-
-    def after(steps: int) -> np.ndarray:
-        x = start
-        monkeypatch.setattr(relaxation, "STEP", 0.2 / steps)
-        for _ in range(steps):
-            x = relaxation._runge_kutta_step(stadium, words.T, x, relaxation._velocity(stadium, words.T, x))
-        return x
-
-    exact = after(64)
-    coarse, fine = (np.abs(after(steps) - exact).max() for steps in (2, 4))
-    assert 12 < coarse / fine < 24

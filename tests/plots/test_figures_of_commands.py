@@ -2,12 +2,13 @@
 
 import math
 import shutil
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 from drawing import draw
+from made_levels import keep_made_levels
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.text import Annotation
@@ -17,8 +18,9 @@ from solutions import entropy, lyapunov
 from orbitdb import Catalogue, Selection, Stadium, solve_word
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.billiard.stability import birkhoff
+from orbitdb.catalogue.spectrum import read_classes
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
-from orbitdb.cli.figures import orbits, over_a
+from orbitdb.cli.figures import levels, orbits, over_a
 from orbitdb.entropy.bounds import search
 from orbitdb.entropy.letters import geometric_entropy
 from orbitdb.errors import InputError
@@ -27,6 +29,9 @@ from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.orbit import Status
 from orbitdb.plots.paths import draw_orbit
 from orbitdb.plots.style import BLUE, ORANGE, figure
+from orbitdb.quantum.amplitudes import orbit_terms
+from orbitdb.quantum.lengths import counted, family_count
+from orbitdb.quantum.weyl import weyl
 from orbitdb.store.reading.lookup import with_existence
 from orbitdb.store.writing.records import add_reference, keep_bounds
 from orbitdb.store.writing.writer import Writer
@@ -419,3 +424,35 @@ def test_a_period_that_is_not_there_is_told(known, capsys, kind):
     assert capsys.readouterr().err.startswith(
         "period 7 is not filled at a = 1.6 (filled: periods 2-6; some at"
     )
+
+
+def test_the_figures_of_levels(known, tmp_path, capsys):
+    path = Path(shutil.copy(known.path, tmp_path / "levels.db"))
+    catalogue, chosen, stadium = Catalogue(path, 1.6), Selection(1.6), Stadium(1.6)
+    with pytest.raises(InputError, match=r"no levels to draw: .* --k 0:30 --a 1\.6' finds"):
+        levels.draw_levels(catalogue, chosen)
+    k = sorted(chain(*keep_made_levels(path).values()))
+    made = levels.draw_levels(catalogue, chosen)
+    above, below = made.axes
+    assert line(above, "levels")[0] == [0, *k]
+    at, rest = line(below, "levels, less")
+    assert (at[0], at[-1]) == (0.5, 9)
+    np.testing.assert_allclose(rest, np.searchsorted(k, at) - weyl(stadium, None)(at))
+    np.testing.assert_allclose(line(above, "Weyl")[1], weyl(stadium, None)(at))
+    classes, _, highest = read_classes(catalogue, chosen)
+    balls = family_count(stadium, np.array(at), 12.0)
+    np.testing.assert_allclose(below.get_lines()[1].get_ydata(), balls)
+    orbits_too = balls + counted(orbit_terms(classes, 12.0), np.array(at))
+    np.testing.assert_allclose(line(below, "bouncing balls and orbits")[1], orbits_too)
+    assert f"to $p = {highest}$" in made.legends[0].get_texts()[-1].get_text()
+    assert made.get_suptitle() == f"{len(k)} levels at a = 1.6, k below 9"
+    assert "lengths up to 12: a partial sum" in capsys.readouterr().err
+    spectrum = levels.draw_length_spectrum(catalogue, chosen)
+    found = catalogue.spectrum((1.0, 12.0), points=1000)
+    for label, values in (("levels", np.abs(found.quantum)), ("orbits", -np.abs(found.orbits))):
+        lengths, drawn = line(spectrum.axes[0], label)
+        np.testing.assert_allclose(lengths, np.linspace(1, 12, 1000))
+        np.testing.assert_allclose(drawn, values)
+    assert {text.get_text() for text in spectrum.axes[0].texts} == {peak.code for peak in found.peaks(1)}
+    assert spectrum.get_suptitle() == "length spectrum at a = 1.6, k below 9"
+    assert capsys.readouterr().err.splitlines() == found.notes()

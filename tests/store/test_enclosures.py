@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from older import make_older
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
@@ -63,29 +62,6 @@ def test_what_is_proved_is_kept_once_and_read_back(enclosed, cli):
     altered(enclosed, "UPDATE entropy_bound SET lower = 0 WHERE edges = 6")
     cli("bounds", "--window", "6", "--db", str(enclosed))
     assert catalogue.entropy_bounds() == closest
-
-
-def test_without_a_catalogue_nothing_is_kept_unless_asked_for(cli, tmp_path):
-    path = tmp_path / "orbits.db"
-    told = cli("bounds", "--window", "4")
-    assert told.err == f"not kept: there is no catalogue at {path}; --store makes one\n"
-    assert cli("bounds", "--window", "4", "--no-store").err == ""
-    assert not path.exists()
-    assert cli("bounds", "--window", "4", "--store").err == ""
-    assert Catalogue(path).entropy_bounds().window == 4
-    before = path.read_bytes()
-    assert cli("bounds", "--window", "5", "--no-store").out.count("\n") == 5
-    assert path.read_bytes() == before
-    path.write_bytes(b"no catalogue at all, but a text that is longer than a hundred bytes" * 3)
-    refused = cli("bounds", "--window", "4")
-    assert (refused.code, refused.out) == (3, "")
-
-
-@pytest.mark.slow
-def test_an_older_file_is_copied_before_bounds_go_into_it(filled, cli):
-    make_older(filled)
-    assert "orbits.db.schema-6" in cli("bounds", "--window", "3", "--store", "--db", str(filled)).err
-    assert Catalogue(filled).entropy_bounds().window == 3
 
 
 def test_bounds_stand_beside_what_orbits_give(enclosed, cli):

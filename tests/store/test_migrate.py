@@ -188,25 +188,6 @@ def test_a_catalogue_comes_back_from_schema_6(older):
     assert dump(older) == before
 
 
-@pytest.mark.slow
-def test_a_filled_catalogue_comes_back_from_schema_6(varied, tmp_path):
-    path = Path(shutil.copy(varied, tmp_path / "old.db"))
-    before = dump(path)
-    make_older(path)
-    migrate(path)
-    assert dump(path) == before
-
-
-@pytest.mark.slow
-def test_words_of_a_million_bounces(tmp_path):
-    path, word = tmp_path / "old.db", "1" * 500_000 + "3" * 499_998 + "02"
-    with closing(empty(path)) as plain:
-        add_classes(plain, [min(word[-2:] + word[:-2], word)])
-    before = held(path)["words"]
-    migrate(path)
-    assert held(path)["words"] == before
-
-
 @pytest.mark.parametrize("version", [1, 5])
 def test_files_before_schema_6_are_refused(older, version):
     with closing(sqlite3.connect(older)) as plain:
@@ -317,25 +298,6 @@ def test_a_fill_brings_an_older_catalogue_to_the_newest_schema(varied_older, cli
     assert outcome.code == 0
     assert "old.db.schema-6" in outcome.err
     assert cli("verify", "--db", str(varied_older)).code == 0
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("small_blocks")
-def test_a_stopped_fill_goes_on_after_the_migration(varied_older):
-    from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.filling.periods import fill_periods
-
-    migrate(varied_older)
-    going = fill_periods(varied_older, 1.6, [8])
-    stored = [next(going).words for _ in range(3)][-1]
-    going.close()
-    make_older(varied_older)
-    migrate(varied_older)
-    (half,) = (fill for fill in Catalogue(varied_older).fills(1.6) if fill.p == 8)
-    assert (half.state, half.words) == ("filling", stored)
-    for _ in fill_periods(varied_older, 1.6, [7, 8]):
-        pass
-    assert {f.p: f.words for f in Catalogue(varied_older).fills(1.6)}[8] == 2096
 
 
 @pytest.mark.slow

@@ -22,12 +22,11 @@ from orbitdb.filling.single_word import fill_word
 from orbitdb.filling.workers import Processes
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
-from orbitdb.orbits.relaxation import relax
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.words import from_strings, parse, to_strings
 from orbitdb.verification.check import Check, measured
-from orbitdb.verification.invariants import check_consistency, with_bounds
+from orbitdb.verification.invariants import check_consistency
 from orbitdb.verification.recomputation import restart
 from orbitdb.verification.rigorous import certify
 from orbitdb.verification.verify import PROMISES, report, verify
@@ -243,26 +242,6 @@ def test_a_solution_has_the_same_bits_in_any_batch(a, p):
             assert getattr(again, name).tobytes() == getattr(orbits.rows(rows), name).tobytes()
 
 
-@pytest.mark.parametrize("a", [0.5, pytest.param(1.6, marks=pytest.mark.slow)])
-@pytest.mark.slow
-def test_orbits_of_the_relaxation_get_bounds_that_hold(a):
-    """The true error is that against Newton's method, a million times better; bounds are not far above it."""
-    stadium, words = Stadium(a), representatives(6)
-    relaxed, exact = relax(words, stadium), solve(words, stadium)
-    both = np.flatnonzero((relaxed.status == "orbit") & (exact.status == "orbit"))
-    bounded, exact = with_bounds(relaxed.rows(both), stadium), exact.rows(both)
-    true = np.abs(bounded.coordinates - exact.coordinates).max(axis=1)
-    assert 1e-8 < true.max() < 1e-4
-    assert np.all(true <= bounded.error + exact.error)
-    assert np.median(bounded.error / true) < 30
-    for name, bound in (("length", "length_error"), ("lyapunov", "lyapunov_error")):
-        off = np.abs(getattr(bounded, name) - getattr(exact, name))
-        assert np.all(off <= getattr(bounded, bound) + getattr(exact, bound))
-    assert not any(check.failures for check in check_consistency(bounded, stadium))
-    shifted = replace(bounded, coordinates=bounded.coordinates + 1e-9)
-    assert any(check.failures for check in check_consistency(shifted, stadium))
-
-
 def as_if_relaxed(path, chosen):
     """Make rows look as if a run had found them by relaxation, at both a."""
     nothing = "error = NULL, length_error = NULL, lyapunov_error = NULL"
@@ -401,25 +380,6 @@ def test_what_cannot_be_compared_is_left(small):
     assert (found["fills"].rows, found["bits"].rows) == (1, 0)
 
 
-def test_pruned_words_are_words_and_least_and_primitive_and_have_their_rules(small):
-    """One of p = 3 is none, one is not least, one is a repetition, one breaks other rules, one none."""
-    rules = dict(ask(small, "SELECT word, rules FROM pruned WHERE p = 3"))
-    least = next(word for word in rules if word not in (word[1:] + word[0], "001"))
-    alter(
-        small,
-        "UPDATE pruned SET rules = '2' WHERE p = 3 AND word = '001'",
-        *(
-            f"INSERT INTO pruned VALUES (-{int('1' + word.replace('x', '7'), 8)}, 3, '{word}', '{kept}')"
-            for word, kept in (("0x1", "1"), (least[1:] + least[0], rules[least]), ("000", "1"), ("013", ""))
-        ),
-        f"INSERT INTO pruned VALUES (-{0o10011}, 4, '0011', '1,3,6')",  # right, and alone
-    )
-    steps = [step for step in verify(Catalogue(small), [Selection()]) if step.stage.startswith("pruned")]
-    assert [step.stage for step in steps] == [f"pruned words, p = {p}" for p in (2, 3, 4)]
-    found = [(check.rows, check.failures) for step in steps[1:] for check in step.checks]
-    assert found == [(len(rules) + 4, 5), (1, 0)]
-
-
 def test_a_value_that_no_command_can_read_fails_a_check_among_the_others(tmp_path, cli):
     """The births that count the orbits of a fill stop at the word; the table has all the other checks."""
     path = tmp_path / "orbits.db"
@@ -433,28 +393,9 @@ def test_a_value_that_no_command_can_read_fails_a_check_among_the_others(tmp_pat
     assert failing["reading"] == "births: a class of period '5'"
 
 
-def test_an_a_with_nothing_but_averages_over_trajectories_has_no_periods_to_fill(tmp_path, cli):
-    where = ("--db", str(tmp_path / "orbits.db"))
-    cli("fill", "--p", "3", *where)
-    cli("simulate", "--bounces", "1000", "--a", "0.5", *where)
-    for chosen in ([], ["--p", "3"], ["--a", "0.5"]):
-        outcome = cli("verify", *where, *chosen)
-        assert outcome.code == 0
-        assert "filled" not in outcome.err
-        assert "1 average over trajectories" in outcome.err
-
-
 def test_a_sample_still_checks_all_counts(filled):
     alter(filled, f"DELETE FROM cycle WHERE id = {SOME_CLASS}")
     assert "counts" in broken(filled, sample=1)
-
-
-@pytest.mark.slow
-def test_all_stored_a_are_checked(small, cli):
-    alter(small, "UPDATE orbit SET length = length + 1e-6 WHERE stadium = 2 AND status = 'orbit'")
-    assert cli("verify").code == 1
-    assert cli("verify", "--a", "1").code == 1
-    assert cli("verify", "--a", "1.6").code == 0
 
 
 @pytest.mark.parametrize(

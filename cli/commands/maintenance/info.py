@@ -9,7 +9,7 @@ from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.reading.records import Enclosure
+    from orbitdb.entropy.entropy_bounds import EntropyBounds
     from orbitdb.store.reading.sweeps import Sweep
 
 EXAMPLES = ("info", "info --json")
@@ -119,8 +119,8 @@ def _enclosures(catalogue: "Catalogue") -> list[tuple[str, str]]:
     return [("entropy", text) for text in lines]
 
 
-def _windows(found: "Enclosure") -> str:
+def _windows(found: "EntropyBounds") -> str:
     """Say what bounds rest on, more briefly than `basis`: a line with all digits of a has 80 characters."""
-    from orbitdb.store.file.schema import BALLS
+    from orbitdb.entropy.entropy_bounds import BALLS
 
     return f"{found.window} edges" + (", balls" if found.proof == BALLS else "")

@@ -18,7 +18,7 @@ from orbitdb.cli.storing import Jobs, Solvers, bring
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
-    from orbitdb.entropy.bounds import EntropyBounds
+    from orbitdb.entropy.entropy_bounds import EntropyBounds
     from orbitdb.entropy.proof import Proof
     from orbitdb.filling.enclosures import Enclosed, EnclosureTask
 
@@ -108,7 +108,7 @@ def bounds(
         if prove:
             note(balls_of(proofs))
     reached = found if len(tasks) > 1 else found[-1:]
-    apart = [level.upper - level.lower for level in reached]
+    apart = [level.width for level in reached]
     if width is not None and max(apart) > width:
         where = f" at {sum(each > width for each in apart)} of {len(apart)} a" if len(tasks) > 1 else ""
         note(f"the bounds are {max(apart):.1e} apart, not {width:g}{where}: {_WHY}")
@@ -165,8 +165,9 @@ def _at_many(
 @contextmanager
 def _keeping(db: Path, store: bool | None, prove: bool, asked: dict[str, Any]) -> "Iterator[Keep]":
     """Give what keeps bounds in the catalogue; it does nothing where there is none, and none is asked for."""
+    from orbitdb.entropy.entropy_bounds import BALLS, DOUBLES
     from orbitdb.store.file.database import check_file
-    from orbitdb.store.file.schema import BALLS, DOUBLES, SCHEMA_VERSION
+    from orbitdb.store.file.schema import SCHEMA_VERSION
 
     version = None if store else check_file(db)
     if store is False or (store is None and version != SCHEMA_VERSION):

@@ -36,6 +36,8 @@ class LineDialog(Dialog[str | None]):
     """
 
     AUTO_FOCUS = "Input"
+    EMPTY: str | None = None
+    """What an empty line stands for."""
     BINDINGS: ClassVar[list[BindingType]] = [ESCAPE, key("up", "older(1)"), key("down", "older(-1)")]
 
     def __init__(
@@ -89,7 +91,7 @@ class LineDialog(Dialog[str | None]):
         if wrong:
             self.tell(told, wrong)
         else:
-            self.dismiss(event.value.strip())
+            self.dismiss(event.value.strip() or self.EMPTY)
 
     def action_older(self, steps: int) -> None:
         """Go up and down in the lines, the one that is typed being the last."""
@@ -125,6 +127,8 @@ class FilterDialog(LineDialog):
     word : str or None
         What the cursor was on, and goes to where it is among the rows; at the top it stays there.
     """
+
+    EMPTY = ""
 
     def __init__(self, main: "Panels", where: str, others: Sequence[str]) -> None:
         placeholder = "lambda_c < 0.5 and time_reversal = 'self'"

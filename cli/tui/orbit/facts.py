@@ -55,15 +55,9 @@ def bar(lives: Sequence[tuple[float, float | None]], a: float, width: int) -> st
     """Return a bar over ln a, from 0.05 to 20, that shows where an orbit exists, and a."""
     scale = math.log(_MOST / _LEAST)
     places = [_LEAST * math.exp(scale * (i + 0.5) / width) for i in range(width)]
-    drawn = ["━" if _lives_at(lives, place) else "·" for place in places]
-    here = int(width * math.log(a / _LEAST) / scale)
-    if 0 <= here < width:
-        drawn[here] = "┃"
-    return "".join(drawn)
-
-
-def _lives_at(lives: Sequence[tuple[float, float | None]], a: float) -> bool:
-    return any(born < a and (dies is None or a < dies) for born, dies in lives)
+    alive = [any(born < at and (dies is None or at < dies) for born, dies in lives) for at in places]
+    here = math.floor(width * math.log(a / _LEAST) / scale)
+    return "".join("┃" if i == here else "━" if alive[i] else "·" for i in range(width))
 
 
 def folded(facts: Sequence[tuple[str, str]], width: int) -> list[Line]:

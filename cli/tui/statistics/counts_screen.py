@@ -173,12 +173,8 @@ class CountsScreen(OwnScreen[None]):
     def action_column(self) -> None:
         """Choose the column from a list."""
 
-        def take(column: str | None) -> None:
-            if column is not None:
-                self.column = column
-
         named = {name: EVERY[name].heading for name in DRAWN}
-        self.app.push_screen(ChoiceDialog("histogram of", "", named, self.column), take)
+        self.ask(ChoiceDialog("histogram of", "", named, self.column), partial(setattr, self, "column"))
 
     def action_next_column(self, step: int) -> None:
         """Take the next column, or the one before."""

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -30,22 +31,12 @@ def next_a(lives: Lives, a: float, up: bool, home: float | None = None) -> float
 
     So an orbit is seen with its last margin before it is gone. Nor is ``home`` passed over.
     """
-    new = _next_of(lives, a, up)
-    way = 1 if up else -1
-    if home is not None and way * (home - a) > 0 and way * (new - home) > -_SAME * home:
-        return home
-    return new
-
-
-def _next_of(lives: Lives, a: float, up: bool) -> float:
     way = 1 if up else -1
     new = min(max(a * math.exp(way * STEP), MIN_A), MAX_A)
-    ends = sorted((end for life in lives for end in life if end), reverse=not up)
-    for end in ends:
-        near, far = end * (1 - way * _BESIDE), end * (1 + way * _BESIDE)
-        if way * (far - a) > 0 and way * (new - end) > 0:
-            return near if way * (near - a) > 0 else far
-    return new
+    stops = [end * (1 + side * _BESIDE) for life in lives for end in life if end for side in (-1, 1)]
+    stops += [] if home is None else [home]
+    ahead = (stop for stop in stops if way * (stop - a) > 0 and way * (new - stop) > -_SAME * stop)
+    return min(ahead, key=lambda stop: way * stop, default=new)
 
 
 def told(lives: Lives, before: float, after: float) -> str | None:
@@ -123,7 +114,7 @@ class Following:
             lives, a = with_existence(orbit).exists, orbit.a
             for up in steps:
                 a = next_a(lives or (), a, up, self._screen.selection.a)
-            orbit = self._screen.browser.find_at(orbit.code, a, lives)
+            orbit = replace(self._screen.browser.find(orbit.code, a), exists=lives)
         return orbit, None if rows is None else rows.followed(orbit.a)
 
     def _arrive(self, begun: Orbit, found: tuple[Orbit, Pages | None]) -> None:

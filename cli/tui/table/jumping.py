@@ -4,9 +4,8 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
-from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.table.pages import Pages
 from orbitdb.store.asking.confinement import never
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
@@ -102,12 +101,12 @@ class Jumping:
             self._jump(self._typed)
 
     def _jump(self, typed: str) -> None:
-        table, screen = self._panel.table, cast("OwnScreen[None]", self._panel.screen)
+        table = self._panel.table
         self._typed, self._landed, self._led_to = typed, table.cursor, None
         if not typed:
             self._land((self._begun_at, ""))
         elif table.source.catalogue is not None:  # else the rows are still being read
-            screen.in_thread("jump", partial(place_of, table.source.pages, typed), self._arrive)
+            self._panel.screen.in_thread("jump", partial(place_of, table.source.pages, typed), self._arrive)
         self._panel.say_position()
 
     def _arrive(self, found: Found) -> None:

@@ -64,8 +64,9 @@ class RowsPanel(Vertical):
     # reading
 
     @property
-    def _own_screen(self) -> "OwnScreen[None]":
-        return cast("OwnScreen[None]", self.screen)
+    def screen(self) -> OwnScreen[object]:
+        """The main screen."""
+        return cast(OwnScreen[object], super().screen)
 
     def read(
         self, catalogue: "Catalogue", asked: Asked, fields: tuple[str, ...], take: Callable[[Pages], None]
@@ -94,7 +95,7 @@ class RowsPanel(Vertical):
             take(rows)
             self.report = f"{len(rows):,} of {self.total:,} words"
 
-        self._own_screen.in_thread("rows", find, show, self._fail)
+        self.screen.in_thread("rows", find, show, self._fail)
 
     def _fail(self, reason: str) -> None:
         """Show no rows, as those that are shown are of another subset, and say what went wrong."""
@@ -106,7 +107,7 @@ class RowsPanel(Vertical):
     def stop_reading(self) -> None:
         """Read no further: somebody is about to choose something else."""
         if self.report in _AT_WORK:
-            self._own_screen.give_up("rows")
+            self.screen.give_up("rows")
             self.report, self.asked = "", None
             self.say()
 

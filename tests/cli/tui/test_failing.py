@@ -12,7 +12,7 @@ from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
-from orbitdb.cli.tui.state_file import Kept, toggled
+from orbitdb.cli.tui.state_file import Kept
 from orbitdb.cli.tui.statistics import averages_screen as statistics
 from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
@@ -45,9 +45,10 @@ def test_choices_that_cannot_be_written_hold_for_now(tmp_path):
     (tmp_path / "link").symlink_to(tmp_path / "nowhere")
     told = []
     kept = Kept(tmp_path / "link" / "browse.json", told.append)
-    kept.change(lambda state: toggled(state, "13"))
+    with kept.changing() as state:
+        state.marked.append("13")
     assert "what is chosen holds for now only" in told[0]
-    assert kept.state.marked == ("13",)
+    assert kept.state.marked == ["13"]
 
 
 @pytest.mark.slow

@@ -181,13 +181,13 @@ def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, monkey
     """Steps that come meanwhile are taken together; a key that leaves the orbit forgets them."""
     sought, go_on = threading.Event(), threading.Event()
 
-    def slow(app, word, a, lives, find_at=BrowseApp.find_at):
+    def slow(app, word, a, find=BrowseApp.find):
         if threading.current_thread() is not threading.main_thread():
             sought.set()
             assert go_on.wait(60)
-        return find_at(app, word, a, lives)
+        return find(app, word, a)
 
-    monkeypatch.setattr(BrowseApp, "find_at", slow)
+    monkeypatch.setattr(BrowseApp, "find", slow)
 
     def of_one_a(app):
         main, table = app.screen, table_of(app)
