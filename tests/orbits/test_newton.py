@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from quick import slow_but
-from reference import symbols_of_trajectory
 from solutions import random_word, real, representatives, solved, words_of
 
 from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits
@@ -169,22 +168,6 @@ def test_nothing_to_solve():
     orbits = solve(np.zeros((0, 5), dtype=np.uint8), Stadium())
     assert len(orbits) == 0
     assert orbits.coordinates.shape == (0, 5)
-
-
-@pytest.mark.parametrize(("p", "seed"), [(200, 1), (200, 2), pytest.param(2000, 3, marks=pytest.mark.slow)])
-def test_orbits_that_shadow_a_trajectory(p, seed):
-    """Segments of a random trajectory, closed: many are orbits of their own."""
-    walk = symbols_of_trajectory(1.6, 4 * p, seed)
-    segments = [walk[i : i + p] for i in range(0, 3 * p, p // 20)]
-    words = from_strings([segment for segment in segments if not rules_of(segment)])
-    orbits = solve(words, Stadium(1.6))
-    found = real(orbits)
-    assert np.count_nonzero(found) >= 5
-    assert not (orbits.status == Status.UNRESOLVED).any()
-    assert np.abs(forces(Stadium(1.6), words, orbits.coordinates))[found].max() < 1e-13
-    assert (orbits.error[found] < 1e-10).all()
-    assert (orbits.lyapunov[found] > 0.5 * p).all()
-    assert np.isfinite(orbits.lyapunov).all()
 
 
 @pytest.mark.parametrize("a", slow_but([1e-6, 1e6], [1e-6, 0.1, 1.6, 1e6]))

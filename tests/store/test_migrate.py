@@ -8,6 +8,7 @@ from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
+from contents import alter
 from older import add_classes, empty, make_older
 from processes import start
 
@@ -211,8 +212,7 @@ def test_files_before_schema_6_are_refused(older, version):
     ],
 )
 def test_a_migration_that_fails_leaves_the_file_as_it_was(older, statement):
-    with closing(sqlite3.connect(older)) as plain, plain:
-        plain.execute(statement)
+    alter(older, statement)
     before = shape(older)
     with pytest.raises(StoreError) as error:
         migrate(older)
@@ -234,17 +234,18 @@ def test_a_migration_that_fails_leaves_the_file_as_it_was(older, statement):
 )
 def test_rows_that_are_wrong_are_kept_or_refused(older, statement):
     """Telling what is wrong is the business of verify."""
-    with closing(sqlite3.connect(older)) as plain, plain:
-        plain.execute(statement)
+    alter(older, statement)
     with suppress(StoreError):
         assert migrate(older).after == SCHEMA_VERSION
 
 
 def test_what_users_add_stays(older):
-    with closing(sqlite3.connect(older)) as plain, plain:
-        plain.execute("CREATE TABLE mine (cycle REFERENCES cycle (id))")
-        plain.execute("CREATE VIEW words AS SELECT word FROM sequence")
-        plain.execute("INSERT INTO mine SELECT id FROM cycle WHERE id > 0")
+    alter(
+        older,
+        "CREATE TABLE mine (cycle REFERENCES cycle (id))",
+        "CREATE VIEW words AS SELECT word FROM sequence",
+        "INSERT INTO mine SELECT id FROM cycle WHERE id > 0",
+    )
     before = asked(older, "SELECT * FROM mine")
     migrate(older)
     assert asked(older, "SELECT * FROM mine") == before

@@ -283,33 +283,6 @@ def test_mean_free_path_is_that_of_the_invariant_measure(a):
     assert found.mean_free_path_error < 0.05
 
 
-@pytest.mark.parametrize("a", slow_but([1.6], [0.05, 1.6]))
-def test_exponent_bounce_by_bounce_with_no_known_means(a):
-    """The same exponents from bounces on walls and semicircles, divided by what was counted."""
-    n, steps = 4000, 300
-    rays = random_rays(Stadium(a), n, np.random.default_rng(9))
-    y, slope, growth, path = np.zeros(n), np.ones(n), np.zeros(n), np.zeros(n)
-    for step in range(-100, steps):
-        if step == 0:
-            growth[:], path[:] = 0, 0
-        hit = bounce(rays, a)
-        rays = hit.rays
-        path += hit.path
-        y = y + hit.path * slope
-        slope = slope - hit.kick * y
-        size = np.hypot(y, slope)
-        growth += np.log(size)
-        y, slope = y / size, slope / size
-    found = simulate(Stadium(a), 1_000_000, seed=5)
-    spread = growth.std() / math.sqrt(n) / steps
-    error = math.hypot(spread, found.lambda_d_error)
-    assert abs(growth.mean() / steps - found.lambda_d) < 4.5 * error
-    ratio_error = (growth - found.lambda_c * path).std() / math.sqrt(n) / path.mean()
-    assert abs(growth.sum() / path.sum() - found.lambda_c) < 4.5 * math.hypot(
-        ratio_error, found.lambda_c_error
-    )
-
-
 def test_seed_decides_and_every_part_is_a_result():
     parts = list(references(Stadium(1.6), 300_000, seed=3, trajectories=128))
     assert len(parts) > 3

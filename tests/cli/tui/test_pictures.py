@@ -132,11 +132,6 @@ def test_mirrors_turn_the_sense_of_the_boundary(element):
     assert turns == pytest.approx(np.rint(turns), abs=1e-9)
 
 
-def test_a_run_along_a_semicircle_keeps_its_sine():
-    points = phase_points(solved("1111113"))
-    assert np.ptp(points[:-2, 1]) == pytest.approx(0, abs=1e-9)
-
-
 def test_phase_space_names_walls_and_orbits():
     orbits = [solved("13"), solved("113")]
     picture = draw_phase(A, [phase_points(orbit) for orbit in orbits], 60, 12, ["13", "113"])

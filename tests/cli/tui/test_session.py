@@ -24,7 +24,6 @@ from orbitdb.cli.tui.table.columns import USUAL
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.columns import IN_CATALOGUE
-from orbitdb.filling.single_word import fill_word
 from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.criteria import choose
@@ -304,17 +303,6 @@ def test_what_the_screen_does_not_do_is_told(path, monkeypatch):
         await press(pilot, "n")
         assert app.fill_state.state == "running"
         assert isinstance(app.screen, MainScreen)
-
-    drive(path, steps)
-
-
-@pytest.mark.slow
-def test_a_look_at_the_file_shows_what_was_stored_meanwhile(path):
-    async def steps(app, pilot):
-        table, before = table_of(app), len(table_of(app).source)
-        fill_word(path, "1" * 29 + "3", 1.6)
-        await press(pilot, "ctrl+r")
-        assert len(table.source) == app.catalogue.count(Selection()) > before
 
     drive(path, steps)
 

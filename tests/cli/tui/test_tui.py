@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 from screens import LARGE, SMALL, ask, drive, press, screenshot, send, settle, shown, table_of, until
 from solutions import entropy, lyapunov
-from textual import events
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
@@ -27,7 +26,6 @@ from orbitdb.errors import InputError
 from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
-from orbitdb.symbols.symmetry import REVERSE, images_of
 from orbitdb.symbols.words import parse
 from orbitdb.trajectories.ensemble import simulate
 
@@ -50,38 +48,6 @@ def filled(tmp_path_factory):
         for _ in fill_periods(path, a, range(2, highest + 1)):
             pass
     return path
-
-
-@pytest.mark.slow
-def test_keys_that_come_faster_than_the_screen_are_not_lost(filled):
-    async def steps(app, pilot):
-        for key in "jjjjmjjm":
-            app.post_message(events.Key(key, key))
-        await settle(pilot)
-        words = [code for (code,) in app.catalogue.rows(Selection(), ("code",), limit=7)]
-        assert [orbit.code for orbit in app.screen.compared] == [words[4], words[6]]
-
-    drive(filled, steps)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("code", "told"),
-    [
-        pytest.param("1^20 3", "1^20 3", marks=pytest.mark.fuzz),
-        ("00123", "hits one straight wall twice"),
-        pytest.param("02", "bouncing-ball", marks=pytest.mark.fuzz),
-        ("1123123", "solved on the spot"),
-    ],
-)
-def test_a_word_that_is_not_stored_is_solved_and_says_why(filled, code, told):
-    async def steps(app, pilot):
-        await ask(pilot, "c", code)
-        assert not app.screen.orbit.stored
-        assert told in shown(app)
-
-    selection = Selection(a=1.0) if code == "1123123" else Selection()
-    drive(filled, steps, LARGE, selection)
 
 
 @pytest.mark.slow
@@ -144,19 +110,6 @@ def test_a_code_that_is_found_just_behind_the_rows_stays_on_show(filled):
         assert main.orbit.code == table.row[0] == rows.row(2)[0]
 
     drive(filled, steps, code="1232131", selection=Selection(periods=((2, 4),)))
-
-
-@pytest.mark.slow
-def test_an_orbit_that_is_its_own_reverse_runs_the_other_way(filled):
-    async def steps(app, pilot):
-        await ask(pilot, "c", "0103")
-        before = app.screen.orbit
-        await press(pilot, "T")
-        assert app.screen.orbit.code == images_of("0103")[REVERSE]
-        assert app.screen.orbit.coordinates == pytest.approx(before.coordinates[::-1])
-        assert app.screen.query_one(FactsPanel).border_title == "its own time reverse"
-
-    drive(filled, steps)
 
 
 @pytest.mark.slow
