@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from itineraries import itineraries
 from quick import slow_but
 from solutions import words_of
 
@@ -17,7 +18,7 @@ from orbitdb.orbits.newton import solve
 from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
 from orbitdb.trajectories.ensemble import Beam, follow, references, simulate
-from orbitdb.trajectories.rays import Rays, bounce, itineraries, random_rays
+from orbitdb.trajectories.rays import Rays, bounce, random_rays
 from orbitdb.trajectories.traces import trace_points, trace_start
 
 WIDTHS = [1e-6, 1e-3, 0.3, 1.6, 1e3, 1e6]
