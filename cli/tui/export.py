@@ -8,9 +8,8 @@ from pathlib import Path
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.gaps import describe_partial
-from orbitdb.cli.reading import provenance
+from orbitdb.cli.reading import KEYS, provenance
 from orbitdb.cli.render import Format, code_text, write_data
-from orbitdb.cli.rows import KEYS
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import InputError
 from orbitdb.export import complete, write_file

@@ -34,7 +34,7 @@ from orbitdb.billiard.legs import (
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains
 from orbitdb.equality import ByValue, Columns
-from orbitdb.orbits.newton import tridiagonal
+from orbitdb.orbits.cyclic import tridiagonal
 
 EPSILON = float(np.finfo(float).eps)
 MAX_STEPS = 16

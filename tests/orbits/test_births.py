@@ -16,8 +16,7 @@ from orbitdb.billiard.legs import cut, direction_limits
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, WorkError
 from orbitdb.orbits.births import changes as births
-from orbitdb.orbits.births.batches import JOINTS
-from orbitdb.orbits.births.changes import events, find_changes
+from orbitdb.orbits.births.changes import JOINTS, events, find_changes
 from orbitdb.orbits.births.continuation import follow, motion
 from orbitdb.orbits.births.crossings import candidates, refine
 from orbitdb.orbits.births.lives import LONGEST

@@ -15,7 +15,7 @@ from quick import slow_but
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
-from orbitdb.orbits.newton import solve_word
+from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.expressions import names_in
