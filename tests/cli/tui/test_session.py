@@ -14,7 +14,7 @@ from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish, cost_of, work
 from orbitdb.cli.tui.dialogs.keys import columns_told, groups_of
 from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, folded, lines_of
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.table import jumping, pages
@@ -171,9 +171,9 @@ def test_the_cursor_and_the_orbit_move_by_keys(path):
         main.orbit = app.find("301", 1.6)
         await hurry(pilot, "m", "k", "m", "j", "k", "m", "m", "v")
         assert [orbit.code for orbit in main.compared] == ["301", words[0]]
-        assert main.query_one(OrbitDrawing).view is View.PHASE
+        assert main.query_one(OrbitDrawing).phase
         await press(pilot, "space")
-        assert main.query_one(OrbitDrawing).view is View.STADIUM
+        assert not main.query_one(OrbitDrawing).phase
         assert main.query_one(OrbitDrawing).particle is not None
         await press(pilot, "space")
         assert main.query_one(OrbitDrawing).particle is None
