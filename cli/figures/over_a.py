@@ -11,7 +11,7 @@ from orbitdb.cli.figures.orbits import short
 from orbitdb.cli.render import code_text
 from orbitdb.entropy.letters import geometric_entropy
 from orbitdb.errors import InputError
-from orbitdb.orbits.newton import solve_word
+from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots import births
 from orbitdb.plots.enclosures import draw_entropy_over_a

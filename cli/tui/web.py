@@ -10,18 +10,19 @@ import logging
 import os
 import secrets
 import shlex
+import signal
 import socket
 import subprocess
 import sys
 from collections.abc import Awaitable, Callable, Sequence
-from contextlib import redirect_stdout
+from contextlib import redirect_stdout, suppress
 from io import StringIO
 from typing import cast
 
 from aiohttp import web
 from textual_serve.server import Server
 
-from orbitdb.cli.interrupts import with_other_processes
+from orbitdb.cli.interrupts import TERMINATING, Terminated, with_other_processes
 from orbitdb.errors import InputError
 
 HOST = "127.0.0.1"
@@ -70,6 +71,8 @@ def serve(arguments: Sequence[str], port: int, tell: Callable[[str], None]) -> N
     ------
     InputError
         If the port is taken, or not for everybody.
+    Terminated
+        On a signal to terminate.
     """
     try:
         listening = socket.create_server((HOST, port))
@@ -82,20 +85,29 @@ def serve(arguments: Sequence[str], port: int, tell: Callable[[str], None]) -> N
             server.guarded(),
             sock=listening,
             access_log=None,
-            handle_signals=False,  # they are exceptions, as in all commands
+            handle_signals=False,
             shutdown_timeout=_SECONDS,
             print=lambda _: tell(server.address),
         )
+    if server.told != signal.SIGINT:
+        raise Terminated(server.told)
 
 
 class TokenServer(Server):
-    """A server whose every address begins with a token."""
+    """A server whose every address begins with a token.
+
+    Attributes
+    ----------
+    told : int
+        The signal that has ended it.
+    """
 
     def __init__(self, arguments: Sequence[str], port: int) -> None:
         program = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()", *arguments]
         command = subprocess.list2cmdline(program) if sys.platform == "win32" else shlex.join(program)
         super().__init__(command, HOST, port, "orbitdb browse", f"http://{HOST}:{port}")
         self.token = secrets.token_hex(16)
+        self.told: int = signal.SIGINT
         self._sessions: set[asyncio.Task[object]] = set()
 
     @property
@@ -128,7 +140,15 @@ class TokenServer(Server):
         return app
 
     async def on_startup(self, app: web.Application) -> None:
-        """Say nothing: the command announces the address."""
+        """Listen to signals between what the sessions do; the command announces the address."""
+
+        def end(number: int) -> None:
+            self.told = number
+            raise web.GracefulExit
+
+        with suppress(NotImplementedError):  # on Windows Ctrl-C ends the loop itself
+            for number in (signal.SIGINT, *TERMINATING):
+                asyncio.get_running_loop().add_signal_handler(number, end, number)
 
     async def on_shutdown(self, app: web.Application) -> None:
         """End all sessions, each of which ends its process, and say nothing of what that interrupts."""

@@ -10,6 +10,7 @@ from orbitdb.catalogue.counted import Counted, count
 from orbitdb.catalogue.gaps import describe_lacking, describe_unfilled
 from orbitdb.catalogue.opened import OpenedCatalogue
 from orbitdb.column_files import ColumnBlock
+from orbitdb.entropy.entropy_bounds import EntropyBounds
 from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.conditions import COLUMNS, asks_of_lives
 from orbitdb.store.asking.confinement import CancelledError, never
@@ -23,7 +24,6 @@ from orbitdb.store.reading.chosen import Chosen
 from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lives import BirthFill, Life
 from orbitdb.store.reading.lookup import a_filled, find_word
-from orbitdb.store.reading.records import Enclosure
 from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
@@ -354,7 +354,7 @@ class Catalogue(OpenedCatalogue):
         with self.reading() as connection:
             return lives.lives(connection, p)
 
-    def entropy_bounds(self, a: float | None = None, proof: str | None = None) -> Enclosure | None:
+    def entropy_bounds(self, a: float | None = None, proof: str | None = None) -> EntropyBounds | None:
         """Return the closest proved bounds that are stored on the topological entropy at one a.
 
         None if there are none: `orbitdb bounds` finds and stores them.
@@ -388,7 +388,7 @@ class Catalogue(OpenedCatalogue):
         with self.reading() as connection:
             return records.best_reference(connection, self.a if a is None else a)
 
-    def entropy_curve(self, proof: str | None = None) -> list[Enclosure]:
+    def entropy_curve(self, proof: str | None = None) -> list[EntropyBounds]:
         """Return the closest stored bounds on the topological entropy at every a, in order.
 
         The parameter is that of `entropy_bounds`.
@@ -464,7 +464,7 @@ class Catalogue(OpenedCatalogue):
     def _find_or_solve(self, word: str, a: float) -> Orbit:
         if (found := self.find(word, a)) is not None:
             return found
-        from orbitdb.orbits.newton import solve_word
+        from orbitdb.orbits.births.lives import solve_word
 
         return solve_word(word, a)
 

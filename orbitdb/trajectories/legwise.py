@@ -11,13 +11,12 @@ invariant measure of the runs, so that every one of them is independent.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
 from orbitdb.trajectories.ensemble import LEAST, Reference
 from orbitdb.trajectories.leg_map import Runs, next_leg, random_runs
 
@@ -33,22 +32,12 @@ _SETTLED = 1e-9
 _LONGEST_WAY = 2000
 
 
-@dataclass(frozen=True, eq=False)
-class Beams(ByValue):
-    """What N trajectories bring to a run, shape (N,) each.
+class Beams(NamedTuple):
+    """What N trajectories bring to a run, shape (N,) each."""
 
-    Attributes
-    ----------
-    drift : ndarray
-        D of the leg that they come by.
-    low, high : ndarray
-        The convergence b of the beam at its end, for the least and the most that it can have been at
-        the start: equal once the start is forgotten.
-    """
-
-    drift: Floats
-    low: Floats
-    high: Floats
+    drift: Floats  # D of the leg that they come by
+    low: Floats  # the convergence b of the beam at its end, for the least that it can have been at the start
+    high: Floats  # and for the most: equal once the start is forgotten
 
 
 def simulate_legs(

@@ -6,6 +6,7 @@ from itertools import chain
 
 import numpy as np
 import pytest
+from contents import alter
 from made_levels import keep_made_levels
 
 from orbitdb import Stadium
@@ -72,8 +73,7 @@ def test_stored_levels_are_shown_and_counted(cli, filled, parity, span):
 def test_levels_altered_by_hand_are_refused(cli, tmp_path):
     path = str(tmp_path / "levels.db")
     cli("levels", "--k", "0:4", "--parity", "ee", "--db", path)
-    with sqlite3.connect(path) as plain:
-        plain.execute("DELETE FROM level WHERE number = 2")
+    alter(path, "DELETE FROM level WHERE number = 2")
     found = cli("levels", "--k", "0:4", "--parity", "ee", "--db", path)
     assert found.code == 3
     assert "altered" in found.err

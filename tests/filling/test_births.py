@@ -13,7 +13,6 @@ import pytest
 from orbitdb import existence
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling import births as module
-from orbitdb.filling.birth_blocks import BLOCK, birth_blocks
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.workers import Processes
@@ -110,14 +109,6 @@ def test_words_are_chosen_by_their_lives(born):
         pass
     assert "births of period 8 are not found" in (catalogue.select(p=8, exists=1.0).unfilled or "")
     assert catalogue.select(p=8).unfilled is None
-
-
-def test_the_first_block_is_soon_stored():
-    """All small periods in it would take seconds, and be lost where they are stopped."""
-    blocks = list(birth_blocks([(p, -1) for p in range(2, 12)], BLOCK, 1))
-    words = [sum(count_admissible(span.p) for span in block.spans) for block in blocks[:2]]
-    assert [span.p for block in blocks[:2] for span in block.spans] == list(range(2, 12))
-    assert BLOCK / 16 < words[0] < BLOCK / 8 < words[1] < BLOCK
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from contents import content
+from contents import alter, content
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
@@ -83,8 +83,7 @@ def test_a_period_that_lost_words_is_not_called_whole(tmp_path):
     migrate(path)
     going = fill_periods(path, 1.6, [6])
     assert next(going).words < 252
-    with closing(sqlite3.connect(path)) as plain, plain:
-        plain.execute("DELETE FROM orbit WHERE cycle = (SELECT min(id) FROM cycle WHERE class_size = 8)")
+    alter(path, "DELETE FROM orbit WHERE cycle = (SELECT min(id) FROM cycle WHERE class_size = 8)")
     with pytest.raises(StoreError, match=r"period 6 holds 244 words instead of 252: .* is damaged"):
         list(going)
     assert not Catalogue(path).fills(1.6)[0].whole

@@ -16,8 +16,7 @@ from orbitdb.billiard.legs import cut, direction_limits
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, WorkError
 from orbitdb.orbits.births import changes as births
-from orbitdb.orbits.births.batches import JOINTS
-from orbitdb.orbits.births.changes import events, find_changes
+from orbitdb.orbits.births.changes import JOINTS, events, find_changes
 from orbitdb.orbits.births.continuation import follow, motion
 from orbitdb.orbits.births.crossings import candidates, refine
 from orbitdb.orbits.births.lives import LONGEST
@@ -174,7 +173,7 @@ def test_below_a_thousandth_the_grid_goes_on(monkeypatch):
 
 def test_what_makes_no_sense_is_not_passed_on(monkeypatch):
     """Where a grid has overlooked a birth the word is searched again, and refused in the end."""
-    monkeypatch.setattr(births, "_FINER", (1,))
+    monkeypatch.setattr(births, "FINER", (1,))
     monkeypatch.setattr(births, "follow", lambda legs, grid: iter(()))
     with pytest.raises(WorkError, match="010203113"):
         find_changes(from_strings(["010203113"]))

@@ -7,11 +7,10 @@ import pytest
 from solutions import representatives
 
 from orbitdb.billiard.legs import cut
-from orbitdb.orbits.births.cells import Cells, Kind, judge
+from orbitdb.orbits.births.cells import Kind, judge
 from orbitdb.orbits.births.changes import find_changes
-from orbitdb.orbits.births.completeness import Verdict, prove_all, walk
+from orbitdb.orbits.births.completeness import Verdict, prove_all, stretches, walk
 from orbitdb.orbits.births.reaches import reach_of
-from orbitdb.orbits.births.stretches import stretches
 from orbitdb.orbits.newton import solve
 from orbitdb.symbols.words import from_strings
 
@@ -104,11 +103,11 @@ def test_what_is_said_of_a_cell_holds_at_its_points(a):
     words = representatives(6)
     status = solve(words, a).status
     for rows, legs in cut(words):
-        found = stretches(legs, np.log(a) - 0.1, np.log(a) + 0.13)
-        here = np.flatnonzero((found.low < np.log(a)) & (np.log(a) < found.high))
-        for kind, word in zip(found.kind[here].tolist(), found.word[here].tolist(), strict=True):
-            if kind in (Kind.ALIVE, Kind.DEAD):
-                assert (status[rows[word]] == "orbit") == (kind == Kind.ALIVE)
+        word, kind, low, high, _ = stretches(legs, np.log(a) - 0.1, np.log(a) + 0.13)
+        here = np.flatnonzero((low < np.log(a)) & (np.log(a) < high))
+        for said, each in zip(kind[here].tolist(), word[here].tolist(), strict=True):
+            if said in (Kind.ALIVE, Kind.DEAD):
+                assert (status[rows[each]] == "orbit") == (said == Kind.ALIVE)
 
 
 @pytest.mark.parametrize("a", [1e-3, 0.37, 30.0])
@@ -118,7 +117,7 @@ def test_of_a_cell_without_width_all_is_said(a):
     for rows, legs in cut(words):
         count = len(rows)
         x, nothing = np.full(count, np.log(a)), np.zeros(count)
-        kind, *_ = judge(legs, Cells(np.arange(count), x, nothing, np.zeros(legs.k.shape)))
+        kind, *_ = judge(legs, x, nothing, np.zeros(legs.k.shape))
         assert (kind == np.where(status[rows] == "orbit", Kind.ALIVE, Kind.DEAD)).all()
 
 

@@ -87,17 +87,6 @@ def test_the_dynamics_stops_when_all_forces_are_below_epsilon():
     np.testing.assert_allclose(force, relaxed.residual, rtol=1e-6)
 
 
-@pytest.mark.slow
-def test_a_batch_does_what_single_words_do():
-    words, _ = representatives(4)
-    stadium = Stadium(0.5)
-    batch = relax(words, stadium)
-    for row in range(len(words)):
-        single = relax(words[row : row + 1], stadium)
-        np.testing.assert_array_equal(single.coordinates[0], batch.coordinates[row])
-        assert single.iterations[0] == batch.iterations[row]
-
-
 def test_a_word_that_is_given_up_is_unresolved():
     words, _ = representatives(4)
     relaxed = relax(words, Stadium(), max_steps=100)
@@ -117,17 +106,6 @@ def test_it_goes_on_where_it_stopped():
     whole = relax(words, stadium, 1e-8)
     np.testing.assert_array_equal(second.coordinates, whole.coordinates)
     np.testing.assert_array_equal(first.iterations + second.iterations, whole.iterations)
-
-
-@pytest.mark.slow
-def test_random_starts_on_the_right_sections_lead_to_the_same_orbit():
-    stadium = Stadium(1.0)
-    words = np.repeat(from_strings(["0123", "1233", "0213"]), 8, axis=0)
-    rng = np.random.default_rng(4)
-    spread = np.where(STRAIGHT[words], stadium.a, HALF_PI) * rng.uniform(-0.9, 0.9, words.shape)
-    spread[8:16, 2:] = np.sort(spread[8:16, 2:], axis=1)  # 33 is the run that goes up
-    found = relax(words, stadium, 1e-10, start=spread).coordinates.reshape(3, 8, 4)
-    assert np.ptp(found, axis=1).max() < 1e-7
 
 
 @pytest.mark.parametrize("a", [0.1, 1.0, 10.0])

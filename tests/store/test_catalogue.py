@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sqlalchemy as sa
+from contents import alter
 from older import empty
 from quick import slow_but
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
-from orbitdb.orbits.newton import solve_word
+from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.expressions import names_in
@@ -65,9 +66,7 @@ def test_a_new_file_is_what_migrations_make_of_an_older_one(tmp_path):
 
 def test_other_databases_folders_and_nothing_are_refused(tmp_path):
     other = tmp_path / "other.db"
-    with sqlite3.connect(other) as plain:
-        plain.execute("CREATE TABLE somebody (elses INTEGER)")
-    plain.close()
+    alter(other, "CREATE TABLE somebody (elses INTEGER)")
     with pytest.raises(StoreError, match="another program"):
         Catalogue.create(other)
     with pytest.raises(StoreError, match="folder"):
@@ -77,9 +76,7 @@ def test_other_databases_folders_and_nothing_are_refused(tmp_path):
 
 
 def test_newer_schema_is_refused(filled):
-    with sqlite3.connect(filled) as plain:
-        plain.execute(f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
-    plain.close()
+    alter(filled, f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
     with pytest.raises(StoreError, match="upgrade orbitdb"):
         Catalogue.create(filled)
 

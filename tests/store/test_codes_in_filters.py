@@ -1,10 +1,9 @@
 """Codes in expressions, and classes that somebody has altered: what they find, and what is told."""
 
 import shutil
-import sqlite3
-from contextlib import closing
 
 import pytest
+from contents import alter
 
 from orbitdb import Catalogue
 from orbitdb.errors import StoreError
@@ -20,8 +19,7 @@ def catalogue(varied):
 
 def test_a_class_by_a_word_that_is_none_is_refused(varied, tmp_path):
     path = shutil.copy(varied, tmp_path / "altered.db")
-    with closing(sqlite3.connect(path)) as plain, plain:
-        plain.execute("UPDATE cycle SET word = '0x3' WHERE word = '013'")
+    alter(path, "UPDATE cycle SET word = '0x3' WHERE word = '013'")
     with pytest.raises(StoreError, match=r"altered: .*'0x3'"):
         Catalogue(path).select(p=3)
 
@@ -92,9 +90,11 @@ def test_a_comparison_with_a_rotation_that_names_no_row_is_told(where, told):
 
 def test_a_class_by_a_number_that_is_no_key_is_refused(varied, tmp_path):
     path = shutil.copy(varied, tmp_path / "altered.db")
-    with closing(sqlite3.connect(path)) as plain, plain:
-        plain.execute("UPDATE orbit SET cycle = 1 WHERE cycle = (SELECT id FROM cycle WHERE word = '013')")
-        plain.execute("UPDATE cycle SET id = 1 WHERE word = '013'")
+    alter(
+        path,
+        "UPDATE orbit SET cycle = 1 WHERE cycle = (SELECT id FROM cycle WHERE word = '013')",
+        "UPDATE cycle SET id = 1 WHERE word = '013'",
+    )
     for asked in ({"contains": "13"}, {"order": "code"}):
         order = asked.pop("order", "p")
         with pytest.raises(StoreError, match="altered: a class with the number '1'"):

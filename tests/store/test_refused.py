@@ -5,6 +5,7 @@ from contextlib import closing
 from dataclasses import replace
 
 import pytest
+from contents import alter
 from older import make_older
 
 from orbitdb.catalogue.catalogue import Catalogue
@@ -84,8 +85,7 @@ def test_a_module_of_this_package_that_is_missing_is_no_extra():
 def test_rows_that_lack_something_are_told_and_not_proved(varied, tmp_path):
     path = tmp_path / "orbits.db"
     path.write_bytes(varied.read_bytes())
-    with closing(sqlite3.connect(path)) as plain, plain:
-        plain.execute("UPDATE orbit SET residual = -1")
+    alter(path, "UPDATE orbit SET residual = -1")
     (step,) = certify(path, Selection(1.6, periods=((3, 3),)))
     (check,) = step.checks
     assert (check.name, check.rows, check.failures) == ("certificates", 2, 2)

@@ -10,7 +10,7 @@ from rules import broken_by_hand
 from solutions import words_of
 
 from orbitdb.symbols.counting import count_admissible, count_primitive
-from orbitdb.symbols.enumeration import CHUNK, Span, primitive_words
+from orbitdb.symbols.enumeration import Span, primitive_words
 from orbitdb.symbols.least_words import class_spans, least_words
 from orbitdb.symbols.symmetry import class_of, class_size
 from orbitdb.symbols.words import SYMBOLS, pack, to_strings, unpack
@@ -68,16 +68,6 @@ def test_goes_on_behind_any_word():
     assert np.concatenate([pack(chunk) for chunk in primitive_words(p, after=between)]).min() > codes[3]
 
 
-def test_chunks_are_bounded_and_in_order():
-    last = -1
-    for chunk in primitive_words(8):
-        codes = pack(chunk)
-        assert len(codes) <= 6 * CHUNK
-        assert codes[0] > last
-        assert (np.diff(codes) > 0).all()
-        last = int(codes[-1])
-
-
 def classes_in(span: Span) -> list[tuple[str, int]]:
     found = [(to_strings(unpack(part.codes, span.p)), part.stabiliser.tolist()) for part in least_words(span)]
     return [pair for words, stabilisers in found for pair in zip(words, stabilisers, strict=True)]
@@ -104,7 +94,7 @@ def test_spans_of_classes_hold_every_class_once(p, size):
     assert all(one.upto == other.after for one, other in pairwise(cut))
     parts = [classes_in(span) for span in cut]
     assert [each for part in parts for each in part] == classes_in(Span.whole(p))
-    assert max(map(len, parts)) <= 1.2 * size + 20  # a prefix is not cut
+    assert max(map(len, parts)) <= 2 * size + 20  # prefixes have more or fewer
     behind = cut[len(cut) // 2].upto
     assert [each for span in class_spans(p, size, behind) for each in classes_in(span)] == [
         (word, mask) for word, mask in classes_in(Span.whole(p)) if int(word, 8) > behind

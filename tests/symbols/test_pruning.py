@@ -7,7 +7,6 @@ import pytest
 from quick import slow_but
 from rules import broken_by_hand
 
-from orbitdb.symbols.automaton import admissible
 from orbitdb.symbols.pruning import FAMILY, rule_numbers, rules_broken, rules_of
 from orbitdb.symbols.words import SYMBOLS, from_strings
 
@@ -17,15 +16,6 @@ def test_every_word_breaks_the_rules_it_breaks_by_hand(p):
     words = ["".join(symbols) for symbols in product(SYMBOLS, repeat=p)]
     masks = rules_broken(from_strings(words))
     assert [rule_numbers(int(mask)) for mask in masks] == [broken_by_hand(word) for word in words]
-    assert (admissible(from_strings(words)) == (masks == 0)).all()
-
-
-def test_what_is_no_word_is_not_admissible():
-    assert admissible(np.array([[1, 3, 0], [7, 1, 3], [1, 3, 6]], dtype=np.uint8)).tolist() == [
-        True,
-        False,
-        False,
-    ]
 
 
 @pytest.mark.parametrize(

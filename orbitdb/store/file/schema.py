@@ -31,9 +31,6 @@ DONE, FILLING = "done", "filling"
 BORN, DIED = "born", "died"
 """The kinds of a change."""
 
-DOUBLES, BALLS = "doubles", "balls"
-"""What proves a bound on the entropy: doubles with bounds on their errors, or ball arithmetic, too."""
-
 SWEPT = ("words", "n_c", "classes", "boundary", "unresolved")
 """What a sweep counts (`orbitdb.orbits.tally.Tally`)."""
 

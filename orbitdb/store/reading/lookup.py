@@ -141,7 +141,7 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
             stored = find_word(connection, word, a)
     if stored is not None:
         return stored
-    from orbitdb.orbits.newton import solve_word
+    from orbitdb.orbits.births.lives import solve_word
 
     return solve_word(word, a)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from screens import TINY, drive, press, screen_lines, shown
+from screens import drive, press, screen_lines, shown
 
 from orbitdb.catalogue.tallies import Histogram
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
@@ -54,12 +54,3 @@ def test_counts_and_histograms_of_the_subset_on_show(filled_once):
         assert isinstance(app.screen, MainScreen)
 
     drive(filled_once, steps)
-
-
-@pytest.mark.slow
-def test_counts_of_nothing_and_of_what_has_no_values(filled_once):
-    async def steps(app, pilot):
-        await press(pilot, "d")
-        assert "none" in shown(app)
-
-    drive(filled_once, steps, TINY, selection=Selection(where="length < 0"))

@@ -1,11 +1,10 @@
 """What the screen says when something fails: a catalogue that is removed or altered, a folder, an extra."""
 
 import json
-import sqlite3
 import sys
-from contextlib import closing
 
 import pytest
+from contents import alter
 from screens import ask, drive, press, settle, shown, until
 
 from orbitdb.catalogue.catalogue import Catalogue
@@ -62,8 +61,7 @@ def test_screens_say_that_the_catalogue_was_altered_or_damaged(filled, monkeypat
             await until(lambda: errors(app))  # on a loaded machine it is said when all seems settled
             return errors(app)
 
-        with closing(sqlite3.connect(filled)) as other, other:
-            other.execute("DROP TABLE change")
+        alter(filled, "DROP TABLE change")
         [altered] = await told("enter")
         assert isinstance(app.screen, WholeOrbitScreen)
         assert altered.startswith(f"{filled} is not as orbitdb made it (table change)")

@@ -44,12 +44,6 @@ def test_it_says_what_the_fields_take(filled_once):
     drive(filled_once, steps)
 
 
-def test_one_word_is_one():
-    wish = Wish(1.6, words=("13",))
-    assert FillState(wish, "done", 1, 1).sentence() == "done: 1 word"
-    assert FillState(wish, "done", 2000, 2000).sentence() == "done: 2,000 words"
-
-
 def test_a_fill_at_work_tells_how_fast_it_is(monkeypatch):
     monkeypatch.setattr(fill_state, "time", SimpleNamespace(monotonic=lambda: 110.0))
     running = FillState(Wish(1.6, (7,)), done=500, total=2000, p=7, began=100.0)
@@ -75,22 +69,6 @@ def test_a_long_fill_is_begun_only_if_it_is_meant(tmp_path):
         await pilot.press("y")
 
     drive(tmp_path / "new.db", steps)
-
-
-@pytest.mark.slow
-def test_a_disk_that_is_too_small_is_told_and_nothing_begins(tmp_path, monkeypatch):
-    monkeypatch.setattr("orbitdb.filling.estimate.BYTES", 1e15)
-
-    async def steps(app, pilot):
-        await press(pilot, "f", *"2-5", "enter")
-        told = cost(app)
-        assert told.startswith("no room for ")
-        assert "137 words take about 137000000 GB" in told
-        assert "\n" not in told
-        assert app.fill_state is None
-
-    drive(tmp_path / "new.db", steps)
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.slow
