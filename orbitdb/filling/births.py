@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import sqlalchemy as sa
 
-from orbitdb.errors import StoreError
 from orbitdb.filling.birth_blocks import BLOCK, BirthBlock, SolvedSpan, birth_blocks
 from orbitdb.filling.resuming import Progress, resume
 from orbitdb.filling.workers import HERE, Workers
@@ -14,9 +14,8 @@ from orbitdb.store.file.tables import birth_fill
 from orbitdb.store.reading.fills import words_up_to
 from orbitdb.store.writing.changes import add_changes, number_events
 from orbitdb.store.writing.classes import add_classes
-from orbitdb.store.writing.cursors import Cursor, close, open_cursor
+from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
-from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import keys, pack
 
@@ -61,13 +60,6 @@ class _Births:
         add_changes(self.writer, connection, numbers, part.changes, part.arithmetic)
         return {"words": int(SIZES[part.stabiliser].sum())}
 
-    def close(self, cursor: Cursor) -> None:
-        p = cursor.p
-        with self.writer.writing() as connection:
-            found, total = words_up_to(connection, None, p, "5" * p), count_admissible(p)
-            if found != total:
-                raise StoreError(
-                    f"period {p} has births of {found} words instead of {total}: "
-                    f"{self.writer.path} is damaged"
-                )
-            close(connection, cursor, number_events(connection, p))
+    def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
+        words = words_up_to(connection, None, cursor.p, "5" * cursor.p)
+        return words, number_events(connection, cursor.p)
