@@ -69,8 +69,8 @@ def deviations(folder: Path) -> str:
     from matplotlib.ticker import MaxNLocator
 
     from orbitdb import Catalogue, Selection, Stadium, Status
+    from orbitdb.averages.by_period import lyapunov_of_periods
     from orbitdb.averages.exact_means import exact_means
-    from orbitdb.averages.period_sums import lyapunov_of_periods
     from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
     from orbitdb.plots.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, figure, save
     from orbitdb.trajectories.legwise import simulate_legs

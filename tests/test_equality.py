@@ -8,11 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from solutions import entropy, lyapunov
 
 import orbitdb
 from orbitdb import Catalogue, Orbit, Selection, solve, solve_word
-from orbitdb.averages.by_period import entropy
-from orbitdb.averages.period_sums import lyapunov
 from orbitdb.equality import ByValue
 from orbitdb.symbols.words import from_strings
 

@@ -5,21 +5,19 @@ same sums are the traces of.
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.averages.fixed_points import ClassRows, Weight, divisors
-from orbitdb.averages.pseudocycles import Factors, expand_by_stability
-from orbitdb.averages.zeta import CycleAverages, cycle_averages, expand, last_term, leading_zero
+from orbitdb.averages.fixed_points import Weight, divisors
+from orbitdb.averages.period_sums import PeriodSums, joined_ranges
+from orbitdb.averages.zeta import ZetaAverages, expand, leading_zero, zero_fault
 from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +48,13 @@ class Entropy(ByValue):
     faults: tuple[str, ...]
 
 
-def entropy(rows: ClassRows, highest: int) -> Entropy:
-    """Return the topological entropy at p = 2 .. highest.
+def entropy_of_counts(cycles: Integers) -> Entropy:
+    """Return the topological entropy at p = 2 .. n.
+
+    Parameters
+    ----------
+    cycles : ndarray of int, shape (n + 1,)
+        How many cyclic words of each period 0 .. n are orbits.
 
     Notes
     -----
@@ -60,40 +63,19 @@ def entropy(rows: ClassRows, highest: int) -> Entropy:
 
     Source: Biham and Kvale, Table 1.
     """
-    cycles = np.bincount(rows.period, rows.size, minlength=highest + 1)[: highest + 1]
-    return entropy_of_counts(cycles.astype(np.int64))
-
-
-def entropy_of_counts(cycles: Integers) -> Entropy:
-    """Return the topological entropy, as `entropy` does, from numbers of orbits alone.
-
-    Parameters
-    ----------
-    cycles : ndarray of int, shape (n + 1,)
-        How many cyclic words of each period 0 .. n are orbits.
-    """
     highest = len(cycles) - 1
     orders = range(1, highest + 1)
     points = np.array([sum(d * cycles[d] for d in divisors(p)) for p in orders], dtype=np.int64)
     series = expand(points.astype(float), np.zeros((0, highest)))
     truncated = [series.cut(p).coefficients for p in orders]
     zeros = [leading_zero(part) for part in truncated]
-    faults = [_zero_fault(zero, last_term(part, zero)) for part, zero in zip(truncated, zeros, strict=True)]
+    faults = [zero_fault(part, zero) for part, zero in zip(truncated, zeros, strict=True)]
     h = 0.0 - np.log([np.nan if fault else zero for fault, zero in zip(faults, zeros, strict=True)])
     faults = ["" if not points[:p].any() else fault for p, fault in enumerate(faults, 1)]
     change = np.abs(np.diff(h, prepend=np.nan))
     p = np.array(orders)
     k0 = np.log(np.where(points > 0, points, np.nan)) / p
     return Entropy(p[1:], points[1:], k0[1:], h[1:], change[1:], tuple(faults[1:]))
-
-
-def _zero_fault(zero: float, end: float) -> str:
-    """Tell why a zeta function has no zero that can be used, its last term there given; else empty."""
-    if math.isnan(zero):
-        return "(it has no real zero)"
-    if end > 1 + _ROUNDING:
-        return f"(its zero {zero:.4g} is spurious: the series ends there in {end:.3g}, having begun with 1)"
-    return ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,28 +110,36 @@ class Lyapunov(ByValue):
     faults: tuple[str, ...]
 
 
-def lyapunov_of_sums(sums: Floats, ranges: "Sequence[Ranges]") -> Lyapunov:
-    """Return the Lyapunov averages from sums over fixed points.
+def lyapunov_of_periods(
+    periods: Mapping[int, PeriodSums], highest: int, weight: Weight = Weight.EXPONENTIAL
+) -> Lyapunov:
+    """Return the Lyapunov averages at p = 2 .. highest.
 
     Parameters
     ----------
-    sums : ndarray, shape (4, n)
-        Of w, w lambda, w L and w lambda / L over all fixed points of the orders 1 to n, orbits of divisors
-        repeated.
-    ranges : sequence of Ranges
-        Of all orbits up to p = 2, 3, .. n.
+    periods : mapping of int to PeriodSums
+        The sums by period; what is not there has no orbit.
+    highest : int
+        At most `HIGHEST`.
+    weight : Weight, optional
 
     Notes
     -----
     Source: Biham and Kvale, eqs. (5) and (6); the weights may be others than theirs.
     """
-    p = np.arange(1, sums.shape[1] + 1)
+    column, p = list(Weight).index(weight), np.arange(1, highest + 1)
+    sums = np.zeros((4, highest))
+    for order in p.tolist():  # d points an orbit of each divisor d
+        parts = [d * periods[d].sums[order // d - 1, column] for d in divisors(order) if d in periods]
+        sums[:, order - 1] = [math.fsum(terms) for terms in zip(*parts, strict=True)] or 0.0
     total = np.where(sums[0] > 0, sums[0], np.nan)
     discrete, continuous = sums[1] / total / p, sums[3] / total
     series = expand(sums[0], sums[1:3])
     found = [
-        ZetaAverages.within(cycle_averages(series.cut(n)), each)
-        for n, each in zip(p[1:].tolist(), ranges, strict=True)
+        ZetaAverages.within(
+            series.cut(order), joined_ranges(each.ranges for d, each in periods.items() if d <= order)
+        )
+        for order in p[1:].tolist()
     ]
     return Lyapunov(
         p=p[1:],
@@ -162,157 +152,4 @@ def lyapunov_of_sums(sums: Floats, ranges: "Sequence[Ranges]") -> Lyapunov:
         mean_path_zeta=np.array([one.mean_path for one in found]),
         z0=np.array([one.z0 for one in found]),
         faults=tuple(one.fault for one in found),
-    )
-
-
-@dataclass(frozen=True)
-class Ranges:
-    """Between what the averages of some orbits are: lambda / p, lambda / L and L / p, in this order.
-
-    Attributes
-    ----------
-    least, greatest : tuple of float
-        Empty if there is no orbit.
-    """
-
-    least: tuple[float, ...]
-    greatest: tuple[float, ...]
-
-    @classmethod
-    def of(cls, rows: ClassRows) -> "Ranges":
-        """Return those of some orbits."""
-        if not len(rows):
-            return cls((), ())
-        values = rows.lyapunov / rows.period, rows.lyapunov / rows.length, rows.length / rows.period
-        return cls(tuple(float(v.min()) for v in values), tuple(float(v.max()) for v in values))
-
-    @classmethod
-    def joined(cls, parts: "Iterable[Ranges]") -> "Ranges":
-        """Return those of the orbits of all parts."""
-        some = [part for part in parts if part.least]
-        least = zip(*(part.least for part in some), strict=True)
-        greatest = zip(*(part.greatest for part in some), strict=True)
-        return cls(tuple(map(min, least)), tuple(map(max, greatest)))
-
-
-@dataclass(frozen=True)
-class ZetaAverages:
-    """Averages at the leading zero of a zeta function; all are NaN where it has none that can be used.
-
-    Attributes
-    ----------
-    z0 : float
-        The leading zero; 1 for a closed system and all its orbits.
-    lambda_d, lambda_c, mean_path : float
-        <lambda>/<p>, <lambda>/<L> and <L>/<p>.
-    fault : str
-        Why they are NaN; empty where they are not, or where there is no orbit.
-    """
-
-    z0: float
-    lambda_d: float
-    lambda_c: float
-    mean_path: float
-    fault: str = ""
-
-    @classmethod
-    def none(cls, fault: str = "") -> "ZetaAverages":
-        """Return no averages."""
-        return cls(math.nan, math.nan, math.nan, math.nan, fault)
-
-    @classmethod
-    def within(cls, found: CycleAverages, ranges: Ranges) -> "ZetaAverages":
-        """Take ratios of cycle averages of the observables lambda and L, given the ranges of the orbits.
-
-        Notes
-        -----
-        No average over orbits is less than the least of them or more than the greatest. The terms of a
-        truncated zeta function have both signs, and where its zero is an artefact of the truncation its
-        averages may be anything: one outside that range shows it, and condemns the others. So does a
-        series that does not converge at the zero (`orbitdb.averages.zeta.last_term`).
-        """
-        exponent, length = (float(value) for value in found.observables)
-        period = found.period or math.nan  # 0 at a double zero
-        values = (exponent / period, exponent / (length or math.nan), length / period)
-        if not ranges.least:
-            return cls.none()
-        fault = _zero_fault(found.z0, found.last_term) or _range_fault(found.z0, values, ranges)
-        if fault:
-            return cls.none(fault)
-        return cls(found.z0, *values)
-
-
-def _range_fault(z0: float, values: tuple[float, float, float], ranges: Ranges) -> str:
-    """Tell which average at a zero of the zeta function no orbits can have; empty if they can."""
-    names = ("lambda_d", "lambda_c", "mean path")
-    for name, value, low, high in zip(names, values, ranges.least, ranges.greatest, strict=True):
-        if not low * (1 - _ROUNDING) <= value <= high * (1 + _ROUNDING):
-            return f"(its zero {z0:.4g} is spurious: {name} = {value:.4g}, of orbits {low:.4g} to {high:.4g})"
-    return ""
-
-
-def lyapunov_by_stability(
-    rows: ClassRows,
-    cut: float,
-    highest: int | None = None,
-    weight: Weight = Weight.EXPONENTIAL,
-    progress: Callable[[float], None] | None = None,
-) -> ZetaAverages:
-    """Return the Lyapunov averages with every pseudo-cycle of multiplier up to e^cut.
-
-    Parameters
-    ----------
-    rows : ClassRows
-        All orbits with lambda <= cut. Where longer ones are missing, the products of shorter ones
-        that should cancel against them must go too: give the period up to which all are known.
-    cut : float
-        Largest sum of lambda over the orbits of a pseudo-cycle.
-    highest : int, optional
-        Largest sum of periods; by default any.
-    weight : Weight, optional
-        With `Weight.DETERMINANT`, an orbit has the factors (1 - t e^(-k lambda) z^p)^(k+1),
-        k = 0, 1, .. with multipliers e^((k+1) lambda), all subject to the cut.
-    progress : callable, optional
-        Called now and then with the share that is done, as far as it can be guessed.
-    """
-    levels = 1
-    if weight is Weight.DETERMINANT and len(rows):
-        levels = max(1, int(cut / rows.lyapunov.min()))
-    series = expand_by_stability(_factors(rows, levels, cut), cut, highest, progress)
-    kept = rows.rows((rows.lyapunov <= cut) & (rows.period <= (highest or rows.period)))
-    if not len(kept):
-        return ZetaAverages.none(f"(no orbit has a lambda up to {cut:g})")
-    return ZetaAverages.within(cycle_averages(series), Ranges.of(kept))
-
-
-def largest_cut(rows: ClassRows, cut: float, most: int) -> float:
-    """Return the cut, or a smaller one if the determinant has more than so many factors within it.
-
-    The factors of a class are as many as its lambda goes into the cut. What is smaller has two digits.
-    """
-
-    def fits(value: float) -> bool:
-        return float(np.floor(value / rows.lyapunov).sum()) <= most
-
-    low, high = 0.0, cut
-    if fits(high):
-        return cut
-    while high - low > 1e-3 * high:
-        middle = (low + high) / 2
-        low, high = (middle, high) if fits(middle) else (low, middle)
-    unit = 10.0 ** (math.floor(math.log10(low)) - 1)
-    return float(f"{math.floor(low / unit) * unit:.2g}")
-
-
-def _factors(rows: ClassRows, levels: int, cut: float) -> Factors:
-    """Return the factors of the zeta function (one level) or of the Fredholm determinant."""
-    parts = [rows.rows((k + 1) * rows.lyapunov <= cut) for k in range(levels)]
-    cost = [(k + 1) * part.lyapunov for k, part in enumerate(parts)]
-    signs = [np.where(part.inverse & (k % 2 == 1), -1.0, 1.0) for k, part in enumerate(parts)]
-    return Factors(
-        period=np.concatenate([part.period for part in parts]),
-        count=np.concatenate([(k + 1) * part.size for k, part in enumerate(parts)]),
-        cost=np.concatenate(cost),
-        weight=np.concatenate(signs) * np.exp(-np.concatenate(cost)),
-        observables=np.concatenate([np.stack([part.lyapunov, part.length]) for part in parts], axis=1),
     )

@@ -67,6 +67,15 @@ class ClassRows(Columns):
     def __len__(self) -> int:
         return len(self.period)
 
+    def ranges(self) -> Floats:
+        """Return the least and the greatest lambda / p, lambda / L and L / p, shape (2, 3).
+
+        They are inf and -inf of no orbit.
+        """
+        per_bounce, per_length = self.lyapunov / self.period, self.lyapunov / self.length
+        values = np.stack([per_bounce, per_length, self.length / self.period])
+        return np.stack([values.min(axis=1, initial=np.inf), values.max(axis=1, initial=-np.inf)])
+
     def by_period(self) -> dict[int, "ClassRows"]:
         """Return the rows of each period that has any."""
         order = np.argsort(self.period, kind="stable")
@@ -93,9 +102,3 @@ def missing_periods(p: int, filled: Iterable[int]) -> list[int]:
     """Return the periods that a zeta function of order p needs and that are not filled."""
     have = set(filled)
     return [d for d in range(2, p + 1) if d not in have]
-
-
-def determinant_factor(lyapunov: Floats, inverse: NDArray[np.bool_]) -> Floats:
-    """Return |det(1 - M)| e^-lambda = (1 -+ e^-lambda)^2, + where the eigenvalues are negative."""
-    factor: Floats = np.where(inverse, 1 + np.exp(-lyapunov), -np.expm1(-lyapunov)) ** 2
-    return factor

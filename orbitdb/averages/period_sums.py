@@ -5,14 +5,13 @@ They can be added up in parts, in any order: parts are sums of doubles, and what
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.averages.by_period import Lyapunov, Ranges, lyapunov_of_sums
-from orbitdb.averages.fixed_points import ClassRows, Weight, determinant_factor, divisors
+from orbitdb.averages.fixed_points import ClassRows, Weight
 from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
@@ -21,7 +20,13 @@ HIGHEST = 20
 """The highest order that sums are kept for."""
 
 _COLUMNS = 4
-_RANGES = 3
+NO_RANGES = np.array([[np.inf] * 3, [-np.inf] * 3])
+
+
+def joined_ranges(parts: Iterable[Floats]) -> Floats:
+    """Return the ranges of the orbits of all parts."""
+    every = np.array([NO_RANGES, *parts])
+    return np.stack([every[:, 0].min(axis=0), every[:, 1].max(axis=0)])
 
 
 def repetitions(p: int) -> int:
@@ -39,13 +44,13 @@ class PeriodSums(ByValue):
     sums : ndarray, shape (r, 2, 4)
         For 1, 2, .. repetitions and each `Weight`, the sums over all cyclic words of w, w lambda, w L and
         w lambda / L, with w, lambda and L of the repeated orbit.
-    ranges : Ranges
-        Those of the orbits.
+    ranges : ndarray, shape (2, 3)
+        Those of the orbits (`ClassRows.ranges`).
     """
 
     p: int
     sums: Floats
-    ranges: Ranges
+    ranges: Floats
 
     @classmethod
     def of(cls, rows: ClassRows, p: int) -> "PeriodSums":
@@ -54,11 +59,13 @@ class PeriodSums(ByValue):
         for r, of_weights in enumerate(sums, 1):
             lyapunov, length = r * rows.lyapunov, r * rows.length
             plain = rows.size * np.exp(-lyapunov)
-            factor = determinant_factor(lyapunov, rows.inverse & (r % 2 == 1))
+            # |det(1 - M)| e^-lambda = (1 -+ e^-lambda)^2, + where the eigenvalues are negative
+            negative = rows.inverse & (r % 2 == 1)
+            factor = np.where(negative, 1 + np.exp(-lyapunov), -np.expm1(-lyapunov)) ** 2
             for found, w in zip(of_weights, (plain, plain / factor), strict=True):
                 terms = w, w * lyapunov, w * length, w * (lyapunov / length)
                 found[:] = [term.sum() for term in terms]
-        return cls(p, sums, Ranges.of(rows))
+        return cls(p, sums, rows.ranges())
 
     @classmethod
     def joined(cls, parts: "Sequence[PeriodSums]", p: int) -> "PeriodSums":
@@ -66,11 +73,11 @@ class PeriodSums(ByValue):
         shape = repetitions(p), len(Weight), _COLUMNS
         columns = zip(*(part.sums.ravel().tolist() for part in parts), strict=True)
         sums = np.array([math.fsum(column) for column in columns] or [0.0] * math.prod(shape))
-        return cls(p, sums.reshape(shape), Ranges.joined(part.ranges for part in parts))
+        return cls(p, sums.reshape(shape), joined_ranges(part.ranges for part in parts))
 
     def numbers(self) -> bytes:
         """Return all of it but p as little-endian doubles."""
-        ranges = (*self.ranges.least, *self.ranges.greatest)
+        ranges = self.ranges[np.isfinite(self.ranges)]
         return np.concatenate([ranges, self.sums.ravel()]).astype("<f8").tobytes()
 
     @classmethod
@@ -84,37 +91,8 @@ class PeriodSums(ByValue):
         """
         shape = repetitions(p), len(Weight), _COLUMNS
         values = np.frombuffer(numbers, dtype="<f8").astype(float)
-        ranges = len(values) - math.prod(shape)
-        if ranges not in (0, 2 * _RANGES) or not np.isfinite(values).all():
+        count = len(values) - math.prod(shape)
+        if count not in (0, NO_RANGES.size) or not np.isfinite(values).all():
             raise ValueError(f"{len(values)} numbers are no sums of period {p}")
-        least, greatest = (tuple(part) for part in values[:ranges].reshape(2, -1).tolist())
-        return cls(p, values[ranges:].reshape(shape), Ranges(least, greatest))
-
-
-def lyapunov(rows: ClassRows, highest: int, weight: Weight = Weight.EXPONENTIAL) -> Lyapunov:
-    """Return the Lyapunov averages at p = 2 .. highest of orbits, truncated by period."""
-    return lyapunov_of_periods(
-        {p: PeriodSums.of(part, p) for p, part in rows.by_period().items()}, highest, weight
-    )
-
-
-def lyapunov_of_periods(
-    periods: Mapping[int, PeriodSums], highest: int, weight: Weight = Weight.EXPONENTIAL
-) -> Lyapunov:
-    """Return the Lyapunov averages at p = 2 .. highest.
-
-    Parameters
-    ----------
-    periods : mapping of int to PeriodSums
-        The sums by period; what is not there has no orbit.
-    highest : int
-        At most `HIGHEST`.
-    weight : Weight, optional
-    """
-    column = list(Weight).index(weight)
-    fixed_points = np.zeros((_COLUMNS, highest))
-    for p in range(1, highest + 1):  # d points an orbit of each divisor d
-        parts = [d * periods[d].sums[p // d - 1, column] for d in divisors(p) if d in periods]
-        fixed_points[:, p - 1] = [math.fsum(terms) for terms in zip(*parts, strict=True)] or 0.0
-    ranges = [Ranges.joined(periods[d].ranges for d in periods if d <= p) for p in range(2, highest + 1)]
-    return lyapunov_of_sums(fixed_points, ranges)
+        ranges = values[:count].reshape(NO_RANGES.shape) if count else NO_RANGES
+        return cls(p, values[count:].reshape(shape), ranges)

@@ -11,25 +11,45 @@ all three, first c2 is let go, then ln D, then all.
 
 Conditions of this kind on finite sets of orbits are known as sum rules (Nielsen, Dahlqvist and Cvitanovic,
 J. Phys. A 32 (1999) 6757).
+
+Where periods are swept, the orbits up to `EXACT` are found anew in a second, and of each longer period
+there are the coefficients of `orbitdb.averages.tilt_moments` around the tilts of all
+lower periods. So what a sweep adds up over a period depends on what it has added up before.
 """
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.averages.exact_means import ExactMeans
-from orbitdb.averages.fixed_points import ClassRows
-from orbitdb.averages.leg_sums import LegSums
-from orbitdb.averages.tilted import Tilt, tilt
+from orbitdb.averages.exact_means import ExactMeans, exact_means
+from orbitdb.averages.tilt_moments import HELD, TiltedOrbits, TiltedSums, TiltMoments
+from orbitdb.averages.tilted import Tilted, exact_tilt, tilt
+from orbitdb.billiard.legs import Derivatives, cut, derivatives, preceding
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
+from orbitdb.orbits.newton import newton
+from orbitdb.orbits.sums import Exponents, exponents
+from orbitdb.symbols.enumeration import Span
+from orbitdb.symbols.least_words import least_words
+from orbitdb.symbols.symmetry import SIZES
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Moments = Mapping[int, TiltMoments]
+"""By level."""
 
-HELD = ((), (1,), (0, 1), (0, 1, 2))
-"""The terms that are held at each level: of ln D, ln K, c2."""
+EXACT = 13
+"""The highest period whose orbits are found anew where longer ones are swept."""
+
+_MOST_MISSING = 1e-4
+"""Share of the weights that the series may lack: it moves the averages by a hundredth of that."""
+
+_SMALL = 1e-20
 
 _LOOK_BACK = 4
 _CHANGES = np.array([3.0, 3.0, 3.0, 0.0])
@@ -77,65 +97,145 @@ class SumRules(ByValue):
     lambda_c_sum_rule_error: Floats
 
 
-def sum_rules(rows: ClassRows, sums: LegSums, highest: int, means: ExactMeans) -> SumRules:
-    """Return the averages of all orbits up to period p, p = 2 .. highest.
+class OrbitTerms(NamedTuple):
+    """N classes of orbits of one period.
+
+    Attributes
+    ----------
+    p : int
+    size : ndarray of int, shape (N,)
+        How many cyclic words count.
+    lyapunov : ndarray, shape (N,)
+    legs : ndarray, shape (4, N)
+        The number of legs, and the sums of ln D, ln K and c2 over them.
+    """
+
+    p: int
+    size: NDArray[np.int64]
+    lyapunov: Floats
+    legs: Floats
+
+    @classmethod
+    def of(cls, p: int, size: NDArray[np.int64], found: Exponents) -> "OrbitTerms":
+        """Return those of orbits that are solved."""
+        return cls(p, size, found.lyapunov, _terms(found.slopes))
+
+
+def leg_terms(words: NDArray[np.uint8], a: float) -> Floats:
+    """Return what `OrbitTerms.legs` are of admissible words, shape (N, p), that are orbits at half length a.
+
+    Newton's method finds the directions of the legs in less time than a database gives coordinates.
+    """
+    found = np.empty((4, len(words)))
+    for rows, legs in cut(words):
+        found[:, rows] = _terms(derivatives(legs, a, newton(legs, a).alpha))
+    return found
+
+
+def _terms(slopes: Derivatives) -> Floats:
+    drift, kick = slopes.beyond, 1 / slopes.stiffness
+    coupling = np.log1p((1 / drift + 1 / preceding(drift)) / kick)
+    m = np.full(drift.shape[1], float(len(drift)))
+    return np.stack([m, np.log(drift).sum(axis=0), np.log(kick).sum(axis=0), coupling.sum(axis=0)])
+
+
+def tilted_orbits(parts: Iterable[OrbitTerms], means: ExactMeans) -> TiltedOrbits:
+    """Return what tilts need of orbits."""
+    columns = [np.zeros((6, 0)), *(np.stack([part.size, part.lyapunov, *part.legs]) for part in parts)]
+    size, lyapunov, legs, *terms = np.concatenate(columns, axis=1)
+    held = np.stack([term - mean.value * legs for term, mean in zip(terms, means.terms, strict=True)])
+    return TiltedOrbits(np.log(size) - lyapunov, held, lyapunov - np.sum(terms, axis=0), legs)
+
+
+class Beginning(NamedTuple):
+    """The orbits up to some period, and their tilts.
+
+    Attributes
+    ----------
+    orbits : TiltedOrbits
+        With all three quantities.
+    found : ndarray, shape (3, last - 1)
+        Of each period the highest level, sum w (lambda - ln D - ln K - c2) / sum w m there, and at the level
+        below.
+    tilts : dict of int to ndarray
+        Those of the last period, by level.
+    """
+
+    orbits: TiltedOrbits
+    found: Floats
+    tilts: dict[int, Floats]
+
+    @classmethod
+    def of(cls, a: float, parts: Iterable[OrbitTerms], last: int) -> "Beginning":
+        """Tilt all orbits up to each period, given by rising period."""
+        parts = list(parts)
+        orbits = tilted_orbits(parts, exact_means(a))
+        upto = [sum(len(part.size) for part in parts if part.p <= p) for p in range(2, last + 1)]
+        scale = orbits.legs.mean() if len(orbits.legs) else 1.0
+        x, found, known = orbits.x / scale, np.full((3, last - 1), np.nan), dict[int, tuple[Floats, Floats]]()
+        for place, count in enumerate(upto):
+            if count:
+                known = _highest_two(orbits.log_weights[:count], x[:, :count], known)
+                values = [
+                    float(w @ orbits.rest[:count] / (w @ orbits.legs[:count])) for _, w in known.values()
+                ]
+                found[:, place] = max(known), values[-1], values[-2] if len(values) > 1 else np.nan
+        return cls(orbits, found, {level: mu / scale for level, (mu, _) in known.items()})
+
+
+@lru_cache(maxsize=4)
+def beginning(a: float, last: int) -> Beginning:
+    """Find the orbits up to a period anew, and their tilts."""
+    parts = [
+        OrbitTerms.of(p, SIZES[words.stabiliser[part.orbits]], part)
+        for p in range(2, last + 1)
+        for words in least_words(Span.whole(p))
+        for part in exponents(words.codes, p, Stadium(a))
+    ]
+    return Beginning.of(a, parts, last)
+
+
+def sum_rules(a: float, parts: Iterable[OrbitTerms], highest: int) -> SumRules:
+    """Return the averages of all orbits up to period p, p = 2 .. highest, given by rising period."""
+    return _averages(Beginning.of(a, parts, highest).found, exact_means(a))
+
+
+def swept_sum_rules(a: float, moments: Sequence[Moments], highest: int) -> SumRules:
+    """Return the averages of all orbits up to period p, p = 2 .. highest, where some are swept.
 
     Parameters
     ----------
-    rows : ClassRows
-        All classes of orbits up to the highest period.
-    sums : LegSums
-        The sums along them, in the same order.
+    a : float
+    moments : sequence of Moments
+        Of the periods `EXACT` + 1, ... without a gap; beyond them averages are NaN, and the levels are those
+        that the orbits up to `EXACT` have.
     highest : int
-    means : ExactMeans
-        Those of the same stadium.
     """
-    return averages_by_period(tilts_by_period(rows, sums, highest, means)[0], means)
-
-
-def tilts_by_period(
-    rows: ClassRows, sums: LegSums, highest: int, means: ExactMeans
-) -> tuple[Floats, dict[int, Floats]]:
-    """Return what the tilts of each period come to, and the last tilts.
-
-    Returns
-    -------
-    ndarray, shape (3, highest - 1)
-        The highest level, sum w (lambda - ln D - ln K - c2) / sum w m there, and at the level below.
-    dict of int to ndarray
-        By level, mu of the sums less their means, not scaled.
-    """
-    order = np.argsort(rows.period, kind="stable")
-    upto = np.searchsorted(rows.period[order], np.arange(2, highest + 1), side="right")
-    terms = np.stack([sums.log_drift, sums.log_kick, sums.coupling])[:, order]
-    legs = sums.legs[order]
-    held = terms - np.array([mean.value for mean in means.terms])[:, None] * legs
-    scale = legs.mean() if len(legs) else 1.0
-    held /= scale
-    log_weights = np.log(rows.size[order]) - rows.lyapunov[order]
-    rest = rows.lyapunov[order] - terms.sum(axis=0)
+    last = min(highest, EXACT)
+    start = beginning(a, last)
     found = np.full((3, highest - 1), np.nan)
-    known: dict[int, Tilt] = {}
-    for place, count in enumerate(upto):
-        if count:
-            known = _highest_two(log_weights[:count], held[:, :count], known)
-            values = [
-                float(one.weights @ rest[:count] / (one.weights @ legs[:count])) for one in known.values()
-            ]
-            found[:, place] = max(known), values[-1], values[-2] if len(values) > 1 else np.nan
-    return found, {level: one.mu / scale for level, one in known.items()}
+    found[:, : last - 1] = start.found
+    beyond = _tilts(start, moments[: highest - last])[0]
+    found[:, last - 1 : last - 1 + beyond.shape[1]] = beyond
+    return _averages(found, exact_means(a))
 
 
-def _highest_two(log_weights: Floats, held: Floats, before: dict[int, Tilt]) -> dict[int, Tilt]:
+def next_tilts(a: float, moments: Sequence[Moments]) -> dict[int, Floats]:
+    """Return the tilts, by level, of all orbits up to the highest period of which there are moments."""
+    return _tilts(beginning(a, EXACT), moments)[1]
+
+
+def _highest_two(
+    log_weights: Floats, held: Floats, before: Mapping[int, tuple[Floats, Floats]]
+) -> dict[int, tuple[Floats, Floats]]:
     """Return the tilts of the highest level that exists and of the one below, by rising level.
 
     With more orbits the convex hull grows: what existed with those of lower periods, exists, and may
     only be lost in rounding, where the terms hardly scatter (at huge a).
     """
-    tilts: dict[int, Tilt] = {}
+    tilts = {}
     for level in range(min(before, default=0), len(HELD)):
-        start = before[level].mu if level in before else None
-        found = tilt(log_weights, held[list(HELD[level])], start)
+        found = tilt(log_weights, held[list(HELD[level])], before[level][0] if level in before else None)
         if found is None:
             break
         tilts[level] = found
@@ -144,8 +244,50 @@ def _highest_two(log_weights: Floats, held: Floats, before: dict[int, Tilt]) -> 
     return {level: tilts[level] for level in sorted(tilts)[-2:]}
 
 
-def averages_by_period(found: Floats, means: ExactMeans) -> SumRules:
-    """Return the averages that tilts come to (`tilts_by_period`), with estimates of their errors."""
+def _tilts(start: Beginning, moments: Sequence[Moments]) -> tuple[Floats, dict[int, Floats]]:
+    """Return what the tilts of the periods behind `EXACT` come to, and the last ones."""
+    known, found = dict(start.tilts), np.full((3, len(moments)), np.nan)
+    for place in range(len(moments)):
+        values = {}
+        for level in sorted(known):
+            if any(level not in each for each in moments[: place + 1]):
+                del known[level]
+                continue
+            parts: list[TiltedOrbits | TiltMoments] = [start.orbits.held(level)]
+            parts += [each[level] for each in moments[: place + 1]]
+            solved = _solved(parts, known[level])
+            if solved is None:
+                del known[level]
+                continue
+            known[level], sums = solved
+            values[level] = sums.rest / sums.legs
+        if values:
+            found[:2, place] = max(values), values[max(values)]
+            found[2, place] = values.get(max(values) - 1, np.nan)
+    return found, known
+
+
+def _solved(parts: Sequence[TiltedOrbits | TiltMoments], start: Floats) -> tuple[Floats, TiltedSums] | None:
+    """Return the tilt with which all quantities have mean 0, and the sums there; None if none is found."""
+
+    def total(mu: Floats) -> TiltedSums:
+        return TiltedSums(*(sum(of) for of in zip(*(part.at(mu) for part in parts), strict=True)))
+
+    def at(mu: Floats) -> Tilted:
+        here = total(mu)
+        means = here.slope / here.total
+        log_sum = math.log(here.total) if here.total > 0 else math.inf  # a series may be
+        return Tilted(log_sum, means, here.spread / here.total - np.outer(means, means))
+
+    # the sums are kept: they begin with weights that are not scaled, and end closer than `tilt`
+    mu = exact_tilt(at, start, _SMALL)
+    if mu is None or (sums := total(mu)).missing >= _MOST_MISSING * sums.total:
+        return None
+    return mu, sums
+
+
+def _averages(found: Floats, means: ExactMeans) -> SumRules:
+    """Return the averages that tilts come to (`Beginning.found`), with estimates of their errors."""
     rest, below = found[1:]
     level = np.where(np.isfinite(rest), found[0], 0).astype(np.int64)
     growth = means.growth

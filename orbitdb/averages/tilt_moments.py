@@ -17,10 +17,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.averages.sum_rules import HELD
 from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
+
+HELD = ((), (1,), (0, 1), (0, 1, 2))
+"""The terms that are held at each level: of ln D, ln K, c2."""
 
 DEGREE = 8
 """Even, so that the terms of this degree are positive."""

@@ -6,12 +6,11 @@ each x at most: the minimum of the convex function ln sum w e^(mu x). It exists 
 convex hull of the points x, and Newton's method finds it.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
 
@@ -23,22 +22,57 @@ _LEAST_FRACTION = 1e-6
 _ROUNDING = 1e-14
 
 
-@dataclass(frozen=True, eq=False)
-class Tilt(ByValue):
-    """A tilt that makes means vanish.
+class Tilted(NamedTuple):
+    """What a tilt makes of the quantities.
 
     Attributes
     ----------
-    mu : ndarray, shape (k,)
-    weights : ndarray, shape (N,)
-        Of the orbits, with the sum 1.
+    log_sum : float
+        ln sum w e^(mu x).
+    means : ndarray, shape (k,)
+        Its slope.
+    spread : ndarray, shape (k, k)
+        Its curvature: covariances.
     """
 
-    mu: Floats
-    weights: Floats
+    log_sum: float
+    means: Floats
+    spread: Floats
 
 
-def tilt(log_weights: Floats, x: Floats, start: Floats | None = None) -> Tilt | None:
+def exact_tilt(at: Callable[[Floats], Tilted | None], start: Floats, small: float = _SMALL) -> Floats | None:
+    """Return mu with which all means are 0, shape (k,), by Newton's method with step halving; None if none.
+
+    Parameters
+    ----------
+    at : callable
+        Tells what a tilt makes of the quantities; None where mu x < 0 for all orbits, which proves that no
+        tilt does it: mu grows until that is so.
+    start : ndarray, shape (k,)
+    small : float, optional
+        Square of the Newton step, in its own metric, at which it ends.
+    """
+    mu, here = start, at(start)
+    for _ in range(_MOST_STEPS):
+        if here is None:
+            return None
+        try:
+            step = -np.linalg.solve(here.spread, here.means)
+        except np.linalg.LinAlgError:  # the quantities do not scatter in all directions
+            return None
+        drop, fraction = -float(here.means @ step), 1.0
+        if drop < small:
+            return mu
+        slack = _ROUNDING * (1 + abs(here.log_sum))
+        while (there := at(mu + fraction * step)) is not None and fraction > _LEAST_FRACTION:
+            if there.log_sum <= here.log_sum - fraction * drop / 4 + slack:
+                break
+            fraction /= 2
+        mu, here = mu + fraction * step, there
+    return None
+
+
+def tilt(log_weights: Floats, x: Floats, start: Floats | None = None) -> tuple[Floats, Floats] | None:
     """Tilt weights until the means of some quantities are 0.
 
     Parameters
@@ -51,45 +85,20 @@ def tilt(log_weights: Floats, x: Floats, start: Floats | None = None) -> Tilt | 
 
     Returns
     -------
-    Tilt or None
-        None where no tilt exists: some combination of the quantities is positive for all orbits.
-
-    Notes
-    -----
-    Newton's method with step halving. If no tilt exists, mu grows until mu x < 0 for all orbits, which
-    proves it.
+    (ndarray, shape (k,), ndarray, shape (N,)) or None
+        mu, and the weights of the orbits, with the sum 1; None where no tilt exists: some combination of the
+        quantities is positive for all orbits.
     """
-    mu = np.zeros(len(x)) if start is None else start
-    value, weights = _log_sum(log_weights, mu @ x)
-    for _ in range(_MOST_STEPS):
-        slope = x @ weights
-        step = _newton_step(slope, (x * weights) @ x.T - np.outer(slope, slope))
-        if step is None:
+
+    def at(mu: Floats) -> Tilted | None:
+        if (exponents := mu @ x).max() < 0:
             return None
-        drop = -float(slope @ step)
-        if drop < _SMALL:
-            return Tilt(mu, weights)
-        fraction = 1.0
-        while fraction > _LEAST_FRACTION:
-            exponents = (mu + fraction * step) @ x
-            if exponents.max() < 0:
-                return None
-            lower, weights = _log_sum(log_weights, exponents)
-            if lower <= value - fraction * drop / 4 + _ROUNDING * abs(value):
-                break
-            fraction /= 2
-        mu, value = mu + fraction * step, lower
-    return None
+        log_sum, weights = _log_sum(log_weights, exponents)
+        means = x @ weights
+        return Tilted(log_sum, means, (x * weights) @ x.T - np.outer(means, means))
 
-
-def _newton_step(slope: Floats, spread: Floats) -> Floats | None:
-    """Return the Newton step; None if the quantities do not scatter in all directions."""
-    if not len(slope):
-        return slope
-    try:
-        return np.asarray(-np.linalg.solve(spread, slope), dtype=np.float64)
-    except np.linalg.LinAlgError:
-        return None
+    mu = exact_tilt(at, np.zeros(len(x)) if start is None else start)
+    return None if mu is None else (mu, _log_sum(log_weights, mu @ x)[1])
 
 
 def _log_sum(log_weights: Floats, exponents: Floats) -> tuple[float, Floats]:

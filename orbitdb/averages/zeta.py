@@ -11,6 +11,8 @@ by with beta gives the average of A.
 Source: Artuso, Aurell and Cvitanovic, Nonlinearity 3 (1990) 325.
 """
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +21,8 @@ from numpy.typing import NDArray
 from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
+
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,53 +86,93 @@ def leading_zero(coefficients: Floats) -> float:
     return float(zero - polynomial(zero) / slope) if slope else zero
 
 
-def last_term(coefficients: Floats, zero: float) -> float:
-    """Return the modulus of the last term of a truncated series, shape (n + 1,), at its zero.
+def zero_fault(coefficients: Floats, zero: float) -> str:
+    """Tell why a truncated series, shape (n + 1,), has no zero that can be used; else empty.
 
     The first term is 1. A series that converges at its zero ends in less; where it ends in more, the
     zero is an artefact of the truncation.
     """
+    if math.isnan(zero):
+        return "(it has no real zero)"
     last = np.flatnonzero(coefficients)[-1]
-    return float(abs(coefficients[last])) * zero ** float(last)
+    end = float(abs(coefficients[last])) * zero ** float(last)
+    if end > 1 + _ROUNDING:
+        return f"(its zero {zero:.4g} is spurious: the series ends there in {end:.3g}, having begun with 1)"
+    return ""
 
 
-@dataclass(frozen=True, eq=False)
-class CycleAverages(ByValue):
-    """What a zeta function says of the average cycle.
-
-    Attributes
-    ----------
-    z0 : float
-        The leading zero; 1 for a closed system with weights that conserve probability.
-    period : float
-        <p>, the mean period.
-    observables : ndarray, shape (k,)
-        <A> of each observable; <A> / <p> is its average per bounce.
-    last_term : float
-        Of the series at its zero (`last_term`).
-    """
-
-    z0: float
-    period: float
-    observables: Floats
-    last_term: float
-
-
-def cycle_averages(expansion: Expansion) -> CycleAverages:
+def cycle_averages(expansion: Expansion) -> tuple[float, float, Floats]:
     """Return the cycle averages at the leading zero; NaN where there is none.
+
+    Returns
+    -------
+    float
+        z0, the leading zero; 1 for a closed system with weights that conserve probability.
+    float
+        <p>, the mean period.
+    ndarray, shape (k,)
+        <A> of each observable; <A> / <p> is its average per bounce.
 
     Notes
     -----
     <p> = -z d/dz (1/zeta) and <A> = -d/dbeta (1/zeta), both at z0 (Artuso et al.).
     """
     z0 = leading_zero(expansion.coefficients)
-    if np.isnan(z0):
-        return CycleAverages(z0, z0, np.full(len(expansion.slopes), z0), z0)
     orders = np.arange(len(expansion.coefficients))
     powers = z0**orders
-    return CycleAverages(
-        z0=z0,
-        period=-float((orders * expansion.coefficients) @ powers),
-        observables=-(expansion.slopes @ powers),
-        last_term=last_term(expansion.coefficients, z0),
-    )
+    return z0, -float((orders * expansion.coefficients) @ powers), -(expansion.slopes @ powers)
+
+
+@dataclass(frozen=True)
+class ZetaAverages:
+    """Averages at the leading zero of a zeta function; all are NaN where it has none that can be used.
+
+    Attributes
+    ----------
+    z0 : float
+        The leading zero; 1 for a closed system and all its orbits.
+    lambda_d, lambda_c, mean_path : float
+        <lambda>/<p>, <lambda>/<L> and <L>/<p>.
+    fault : str
+        Why they are NaN; empty where they are not, or where there is no orbit.
+    """
+
+    z0: float
+    lambda_d: float
+    lambda_c: float
+    mean_path: float
+    fault: str = ""
+
+    @classmethod
+    def none(cls, fault: str = "") -> "ZetaAverages":
+        """Return no averages."""
+        return cls(math.nan, math.nan, math.nan, math.nan, fault)
+
+    @classmethod
+    def within(cls, expansion: Expansion, ranges: Floats) -> "ZetaAverages":
+        """Take ratios of cycle averages of lambda and L, the observables, given `ClassRows.ranges`.
+
+        Notes
+        -----
+        No average over orbits is less than the least of them or more than the greatest. The terms of a
+        truncated zeta function have both signs, and where its zero is an artefact of the truncation its
+        averages may be anything: one outside that range shows it, and condemns the others. So does a
+        series that does not converge at the zero.
+        """
+        z0, period, observables = cycle_averages(expansion)
+        if not np.isfinite(ranges).all():
+            return cls.none()
+        exponent, length = observables.tolist()
+        period = period or math.nan  # 0 at a double zero
+        values = exponent / period, exponent / (length or math.nan), length / period
+        fault = zero_fault(expansion.coefficients, z0) or _range_fault(z0, values, ranges)
+        return cls.none(fault) if fault else cls(z0, *values)
+
+
+def _range_fault(z0: float, values: Sequence[float], ranges: Floats) -> str:
+    """Tell which average at a zero of the zeta function no orbits can have; empty if they can."""
+    names = ("lambda_d", "lambda_c", "mean path")
+    for name, value, low, high in zip(names, values, *ranges, strict=True):
+        if not low * (1 - _ROUNDING) <= value <= high * (1 + _ROUNDING):
+            return f"(its zero {z0:.4g} is spurious: {name} = {value:.4g}, of orbits {low:.4g} to {high:.4g})"
+    return ""

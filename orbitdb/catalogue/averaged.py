@@ -2,16 +2,15 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.averages import by_period
+from orbitdb.averages import by_period, by_stability
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import Weight, divisors, missing_divisors, missing_periods
-from orbitdb.averages.period_sums import lyapunov_of_periods
 from orbitdb.averages.validity import faults_of, standing
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.gaps import gaps, nothing, written_periods
@@ -24,6 +23,7 @@ from orbitdb.catalogue.whole_periods import (
     why_missing,
     why_no_sum_rules_of,
 )
+from orbitdb.entropy.entropy_bounds import BALLS, EntropyBounds
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact, with_error
 from orbitdb.orbits.least_values import least_exponent
@@ -31,8 +31,6 @@ from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.tally import Tally
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import why_not_swept
-from orbitdb.store.file.schema import BALLS, DOUBLES
-from orbitdb.store.reading.records import Enclosure
 
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
@@ -170,7 +168,7 @@ def lyapunov(
 
 def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str, list[Any]]:
     """Return the averages of every method over whole periods, and note what is missing."""
-    found = lyapunov_of_periods(subset.sums(), subset.highest, weight)
+    found = by_period.lyapunov_of_periods(subset.sums(), subset.highest, weight)
     rules = sum_rules_of(subset)
     notes.append(why_no_sum_rules_of(subset))
     columns = standing(found, subset.periods)
@@ -193,7 +191,7 @@ def read(
     """Return the chosen classes of whole periods, None if there is none; note what is left out."""
     subset = read_whole(catalogue, chosen, swept)
     notes += gaps(catalogue, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
-    if len(subset.classes) or any(sums.ranges.least for sums in subset.swept.values()):
+    if len(subset.classes) or any(np.isfinite(sums.ranges).all() for sums in subset.swept.values()):
         return subset
     notes += nothing(catalogue, subset.selection, swept=bool(subset.swept))
     return None
@@ -239,9 +237,9 @@ def _up_to(
     if not 0 < cut <= _LARGEST_CUT:
         raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
     rows, a = subset.classes.rows(), subset.selection.a
-    if weight is Weight.DETERMINANT and (most := by_period.largest_cut(rows, cut, MOST_FACTORS)) < cut:
+    if weight is Weight.DETERMINANT and (most := by_stability.largest_cut(rows, cut, MOST_FACTORS)) < cut:
         raise InputError(f"cut {cut:g} has too many terms with --weight det: give {most:g} or less")
-    found = by_period.lyapunov_by_stability(rows, cut, subset.highest, weight, tell)
+    found = by_stability.lyapunov_by_stability(rows, cut, subset.highest, weight, tell)
     if subset.missing:
         notes.append(f"the zeta function lacks p = {subset.why_missing()}")
     else:
@@ -258,7 +256,7 @@ def _up_to(
     return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, notes)))
 
 
-def stored_enclosure(catalogue: "Catalogue", a: float) -> tuple[Enclosure, str] | None:
+def stored_enclosure(catalogue: "Catalogue", a: float) -> tuple[EntropyBounds, str] | None:
     """Return the closest stored bounds on the entropy at one a, and a line that tells of them.
 
     Where others, in balls, are less close, the line tells of them, too.
@@ -271,20 +269,19 @@ def stored_enclosure(catalogue: "Catalogue", a: float) -> tuple[Enclosure, str] 
     return closest, line + ("" if surer is None else f"; {surer.between} by {surer.basis}")
 
 
-def enclosure(catalogue: "Catalogue", a: float) -> tuple[Enclosure, str]:
+def enclosure(catalogue: "Catalogue", a: float) -> tuple[EntropyBounds, str]:
     """Return the closest stored bounds on the entropy at one a, or some found now, and a line on them."""
     if (known := stored_enclosure(catalogue, a)) is not None:
         return known
     from orbitdb.entropy.bounds import search
 
     *_, last = search(Stadium(a), _EDGES)
-    found = Enclosure(**asdict(last), proof=DOUBLES)
     closer = f"'orbitdb bounds --a {exact(a)}' finds closer ones"
-    return found, f"entropy of all orbits: {found.between}, proved by {found.basis}; {closer}"
+    return last, f"entropy of all orbits: {last.between}, proved by {last.basis}; {closer}"
 
 
 def outside(
-    periods: Sequence[int], h_zeta: Sequence[float | None], found: Enclosure, chosen: Selection
+    periods: Sequence[int], h_zeta: Sequence[float | None], found: EntropyBounds, chosen: Selection
 ) -> str:
     """Say at which periods h_zeta of all orbits, None or NaN where there is none, lies outside the bounds.
 

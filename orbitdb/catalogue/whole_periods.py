@@ -3,7 +3,7 @@
 Sum rules need more: all orbits up to some period, and sums along them.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -11,12 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import missing_periods
-from orbitdb.averages.leg_sums import LegSums, leg_sums
 from orbitdb.averages.period_sums import PeriodSums
-from orbitdb.averages.sum_rules import SumRules, sum_rules
-from orbitdb.averages.swept_sum_rules import EXACT, sum_rules_beyond
+from orbitdb.averages.sum_rules import EXACT, OrbitTerms, SumRules, leg_terms, sum_rules, swept_sum_rules
 from orbitdb.averages.tilt_moments import TiltMoments
 from orbitdb.catalogue.chosen_classes import ChosenClasses
 from orbitdb.catalogue.counted import Counted
@@ -25,14 +22,11 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.store.reading.sweeps import moments_of
-from orbitdb.symbols.automaton import admissible
-from orbitdb.symbols.words import keys_of_period, packed, unpack
+from orbitdb.symbols.pruning import rules_broken
+from orbitdb.symbols.words import SYMBOLS, keys_of_period, packed, unpack
 
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
-
-_BLOCK = 1 << 15
-"""Classes of which sums are found at a time."""
 
 
 @dataclass(frozen=True)
@@ -193,36 +187,25 @@ def sum_rules_of(subset: WholePeriods) -> SumRules | None:
         return None
     a = subset.selection.a
     if subset.swept:
-        return sum_rules_beyond(a, subset.moments, subset.highest)
-    sums = read_leg_sums(subset.classes, a)
-    return sum_rules(subset.classes.rows(), sums, subset.highest, exact_means(a))
+        return swept_sum_rules(a, subset.moments, subset.highest)
+    return sum_rules(a, read_terms(subset.classes, a), subset.highest)
 
 
-def read_leg_sums(classes: ChosenClasses, a: float) -> LegSums:
-    """Return the sums along the orbits of chosen classes of periods that are filled, in their order.
+def read_terms(classes: ChosenClasses, a: float) -> Iterator[OrbitTerms]:
+    """Yield what sum rules need of chosen classes of periods that are filled, by period.
 
     Raises
     ------
     StoreError
         If a class's number is not that of an admissible word of its period.
     """
-    sums = np.empty((4, len(classes)))
     for p in np.unique(classes.p).tolist():
-        rows = np.flatnonzero(classes.p == p)
-        for start in range(0, len(rows), _BLOCK):
-            part = rows[start : start + _BLOCK]
-            found = leg_sums(_words(classes, part, p), a)
-            sums[:, part] = found.legs, found.log_drift, found.log_kick, found.coupling
-    return LegSums(*sums)
-
-
-def _words(classes: ChosenClasses, rows: NDArray[np.intp], p: int) -> NDArray[np.uint8]:
-    """Return the least words of some classes of one period, shape (N, p)."""
-    number = classes.number[rows]
-    low, high = keys_of_period(p)
-    sound = (number >= low) & (number <= high)
-    words = unpack(packed(number, p), p)
-    sound &= admissible(words)
-    if not sound.all():
-        raise unsound("a class number that is no admissible word's:", number[~sound][0])
-    return words
+        here = classes.p == p
+        number = classes.number[here]
+        low, high = keys_of_period(p)
+        words = unpack(packed(number, p), p)
+        sound = (number >= low) & (number <= high) & (words < len(SYMBOLS)).all(axis=1)
+        sound[sound] = rules_broken(words[sound]) == 0
+        if not sound.all():
+            raise unsound("a class number that is no admissible word's:", number[~sound][0])
+        yield OrbitTerms(p, classes.chosen[here], classes.lyapunov[here], leg_terms(words, a))

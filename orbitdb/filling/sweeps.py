@@ -10,7 +10,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.averages.swept_sum_rules import EXACT, next_tilts
+from orbitdb.averages.sum_rules import EXACT, next_tilts
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.resuming import Progress, resume

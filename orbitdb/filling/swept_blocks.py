@@ -11,7 +11,7 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import ClassRows
 from orbitdb.averages.period_sums import PeriodSums
-from orbitdb.averages.swept_sum_rules import tilted_orbits
+from orbitdb.averages.sum_rules import OrbitTerms, tilted_orbits
 from orbitdb.averages.tilt_moments import TiltMoments
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.sums import Exponents, exponents
@@ -37,7 +37,7 @@ class SweptBlock:
     span : Span
         The least words of the classes.
     tilts : dict of int to ndarray
-        By level, those that moments are wanted around (`orbitdb.averages.swept_sum_rules`).
+        By level, those that moments are wanted around (`orbitdb.averages.sum_rules`).
     selection : str
         Of which orbits the sums are: the canonical text of a subset, empty for all orbits.
     """
@@ -47,12 +47,12 @@ class SweptBlock:
     tilts: Mapping[int, Floats] = field(default_factory=dict)
     selection: str = ""
 
-    def solved(self) -> "tuple[SweptSums]":
+    def solved(self) -> "SweptSums":
         """Find its classes, what becomes of them, and the sums over their orbits."""
         clock = thread_time()
         classes, chosen = all_least_words(self.span), selection_of(self.selection, self.a)
         summed = _summed(classes, self.span.p, chosen, self.tilts)
-        return (SweptSums(self.span, *summed, thread_time() - clock, arithmetic()),)
+        return SweptSums(self.span, *summed, thread_time() - clock, arithmetic())
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +98,8 @@ def _summed(
     of_orbits = ClassRows(np.full(len(size), p), size, length, lyapunov, inverse)
     moments = {}
     if centres:
-        orbits = tilted_orbits(((sizes[each.orbits], each) for each in found), exact_means(selection.a))
+        parts = (OrbitTerms.of(p, sizes[each.orbits], each) for each in found)
+        orbits = tilted_orbits(parts, exact_means(selection.a))
         moments = {level: TiltMoments.of(mu, orbits.held(level)) for level, mu in centres.items()}
     tally = replace(Tally.of(sizes, found), words=int(SIZES[part.stabiliser].sum()))
     return tally, PeriodSums.of(of_orbits, p), moments

@@ -109,13 +109,10 @@ def _anew(swept: Sweep, subset: Selection) -> Iterator[Check]:
     yield replace(single("sweeps", label, _differing(swept.tally, asdict(tally))), rows=0)
     if swept.sums is None:
         return
-    mine, other = (
-        (*each.ranges.least, *each.ranges.greatest, *each.sums.flat) for each in (swept.sums, sums)
-    )
-    if len(mine) != len(other):
+    stored, expected = (np.frombuffer(each.numbers()) for each in (swept.sums, sums))
+    if len(stored) != len(expected):
         yield Check("sums", 1, 1, first=label)
         return
-    stored, expected = np.array(mine), np.array(other)
     worst = np.max(np.abs(stored - expected) / np.where(expected > 0, expected, 1.0), initial=0.0)
     yield measured("sums", [label], np.array([worst]), np.array([_ROUNDING + _REPETITIONS * off]))
 

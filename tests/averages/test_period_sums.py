@@ -4,10 +4,11 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from solutions import class_rows
+from solutions import class_rows, lyapunov
 
+from orbitdb.averages.by_period import lyapunov_of_periods
 from orbitdb.averages.fixed_points import Weight
-from orbitdb.averages.period_sums import PeriodSums, lyapunov, lyapunov_of_periods
+from orbitdb.averages.period_sums import PeriodSums
 
 
 def parts_of(a: float, p: int, count: int) -> list[PeriodSums]:

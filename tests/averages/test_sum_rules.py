@@ -1,62 +1,38 @@
 """Averages by sum rules: tilted weights, sums along orbits, and values that no orbit was needed for."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 from quick import slow_but
 
 from orbitdb.averages.exact_means import exact_means
-from orbitdb.averages.fixed_points import ClassRows
-from orbitdb.averages.leg_sums import LegSums, leg_sums
-from orbitdb.averages.sum_rules import sum_rules
+from orbitdb.averages.sum_rules import beginning, swept_sum_rules
 from orbitdb.averages.tilted import tilt
-from orbitdb.benchmarks.representatives import representatives
-from orbitdb.billiard.stadium import STRAIGHT, Stadium
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
-from orbitdb.orbits.newton import solve
 from orbitdb.store.asking.criteria import choose
-from orbitdb.symbols.words import from_strings
 
 HIGHEST = 9
 TRAJECTORIES = {0.5: 1.85931011, 1.0: 2.40989931, 1.6: 2.81181711, 3.0: 3.37908170, 6.0: 4.03309448}
 """lambda a leg from 10^8 bounces leg by leg, with errors below 5e-6."""
 
 
-@cache
-def orbits(a):
-    """Return all classes of orbits up to p = 9, and the sums along them."""
-    rows, sums = [], []
-    for p in range(2, HIGHEST + 1):
-        words, size = representatives(p)
-        found = solve(words, Stadium(a))
-        real = found.status == "orbit"
-        walls = STRAIGHT[words[real]].sum(axis=1)
-        columns = (
-            np.full(real.sum(), p),
-            size[real],
-            found.length[real],
-            found.lyapunov[real],
-            walls % 2 == 1,
-        )
-        rows.append(columns)
-        sums.append(leg_sums(words[real], a))
-    return ClassRows(*(np.concatenate(column) for column in zip(*rows, strict=True))), LegSums.joined(sums)
+def terms_of(a, highest):
+    """Return legs, rest, and the sums of ln D, ln K and c2 along all orbits up to a period."""
+    orbits = beginning(a, highest).orbits
+    means = np.array([[mean.value] for mean in exact_means(a).terms])
+    return orbits.legs, orbits.rest, *(orbits.x + means * orbits.legs)
 
 
 def test_a_tilt_makes_the_means_vanish_with_positive_weights():
     rng = np.random.default_rng(0)
     x, weights = rng.normal(0.5, 1, (3, 400)), rng.normal(0, 2, 400)
-    found = tilt(weights, x)
-    assert found is not None
-    assert found.weights.min() > 0
-    assert found.weights.sum() == pytest.approx(1)
-    np.testing.assert_allclose(x @ found.weights, 0, atol=1e-8)
-    np.testing.assert_allclose(
-        np.log(found.weights) - weights - found.mu @ x,
-        np.log(found.weights[0]) - weights[0] - found.mu @ x[:, 0],
-    )
+    mu, tilted = tilt(weights, x)
+    assert tilted.min() > 0
+    assert tilted.sum() == pytest.approx(1)
+    np.testing.assert_allclose(x @ tilted, 0, atol=1e-8)
+    factors = np.log(tilted) - weights - mu @ x
+    np.testing.assert_allclose(factors, factors[0])
 
 
 @pytest.mark.parametrize(
@@ -75,25 +51,25 @@ def test_no_tilt_where_none_exists(x):
 def test_sums_of_the_shortest_orbit():
     """13 runs along the axis: K = 2, D = 2 a, lambda = 2 ln of the larger root of its factor."""
     a = 0.8
-    sums = leg_sums(from_strings(["13"]), a)
-    assert sums.legs[0] == 2
-    assert sums.log_drift[0] == pytest.approx(2 * np.log(2 * a))
-    assert sums.log_kick[0] == pytest.approx(2 * np.log(2))
-    assert sums.coupling[0] == pytest.approx(2 * np.log1p(1 / (2 * a)))
+    legs, rest, drift, kick, coupling = (term[0] for term in terms_of(a, 2))
+    assert legs == 2
+    assert drift == pytest.approx(2 * np.log(2 * a))
+    assert kick == pytest.approx(2 * np.log(2))
+    assert coupling == pytest.approx(2 * np.log1p(1 / (2 * a)))
+    exponent = np.arccosh((4 * (1 + 2 * a) ** 2 - 2) / 2)
+    assert rest == pytest.approx(exponent - drift - kick - coupling)
 
 
 @pytest.mark.parametrize("a", [0.5, 6.0])
 def test_every_orbit_is_between_the_bounds(a):
-    rows, sums = orbits(a)
-    low = sums.log_drift + sums.log_kick
-    assert (low < rows.lyapunov).all()
-    assert (rows.lyapunov < low + sums.coupling).all()
+    _, rest, _, _, coupling = terms_of(a, HIGHEST)
+    assert (-coupling < rest).all()
+    assert (rest < 0).all()
 
 
 @pytest.mark.parametrize("a", slow_but([0.5, 1.6, 6.0], TRAJECTORIES))
 def test_values_are_those_of_trajectories_within_their_errors(a):
-    rows, sums = orbits(a)
-    found = sum_rules(rows, sums, HIGHEST, exact_means(a))
+    found = swept_sum_rules(a, [], HIGHEST)
     assert found.p.tolist() == list(range(2, HIGHEST + 1))
     assert (np.abs(found.lambda_l - TRAJECTORIES[a]) < found.lambda_l_error).all()
     assert abs(found.lambda_l[-1] / TRAJECTORIES[a] - 1) < 2e-4
@@ -109,27 +85,14 @@ def test_values_are_those_of_trajectories_within_their_errors(a):
 
 @pytest.mark.slow
 def test_the_estimate_is_of_use_where_the_orbits_say_more():
-    rows, sums = orbits(0.1)
-    found = sum_rules(rows, sums, HIGHEST, exact_means(0.1))
+    found = swept_sum_rules(0.1, [], HIGHEST)
     assert abs(found.lambda_l[-1] - 0.89199) < found.lambda_l_error[-1] < 0.03  # trajectories +- 0.00015
 
 
-def test_the_order_of_the_orbits_does_not_matter():
-    rows, sums = orbits(1.6)
-    mixed = np.random.default_rng(1).permutation(len(rows))
-    turned = LegSums(*(column[mixed] for column in (sums.legs, sums.log_drift, sums.log_kick, sums.coupling)))
-    one, other = (
-        sum_rules(part, along, HIGHEST, exact_means(1.6))
-        for part, along in ((rows, sums), (rows.rows(mixed), turned))
-    )
-    np.testing.assert_allclose(one.lambda_l, other.lambda_l, rtol=1e-12)
-
-
 def test_the_catalogue_gives_what_its_orbits_give(filled):
-    subset = read_whole(Catalogue(filled), choose(status="orbit"))
-    rows, sums = orbits(1.6)
-    found, alone = sum_rules_of(subset), sum_rules(rows, sums, HIGHEST, exact_means(1.6))
-    np.testing.assert_allclose(found.lambda_d_sum_rule, alone.lambda_d_sum_rule[:-1], rtol=1e-9)
+    found = sum_rules_of(read_whole(Catalogue(filled), choose(status="orbit")))
+    alone = swept_sum_rules(1.6, [], HIGHEST - 1)
+    np.testing.assert_allclose(found.lambda_d_sum_rule, alone.lambda_d_sum_rule, rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -143,9 +106,8 @@ def test_parts_of_the_orbits_have_none(filled, criteria):
 @pytest.mark.parametrize("a", [1e-6, 1e6])
 @pytest.mark.slow
 def test_values_stay_within_the_bounds_at_extreme_half_lengths(a):
-    rows, sums = orbits(a)
     means = exact_means(a)
-    found = sum_rules(rows, sums, HIGHEST, means)
+    found = swept_sum_rules(a, [], HIGHEST)
     low, high = means.bounds
     assert ((low <= found.lambda_l) & (found.lambda_l <= high)).all()
     assert (found.lambda_l_error > 0).all()

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from orbitdb.averages import swept_sum_rules
+from orbitdb.averages import sum_rules as module
 from orbitdb.averages.exact_means import exact_means
-from orbitdb.averages.swept_sum_rules import beginning, next_tilts, sum_rules_beyond, tilted_orbits
+from orbitdb.averages.sum_rules import OrbitTerms, beginning, next_tilts, swept_sum_rules, tilted_orbits
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.sums import exponents
@@ -43,23 +43,23 @@ def test_bytes_of_something_else_are_refused():
 @pytest.mark.parametrize("a", [0.5, pytest.param(1.6, marks=pytest.mark.slow)])
 def test_averages_are_those_of_all_orbits(monkeypatch, a):
     first, last = (7, 9) if a == 0.5 else (9, 12)
-    monkeypatch.setattr(swept_sum_rules, "EXACT", last)
+    monkeypatch.setattr(module, "EXACT", last)
     beginning.cache_clear()
-    expected = sum_rules_beyond(a, [], last)
-    monkeypatch.setattr(swept_sum_rules, "EXACT", first)
+    expected = swept_sum_rules(a, [], last)
+    monkeypatch.setattr(module, "EXACT", first)
     beginning.cache_clear()
     moments = []
     for p in range(first + 1, last + 1):
         parts = [
-            (SIZES[words.stabiliser[part.orbits]], part)
+            OrbitTerms.of(p, SIZES[words.stabiliser[part.orbits]], part)
             for words in least_words(Span.whole(p))
             for part in exponents(words.codes, p, Stadium(a))
         ]
         orbits = tilted_orbits(parts, exact_means(a))
         tilts = next_tilts(a, moments).items()
         moments.append({level: TiltMoments.of(mu, orbits.held(level)) for level, mu in tilts})
-    found = sum_rules_beyond(a, moments, last + 1)
-    less = sum_rules_beyond(a, [{min(each): each[min(each)]} for each in moments], last)
+    found = swept_sum_rules(a, moments, last + 1)
+    less = swept_sum_rules(a, [{min(each): each[min(each)]} for each in moments], last)
     beginning.cache_clear()
     beyond = expected.p > first
     assert (less.level == expected.level - beyond).all()

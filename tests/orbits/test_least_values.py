@@ -6,7 +6,7 @@ from quick import slow_but
 from solutions import words_of
 
 from orbitdb import Stadium, solve_word
-from orbitdb.averages.by_period import lyapunov_by_stability
+from orbitdb.averages.by_stability import lyapunov_by_stability
 from orbitdb.averages.fixed_points import ClassRows
 from orbitdb.orbits.least_values import least_exponent, least_length
 from orbitdb.orbits.newton import solve

@@ -80,32 +80,6 @@ def test_a_file_keeps_what_was_partial(cli, partial, tmp_path):
 
 
 @pytest.mark.slow
-def test_verify_takes_a_part_for_one(cli, partial):
-    found = cli("verify", "--p", "8-9")
-    assert notes(found) == [SENTENCE]
-    assert notes(cli("verify", "--p", "8")) == []
-
-
-@pytest.mark.slow
-def test_several_periods_are_one_line_and_each_a_its_own(cli, partial, begin_fill):
-    begin_fill(partial, 10).close()
-    begin_fill(partial, 9, a=1.0).close()
-    (line,) = notes(cli("query", "--p", "9-10", "--limit", "1"))
-    assert line.startswith("periods 9, 10 at a = 1.6 are partial: ")
-    assert "'orbitdb fill --p 10 --a 1.6' completes them" in line
-    (line,) = notes(cli("query", "--a", "1", "--limit", "1"))
-    assert line.startswith("period 9 at a = 1 is partial")
-
-
-@pytest.mark.slow
-def test_a_completed_period_is_said_to_be_whole(cli, partial):
-    cli("fill", "--p", "9")
-    for command in ("query", "table", "entropy", "lyapunov", "verify"):
-        assert notes(cli(command, "--p", "2-9")) == []
-    assert Catalogue(partial).count(NINE) == count_admissible(9)
-
-
-@pytest.mark.slow
 def test_one_moment_stays_while_a_fill_goes_on(filled, begin_fill):
     catalogue = Catalogue(filled)
     going = begin_fill(filled, 9, batches=1)
@@ -150,14 +124,6 @@ def test_what_a_command_says_is_of_one_moment(cli, busy, command):
     asked = cli(command, "--p", "8-9")
     said = LEFT_OUT if command in ("entropy", "lyapunov") else SENTENCE
     assert notes(asked) == [said] * len(busy)
-
-
-@pytest.mark.slow
-def test_rows_and_their_number_are_of_one_moment(cli, busy):
-    asked = cli("query", "--p", "8-9", "--limit", "100000")
-    rows = len(asked.out.splitlines()) - 1
-    assert asked.err.splitlines()[-1] == f"{rows} words of period 8 to 9 at a = 1.6"
-    assert (rows > count_admissible(8)) == bool(busy)
 
 
 def test_whole_periods_are_read_without_their_neighbours_parts(partial):

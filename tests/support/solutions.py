@@ -4,7 +4,9 @@ from functools import cache
 
 import numpy as np
 
-from orbitdb.averages.fixed_points import ClassRows
+from orbitdb.averages.by_period import Entropy, Lyapunov, entropy_of_counts, lyapunov_of_periods
+from orbitdb.averages.fixed_points import ClassRows, Weight
+from orbitdb.averages.period_sums import PeriodSums
 from orbitdb.benchmarks import representatives as classes
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.newton import solve
@@ -62,3 +64,13 @@ def class_rows(a: float, highest: int) -> ClassRows:
         columns.append(table[:, orbits.status == "orbit"])
     period, size, length, exponent, inverse = np.concatenate(columns, axis=1)
     return ClassRows(period.astype(int), size.astype(int), length, exponent, inverse == 1)
+
+
+def entropy(rows: ClassRows, highest: int) -> Entropy:
+    cycles = np.bincount(rows.period, rows.size, minlength=highest + 1)[: highest + 1]
+    return entropy_of_counts(cycles.astype(np.int64))
+
+
+def lyapunov(rows: ClassRows, highest: int, weight: Weight = Weight.EXPONENTIAL) -> Lyapunov:
+    sums = {p: PeriodSums.of(part, p) for p, part in rows.by_period().items()}
+    return lyapunov_of_periods(sums, highest, weight)

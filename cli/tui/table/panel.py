@@ -2,21 +2,19 @@
 
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.reactive import reactive
 from textual.widgets import Static
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.table.jumping import Jumping
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import NONE, Ordering, Pages
 from orbitdb.store.asking.selection import Selection
-
-if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
 
 _ORBIT = "orbit"
 _AT_WORK = ("reading …", "sorting …")
@@ -64,11 +62,12 @@ class RowsPanel(Vertical):
     # reading
 
     @property
-    def _own_screen(self) -> "OwnScreen[None]":
-        return cast("OwnScreen[None]", self.screen)
+    def screen(self) -> OwnScreen[object]:
+        """The main screen."""
+        return cast(OwnScreen[object], super().screen)
 
     def read(
-        self, catalogue: "Catalogue", asked: Asked, fields: tuple[str, ...], take: Callable[[Pages], None]
+        self, catalogue: Catalogue, asked: Asked, fields: tuple[str, ...], take: Callable[[Pages], None]
     ) -> None:
         """Read rows in a worker, and give them to whoever wants them if no others are wanted by then."""
         (selection, ordering), total = asked, self.total
@@ -94,7 +93,7 @@ class RowsPanel(Vertical):
             take(rows)
             self.report = f"{len(rows):,} of {self.total:,} words"
 
-        self._own_screen.in_thread("rows", find, show, self._fail)
+        self.screen.in_thread("rows", find, show, self._fail)
 
     def _fail(self, reason: str) -> None:
         """Show no rows, as those that are shown are of another subset, and say what went wrong."""
@@ -106,7 +105,7 @@ class RowsPanel(Vertical):
     def stop_reading(self) -> None:
         """Read no further: somebody is about to choose something else."""
         if self.report in _AT_WORK:
-            self._own_screen.give_up("rows")
+            self.screen.give_up("rows")
             self.report, self.asked = "", None
             self.say()
 
@@ -150,7 +149,7 @@ class RowsPanel(Vertical):
     on_paged_table_moved = say_position
 
 
-def _gaps(catalogue: "Catalogue", selection: Selection) -> Gaps:
+def _gaps(catalogue: Catalogue, selection: Selection) -> Gaps:
     """Return the partial periods, and which are not filled, or lack the births that the subset depends on."""
     unfilled, lacking = catalogue.unfilled(selection), catalogue.lacking_births(selection)
     parts = [f"{unfilled}, and so does the key f" if unfilled else "", lacking or ""]

@@ -40,7 +40,7 @@ class Sweep:
     sums : PeriodSums or None
         The sums over all orbits, or those chosen; None before it is done.
     moments : mapping of int to TiltMoments
-        By level, what sum rules need (`orbitdb.averages.swept_sum_rules`); empty before it is done, and for
+        By level, what sum rules need (`orbitdb.averages.sum_rules`); empty before it is done, and for
         a subset.
     selection : str
         The canonical text of the subset (`orbitdb.store.asking.sweepable`); empty for all orbits.
@@ -101,7 +101,7 @@ def swept_subsets(connection: sa.Connection, a: float) -> list[Selection]:
 
 def moments_of(found: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
     """Return the moments of the swept periods behind the exact ones, up to the first that has none."""
-    from orbitdb.averages.swept_sum_rules import EXACT
+    from orbitdb.averages.sum_rules import EXACT
 
     known = {each.p: each.moments for each in found}
     moments: list[Mapping[int, TiltMoments]] = []

@@ -29,7 +29,7 @@ def open_sweep(
 
 
 def tilts_of(cursor: Cursor) -> dict[int, NDArray[np.float64]]:
-    """Return the tilts that moments are added up around (`orbitdb.averages.swept_sum_rules`), by level."""
+    """Return the tilts that moments are added up around (`orbitdb.averages.sum_rules`), by level."""
     return {level: each.centre for level, each in from_bytes(cursor.row["moments"]).items()}
 
 

@@ -5,7 +5,7 @@ import time
 import pytest
 from screens import ask, drive, press, settle, shown, table_of, until
 
-from orbitdb.cli.tui.dialogs.basic import LineDialog
+from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.confinement import Patience
 from orbitdb.store.asking.expressions import check, unfinished
