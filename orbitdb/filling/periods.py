@@ -1,6 +1,6 @@
 """Filling a catalogue: all classes of some periods, and what becomes of them at one a."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import closing
 from pathlib import Path
 from time import thread_time
@@ -70,9 +70,9 @@ class _Fill:
             self.known.add(p)
         return open_cursor(connection, fill, stadium=self.writer.stadium_id(connection, self.a), p=p)
 
-    def blocks(self, cursors: Mapping[int, Cursor], jobs: int) -> Iterator[Block]:
-        for p, cursor in cursors.items():
-            yield from cut_into_blocks(self.a, self.method, p, cursor.after, jobs, p in self.known)
+    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Block]:
+        p = cursor.p
+        return cut_into_blocks(self.a, self.method, p, cursor.after, jobs, p in self.known)
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedBlock) -> dict[str, float]:
         begun, orbits = thread_time(), part.orbits

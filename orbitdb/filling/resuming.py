@@ -57,8 +57,8 @@ class Work(Protocol[Part]):
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         """Return how far a period has come."""
 
-    def blocks(self, cursors: Mapping[int, Cursor], jobs: int) -> Iterator[Task[Part]]:
-        """Cut what is behind some cursors into blocks, in order; each tells what becomes of its span."""
+    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[Part]]:
+        """Cut what is behind a cursor into blocks, in order; each tells what becomes of its span."""
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: Part) -> dict[str, float]:
         """Store what became of the span behind a cursor; return what its row adds up, words among it."""
@@ -98,7 +98,8 @@ def _blocks(
 ) -> Iterator[Progress]:
     """Store the blocks behind the cursors, and close every period behind its last one."""
     clock = time.monotonic()
-    for part in workers.solved(work.blocks(cursors, workers.jobs)):
+    begun = list(cursors.values())
+    for part in workers.solved(block for each in begun for block in work.blocks(each, workers.jobs)):
         before, clock = clock, time.monotonic()
         p = part.span.p
         with writer.writing() as connection:

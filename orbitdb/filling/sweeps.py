@@ -86,11 +86,10 @@ class _Sweep:
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         return open_sweep(self.writer, connection, self.a, p, self.tilts, self.selection)
 
-    def blocks(self, cursors: Mapping[int, Cursor], jobs: int) -> Iterator[SweptBlock]:
-        """Cut periods as nothing else decides: sums over blocks are the same however they come about."""
-        for p, cursor in cursors.items():
-            for span in class_spans(p, CLASSES, cursor.after):
-                yield SweptBlock(self.a, span, tilts_of(cursor), self.selection)
+    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[SweptBlock]:
+        """Cut a period as nothing else decides: sums over blocks are the same however they come about."""
+        spans, tilts = class_spans(cursor.p, CLASSES, cursor.after), tilts_of(cursor)
+        return (SweptBlock(self.a, span, tilts, self.selection) for span in spans)
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: SweptSums) -> dict[str, float]:
         add_sums(self.writer, connection, cursor, part.sums, part.moments, part.arithmetic)
