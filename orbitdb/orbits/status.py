@@ -35,22 +35,13 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Verdict(Columns):
-    """What has become of N words, and what that was decided by.
-
-    Attributes
-    ----------
-    slopes : Derivatives
-    alpha_error : ndarray, shape (m, N)
-    slack, slack_error : ndarray, shape (4, m, N)
-    status : ndarray of str, shape (N,)
-        Values of `Status`.
-    """
+    """What has become of N words, and what that was decided by."""
 
     slopes: Derivatives
-    alpha_error: Floats
-    slack: Floats
+    alpha_error: Floats  # shape (m, N)
+    slack: Floats  # shape (4, m, N)
     slack_error: Floats
-    status: NDArray[np.str_]
+    status: NDArray[np.str_]  # values of `Status`, shape (N,)
 
 
 def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:

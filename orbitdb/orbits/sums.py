@@ -32,27 +32,15 @@ _BATCH = 1 << 12
 
 @dataclass(frozen=True, eq=False)
 class Exponents(ByValue):
-    """Words of one number of runs: what has become of them, and the numbers of the orbits among them.
+    """Words of one number of runs: what has become of them, and the numbers of the orbits among them."""
 
-    Attributes
-    ----------
-    orbits, boundary, unresolved : ndarray of intp
-        Their places among all words that were given; all others are dynamical.
-    length, lyapunov : ndarray, shape (N,)
-        Of the orbits.
-    legs : Chain
-        The runs and legs of the orbits.
-    slopes : Derivatives
-        The derivatives of their lengths.
-    """
-
-    orbits: NDArray[np.intp]
-    boundary: NDArray[np.intp]
-    unresolved: NDArray[np.intp]
-    length: Floats
+    orbits: NDArray[np.intp]  # their places among all words that were given
+    boundary: NDArray[np.intp]  # those of words through a joint
+    unresolved: NDArray[np.intp]  # and of undecided ones; all others are dynamical
+    length: Floats  # of the orbits, shape (N,)
     lyapunov: Floats
-    legs: Chain
-    slopes: Derivatives
+    legs: Chain  # their runs and legs
+    slopes: Derivatives  # the derivatives of their lengths
 
     def of_orbits(self, chosen: NDArray[np.intp]) -> "Exponents":
         """Return them with some of the orbits alone."""

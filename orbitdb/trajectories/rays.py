@@ -4,42 +4,26 @@ Everything is vectorised over trajectories: one ray each. `orbitdb.trajectories.
 semicircle to semicircle, where only averages are wanted.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import HALF_PI, Stadium
-from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
 
 _TINY = 1e-300
 
 
-@dataclass(frozen=True, eq=False)
-class Rays(ByValue):
-    """N trajectories just behind a bounce; all arrays of shape (N,).
+class Rays(NamedTuple):
+    """N trajectories just behind a bounce; all arrays of shape (N,)."""
 
-    Attributes
-    ----------
-    x, y : ndarray
-        The point of the bounce, x from the middle of the stadium.
-    vx, vy : ndarray
-        Direction of the path that leaves it, a unit vector.
-    side : ndarray
-        Where the bounce was: -1 left semicircle, +1 right semicircle, 0 a straight wall.
-    """
-
-    x: Floats
+    x: Floats  # the point of the bounce, from the middle of the stadium
     y: Floats
-    vx: Floats
+    vx: Floats  # direction of the path that leaves it, a unit vector
     vy: Floats
-    side: Floats
-
-    def __len__(self) -> int:
-        return len(self.x)
+    side: Floats  # where the bounce was: -1 left semicircle, +1 right semicircle, 0 a straight wall
 
 
 def random_rays(stadium: Stadium, n: int, rng: np.random.Generator) -> Rays:
