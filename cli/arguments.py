@@ -4,8 +4,9 @@ import json
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import nullcontext
 from itertools import chain
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli.options import USUAL_A
 from orbitdb.cli.render import note, repeats
@@ -156,18 +157,12 @@ def read_points(name: str) -> Any:
 
 def _text(name: str) -> str:
     try:
-        if name == "-":
-            return _bounded(sys.stdin)
-        with open(name, encoding="utf-8-sig") as file:
-            return _bounded(file)
+        with nullcontext(sys.stdin) if name == "-" else open(name, encoding="utf-8-sig") as file:
+            text = file.read(_MOST_CHARACTERS + 1)
     except UnicodeDecodeError:
         raise InputError(f"{printable(name)} is not text: write x,y of one bounce a line") from None
     except OSError as error:
         raise InputError(f"{printable(name)} cannot be read ({error.strerror})") from None
-
-
-def _bounded(file: TextIO) -> str:
-    text = file.read(_MOST_CHARACTERS + 1)
     if len(text) > _MOST_CHARACTERS:
         raise InputError(f"more than {_MOST_CHARACTERS} characters of points: give those of one trajectory")
     return text

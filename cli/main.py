@@ -100,7 +100,7 @@ def _failed(error: Exception) -> int:
             return _say(str(error), USAGE)
         case StoreError():
             return _say(str(error), NO_DATABASE)
-        case WorkError():
+        case WorkError() | ModuleNotFoundError():
             return _say(str(error), FAILED)
         case ParsingError():
             return _say(f"{' '.join(error.format_message().split())} ({_advice(error)})", USAGE)
@@ -108,8 +108,6 @@ def _failed(error: Exception) -> int:
             return _say("the output cannot be written (it is closed)", NO_DATABASE)
         case OSError():
             return _unwritten(error)
-        case ModuleNotFoundError():
-            return _say(str(error), FAILED)
     raise error
 
 

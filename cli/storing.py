@@ -119,13 +119,11 @@ class Solvers:
     jobs: Jobs = None
     executor: Annotated[
         Literal["processes", "dask"] | None,
-        typer.Option("--executor", help="Solve in processes here [default], or on a dask cluster."),
+        typer.Option(help="Solve in processes here [default], or on a dask cluster."),
     ] = None
     scheduler: Annotated[
         str | None,
-        typer.Option(
-            "--scheduler", metavar="ADDRESS|FILE", help="The scheduler of the dask cluster, or its file."
-        ),
+        typer.Option(metavar="ADDRESS|FILE", help="The scheduler of the dask cluster, or its file."),
     ] = None
 
     def __post_init__(self) -> None:

@@ -28,13 +28,7 @@ class Progress:
     """Takes note of how far the work is, and shows it to nobody."""
 
     def tell(self, text: str, done: float = 0.0, total: float = 0.0, counted: bool = True) -> None:
-        """Take note of how far the work is, as in `Pace`, unless it is to end here.
-
-        Raises
-        ------
-        KeyboardInterrupt, Terminated
-            If the command has been ended from outside.
-        """
+        """Take note of how far the work is, as in `Pace`, unless it is to end here (`go_on`)."""
         go_on()
 
 

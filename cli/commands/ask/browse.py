@@ -21,15 +21,14 @@ _PORT = 8000
 def browse(
     *,
     context: typer.Context,
-    code: Annotated[str | None, typer.Option("--code", help="Open at this word, in any rotation.")] = None,
+    code: Annotated[str | None, typer.Option(help="Open at this word, in any rotation.")] = None,
     a: options.StoredHalfLength = None,
     choice: Choice,
     web: Annotated[
         bool, typer.Option("--web", help="Show it in a browser on this machine; the address is printed.")
     ] = False,
     port: Annotated[
-        int,
-        options.count_option("--port", least=0, most=65535, help="Port of that address; 0 for any free one."),
+        int, options.count_option(least=0, most=65535, help="Port of that address; 0 for any free one.")
     ] = _PORT,
     db: options.Database,
 ) -> None:

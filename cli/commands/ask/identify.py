@@ -41,23 +41,16 @@ def identify(
     start: Annotated[
         str | None,
         typer.Option(
-            "--start",
-            metavar="X,Y,ANGLE",
-            help="A point in the stadium, and the direction of the path in radians.",
+            metavar="X,Y,ANGLE", help="A point in the stadium, and the direction of the path in radians."
         ),
     ] = None,
     points: Annotated[
         str | None,
-        typer.Option(
-            "--points", metavar="PATH", help="A file of bounces x,y, one a line, csv or json; - reads stdin."
-        ),
+        typer.Option(metavar="PATH", help="A file of bounces x,y, one a line, csv or json; - reads stdin."),
     ] = None,
-    length: Annotated[
-        float | None, number_option("--length", help="A length, in units of the radius.")
-    ] = None,
+    length: Annotated[float | None, number_option(help="A length, in units of the radius.")] = None,
     tolerance: Annotated[
-        float | None,
-        number_option("--tolerance", help="Tolerance [default: 0.01 for bounces, 0.001 for a length]."),
+        float | None, number_option(help="Tolerance [default: 0.01 for bounces, 0.001 for a length].")
     ] = None,
     each_way: Annotated[
         int | None, count_option("--bounces", help="Bounces to follow from --start, each way [default: 60].")
@@ -65,9 +58,7 @@ def identify(
     limit: Annotated[
         int | None,
         count_option(
-            "--limit",
-            least=0,
-            help=f"Most rows to show [default: 10; for a length {_ON_SCREEN} in a table, else all].",
+            least=0, help=f"Most rows to show [default: 10; for a length {_ON_SCREEN} in a table, else all]."
         ),
     ] = None,
     a: options.StoredHalfLength = None,
@@ -81,11 +72,8 @@ def identify(
     often come first. From a starting point it is followed ahead (bounce 1, 2, ...) and back (0, -1, ...).
     A length is compared with stored orbits and their repetitions: total = repetitions x length.
     """
-    given = [
-        name
-        for name, value in (("start", start), ("points", points), ("length", length))
-        if value is not None
-    ]
+    ways = {"start": start, "points": points, "length": length}
+    given = [name for name in ways if ways[name] is not None]
     if len(given) != 1:
         raise InputError("identify takes exactly one of --start, --points and --length")
     if start is None:

@@ -12,9 +12,18 @@ from orbitdb.cli import options
 from orbitdb.cli.arguments import given_codes, primitive, several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import MarkedOutput
-from orbitdb.cli.reading import known_catalogue, meant, note_gaps, note_nothing, reading
+from orbitdb.cli.reading import (
+    KEYS,
+    described,
+    in_order,
+    known_catalogue,
+    meant,
+    note_gaps,
+    note_nothing,
+    reading,
+    with_a,
+)
 from orbitdb.cli.render import Format, code_text, note, write_facts
-from orbitdb.cli.rows import KEYS, in_order, with_a
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
 
@@ -59,10 +68,10 @@ def query(
     limit: Annotated[
         int | None,
         options.count_option(
-            "--limit", least=0, help=f"Most rows to show [default: {_ON_SCREEN} in a table, else all]."
+            least=0, help=f"Most rows to show [default: {_ON_SCREEN} in a table, else all]."
         ),
     ] = None,
-    offset: Annotated[int, options.count_option("--offset", least=0, help="Rows to skip first.")] = 0,
+    offset: Annotated[int, options.count_option(least=0, help="Rows to skip first.")] = 0,
     columns: options.Columns = None,
     bounces: Annotated[
         bool, typer.Option("--bounces", help="With --code, show one row per bounce: x, y, arc length, sine.")
@@ -77,8 +86,8 @@ def query(
     """
     if words or code:
         options.takes_only(context, "with --code", "words", "code", "a", "columns", "bounces", "mark_words")
-        show = _show_bounces if bounces else _show_words
-        show(list(given_codes(words, code)), a, db, columns, output)
+        if not _show_words(list(given_codes(words, code)), a, db, columns, bounces, output):
+            raise typer.Exit(1)
         return
     if bounces:
         raise InputError("--bounces goes with --code; 'orbitdb export --bounces' writes those of many orbits")
@@ -99,37 +108,35 @@ def query(
     if total and output.table:
         rest = "" if offset else f", --limit {total} shows all"
         more = f"; {count} shown{rest}" if total > count else ""
-        note(f"{stadiums[0].describe([each.a for each in stadiums], total)}{more}")
+        note(f"{described(stadiums, total)}{more}")
     if not count:
         raise typer.Exit(1)
 
 
 def _show_words(
-    codes: list[str], a: list[str] | None, db: Path, columns: str | None, output: MarkedOutput
-) -> None:
+    codes: list[str], a: list[str] | None, db: Path, columns: str | None, bounces: bool, output: MarkedOutput
+) -> int:
+    """Write what is known of words, or of their bounces; return how much that is."""
     from orbitdb.cli.orbit_facts import facts, write_bounces
     from orbitdb.store.reading.lookup import born_with
 
     in_rows = columns is not None or not output.table or several(a)
-    usual = TABLE_COLUMNS if in_rows and output.for_people else WORD_KEYS
+    usual = ("code",) if bounces else TABLE_COLUMNS if in_rows and output.for_people else WORD_KEYS
     keys, found, catalogue = _find(codes, a, db, columns, usual)
+    if bounces:
+        return _show_bounces(keys, found, several(a), output)
     if in_rows:
-        output.write(keys, ([_value(orbit, key, output) for key in keys] for orbit in found))
-    else:
-        for orbit in found:
-            write_facts(facts(orbit, born_with(catalogue, orbit)))
-            write_bounces(orbit)
-    if not found:
-        raise typer.Exit(1)
+        return output.write(keys, ([_value(orbit, key, output) for key in keys] for orbit in found))
+    for orbit in found:
+        write_facts(facts(orbit, born_with(catalogue, orbit)))
+        write_bounces(orbit)
+    return len(found)
 
 
-def _show_bounces(
-    codes: list[str], a: list[str] | None, db: Path, columns: str | None, output: MarkedOutput
-) -> None:
+def _show_bounces(keys: Sequence[str], found: "Sequence[Orbit]", many: bool, output: MarkedOutput) -> int:
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS, bounce_rows
 
-    keys, found, _ = _find(codes, a, db, columns, ("code",))
     rows = (
         (*(_value(orbit, key) for key in keys), *bounce)
         for orbit in found
@@ -138,10 +145,9 @@ def _show_bounces(
     count = output.write((*keys, *BOUNCE_COLUMNS), rows)
     for orbit in found:
         if orbit.coordinates is None:
-            at = f" at a = {orbit.a:g}" if several(a) else ""
+            at = f" at a = {orbit.a:g}" if many else ""
             note(f"{code_text(orbit.code)} has no bounces{at}: {orbit.status.sentence}")
-    if not count:
-        raise typer.Exit(1)
+    return count
 
 
 def _find(

@@ -25,12 +25,12 @@ def lyapunov(
     a: options.StoredHalfLengths = None,
     choice: Choice,
     weight: Annotated[
-        str, typer.Option("--weight", help="exp for e^-lambda, as in the paper, or det for 1/|det(1 - M)|.")
+        str, typer.Option(help="exp for e^-lambda, as in the paper, or det for 1/|det(1 - M)|.")
     ] = "exp",
     cut: Annotated[
         float | None,
         options.number_option(
-            "--cut", help="Instead, take one zeta average over all pseudo-cycles with lambda up to this."
+            help="Instead, take one zeta average over all pseudo-cycles with lambda up to this."
         ),
     ] = None,
     output: Output,

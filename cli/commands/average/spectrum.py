@@ -31,16 +31,14 @@ def spectrum(
     lengths: Annotated[
         str, typer.Option("--range", metavar="FROM:TO", help="Range of lengths, in units of the radius.")
     ] = "1:12",
-    points: Annotated[int, options.count_option("--points", help="Number of lengths.", least=2)] = 500,
-    parity: Annotated[str | None, typer.Option("--parity", help="ee, eo, oe or oo [default: all].")] = None,
+    points: Annotated[int, options.count_option(help="Number of lengths.", least=2)] = 500,
+    parity: Annotated[str | None, typer.Option(help="ee, eo, oe or oo [default: all].")] = None,
     k_max: Annotated[
-        float | None,
-        options.number_option("--k-max", help="End of the window [default: where the levels end, or 30]."),
+        float | None, options.number_option(help="End of the window [default: where the levels end, or 30].")
     ] = None,
     levels: Annotated[
         Path | None,
         typer.Option(
-            "--levels",
             metavar="FILE",
             help="File of levels k, one a line, or csv with a column k [default: those of the catalogue].",
         ),

@@ -13,9 +13,18 @@ from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import MarkWords, check_marks, with_marks
 from orbitdb.cli.progress.line import Progress, progress
-from orbitdb.cli.reading import note_gaps, note_nothing, provenance, reading
+from orbitdb.cli.reading import (
+    KEYS,
+    Row,
+    described,
+    in_order,
+    note_gaps,
+    note_nothing,
+    provenance,
+    reading,
+    with_a,
+)
 from orbitdb.cli.render import note
-from orbitdb.cli.rows import KEYS, Row, in_order, with_a
 from orbitdb.columns import OF_BOUNCES
 from orbitdb.errors import InputError
 
@@ -53,7 +62,7 @@ def export(
     a: options.StoredHalfLengths = None,
     choice: Choice,
     order: options.Order = "p",
-    limit: Annotated[int | None, options.count_option("--limit", least=0, help="Most rows to write.")] = None,
+    limit: Annotated[int | None, options.count_option(least=0, help="Most rows to write.")] = None,
     columns: options.Columns = None,
     coordinates: Annotated[
         bool, typer.Option("--coordinates", help="Also write the coordinates of every bounce.")
@@ -117,7 +126,7 @@ def export(
                 files.TEXT_WRITERS[kind](sys.stdout, names, written)
                 return
             files.write_file(file, kind, names, written, provenance(catalogue, stadiums, several(a)))
-    note(f"{_described(stadiums)}, in {file}")
+    note(f"{described(stadiums)}, in {file}")
 
 
 def _note_nothing(catalogue: "Catalogue", stadiums: "Sequence[Selection]", limit: int | None) -> None:
@@ -126,7 +135,7 @@ def _note_nothing(catalogue: "Catalogue", stadiums: "Sequence[Selection]", limit
     if not total:
         note_nothing(catalogue, *stadiums, more=": nothing is written")
         return
-    told = stadiums[0].describe([chosen.a for chosen in stadiums], total)
+    told = described(stadiums, total)
     if limit == 0:
         note(f"{told}, and --limit 0 leaves none of them: nothing is written")
         return
@@ -149,13 +158,7 @@ def _watched(rows: Iterator[Any], shown: Progress) -> Iterator[Any]:
 
 
 def _form_of_stdout(form: str | None) -> str:
-    """Return the format of what is written to stdout.
-
-    Raises
-    ------
-    InputError
-        If it is not named, or cannot be written row by row.
-    """
+    """Return the format of what is written to stdout, which must be named, and written row by row."""
     from orbitdb.export import FORMATS, TEXT_WRITERS
 
     if form in TEXT_WRITERS:
@@ -164,10 +167,6 @@ def _form_of_stdout(form: str | None) -> str:
     raise InputError(
         f"{said}name a file, such as orbits.parquet, or write to stdout with --format csv or jsonl"
     )
-
-
-def _described(stadiums: "Sequence[Selection]") -> str:
-    return stadiums[0].describe([chosen.a for chosen in stadiums])
 
 
 def _bounce_by_bounce(rows: Iterator[Row]) -> Iterator[Row]:

@@ -84,9 +84,7 @@ def plot(
     over_a: Annotated[
         bool, typer.Option("--over-a", help="Draw the entropy against a, not against the period.")
     ] = False,
-    limit: Annotated[
-        int, options.count_option("--limit", least=1, help="Most orbits to draw on a sheet.")
-    ] = 120,
+    limit: Annotated[int, options.count_option(least=1, help="Most orbits to draw on a sheet.")] = 120,
     form: Annotated[
         str | None, typer.Option("--format", help="png, svg or pdf, if the name does not end in it.")
     ] = None,
@@ -154,13 +152,7 @@ def _of_subset(kind: str, choice: Choice, a: float | None, limit: int, db: Path)
 
 
 def _of_word(kind: str, codes: list[str], a: float | None, db: Path) -> "Figure":
-    """Draw the orbit of the only word that is given, stored or solved on the spot.
-
-    Raises
-    ------
-    InputError
-        If there is no word, or another; if it has no orbit, or is too long to be followed.
-    """
+    """Draw the orbit of the only word that is given, stored or solved on the spot."""
     from orbitdb.cli.figures import orbits
     from orbitdb.cli.figures.over_a import draw_life
     from orbitdb.orbits.births.lives import solve_word

@@ -35,8 +35,7 @@ def bench(
     kind: Annotated[
         Literal["methods", "stages", "stress", "statuses"],
         typer.Option(
-            "--kind",
-            help="Compare methods, time the stages of a fill, solve hard cases, or compare statuses.",
+            help="Compare methods, time the stages of a fill, solve hard cases, or compare statuses."
         ),
     ] = "methods",
     a: options.HalfLength = 1.6,

@@ -1,9 +1,9 @@
 """``orbitdb bounds``: proved bounds on the topological entropy."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import asdict
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from orbitdb.filling.enclosures import Enclosed, EnclosureTask
 
     Keep = Callable[[EntropyBounds, str | None], object]
+    Solving = Generator[tuple[EntropyBounds, str | None]]
 
 EXAMPLES = (
     "bounds",
@@ -44,7 +45,6 @@ def bounds(
     a: Annotated[
         str,
         typer.Option(
-            "--a",
             metavar="NUMBER|FROM:TO:COUNT",
             help="Half length of a straight wall, or a logarithmic grid of them.",
         ),
@@ -52,15 +52,10 @@ def bounds(
     window: Annotated[
         int | None,
         options.count_option(
-            "--window",
-            help="Edges of the longest windows [default: 14, or as many as needed].",
-            least=2,
-            most=40,
+            help="Edges of the longest windows [default: 14, or as many as needed].", least=2, most=40
         ),
     ] = None,
-    width: Annotated[
-        float | None, options.number_option("--width", help="Stop when the bounds are this close.")
-    ] = None,
+    width: Annotated[float | None, options.number_option(help="Stop when the bounds are this close.")] = None,
     seconds: Annotated[
         float | None, options.number_option("--time", help="Stop after about this many seconds.")
     ] = None,
@@ -97,18 +92,18 @@ def bounds(
     asked = {"a": a, "window": most, "width": width, "time": seconds, "prove": prove}
     found: list[EntropyBounds] = []
     proofs: list[Proof | Enclosed] = []
+    solving = _at_one(tasks[0], proofs) if len(tasks) == 1 else _at_many(tasks, Solvers(jobs), proofs)
     try:
-        with _keeping(db, store, prove, asked) as keep:
-            if len(tasks) == 1:
-                _at_one(tasks[0], found, proofs, keep)
-            else:
-                _at_many(tasks, Solvers(jobs), found, proofs, keep)
+        with _keeping(db, store, prove, asked) as keep, closing(solving) as levels:
+            for level, computed in levels:
+                found.append(level)
+                keep(level, computed)
     finally:
-        output.write(COLUMNS, [[asdict(level)[name] for name in COLUMNS] for level in found])
+        last = list({level.a: level for level in found}.values())
+        output.write(COLUMNS, map(attrgetter(*COLUMNS), found if len(tasks) == 1 else last))
         if prove:
             note(balls_of(proofs))
-    reached = found if len(tasks) > 1 else found[-1:]
-    apart = [level.width for level in reached]
+    apart = [level.width for level in last]
     if width is not None and max(apart) > width:
         where = f" at {sum(each > width for each in apart)} of {len(apart)} a" if len(tasks) > 1 else ""
         note(f"the bounds are {max(apart):.1e} apart, not {width:g}{where}: {_WHY}")
@@ -124,10 +119,8 @@ def balls_of(proofs: "Sequence[Proof | Enclosed]") -> str:
     )
 
 
-def _at_one(
-    task: "EnclosureTask", found: "list[EntropyBounds]", proofs: "list[Proof | Enclosed]", keep: "Keep"
-) -> None:
-    """Enclose the entropy at one a; every level is found."""
+def _at_one(task: "EnclosureTask", proofs: "list[Proof | Enclosed]") -> "Solving":
+    """Enclose the entropy at one a, with longer and longer windows."""
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.entropy.bounds import search
     from orbitdb.entropy.verdicts import decide
@@ -140,26 +133,19 @@ def _at_one(
         judge = proof.decide
     with progress("windows") as shown:
         for level in search(Stadium(task.a), task.window, task.width, task.seconds, shown.tell, judge):
-            found.append(level)
-            keep(level, None)
+            yield level, None
 
 
 def _at_many(
-    tasks: "Sequence[EnclosureTask]",
-    solvers: Solvers,
-    found: "list[EntropyBounds]",
-    proofs: "list[Proof | Enclosed]",
-    keep: "Keep",
-) -> None:
-    """Enclose the entropy at many a, in processes; the last level of each is found."""
+    tasks: "Sequence[EnclosureTask]", solvers: Solvers, proofs: "list[Proof | Enclosed]"
+) -> "Solving":
+    """Enclose the entropy at many a, in processes."""
     each = _WORK * 1.8 ** ((tasks[0].window or _USUAL_WINDOW) - _USUAL_WINDOW)
     with progress("windows") as shown, solvers.at_work(round(len(tasks) * each), 1) as workers:
         for done, solved in enumerate(workers.solved(tasks), 1):
-            for level in solved.levels:
-                keep(level, solved.arithmetic)
-            found.append(solved.levels[-1])
             proofs.append(solved)
-            shown.tell(f"a = {found[-1].a:g}", done, len(tasks))
+            yield from ((level, solved.arithmetic) for level in solved.levels)
+            shown.tell(f"a = {solved.levels[-1].a:g}", done, len(tasks))
 
 
 @contextmanager

@@ -34,8 +34,7 @@ def fill(
     first: Annotated[int, count_option("--from", help="The lowest period to fill.")] = 2,
     a: HalfLength = 1.6,
     code: Annotated[
-        list[str] | None,
-        typer.Option("--code", help="Store this word only; repeatable; - reads words from stdin."),
+        list[str] | None, typer.Option(help="Store this word only; repeatable; - reads words from stdin.")
     ] = None,
     geometric: Annotated[
         bool,
@@ -43,9 +42,7 @@ def fill(
             "--geometric", help="Also keep the geometrically pruned words, with the rules they break."
         ),
     ] = False,
-    method: Annotated[
-        str, typer.Option("--method", help="newton or relaxation (the paper's, slow).")
-    ] = "newton",
+    method: Annotated[str, typer.Option(help="newton or relaxation (the paper's, slow).")] = "newton",
     solvers: Solvers,
     dry_run: DryRun = False,
     db: Database,

@@ -11,7 +11,7 @@ from orbitdb.cli import options
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import note
-from orbitdb.cli.storing import WORTH_PROCESSES, Jobs, Solvers, bring
+from orbitdb.cli.storing import Jobs, Solvers, bring
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
 from orbitdb.plaintext import several
@@ -26,18 +26,15 @@ EXAMPLES = (
     "levels --k 20:21 --no-store --format csv",
 )
 COLUMNS = ("k", "error", "parity")
-_WORTH = 200
-"""Levels from which on further processes pay."""
+_WORK = 80_000
+"""Sequences that a fill solves while the levels of a full window are found, roughly."""
 
 
 def levels(
     *,
-    k: Annotated[
-        str, typer.Option("--k", metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")
-    ],
+    k: Annotated[str, typer.Option(metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")],
     parity: Annotated[
-        str | None,
-        typer.Option("--parity", help="ee, eo, oe or oo, several separated by commas [default: all four]."),
+        str | None, typer.Option(help="ee, eo, oe or oo, several separated by commas [default: all four].")
     ] = None,
     a: options.HalfLength = 1.6,
     jobs: Jobs = None,
@@ -135,22 +132,16 @@ def read_parities(text: str | None) -> "list[Parity]":
 
 def _solve(tasks: "list[LevelTask]", solvers: Solvers, path: Path | None, k: str) -> "Iterator[Levels]":
     """Solve tasks, and keep what they give if there is a catalogue."""
-    from orbitdb.billiard.stadium import Stadium
-    from orbitdb.quantum.weyl import weyl
     from orbitdb.store.writing.records import keep_levels
     from orbitdb.store.writing.writer import Writer
 
     if not tasks:
         return
-    stadium = Stadium(tasks[0].a)
-    smooth = {task: weyl(stadium, task.parity) for task in tasks}
-    expected = sum(number(task.high) - number(task.low) for task, number in smooth.items())
-    worth = WORTH_PROCESSES if expected > _WORTH else 1
-    parameters = {"command": "levels", "k": k, "a": stadium.a}
+    parameters = {"command": "levels", "k": k, "a": tasks[0].a}
     with (
         nullcontext() if path is None else closing(Writer(path, parameters)) as writer,
         progress("levels") as shown,
-        solvers.at_work(worth, 1) as workers,
+        solvers.at_work(_WORK * len(tasks), _WORK) as workers,
     ):
         shown.tell("levels", 0, len(tasks), counted=False)
         for done, solved in enumerate(workers.solved(tasks), 1):

@@ -32,7 +32,7 @@ def simulate(
     wanted: Annotated[
         int, options.count_option("--bounces", help="Bounces in all, such as 1e8.")
     ] = 20_000_000,
-    seed: Annotated[int, options.count_option("--seed", help="The same seed gives the same result.")] = 0,
+    seed: Annotated[int, options.count_option(help="The same seed gives the same result.")] = 0,
     legwise: Annotated[
         bool,
         typer.Option("--legwise", help="Sample leg by leg and use exact means, for much smaller errors."),
