@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.billiard.stadium import HALF_PI, Stadium
-from orbitdb.billiard.writing import written
+from orbitdb.billiard.stadium import HALF_PI, Stadium, written
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.trajectories.rays import Rays, bounce
