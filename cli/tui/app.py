@@ -22,7 +22,7 @@ from orbitdb.cli.tui.dialogs.fill_state import work as fill_steps
 from orbitdb.cli.tui.ending import OrderlyApp
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.facts import Certificate
-from orbitdb.cli.tui.screens import Keys, QuestionDialog, bindings, key
+from orbitdb.cli.tui.screens import ActionsDialog, Keys, QuestionDialog, bindings, key
 from orbitdb.cli.tui.state_file import Kept
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.births.lives import solve_word
@@ -189,6 +189,11 @@ class BrowseApp(OrderlyApp):
         if not isinstance(self.screen, KeysDialog):
             nodes = (self.screen.focused, self.screen, self)
             self.push_screen(KeysDialog(nodes, columns=isinstance(self.screen, MainScreen)))
+
+    def action_command_palette(self) -> None:
+        """Show all actions by name."""
+        if not isinstance(self.screen, ActionsDialog):
+            self.push_screen(ActionsDialog(id="--command-palette"))
 
     async def action_quit(self) -> None:
         """Leave; ask first if a fill runs."""

@@ -4,9 +4,9 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.gaps import describe_partial
 from orbitdb.cli.reading import KEYS, provenance
 from orbitdb.cli.render import Format, code_text, write_data
@@ -18,9 +18,6 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.svg import orbit_svg
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Selection
-
-if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
 
 ROWS = (".csv", ".tsv", ".json", ".jsonl", ".parquet")
 PICTURES = (".svg", ".png")
@@ -49,7 +46,7 @@ def kind_told(name: str) -> str:
 
 def export(
     path: Path,
-    catalogue: "Catalogue | None",
+    catalogue: Catalogue | None,
     selection: Selection,
     ordering: Ordering,
     orbit: Orbit | None,

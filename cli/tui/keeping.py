@@ -24,10 +24,8 @@ _LONGEST_NAME = 40
 class Keeping(Panels):
     """The main screen, as far as it keeps something from one session to the next."""
 
-    def __init__(self, selection: Selection, code: str | None = None) -> None:
-        super().__init__(selection, code)
-        self._unmarked_where: str | None = None
-        self._marked_where: str | None = None
+    _unmarked_where: str | None = None
+    _marked_where: str | None = None
 
     def compose(self) -> ComposeResult:
         """Lay out the panels, with the columns and marks that were kept."""

@@ -15,12 +15,15 @@ from orbitdb.cli.tui.dialogs.lists import ChoiceDialog, MarksDialog, Names
 from orbitdb.cli.tui.keeping import Keeping
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel
+from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
 from orbitdb.cli.tui.screens import Keys, bindings, key
 from orbitdb.cli.tui.table.columns import EVERY
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import Ordering
+from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
+from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
 
@@ -195,7 +198,7 @@ class MainScreen(Keeping):
 
     def action_view(self) -> None:
         """Change between the stadium and phase space."""
-        self.query_one(OrbitDrawing).change_view()
+        self.query_one(OrbitDrawing).toggle_phase()
         if self.has_class("-empty"):  # the greeting is in its place
             self.shown_orbit()
 
@@ -206,8 +209,6 @@ class MainScreen(Keeping):
     def action_whole(self) -> None:
         """Open all that is known of the orbit."""
         if (orbit := self.shown_orbit()) is not None:
-            from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
-
             self.app.push_screen(WholeOrbitScreen(orbit))
 
     def action_compare(self) -> None:
@@ -241,9 +242,6 @@ class MainScreen(Keeping):
         if path.exists() and not (os.access(path, os.W_OK) and os.access(path.parent, os.W_OK)):
             self.notify(f"{path} is read-only: copy it, or name another file with --db")
             return
-        from orbitdb.numerals import exact
-        from orbitdb.symbols.enumeration import MAX_PERIOD
-
         wanted = [high for _, high in self.selection.periods if high not in self.periods]
         top = min(max(wanted, default=max(self.periods, default=10) + 1), MAX_PERIOD)
         self.app.push_screen(FillDialog(exact(self.selection.a), f"2-{top}"))

@@ -44,13 +44,6 @@ Press [b]?[/b] for the keys, [b]q[/b] to leave."""
 class Panels(OwnScreen[None]):
     """The state of the main screen: a subset in some order, and an orbit.
 
-    Parameters
-    ----------
-    selection : Selection
-        The subset to begin with.
-    code : str, optional
-        The word to begin with.
-
     Attributes
     ----------
     wanted : str or None
@@ -61,6 +54,9 @@ class Panels(OwnScreen[None]):
         The word that is looked up or solved.
     """
 
+    wanted: str | None = None
+    left: str | None = None
+    solving: str | None = None
     selection: reactive[Selection] = reactive(Selection, repaint=False)
     ordering: reactive[Ordering] = reactive(Ordering(), repaint=False)
     orbit: reactive[Orbit | None] = reactive(None, always_update=True, repaint=False)
@@ -73,9 +69,6 @@ class Panels(OwnScreen[None]):
         self.set_reactive(Panels.selection, selection)
         self._code = code
         self._values = dict(selection.parameters)
-        self.wanted: str | None = None
-        self.left: str | None = None
-        self.solving: str | None = None
         self.following = Following(self)
 
     @property

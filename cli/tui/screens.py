@@ -7,6 +7,7 @@ from typing import Any, ClassVar, TypeVar
 from textual.app import ComposeResult
 from textual.await_complete import AwaitComplete
 from textual.binding import Binding, BindingType
+from textual.command import CommandPalette
 from textual.containers import Horizontal, ScrollableContainer, Vertical
 from textual.screen import ModalScreen, Screen
 from textual.widgets import Button, Label
@@ -154,3 +155,7 @@ class QuestionDialog(Dialog[bool]):
     def on_button_pressed(self, event: Button.Pressed) -> None:
         """Take the answer."""
         self.dismiss(event.button.id == "yes")
+
+
+class ActionsDialog(CommandPalette, OwnScreen[None]):
+    """All actions by name: Textual's own list of commands, which would close twice."""

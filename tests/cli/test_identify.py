@@ -78,13 +78,9 @@ def test_candidates_that_are_not_shown_are_counted(cli, filled, limit):
 @pytest.mark.parametrize(
     ("arguments", "given", "told"),
     [
-        ("", "", "exactly one of --start, --points and --length"),
         ("--start 0,0", "", "three numbers"),
         ("--start 0,0,½", "", "'½' is not a number"),
-        ("--start 0,3,1", "", "2 outside the stadium"),
-        ("--length 3 --bounces 5", "", "--bounces does nothing with --length"),
         ("--points - --bounces 5", LINES, "--bounces does nothing with --points"),
-        ("--length nan", "", "length nan"),
         ("--length 3 --mark-words", "", "--mark-words is for csv and tsv"),
         ("--points nowhere", "", "nowhere cannot be read"),
         ("--points -", "", "no points"),

@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from matplotlib import pyplot
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LogNorm, to_hex
 from matplotlib.figure import Figure
@@ -340,7 +339,10 @@ def test_run_time_against_error(ax, rng):
     says(ax, "largest error of a coordinate (units of $R$, rad)", "run time per word (s)")
 
 
+@pytest.mark.slow
 def test_axes_are_the_given_ones_or_new_ones(ax, rng):
+    from matplotlib import pyplot  # it takes as long as ten tests
+
     given = axes.orbit_axes("1" * 41, Stadium(1.6), Stadium(1.6).outline()[:3], ax)
     assert (given, given.get_title()) == (ax, "1" * 37 + "...")
     words, x, colour = (

@@ -132,18 +132,14 @@ LONG = "time_reversal = 'self' and class_size > 0 and margin > 1e-9 and lambda_c
     ("kind", "where"),
     [
         ("sheet", LONG),
-        *(
-            pytest.param(kind, where, marks=pytest.mark.slow)
-            for kind, where in (
-                ("sheet", None),
-                ("phase-space", "length < " + "9" * 200),
-                ("lengths", LONG),
-                ("entropy", None),
-                ("lyapunov", LONG),
-            )
-        ),
+        ("sheet", None),
+        ("phase-space", "length < " + "9" * 200),
+        ("lengths", LONG),
+        ("entropy", None),
+        ("lyapunov", LONG),
     ],
 )
+@pytest.mark.slow
 def test_titles_stay_in_their_figure(known, kind, where):
     chosen = Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,), where=where)
     made = draw(kind, known, chosen, 9)
@@ -208,29 +204,6 @@ def test_the_exponents_by_every_method(known, capsys):
     assert "the zeta function lacks p = 2 (not chosen)" in told
     assert "'orbitdb simulate --a 1'" in told
     assert "sum rules need all orbits up to a period; p = 2 is missing" in told
-
-
-@pytest.mark.slow
-def test_averages_are_drawn_of_what_is_filled_swept_or_born(known, cli, tmp_path):
-    """The title, and the line on stderr, name those periods that are drawn."""
-    cli("fill", "--p", "3")
-    cli("sweep", "--p", "5")
-    cli("births", "--p", "6")
-    catalogue = Catalogue(tmp_path / "orbits.db", 1.6)
-    chosen = Selection(1.6, periods=((2, 9),), statuses=(Status.ORBIT,))
-    whole = Selection(1.6, periods=((2, 6),), statuses=(Status.ORBIT,))
-    for kind, highest in (("entropy", 6), ("lyapunov", 5)):
-        there = draw(kind, known, whole, 0)
-        for mine, theirs in zip(draw(kind, catalogue, chosen, 0).axes, there.axes, strict=True):
-            for label in ("$K_0",) if kind == "entropy" else ("average", "mean of", "zeta", "sum rules"):
-                p, values = line(mine, label)
-                assert p == [*range(2, highest + 1)]
-                assert values == pytest.approx(line(theirs, label)[1][: len(p)], nan_ok=True)
-        title = f"orbits of period 2 to {highest} at a = 1.6"
-        assert draw(kind, catalogue, chosen, 0).get_suptitle() == title
-        done = cli("plot", kind, "--p", "2-9", "-o", str(tmp_path / f"{kind}.svg"))
-        assert f"<dc:title>{title}</dc:title>" in (tmp_path / f"{kind}.svg").read_text()
-        assert done.err.splitlines()[-1] == f"{title}, in {tmp_path / kind}.svg"
 
 
 @pytest.mark.parametrize(("limit", "told"), [(8, ""), (3, "3 of 8 classes are drawn; --limit 8 draws all\n")])

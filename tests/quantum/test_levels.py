@@ -79,6 +79,7 @@ def _smallest(k: float, a: float) -> float:
     return float(svd(orthogonal[: len(edge)], compute_uv=False)[-1])
 
 
+@pytest.mark.slow
 def test_particular_solutions_find_the_same_levels():
     """Source: T. Betcke and L. N. Trefethen, SIAM Review 47 (2005) 469."""
     (found,) = levels(0.3, 9.0, parities=("oo",))

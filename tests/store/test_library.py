@@ -127,6 +127,7 @@ def test_a_subset_as_a_data_frame_and_as_an_arrow_table_is_what_is_exported(vari
     assert frame.attrs["selection"] == subset.selection.describe()
 
 
+@pytest.mark.slow
 def test_what_a_row_does_not_have_is_missing_in_a_data_frame(catalogue):
     frame = catalogue.select(p=3, status="orbit,geometric").to_pandas()
     assert frame["symmetry"].isna().tolist() == (frame["status"] != "orbit").tolist()

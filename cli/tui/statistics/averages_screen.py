@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from rich.table import Table
 from textual.app import ComposeResult
@@ -14,6 +14,7 @@ from textual.widgets import Footer, Header, Static
 
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.results import Result
 from orbitdb.cli.tui.orbit.drawing import Plot
 from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings
@@ -22,9 +23,6 @@ from orbitdb.errors import InputError
 from orbitdb.numerals import with_error
 from orbitdb.store.asking.selection import Selection
 from orbitdb.trajectories.ensemble import Reference, references
-
-if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
 
 FIRST_BOUNCES = 6_000_000
 _FIRST = 11
@@ -45,7 +43,7 @@ class StatisticsScreen(OwnScreen[None]):
     }
     BINDINGS = bindings(KEYS)
 
-    def __init__(self, catalogue: "Catalogue", selection: Selection) -> None:
+    def __init__(self, catalogue: Catalogue, selection: Selection) -> None:
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
         self.found: Result | None = None

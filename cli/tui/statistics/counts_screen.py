@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
 from rich.text import Text
@@ -13,6 +13,7 @@ from textual.containers import Horizontal
 from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.tallies import Histogram, histogram, marginal, tally
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.dialogs.lists import ChoiceDialog
@@ -20,9 +21,6 @@ from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings
 from orbitdb.cli.tui.table.columns import EVERY
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.store.asking.selection import Selection
-
-if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
 
 _BY = ("status", "p", "symmetry", "time_reversal")
 _MOST_BINS = 40
@@ -104,7 +102,7 @@ class CountsScreen(OwnScreen[None]):
 
     column: reactive[str] = reactive("length", init=False, repaint=False)
 
-    def __init__(self, catalogue: "Catalogue", selection: Selection, column: str) -> None:
+    def __init__(self, catalogue: Catalogue, selection: Selection, column: str) -> None:
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
         self.set_reactive(CountsScreen.column, column if column in DRAWN else "length")

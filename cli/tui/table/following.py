@@ -7,8 +7,11 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from orbitdb.billiard.stadium import MAX_A, MIN_A
+from orbitdb.catalogue.gaps import describe_lacking
 from orbitdb.cli.tui.table.pages import Pages
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.store.reading.lookup import with_existence
+from orbitdb.symbols.enumeration import MAX_PERIOD
 
 if TYPE_CHECKING:
     from orbitdb.cli.tui.panels import Panels
@@ -108,8 +111,6 @@ class Following:
 
     def _follow(self, orbit: Orbit, steps: Sequence[bool], rows: Pages | None) -> tuple[Orbit, Pages | None]:
         """Follow an orbit some steps, and find what the rows are there."""
-        from orbitdb.store.reading.lookup import with_existence
-
         if steps:
             lives, a = with_existence(orbit).exists, orbit.a
             for up in steps:
@@ -132,9 +133,6 @@ class Following:
 
     def _show_rows(self, rows: Pages) -> None:
         """Show the rows as they are elsewhere, or why they stay."""
-        from orbitdb.catalogue.gaps import describe_lacking
-        from orbitdb.symbols.enumeration import MAX_PERIOD
-
         panel, (standings, without) = self._screen.rows, rows.pages.births
         lacking = describe_lacking([p for p in without if p <= MAX_PERIOD])
         if lacking and not standings.known.any():

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from orbitdb.cli.tui.table.pages import Pages
 from orbitdb.store.asking.confinement import never
+from orbitdb.store.reading.places import first_beginning, first_of_period, position_of
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
 
 if TYPE_CHECKING:
@@ -33,15 +34,8 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
     typed : str
         Digits.
     cancelled : callable, optional
-        Asked now and then whether nobody waits any more.
-
-    Raises
-    ------
-    CancelledError
-        If nobody does.
+        Asked now and then whether nobody waits any more; then `CancelledError` is raised.
     """
-    from orbitdb.store.reading.places import first_beginning, first_of_period, position_of
-
     assert pages.catalogue is not None
     period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0
     with pages.catalogue.reading() as connection:

@@ -2,21 +2,19 @@
 
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.reactive import reactive
 from textual.widgets import Static
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.table.jumping import Jumping
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import NONE, Ordering, Pages
 from orbitdb.store.asking.selection import Selection
-
-if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
 
 _ORBIT = "orbit"
 _AT_WORK = ("reading …", "sorting …")
@@ -69,7 +67,7 @@ class RowsPanel(Vertical):
         return cast(OwnScreen[object], super().screen)
 
     def read(
-        self, catalogue: "Catalogue", asked: Asked, fields: tuple[str, ...], take: Callable[[Pages], None]
+        self, catalogue: Catalogue, asked: Asked, fields: tuple[str, ...], take: Callable[[Pages], None]
     ) -> None:
         """Read rows in a worker, and give them to whoever wants them if no others are wanted by then."""
         (selection, ordering), total = asked, self.total
@@ -151,7 +149,7 @@ class RowsPanel(Vertical):
     on_paged_table_moved = say_position
 
 
-def _gaps(catalogue: "Catalogue", selection: Selection) -> Gaps:
+def _gaps(catalogue: Catalogue, selection: Selection) -> Gaps:
     """Return the partial periods, and which are not filled, or lack the births that the subset depends on."""
     unfilled, lacking = catalogue.unfilled(selection), catalogue.lacking_births(selection)
     parts = [f"{unfilled}, and so does the key f" if unfilled else "", lacking or ""]

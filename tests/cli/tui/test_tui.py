@@ -18,7 +18,7 @@ from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.fill_state import parse_wish
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.table.pages import Ordering
@@ -127,12 +127,12 @@ def test_a_particle_runs_and_phase_space_compares(filled, size):
         await pilot.press("space")
         assert drawing.particle is None
         await press(pilot, "m", "j", "m", "j", "v")
-        assert drawing.view is View.PHASE
+        assert drawing.phase
         assert [orbit.code for orbit in app.screen.compared] == ["13", "013"]
         assert "● 031  • 13  • 013" in shown(app)
         await press(pilot, "M", "v")
         assert app.screen.compared == ()
-        assert drawing.view is View.STADIUM
+        assert not drawing.phase
 
     drive(filled, steps, size)
 
