@@ -21,7 +21,7 @@ from workforce import Deadly, Failing, filled_by
 
 from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
-from orbitdb.filling.blocks import Block, cut_into_blocks
+from orbitdb.filling.blocks import Block
 from orbitdb.filling.cluster import Cluster
 from orbitdb.filling.workers import HERE
 from orbitdb.symbols.counting import count_admissible
@@ -95,18 +95,6 @@ def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch):
         Cluster(str(file)).__enter__()
     with pytest.raises(InputError, match=r"answers at foo://there:1 \(.+\): give"):
         Cluster("foo://there:1").__enter__()
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("small_blocks")
-def test_rows_are_those_of_a_fill_here_and_nothing_stays_on_the_cluster(tmp_path, local_cluster):
-    alone = filled_by(HERE, tmp_path / "alone.db", periods=(8,))
-    with Cluster(local_cluster.scheduler_address) as workers:
-        wait_until(lambda: workers.size() == (2, 2))
-        assert rows(filled_by(workers, tmp_path / "shared.db", periods=(8,))) == rows(alone)
-        next(workers.solved(cut_into_blocks(1.6, "newton", 9)))  # the fill is left in the middle
-        assert local_cluster.scheduler.tasks
-    wait_until(lambda: not local_cluster.scheduler.tasks)
 
 
 @pytest.mark.slow

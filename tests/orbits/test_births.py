@@ -173,7 +173,7 @@ def test_below_a_thousandth_the_grid_goes_on(monkeypatch):
 
 def test_what_makes_no_sense_is_not_passed_on(monkeypatch):
     """Where a grid has overlooked a birth the word is searched again, and refused in the end."""
-    monkeypatch.setattr(births, "_FINER", (1,))
+    monkeypatch.setattr(births, "FINER", (1,))
     monkeypatch.setattr(births, "follow", lambda legs, grid: iter(()))
     with pytest.raises(WorkError, match="010203113"):
         find_changes(from_strings(["010203113"]))

@@ -70,24 +70,6 @@ def test_every_word_is_decided(a):
         assert (orbits.error[found] < 1e-7).all()
 
 
-@pytest.mark.parametrize("p", range(2, 9))
-@pytest.mark.parametrize("a", [0.5, 1.6, 5.0])
-def test_length_is_the_sum_of_the_links(a, p):
-    orbits = solved(p, a)
-    points = Stadium(a).points(orbits.words, orbits.coordinates)
-    steps = np.roll(points, -1, axis=1) - points
-    total = np.hypot(steps[..., 0], steps[..., 1]).sum(axis=1)
-    assert np.abs(total / orbits.length - 1)[real(orbits)].max() < 1e-14
-
-
-@pytest.mark.parametrize("p", range(2, 9))
-def test_margin_is_the_distance_from_the_nearest_end(p):
-    orbits = solved(p, 1.6)
-    ends = np.where(STRAIGHT[orbits.words], 1.6, np.pi / 2) - np.abs(orbits.coordinates)
-    assert np.abs(ends.min(axis=1) - orbits.margin)[real(orbits)].max() < 1e-13
-    assert (orbits.margin[orbits.status == Status.DYNAMICAL] < 0).all()
-
-
 @given(a=st.floats(1e-6, 1e6))
 def test_the_word_13_is_known(a):
     orbit = solve(from_strings(["13"]), Stadium(a))

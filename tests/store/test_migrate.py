@@ -4,7 +4,7 @@ import shutil
 import sqlite3
 import subprocess
 import sys
-from contextlib import closing, suppress
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -116,12 +116,6 @@ def held(path: Path) -> dict[str, list[tuple]]:
     return found
 
 
-def dump(path: Path) -> dict[str, list[tuple]]:
-    """Every row of every table."""
-    tables = asked(path, "SELECT name FROM sqlite_master WHERE type = 'table'")
-    return {table: asked(path, f"SELECT * FROM {table}") for (table,) in tables}
-
-
 def shape(path: Path) -> dict[str, object]:
     """A schema as SQLite itself understands it."""
     with closing(sqlite3.connect(path)) as plain:
@@ -181,14 +175,6 @@ def test_a_migrated_file_is_as_a_new_one(older, tmp_path):
     assert asked(older, "SELECT * FROM alembic_version") == asked(new, "SELECT * FROM alembic_version")
 
 
-def test_a_catalogue_comes_back_from_schema_6(older):
-    migrate(older)
-    before = dump(older)
-    make_older(older)
-    migrate(older)
-    assert dump(older) == before
-
-
 @pytest.mark.parametrize("version", [1, 5])
 def test_files_before_schema_6_are_refused(older, version):
     with closing(sqlite3.connect(older)) as plain:
@@ -221,24 +207,6 @@ def test_a_migration_that_fails_leaves_the_file_as_it_was(older, statement):
     assert asked(older, "PRAGMA user_version") == [(6,)]
 
 
-@pytest.mark.parametrize(
-    "statement",
-    [
-        "UPDATE cycle SET id = id + 99999 WHERE p = 5",
-        "UPDATE cycle SET word = 'x' || word, symmetry = 'x', class_size = -1 WHERE p = 4",
-        "UPDATE cycle SET p = 19 WHERE p = 3",
-        "UPDATE fill SET cursor = 'x'",
-        "DELETE FROM stadium",
-        "DELETE FROM alembic_version",
-    ],
-)
-def test_rows_that_are_wrong_are_kept_or_refused(older, statement):
-    """Telling what is wrong is the business of verify."""
-    alter(older, statement)
-    with suppress(StoreError):
-        assert migrate(older).after == SCHEMA_VERSION
-
-
 def test_what_users_add_stays(older):
     alter(
         older,
@@ -261,24 +229,6 @@ def varied_older(varied: Path, tmp_path: Path) -> Path:
     path = Path(shutil.copy(varied, tmp_path / "old.db"))
     make_older(path)
     return path
-
-
-@pytest.mark.slow
-def test_an_older_catalogue_is_copied_and_made_new(varied_older, cli):
-    before = held(varied_older)
-    asked_first = cli("query", "--db", str(varied_older))
-    assert asked_first.code == 3
-    assert "orbitdb migrate" in asked_first.err
-    outcome = cli("migrate", "--db", str(varied_older))
-    backup = varied_older.with_name("old.db.schema-6")
-    assert outcome.code == 0
-    assert (
-        outcome.err
-        == f"{varied_older}: schema 6 -> {SCHEMA_VERSION}; a copy of the old file is in {backup}\n"
-    )
-    assert held(varied_older) == before
-    assert held(backup) == before
-    assert cli("verify", "--db", str(varied_older)).code == 0
 
 
 @pytest.mark.slow

@@ -35,7 +35,8 @@ _HIGH, _HIGH_A_SQUARE = 60.0, 0.2
 """The largest birth of order p is near 0.13 p^2."""
 _CELL = 0.275
 """Of the grid, in ln a."""
-_FINER = (1, 4, 16)
+FINER = (1, 4, 16)
+"""How many times finer the grids are that are tried one after another."""
 _BATCH = 1 << 14
 """Words that are followed at once: few take almost as long, and of more the arrays leave the cache."""
 
@@ -151,13 +152,13 @@ def _search(
     words: NDArray[np.uint8], always: Flags, foot: Floats, high: float, rows: Integers, level: int
 ) -> Bracketed:
     """Return the changes of some words; those whose changes make no sense are searched on a finer grid."""
-    if level == len(_FINER):
+    if level == len(FINER):
         word = to_strings(words[rows[:1]])[0]
         raise WorkError(f"the births and deaths of {word} cannot be separated: please report this word")
     found = []
     for low in (LOW, MIN_A):
         here = rows[foot[rows] == low]
-        cells = int(np.ceil(_FINER[level] * np.log(high / low) / _CELL))
+        cells = int(np.ceil(FINER[level] * np.log(high / low) / _CELL))
         grid = np.linspace(np.log(high), np.log(low), cells + 1)
         for places, legs in cut(words[here]):
             own = here[places]

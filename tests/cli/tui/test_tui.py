@@ -97,22 +97,6 @@ def test_it_opens_at_a_code_that_is_not_chosen(filled, code, chosen, rows, told)
 
 
 @pytest.mark.slow
-def test_a_code_that_is_found_just_behind_the_rows_stays_on_show(filled):
-    async def steps(app, pilot):
-        main, table = app.screen, table_of(app)
-        rows, found = table.source, app.screen.orbit
-        main.left = None
-        main.rows.show(rows, 1)  # the message that the cursor is there is still on its way
-        main.take_found(found)
-        await settle(pilot)
-        assert main.orbit == found
-        await press(pilot, "j")
-        assert main.orbit.code == table.row[0] == rows.row(2)[0]
-
-    drive(filled, steps, code="1232131", selection=Selection(periods=((2, 4),)))
-
-
-@pytest.mark.slow
 @both_sizes
 def test_a_particle_runs_and_phase_space_compares(filled, size):
     async def steps(app, pilot):
@@ -202,23 +186,6 @@ def test_an_empty_place_greets_and_is_filled(tmp_path, size):
 
     drive(path, steps, size)
     assert [fill.n_c for fill in Catalogue(path).fills(1.6)] == [1, 8, 32, 80]
-
-
-@pytest.mark.slow
-def test_single_words_are_filled_by_a_click(filled, tmp_path):
-    path = tmp_path / "orbits.db"
-    path.write_bytes(filled.read_bytes())
-
-    async def steps(app, pilot):
-        before = len(table_of(app).source)
-        await press(pilot, "f")
-        app.screen.query_one("#codes").value = "1^10 3, 0132"
-        await pilot.click("#start")
-        await settle(pilot)
-        await press(pilot, "escape")
-        assert len(table_of(app).source) > before
-
-    drive(path, steps)
 
 
 @pytest.mark.slow
