@@ -34,8 +34,6 @@ from orbitdb.store.file.engines import driver
 from orbitdb.store.reading.lookup import certificate_of
 
 _SECONDS_BETWEEN_LOOKS = 2.0
-_RESTS = 5
-"""Times that the last look took until the next one, at least."""
 _WIDTHS = [(0, "-slim"), (76, "-narrow"), (140, "-wide")]
 _HEIGHTS = [(0, "-short"), (36, "-tall")]
 
@@ -149,8 +147,8 @@ class BrowseApp(OrderlyApp):
         if self.leaving:
             return
         self._main.say_choices()
-        rest = max(_SECONDS_BETWEEN_LOOKS, _RESTS * self._main.rows.seconds_of_reading)
-        if not state.runs or time.monotonic() - self._shown_at > rest:
+        rested = time.monotonic() - self._shown_at > _SECONDS_BETWEEN_LOOKS
+        if not state.runs or (rested and not self._main.rows.reads):
             self._shown_at = time.monotonic()
             self._main.refresh_catalogue()
         if not state.runs:

@@ -7,7 +7,7 @@ two sessions side by side keep each other's marks.
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +61,13 @@ class Kept:
         """Read the file, if there is one, and tell whether it can be used."""
         try:
             if self.path is not None:
-                self.state = _state_of(json.loads(self.path.read_text(encoding="utf-8")))
+                stored = json.loads(self.path.read_text(encoding="utf-8"))
+                columns, filters, marked = (stored.get(each.name) or () for each in fields(State))
+                self.state = State(
+                    [str(name) for name in columns or USUAL],
+                    {str(name): dict(criteria) for name, criteria in dict(filters).items()},
+                    [*dict.fromkeys(least_rotation(parse_primitive(str(word))) for word in marked)],
+                )
         except FileNotFoundError:
             pass
         except OSError as error:
@@ -128,13 +134,3 @@ def selection_of(criteria: Criteria, a: float) -> Selection:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{dict(criteria)!r:.60} is no filter of this program") from error
-
-
-def _state_of(stored: Any) -> State:
-    """Return the state as it was stored; raise if it is none."""
-    columns, filters, marked = (stored.get(name) for name in ("columns", "filters", "marked"))
-    return State(
-        list(USUAL) if columns is None else list(map(str, columns)),
-        {str(name): dict(criteria) for name, criteria in (filters or {}).items()},
-        list(dict.fromkeys(least_rotation(parse_primitive(str(word))) for word in marked or ())),
-    )

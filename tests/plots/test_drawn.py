@@ -150,7 +150,7 @@ def test_exponents_by_period(ax, rng):
     assert (band.get_y(), band.get_height()) == pytest.approx((0.48, 0.04))
 
 
-@pytest.mark.parametrize(("count", "size"), [(100, 12), (20_000, 3), (300_000, 0.3)])
+@pytest.mark.parametrize(("count", "size"), [(100, 12), (20_000, 3), (210_000, 0.3)])
 def test_phase_space(ax, rng, count, size):
     stadium, values = Stadium(0.7), rng.uniform(-1, 1, (3, count))
     dots = curves.draw_phase_space(ax, stadium, *values)

@@ -16,6 +16,7 @@ from orbitdb.quantum.mesh import quarter_disc, quarter_stadium, rectangle
 from orbitdb.quantum.weyl import Parity, weyl
 
 
+@pytest.mark.slow
 def test_quarter_disc_has_the_zeros_of_bessel_functions():
     matrix = gradient(
         quarter_disc(0.0, 0.3), 18, lambda at: (at.min(axis=1) < 1e-9) | (np.hypot(*at.T) > 1 - 1e-9)

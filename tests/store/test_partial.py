@@ -42,7 +42,7 @@ def test_rows_of_a_part_are_shown_and_said_to_be_one(cli, partial, command):
     assert 0 < stored < count_admissible(9)
 
 
-@pytest.mark.parametrize("command", slow_but(["table", "lyapunov"], ["table", "entropy", "lyapunov"]))
+@pytest.mark.parametrize("command", slow_but(["lyapunov"], ["table", "entropy", "lyapunov"]))
 def test_averages_are_over_whole_periods(cli, partial, command):
     whole, asked = cli(command, "--p", "2-8"), cli(command)
     assert notes(whole) == []

@@ -1,6 +1,5 @@
 """The panel of the rows: the table, what it lacks, and where its cursor is; it reads what it shows."""
 
-import time
 from collections.abc import Callable
 from typing import cast
 
@@ -25,8 +24,8 @@ Asked = tuple[Selection, Ordering]
 Gaps = tuple[list[int], str]
 """Periods that are stored in part, and a line on others."""
 
-_Found = tuple[Pages, Gaps, int, float]
-"""Rows, what they lack, how many there are without a filter, and the seconds it took to find them."""
+_Found = tuple[Pages, Gaps, int]
+"""Rows, what they lack, and how many there are without a filter."""
 
 
 class RowsPanel(Vertical):
@@ -38,8 +37,6 @@ class RowsPanel(Vertical):
         What is on show, or read at present.
     total : int or None
         How many rows there are without a filter, once they have been counted.
-    seconds_of_reading : float
-        What the last rows took.
     """
 
     report: reactive[str] = reactive("", repaint=False)
@@ -50,7 +47,6 @@ class RowsPanel(Vertical):
         self.border_title = "words"
         self.asked: Asked | None = None
         self.total: int | None = None
-        self.seconds_of_reading = 0.0
 
     def compose(self) -> ComposeResult:
         """Lay out the table, and lines for what there is to say of it."""
@@ -76,7 +72,7 @@ class RowsPanel(Vertical):
         self.say(self.report)
 
         def find(cancelled: Callable[[], bool]) -> _Found:
-            begun, everything = time.monotonic(), Selection(selection.a)
+            everything = Selection(selection.a)
             with catalogue.at_one_moment() as still:
                 gaps = _gaps(still, selection)
                 chosen = still.choose(selection, str(ordering), cancelled=cancelled)
@@ -84,10 +80,10 @@ class RowsPanel(Vertical):
                 if every is None and total is None:
                     every = still.choose(everything, cancelled=cancelled)
             count = total if every is None else len(every)
-            return Pages(catalogue, chosen, fields), gaps, count or 0, time.monotonic() - begun
+            return Pages(catalogue, chosen, fields), gaps, count or 0
 
         def show(found: _Found) -> None:
-            rows, gaps, self.total, self.seconds_of_reading = found
+            rows, gaps, self.total = found
             self.table.ordering = ordering
             self.say_gaps(*gaps)
             take(rows)
@@ -102,9 +98,14 @@ class RowsPanel(Vertical):
         if self.screen.is_current:  # a filter line says it itself
             self.notify(reason, severity="error")
 
+    @property
+    def reads(self) -> bool:
+        """Whether other rows are being read."""
+        return self.report in _AT_WORK
+
     def stop_reading(self) -> None:
         """Read no further: somebody is about to choose something else."""
-        if self.report in _AT_WORK:
+        if self.reads:
             self.screen.give_up("rows")
             self.report, self.asked = "", None
             self.say()

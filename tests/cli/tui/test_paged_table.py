@@ -56,7 +56,7 @@ def test_lines_are_those_of_a_list_wherever_keys_lead(filled_once):
     pages = Pages(catalogue, catalogue.choose(chosen, str(Ordering())), names)
     source = random.Random(7)
     keys = ["k", *"jjjjjjjjj", "k", "pagedown", "G", "j", "pageup", "k", "g", *"llllllllllllll", "h"]
-    keys += source.choices([*MOVES, *SHIFTS, "pagedown", "pageup", "click"], k=50)
+    keys += source.choices([*MOVES, *SHIFTS, "pagedown", "pageup", "click"], k=25)
 
     async def run() -> None:
         app, cursor, top, first = Alone(), 0, 0, 1
