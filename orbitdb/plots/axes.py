@@ -1,6 +1,6 @@
 """Orbits and subsets drawn into axes of matplotlib, which may be the caller's."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -29,18 +29,23 @@ def orbit_axes(code: str, stadium: Stadium, points: Floats, ax: Axes | None) -> 
     return axes
 
 
-def phase_space_axes(title: str, stadium: Stadium, periods: Sequence[Period], ax: Axes | None) -> Axes:
+def phase_space_axes(title: str, stadium: Stadium, periods: Iterable[Period], ax: Axes | None) -> Axes:
     """Draw the bounces of orbits in phase space; lambda per bounce gives their colours."""
+    with _axes(ax) as axes:
+        draw_phase_space(axes, stadium, *bounces(stadium, periods))
+        axes.set_title(_fitted(title, axes), pad=20)
+    return axes
+
+
+def bounces(stadium: Stadium, periods: Iterable[Period]) -> tuple[Floats, Floats, Floats]:
+    """Return place, sine and lambda per bounce of all bounces of orbits, shape (N,) each."""
     place, sine, colour = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
     for symbols, coordinates, lambda_d in periods:
         along, sines = birkhoff(stadium, symbols, coordinates)
         place.append(along.ravel())
         sine.append(sines.ravel())
         colour.append(np.repeat(lambda_d, symbols.shape[1]))
-    with _axes(ax) as axes:
-        draw_phase_space(axes, stadium, *map(np.concatenate, (place, sine, colour)))
-        axes.set_title(_fitted(title, axes), pad=20)
-    return axes
+    return np.concatenate(place), np.concatenate(sine), np.concatenate(colour)
 
 
 def lengths_axes(title: str, length: Floats, ax: Axes | None) -> Axes:
