@@ -20,7 +20,6 @@ from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
 from orbitdb.plots import curves, paths
-from orbitdb.plots.axes import bounces
 from orbitdb.plots.style import entitle, explain, figure
 from orbitdb.store.asking.selection import Selection
 
@@ -135,7 +134,7 @@ def draw_phase_space(catalogue: Catalogue, chosen: Selection) -> Figure:
     periods = ((*subset.of_period(p), subset.lambda_d[subset.p == p]) for p in np.unique(subset.p).tolist())
     with figure(7.2, 4.4) as made:
         ax = made.add_subplot()
-        dots = curves.draw_phase_space(ax, stadium, *bounces(stadium, periods))
+        dots = curves.draw_phase_space(ax, stadium, *curves.bounces(stadium, periods))
         made.colorbar(dots, ax=ax, label=r"$\lambda_d$ (per bounce)", pad=0.01, extend="both")
         made.set_label(chosen.describe())
         entitle(made, chosen.describe())

@@ -8,16 +8,12 @@ from matplotlib import pyplot
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.plots.curves import draw_phase_space, draw_staircase
+from orbitdb.plots.curves import Period, bounces, draw_phase_space, draw_staircase
 from orbitdb.plots.paths import draw_orbit
 from orbitdb.plots.style import look, wrapped
 
 Floats = NDArray[np.float64]
-Period = tuple[NDArray[np.uint8], Floats, Floats]
-"""The orbits of one period: symbols and coordinates, shape (N, p), and lambda per bounce, shape (N,)."""
-
 _LONGEST = 40
 
 
@@ -35,17 +31,6 @@ def phase_space_axes(title: str, stadium: Stadium, periods: Iterable[Period], ax
         draw_phase_space(axes, stadium, *bounces(stadium, periods))
         axes.set_title(_fitted(title, axes), pad=20)
     return axes
-
-
-def bounces(stadium: Stadium, periods: Iterable[Period]) -> tuple[Floats, Floats, Floats]:
-    """Return place, sine and lambda per bounce of all bounces of orbits, shape (N,) each."""
-    place, sine, colour = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
-    for symbols, coordinates, lambda_d in periods:
-        along, sines = birkhoff(stadium, symbols, coordinates)
-        place.append(along.ravel())
-        sine.append(sines.ravel())
-        colour.append(np.repeat(lambda_d, symbols.shape[1]))
-    return np.concatenate(place), np.concatenate(sine), np.concatenate(colour)
 
 
 def lengths_axes(title: str, length: Floats, ax: Axes | None) -> Axes:

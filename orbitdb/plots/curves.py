@@ -1,7 +1,7 @@
 """Figures of numbers: entropy and Lyapunov averages by period, phase space, the length spectrum."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,11 +11,15 @@ from matplotlib.colors import LogNorm
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+
+Period = tuple[NDArray[np.uint8], Floats, Floats]
+"""The orbits of one period: symbols and coordinates, shape (N, p), and lambda per bounce, shape (N,)."""
 
 _METHODS = ("_pair", "_zeta", "_sum_rule", "_sum_rule_error")
 
@@ -103,6 +107,17 @@ def _span(values: Floats, fallback: Floats) -> tuple[float, float]:
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     room = 0.12 * (high - low) or 0.1
     return low - room, high + room
+
+
+def bounces(stadium: Stadium, periods: Iterable[Period]) -> tuple[Floats, Floats, Floats]:
+    """Return place, sine and lambda per bounce of all bounces of orbits, shape (N,) each."""
+    place, sine, colour = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
+    for symbols, coordinates, lambda_d in periods:
+        along, sines = birkhoff(stadium, symbols, coordinates)
+        place.append(along.ravel())
+        sine.append(sines.ravel())
+        colour.append(np.repeat(lambda_d, symbols.shape[1]))
+    return np.concatenate(place), np.concatenate(sine), np.concatenate(colour)
 
 
 def draw_phase_space(ax: Axes, stadium: Stadium, place: Floats, sine: Floats, colour: Floats) -> Any:
