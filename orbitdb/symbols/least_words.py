@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from orbitdb.symbols.automaton import STRAIGHT_SYMBOLS, automaton
 from orbitdb.symbols.enumeration import CHUNK, Span, closes
-from orbitdb.symbols.symmetry import classify, mirrored
-from orbitdb.symbols.words import BITS
+from orbitdb.symbols.symmetry import SIZES, classify, mirrored
+from orbitdb.symbols.words import BITS, unpack
 
 Integers = NDArray[np.int64]
 
@@ -87,6 +87,12 @@ def all_least_words(span: Span) -> LeastWords:
     """Return all of them at once."""
     none = LeastWords(np.zeros(0, np.int64), np.zeros(0, np.uint8))
     return LeastWords(*map(np.concatenate, zip(none, *least_words(span), strict=True)))
+
+
+def representatives(p: int) -> tuple[NDArray[np.uint8], Integers]:
+    """Return the admissible classes of order p: least words, shape (N, p), and class sizes, shape (N,)."""
+    found = all_least_words(Span.whole(p))
+    return unpack(found.codes, p), SIZES[found.stabiliser]
 
 
 def class_spans(p: int, size: int, after: int = -1) -> Iterator[Span]:

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from orbitdb.benchmarks.representatives import representatives
 from orbitdb.benchmarks.stage_times import stage_times
 from orbitdb.benchmarks.work_precision import (
     ball_rows,
@@ -18,6 +17,7 @@ from orbitdb.orbits.balls.enclosure import true_errors
 from orbitdb.orbits.newton import certificates, solve_in_doubles
 from orbitdb.orbits.orbit import Status
 from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.least_words import representatives
 
 
 @pytest.fixture(scope="module")
