@@ -52,7 +52,8 @@ _ROOMS = dict(zip(PANELS, ("make", "ask", "average", "files", "maintenance"), st
 _MODULES = {name: f"{_ROOMS[panel]}.{name}" for panel, names in PANELS.items() for name in names}
 _UNLISTED = {"bench": "maintenance.bench", "migrate": "maintenance.migrate", "tui": "ask.browse"}
 _MODULES |= _UNLISTED
-"""The modules in `orbitdb.cli.commands` by command; each has its function, and `EXAMPLES` of it."""
+"""The modules in `orbitdb.cli.commands` by command; each has its function, and `EXAMPLES` of it, which may
+have an `AFTERWORD`."""
 
 _OPTIONS = {
     "Catalogue": ("a", "db"),
@@ -144,8 +145,14 @@ def program(commands: Sequence[str] = tuple(_MODULES)) -> typer.Typer:
     for name in commands:
         module = import_module(f"orbitdb.cli.commands.{_MODULES[name]}")
         command = with_groups(getattr(module, _MODULES[name].partition(".")[2]))
-        app.command(name, hidden=name in _UNLISTED, cls=Command, epilog=module.EXAMPLES)(command)
+        app.command(name, hidden=name in _UNLISTED, cls=Command, epilog=_epilog(module))(command)
     return app
+
+
+def _epilog(module: Any) -> str:
+    several = "s" if len(module.EXAMPLES) > 1 else ""
+    lines = (f"  orbitdb {example}" for example in module.EXAMPLES)
+    return "\n\n".join([f"\nExample{several}:", *lines, getattr(module, "AFTERWORD", "")])
 
 
 @cache

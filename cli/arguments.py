@@ -4,8 +4,9 @@ import json
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import nullcontext
 from itertools import chain
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli.options import USUAL_A
 from orbitdb.cli.render import note, repeats
@@ -58,7 +59,7 @@ def several(asked: Sequence[str] | None) -> bool:
     return asked is not None and (len(asked) > 1 or asked[0] == ALL or ":" in asked[0])
 
 
-def named(asked: Sequence[str] | None) -> tuple[float, ...] | None:
+def named(asked: Sequence[str] | float | None) -> tuple[float, ...] | None:
     """Return the values of a that are named, each once; None for all that are stored, and where none is.
 
     Raises
@@ -66,6 +67,10 @@ def named(asked: Sequence[str] | None) -> tuple[float, ...] | None:
     InputError
         If one of them cannot be read, or there is no such stadium, or some are named beside all.
     """
+    if isinstance(asked, float):
+        from orbitdb.billiard.stadium import Stadium
+
+        return (Stadium(asked).a,)
     if not asked:
         return None
     if ALL in asked:
@@ -122,7 +127,7 @@ def lengths(text: str) -> tuple[float, ...]:
 _MOST_CHARACTERS = 1_000_000
 """Characters; far more than the points that are taken need."""
 
-_BETWEEN = re.compile(r"\s*[,;\t]\s*|\s+")
+_BETWEEN, _INK = re.compile(r"\s*[,;\t]\s*|\s+"), re.compile(r"\S")
 
 
 def parse_start(text: str) -> list[float]:
@@ -152,18 +157,12 @@ def read_points(name: str) -> Any:
 
 def _text(name: str) -> str:
     try:
-        if name == "-":
-            return _bounded(sys.stdin)
-        with open(name, encoding="utf-8-sig") as file:
-            return _bounded(file)
+        with nullcontext(sys.stdin) if name == "-" else open(name, encoding="utf-8-sig") as file:
+            text = file.read(_MOST_CHARACTERS + 1)
     except UnicodeDecodeError:
         raise InputError(f"{printable(name)} is not text: write x,y of one bounce a line") from None
     except OSError as error:
         raise InputError(f"{printable(name)} cannot be read ({error.strerror})") from None
-
-
-def _bounded(file: TextIO) -> str:
-    text = file.read(_MOST_CHARACTERS + 1)
     if len(text) > _MOST_CHARACTERS:
         raise InputError(f"more than {_MOST_CHARACTERS} characters of points: give those of one trajectory")
     return text
@@ -171,23 +170,16 @@ def _bounded(file: TextIO) -> str:
 
 def _from_json(text: str) -> Any:
     """Return the pairs of an array, or x and y of objects in an array or one a line."""
+    decoder, place, rows = json.JSONDecoder(), 0, []
     try:
-        found = json.loads(text)
+        while start := _INK.search(text, place):
+            found, place = decoder.raw_decode(text, start.start())
+            rows += found if isinstance(found, list) else [found]
     except json.JSONDecodeError as error:
-        if text[0] != "{":
-            raise ValueError(f"line {error.lineno} is no json") from None
-        found = [_object(line, number) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
-    rows = [found] if isinstance(found, dict) else found
+        raise ValueError(f"line {error.lineno} is no json") from None
     if any(isinstance(row, dict) and not {"x", "y"} <= row.keys() for row in rows):
         raise ValueError("an object has no x and y")
     return [[row["x"], row["y"]] if isinstance(row, dict) else row for row in rows]
-
-
-def _object(line: str, number: int) -> Any:
-    try:
-        return json.loads(line)
-    except json.JSONDecodeError:
-        raise ValueError(f"line {number} is no json") from None
 
 
 def _from_lines(text: str) -> list[list[float]]:

@@ -43,7 +43,6 @@ class Choice:
     status: Annotated[
         str | None,
         typer.Option(
-            "--status",
             help="orbit, geometric, dynamical, boundary or unresolved; several separated by commas, or all.",
             autocompletion=options.offered_statuses,
         ),
@@ -53,14 +52,12 @@ class Choice:
     contains: Contains = None
     exists: Annotated[
         list[float] | None,
-        options.number_option(
-            "--exists", help="Words that are orbits at this a, according to their births; repeatable."
-        ),
+        options.number_option(help="Words that are orbits at this a, according to their births; repeatable."),
     ] = None
     not_at: Annotated[
         list[float] | None,
         options.number_option(
-            "--not-at", help="Words that are not orbits at this a, according to their births; repeatable."
+            help="Words that are not orbits at this a, according to their births; repeatable."
         ),
     ] = None
     bounds: Annotated[
@@ -69,7 +66,6 @@ class Choice:
     where: Annotated[
         str | None,
         typer.Option(
-            "--where",
             metavar="SQL",
             help="An SQL expression over the columns; code('310') finds a word in any rotation.",
         ),

@@ -25,13 +25,7 @@ SIGNALLED = 128
 
 
 class Terminated(BaseException):
-    """A signal has asked the process to end; everything is to be closed on the way.
-
-    Attributes
-    ----------
-    number : int
-        Of the signal.
-    """
+    """A signal, of this number, has asked the process to end; everything is to be closed on the way."""
 
     def __init__(self, number: int) -> None:
         self.number = number
@@ -128,12 +122,7 @@ def ending() -> KeyboardInterrupt | Terminated | None:
 
 
 def go_on() -> None:
-    """Raise what ends the command, if it has been ended from outside and that was lost on its way.
-
-    Raises
-    ------
-    KeyboardInterrupt, Terminated
-    """
+    """Raise what ends the command (`ending`), if it has been ended from outside."""
     if (end := ending()) is not None:
         raise end
 
@@ -141,11 +130,10 @@ def go_on() -> None:
 @contextmanager
 def with_other_processes() -> Iterator[None]:
     """Survive the deaths of other processes, to which this one writes."""
-    if not hasattr(signal, "SIGPIPE"):
-        yield
-        return
-    before = signal.signal(signal.SIGPIPE, signal.SIG_IGN)
+    number = getattr(signal, "SIGPIPE", None)
+    before = number and signal.signal(number, signal.SIG_IGN)
     try:
         yield
     finally:
-        signal.signal(signal.SIGPIPE, before)
+        if number:
+            signal.signal(number, before)

@@ -5,12 +5,12 @@ The commands themselves are imported once Ctrl-C is taken care of, which lasts s
 
 import errno
 import gc
-import io
 import os
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Literal
+from io import TextIOWrapper, UnsupportedOperation
+from typing import TYPE_CHECKING
 
 from orbitdb.cli.interrupts import SIGNALLED, Terminated, end_as_users_expect, end_undisturbed, ending, leave
 from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
@@ -33,7 +33,7 @@ def run() -> None:
     large matrices, of which there are none, a tenth of a second of a processor at every start.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    collect_later()
+    gc.set_threshold(_LOADED)  # looking again and again takes a tenth of the time of a short command
     end_as_users_expect()
     stand_in_for_closed()
     escape_what_has_no_code()
@@ -100,14 +100,14 @@ def _failed(error: Exception) -> int:
             return _say(str(error), USAGE)
         case StoreError():
             return _say(str(error), NO_DATABASE)
-        case WorkError():
+        case WorkError() | ModuleNotFoundError():
             return _say(str(error), FAILED)
         case ParsingError():
             return _say(f"{' '.join(error.format_message().split())} ({_advice(error)})", USAGE)
+        case UnsupportedOperation():
+            return _say("the output cannot be written (it is closed)", NO_DATABASE)
         case OSError():
             return _unwritten(error)
-        case ModuleNotFoundError():
-            return _say(str(error), FAILED)
     raise error
 
 
@@ -135,48 +135,21 @@ def _say(message: str, code: int) -> int:
     return code
 
 
-def collect_later() -> None:
-    """Look for no garbage while the command is being loaded, and never in what is loaded.
-
-    It stays for as long as the process. To go through it again and again, while it grows and once more at the
-    end, takes a fifth of the time of a short command.
-    """
-    usual = gc.get_threshold()
-
-    def settle(phase: Literal["start", "stop"], info: dict[str, int]) -> None:
-        gc.callbacks.remove(settle)
-        gc.freeze()
-        gc.set_threshold(*usual)
-
-    gc.callbacks.append(settle)
-    gc.set_threshold(_LOADED)
-
-
-class _ClosedOutput(io.TextIOBase):
-    """An output that refuses all data: a command that writes none never notices."""
-
-    def write(self, text: str, /) -> int:
-        """Refuse what is written, as a disk that is full does."""
-        raise OSError(errno.EIO, "it is closed")
-
-
 def stand_in_for_closed() -> None:
     """Give the process its three standard streams; Python has None for one that is closed.
 
-    Their numbers are taken as well, so that no file gets one of them and is written to by mistake.
+    Their numbers are taken as well, so that no file gets one of them and is written to by mistake. Data are
+    refused where stdout is closed: a command that writes none never notices.
     """
     while (number := os.open(os.devnull, os.O_RDWR)) < _STREAMS:
         pass
     os.close(number)
-    if sys.stdin is None:
-        sys.stdin = open(os.devnull, encoding="utf-8")  # noqa: SIM115, for as long as the process lives
-    if sys.stdout is None:
-        sys.stdout = _ClosedOutput()
-    if sys.stderr is None:
-        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+    for name, mode in (("stdin", "r"), ("stdout", "r"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115, until the end
 
 
 def escape_what_has_no_code() -> None:
     """Let stdout escape characters that its encoding has not, such as those of a path, as stderr does."""
-    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
+    if isinstance(sys.stdout, TextIOWrapper) and sys.stdout.errors == "strict":
         sys.stdout.reconfigure(errors="backslashreplace")

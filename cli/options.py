@@ -1,18 +1,17 @@
 """Options that several commands share, one by one or in groups, and what a shell offers for them."""
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import fields, is_dataclass
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import typer
 
 from orbitdb.errors import InputError
 from orbitdb.numerals import real, whole
-
-Number = TypeVar("Number", int, float)
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
@@ -56,14 +55,12 @@ def offered_statuses(incomplete: str) -> Iterator[tuple[str, str]]:
 
 def offered_half_lengths(context: typer.Context, incomplete: str) -> list[str]:
     """Offer the values of a in the catalogue that is named, or meant; none if it cannot be read."""
-    from contextlib import closing
-
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.errors import InputError, StoreError
+    from orbitdb.errors import StoreError
     from orbitdb.numerals import exact
 
     try:
-        with closing(Catalogue(context.params.get("db"))) as catalogue:
+        with Catalogue(context.params.get("db")) as catalogue:
             return [text for text in map(exact, catalogue.a_values()) if text.startswith(incomplete)]
     except (InputError, StoreError):
         return []
@@ -84,39 +81,44 @@ def _in_list(incomplete: str, known: Iterable[tuple[str, str]]) -> Iterator[tupl
 
 def number_option(*flags: str, help: str, offers: Callable[..., list[str]] | None = None) -> Any:
     """Return an option that takes a number; a shell may offer some."""
-
-    def read(given: str | float) -> float:
-        return _read(real, str(given))
-
-    return typer.Option(*flags, metavar="NUMBER", parser=read, help=help, autocompletion=offers)
+    return typer.Option(*flags, metavar="NUMBER", parser=_reader(real), help=help, autocompletion=offers)
 
 
-def count_option(*flags: str, help: str, least: int | None = None, most: int | None = None) -> Any:
+def count_option(*flags: str, help: str, least: float = -math.inf, most: float = math.inf) -> Any:
     """Return an option that takes a whole number, be it written 1e6, within bounds."""
-
-    def read(given: str | int) -> int:
-        count = _read(whole, str(given))
-        if least is not None and count < least:
-            raise typer.BadParameter(f"{count} is less than {least}")
-        if most is not None and count > most:
-            raise typer.BadParameter(f"{count} is more than {most}")
-        return count
-
-    return typer.Option(*flags, metavar="COUNT", parser=read, help=help)
+    return typer.Option(*flags, metavar="COUNT", parser=_reader(whole, least, most), help=help)
 
 
-def _read(reading: Callable[[str], Number], text: str) -> Number:
-    try:
-        return reading(text)
-    except ValueError as error:
-        raise typer.BadParameter(str(error)) from None
+def _reader(
+    reading: Callable[[str], float], least: float = -math.inf, most: float = math.inf
+) -> Callable[[object], float]:
+    def read(given: object) -> float:
+        try:
+            number = reading(str(given))
+        except ValueError as error:
+            raise typer.BadParameter(str(error)) from None
+        if number < least:
+            raise typer.BadParameter(f"{number} is less than {least}")
+        if number > most:
+            raise typer.BadParameter(f"{number} is more than {most}")
+        return number
+
+    return read
+
+
+def _usual_database() -> Path:
+    from orbitdb.store.file.database import default_path
+
+    return default_path()
 
 
 Database = Annotated[
-    Path | None,
+    Path,
     typer.Option(
         "--db",
         metavar="PATH",
+        default_factory=_usual_database,
+        show_default=False,
         readable=False,  # the store says what is wrong with a file
         help="The catalogue [default: ORBITDB_DB, or the user's data folder].",
     ),

@@ -58,27 +58,26 @@ def lives_text(lives: Sequence[tuple[float, float | None]]) -> str:
     )  # fmt: skip
 
 
+_WALLS = ("bottom", "left, up", "top", "right, up", "left, down", "right, down")
+
+
 def write_bounces(orbit: Orbit) -> None:
     """Write the bounces one by one, if a screen can hold them."""
     if orbit.coordinates is None or orbit.p > LONG_CODE:
         return
-    import numpy as np
-
     from orbitdb.billiard.stadium import Stadium
+    from orbitdb.orbits.bounce_rows import bounce_rows
 
-    symbols = np.array([int(symbol) for symbol in orbit.code], dtype=np.uint8)
-    points = Stadium(orbit.a).points(symbols, orbit.coordinates)
-    walls = ("bottom", "left, up", "top", "right, up", "left, down", "right, down")
+    (bounces,) = bounce_rows(Stadium(orbit.a), [orbit.code], [orbit.coordinates])
     rows = (
-        (n + 1, int(symbol), _wall(orbit.code, n, walls), float(x), float(point[0]), float(point[1]))
-        for n, (symbol, x, point) in enumerate(zip(symbols, orbit.coordinates, points, strict=True))
+        (n, symbol, _wall(orbit.code, n - 1), coordinate, x, y) for n, symbol, coordinate, x, y, *_ in bounces
     )
     print()
     write(("n", "symbol", "wall", "coordinate", "x", "y"), rows, Format.TABLE)
 
 
-def _wall(code: str, n: int, names: tuple[str, ...]) -> str:
+def _wall(code: str, n: int) -> str:
     """Name the wall of a bounce; a single bounce on a semicircle has no sense of rotation."""
-    name = names[int(code[n])]
+    name = _WALLS[int(code[n])]
     alone = code[n - 1] != code[n] and code[(n + 1) % len(code)] != code[n]
     return name.partition(",")[0] if alone else name

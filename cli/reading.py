@@ -1,9 +1,11 @@
-"""What commands that read a catalogue begin with: which a is meant, and what of the subset is filled."""
+"""What commands that read a catalogue share: which a is meant, what of it is filled, and rows in order."""
 
+import heapq
 from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,37 +21,40 @@ if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
 
+KEYS = (
+    "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
+    "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error",
+    "length_error", "lyapunov_error", "symmetry", "solver",
+)  # fmt: skip
+"""The columns that are written where none are named; other programs may rely on them as keys of JSON."""
+
+_NATURAL = ("p", "representative", "element")
+"""What rows are sorted by in the end."""
+
+Row = tuple[Any, ...]
+
+
+def with_a(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names of columns with a among them: behind those that are of the word, or before them all."""
+    if "a" in names:
+        return tuple(names)
+    place = 1 if names[:1] in (("code",), ("word",)) else 0
+    return (*names[:place], "a", *names[place:])
+
 
 @contextmanager
-def reading(db: Path | None, a: float | None, choice: Choice) -> "Iterator[tuple[Catalogue, Selection]]":
-    """Give a catalogue as it is at one moment, and the subset chosen by options at the a that is meant."""
-    from orbitdb.billiard.stadium import Stadium
-
-    values = None if a is None else (Stadium(a).a,)
-    with _opened(db, values, False, choice) as (catalogue, (chosen,)):
-        yield catalogue, chosen
-
-
-@contextmanager
-def reading_all(
-    db: Path | None, asked: Sequence[str] | None, choice: Choice
+def reading(
+    db: Path, asked: Sequence[str] | float | None, choice: Choice
 ) -> "Iterator[tuple[Catalogue, tuple[Selection, ...]]]":
     """Give a catalogue as it is at one moment, and the subset chosen by options at every a that is meant."""
-    with _opened(db, arguments.named(asked), bool(asked), choice) as found:
-        yield found
-
-
-@contextmanager
-def _opened(
-    db: Path | None, values: Sequence[float] | None, every: bool, choice: Choice
-) -> "Iterator[tuple[Catalogue, tuple[Selection, ...]]]":
     from orbitdb.catalogue.catalogue import Catalogue
 
+    values = arguments.named(asked)
     chosen = choice.at(values[0] if values else USUAL_A)  # reports a wrong option first
-    with closing(Catalogue(db, values[0] if values else None)) as opened, opened.at_one_moment() as catalogue:
+    with Catalogue(db, values[0] if values else None) as opened, opened.at_one_moment() as catalogue:
         _note_rotations(chosen)
         if values is None:
-            values = arguments.stored(catalogue) if every else (_told(catalogue.a, catalogue.path),)
+            values = arguments.stored(catalogue) if asked else (_told(catalogue.a, catalogue.path),)
         yield catalogue, tuple(replace(chosen, a=a) for a in values)
 
 
@@ -78,19 +83,18 @@ def averaged(choice: Choice) -> Choice:
     return choice
 
 
-def known_catalogue(db: Path | None) -> Path | None:
+def known_catalogue(db: Path) -> Path | None:
     """Return where the catalogue is, None where there is none; say so if it was named."""
     from orbitdb.store.file.database import check_file, default_path
 
-    path = db or default_path()
-    if check_file(path) is not None:
-        return path
-    if db is not None:
-        note(f"no catalogue at {path}: solved on the spot")
+    if check_file(db) is not None:
+        return db
+    if db != default_path():
+        note(f"no catalogue at {db}: solved on the spot")
     return None
 
 
-def all_meant(path: Path, asked: Sequence[str] | None) -> tuple[float, ...]:
+def meant(db: Path, asked: Sequence[str] | float | None) -> tuple[float, ...]:
     """Return every a that is meant where single words are asked for, in a catalogue or without one.
 
     Raises
@@ -98,28 +102,18 @@ def all_meant(path: Path, asked: Sequence[str] | None) -> tuple[float, ...]:
     StoreError
         If all are asked for that are stored, and there is no catalogue.
     """
-    values = arguments.named(asked)
-    if values is not None:
-        return values
-    if not asked:
-        return (meant(path, None),)
-    from orbitdb.catalogue.catalogue import Catalogue
-
-    with closing(Catalogue(path)) as catalogue:
-        return arguments.stored(catalogue)
-
-
-def meant(path: Path, a: float | None) -> float:
-    """Return the a that is meant where a single word is asked for, in a catalogue or without one."""
-    from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.file.database import check_file
     from orbitdb.store.reading.lookup import a_meant
 
-    if a is not None:
-        return Stadium(a).a
-    if check_file(path) is None:
-        return USUAL_A
-    return _told(a_meant(path), path)
+    values = arguments.named(asked)
+    if values is not None:
+        return values
+    if asked:
+        from orbitdb.catalogue.catalogue import Catalogue
+
+        with Catalogue(db) as catalogue:
+            return arguments.stored(catalogue)
+    return (USUAL_A,) if check_file(db) is None else (_told(a_meant(db), db),)
 
 
 def _told(a: float, path: Path) -> float:
@@ -149,13 +143,60 @@ def note_nothing(catalogue: "Catalogue", *stadiums: "Selection", more: str = "")
             note(f"{told}{more}")
 
 
+class _Falling:
+    """A value in falling order."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Falling) and self.value == other.value
+
+    def __lt__(self, other: "_Falling") -> bool:
+        return bool(other.value < self.value)
+
+
+def in_order(
+    catalogue: "Catalogue",
+    stadiums: Sequence["Selection"],
+    names: tuple[str, ...],
+    order: str,
+    limit: int | None,
+    offset: int = 0,
+) -> Iterator[Row]:
+    """Return rows of a subset at one a, or at several as if they were one; of equal ones by a.
+
+    An empty field comes last, whichever way its column is sorted.
+    """
+    if len(stadiums) == 1:
+        return catalogue.rows(stadiums[0], names, order, limit, offset)
+    from orbitdb.store.asking.conditions import parse_order
+
+    falling = parse_order(order)
+    for name in _NATURAL:
+        falling.setdefault(name, False)
+    end = None if limit is None else limit + offset
+    streams = (catalogue.rows(chosen, (*names, *falling), order, end) for chosen in stadiums)
+
+    def place(row: Row) -> tuple[Any, ...]:
+        keys = zip(row[len(names) :], falling.values(), strict=True)
+        return tuple((value is None, _Falling(value) if falls else value) for value, falls in keys)
+
+    return (row[: len(names)] for row in islice(heapq.merge(*streams, key=place), offset, end))
+
+
+def described(stadiums: "Sequence[Selection]", total: int | None = None) -> str:
+    """Say in words which rows are chosen at one a, or at several, and how many they are."""
+    return stadiums[0].describe([chosen.a for chosen in stadiums], total)
+
+
 def provenance(catalogue: "Catalogue", stadiums: "Sequence[Selection]", many: bool) -> dict[str, Any]:
     """Return where rows come from; of many a, each with its own partial periods."""
     values = [chosen.a for chosen in stadiums]
     partial = [[fill.p for fill in catalogue.partial(chosen)] for chosen in stadiums]
     return {
         "orbitdb": __version__,
-        "selection": stadiums[0].describe(values),
+        "selection": described(stadiums),
         "a": values if many else values[0],
         "database": str(catalogue.path.resolve()),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),

@@ -31,22 +31,10 @@ FOR_PEOPLE = (Format.TABLE, Format.MARKDOWN, Format.LATEX)
 
 
 _DECIMALS = {
-    "a": 6,
-    "length": 7,
-    "total": 7,
-    "turns": 2,
-    "lyapunov": 7,
-    "lambda_d": 6,
-    "share": 2,
-    "lambda_c": 6,
-    "margin": 6,
-    "coordinate": 12,
-    "x": 12,
-    "y": 12,
-    "arclength": 12,
-    "sine": 12,
-}
-"""Digits behind the point in tables; the other formats give every number in full."""
+    "turns": 2, "share": 2, **dict.fromkeys(("length", "total", "lyapunov"), 7),
+    **dict.fromkeys(("coordinate", "x", "y", "arclength", "sine"), 12),
+}  # fmt: skip
+"""Digits behind the point in tables, elsewhere 6; the other formats give every number in full."""
 
 _BOUNDS = {"lower": ROUND_FLOOR, "upper": ROUND_CEILING}
 """Proved bounds, which are rounded outward."""

@@ -5,9 +5,8 @@ import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -17,9 +16,11 @@ from orbitdb.cli.progress.line import Progress, progress
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import whole
+from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
     from orbitdb.filling.cluster import Size
+    from orbitdb.filling.estimate import Need
     from orbitdb.filling.resuming import Progress as Step
     from orbitdb.filling.workers import Workers
     from orbitdb.store.file.migrate import Migration
@@ -74,6 +75,15 @@ def written(periods: Sequence[int]) -> str:
     return f"{periods[0]}..{periods[-1]}" if gapless else ", ".join(map(str, periods))
 
 
+def announce(span: str, coming: "Need", db: Path, dry_run: bool) -> None:
+    """Say what a large fill or sweep is going to take, and what any would take that is not to be done."""
+    from orbitdb.filling.estimate import LARGE, about, gigabytes
+
+    if dry_run or coming.words >= LARGE:
+        room = f" and {gigabytes(coming.bytes)}" if coming.bytes else ""
+        note(f"{span}: {several(coming.words, 'word')} to come, {about(coming.seconds)}{room}, in {db}")
+
+
 def show_steps(
     shown: Progress, steps: "Iterable[Step]", what: str, totals: Mapping[int, int], known: int = 0
 ) -> None:
@@ -88,13 +98,6 @@ def show_steps(
 MOST_JOBS = 1024
 WORTH_PROCESSES = 400_000
 """Words from which on starting further processes pays."""
-
-
-class Executor(StrEnum):
-    """Whose processes solve."""
-
-    PROCESSES = "processes"
-    DASK = "dask"
 
 
 Jobs = Annotated[
@@ -115,20 +118,18 @@ class Solvers:
 
     jobs: Jobs = None
     executor: Annotated[
-        Executor | None,
-        typer.Option("--executor", help="Solve in processes here [default], or on a dask cluster."),
+        Literal["processes", "dask"] | None,
+        typer.Option(help="Solve in processes here [default], or on a dask cluster."),
     ] = None
     scheduler: Annotated[
         str | None,
-        typer.Option(
-            "--scheduler", metavar="ADDRESS|FILE", help="The scheduler of the dask cluster, or its file."
-        ),
+        typer.Option(metavar="ADDRESS|FILE", help="The scheduler of the dask cluster, or its file."),
     ] = None
 
     def __post_init__(self) -> None:
-        if self.scheduler is not None and self.executor is Executor.PROCESSES:
+        if self.scheduler is not None and self.executor == "processes":
             raise InputError("--scheduler is for --executor dask: leave one of them out")
-        if self.scheduler is None and self.executor is Executor.DASK:
+        if self.scheduler is None and self.executor == "dask":
             raise InputError(
                 "--executor dask: say where its scheduler is, such as --scheduler tcp://host:8786, or "
                 "--scheduler scheduler.json, its file"

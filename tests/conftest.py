@@ -140,3 +140,9 @@ def varied(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pass
     fill_word(path, "013311133313", 1.6)
     return path
+
+
+@pytest.fixture
+def own(varied: Path, tmp_path: Path) -> Path:
+    """The varied catalogue, the test's own, and the default of the command line."""
+    return Path(shutil.copy(varied, tmp_path / "orbits.db"))

@@ -29,8 +29,7 @@ def draw_length_spectrum(catalogue: Catalogue, chosen: Selection) -> Figure:
     with figure(7.2, 4.8) as made:
         ax = made.add_subplot()
         draw_spectrum(ax, found, short)
-        made.set_label(f"length spectrum at a = {chosen.a:g}, k below {found.k_max:.4g}")
-        entitle(made, str(made.get_label()))
+        entitle(made, f"length spectrum at a = {chosen.a:g}, k below {found.k_max:.4g}")
         explain(made, ax)
     return made
 
@@ -55,7 +54,6 @@ def draw_levels(catalogue: Catalogue, chosen: Selection) -> Figure:
     with figure(7.2, 6.0) as made:
         above, below = made.subplots(2, 1, sharex=True)
         draw_staircase(above, below, k, at, smooth, family, orbits, highest)
-        made.set_label(f"{len(k)} levels at a = {chosen.a:g}, k below {end:.4g}")
-        entitle(made, str(made.get_label()))
+        entitle(made, f"{len(k)} levels at a = {chosen.a:g}, k below {end:.4g}")
         explain(made, above, below)
     return made

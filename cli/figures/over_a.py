@@ -11,7 +11,7 @@ from orbitdb.cli.figures.orbits import short
 from orbitdb.cli.render import code_text
 from orbitdb.entropy.letters import geometric_entropy
 from orbitdb.errors import InputError
-from orbitdb.orbits.newton import solve_word
+from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots import births
 from orbitdb.plots.paths import draw_orbit
@@ -28,21 +28,17 @@ _LOW_LIFE, _HIGH_LIFE, _BESIDE = 0.1, 5.0, 1e-9
 
 def draw_births(catalogue: Catalogue, chosen: Selection) -> Figure:
     """Draw over a the share of words that are orbits, the entropy, and where orbits are born."""
-    whole = [each.p for each in catalogue.birth_fills() if each.whole]
-    periods = [p for p in whole if chosen.includes(p)]
-    places = {p: _births(catalogue, p) for p in whole if p <= max(periods, default=0)}
-    shown = [p for p in periods if places[p].a[-1] > 0][-_MOST:]
+    steps = _steps(catalogue, chosen)
+    shown = [p for p in steps if chosen.includes(p) and steps[p].a[-1] > 0][-_MOST:]
     if not shown:
         raise InputError("no births to draw: 'orbitdb births --p 11' finds them")
-    a = np.geomspace(_LOW, _WIDER * max(places[p].a[-1] for p in shown), PLACES)
-    entropies = {
-        p: _entropies(places, p, a) for p in shown[-2:] if [*range(2, p + 1)] == [q for q in whole if q <= p]
-    }
+    a = np.geomspace(_LOW, _WIDER * max(steps[p].a[-1] for p in shown), PLACES)
+    entropies = {p: _entropies(steps, p, a) for p in shown[-2:] if _gapless(steps, p)}
     with figure(6.4, 7.6) as made:
         above, middle, below = made.subplots(3, 1, sharex=True)
-        births.draw_shares(above, {p: places[p] for p in shown}, a)
+        births.draw_shares(above, {p: steps[p] for p in shown}, a)
         births.draw_entropies(middle, entropies, a, geometric_entropy())
-        births.draw_changes(below, {p: places[p].a[places[p].a > 0] for p in shown[-2:]}, a)
+        births.draw_changes(below, {p: steps[p].a[steps[p].a > 0] for p in shown[-2:]}, a)
         below.set_xlabel("$a$")
         made.set_label("births and deaths of orbits")
     return made
@@ -79,8 +75,14 @@ def draw_life(found: Orbit) -> Figure:
     return made
 
 
-def _births(catalogue: Catalogue, p: int) -> births.Steps:
-    """Return how many words of a period are orbits, step by step."""
+def _steps(catalogue: Catalogue, chosen: Selection) -> dict[int, births.Steps]:
+    """Return how many words are orbits, step by step, of whole periods up to the highest that is chosen."""
+    whole = [each.p for each in catalogue.birth_fills() if each.whole]
+    highest = max((p for p in whole if chosen.includes(p)), default=0)
+    return {p: _of_period(catalogue, p) for p in whole if p <= highest}
+
+
+def _of_period(catalogue: Catalogue, p: int) -> births.Steps:
     lives = catalogue.births(p)
     ended = [life for life in lives if life.dies is not None]
     born, died = (np.array([life.class_size for life in some], dtype=np.int64) for some in (lives, ended))
@@ -88,28 +90,16 @@ def _births(catalogue: Catalogue, p: int) -> births.Steps:
     return births.Steps.of(births_at, np.array([life.dies for life in ended], dtype=float), born, died)
 
 
-def _entropies(places: dict[int, births.Steps], highest: int, a: NDArray[np.float64]) -> NDArray[np.float64]:
+def _gapless(steps: dict[int, births.Steps], highest: int) -> bool:
+    return all(p in steps for p in range(2, highest + 1))
+
+
+def _entropies(steps: dict[int, births.Steps], highest: int, a: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the entropy from the zeta function to one period at each a; NaN where it has no usable zero."""
     counts = np.zeros((len(a), highest + 1), dtype=np.int64)
     for p in range(2, highest + 1):
-        counts[:, p] = places[p].at(a)
+        counts[:, p] = steps[p].at(a)
     return np.array([entropy_of_counts(row).h_zeta[-1] for row in counts])
-
-
-def entropies_from_births(
-    catalogue: Catalogue, chosen: Selection, a: NDArray[np.float64]
-) -> dict[int, NDArray[np.float64]]:
-    """Return by period, for the highest chosen one without a gap below it, the entropy at each a.
-
-    Empty if no births are stored.
-    """
-    whole = [each.p for each in catalogue.birth_fills() if each.whole]
-    periods = [p for p in whole if chosen.includes(p) and [*range(2, p + 1)] == [q for q in whole if q <= p]]
-    if not periods:
-        return {}
-    highest = max(periods)
-    places = {p: _births(catalogue, p) for p in range(2, highest + 1)}
-    return {highest: _entropies(places, highest, a)}
 
 
 def draw_over_a(catalogue: Catalogue, chosen: Selection) -> Figure:
@@ -125,7 +115,9 @@ def draw_over_a(catalogue: Catalogue, chosen: Selection) -> Figure:
         raise InputError("no proved bounds to draw: 'orbitdb bounds --a 0.3:10:40' finds them")
     a, lower, upper = (np.array([getattr(each, name) for each in known]) for name in ("a", "lower", "upper"))
     places = np.geomspace(a[0] / _ROOM, a[-1] * _ROOM, PLACES_OF_BOUNDS)
-    curves = {p: (places, found) for p, found in entropies_from_births(catalogue, chosen, places).items()}
+    steps = _steps(catalogue, chosen)
+    highest = [p for p in steps if chosen.includes(p) and _gapless(steps, p)][-1:]
+    curves = {p: (places, _entropies(steps, p, places)) for p in highest}
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
         made.set_label("topological entropy over a")

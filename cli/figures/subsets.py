@@ -33,7 +33,7 @@ def draw_entropy(catalogue: Catalogue, chosen: Selection) -> Figure:
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
         curves.draw_entropy(ax, p, shown["K_0"], shown["h_zeta"], (found["h_lower"][0], found["h_upper"][0]))
-        entitle(made, _labelled(made, chosen, found["p"]))
+        entitle(made, _described(chosen, found["p"]))
         explain(made, ax)
     return made
 
@@ -48,7 +48,7 @@ def draw_lyapunov(catalogue: Catalogue, chosen: Selection) -> Figure:
         for ax, name, label in zip((above, below), ("lambda_d", "lambda_c"), labels, strict=True):
             curves.draw_lyapunov(ax, p, shown, name, label, _line(found, name))
         above.set(xlabel="")
-        entitle(made, _labelled(made, chosen, found["p"]))
+        entitle(made, _described(chosen, found["p"]))
         explain(made, above)
     return made
 
@@ -84,12 +84,10 @@ def _series(found: Result) -> tuple[NDArray[np.int64], dict[str, NDArray[np.floa
     return p, shown
 
 
-def _labelled(made: Figure, chosen: Selection, periods: Sequence[int]) -> str:
-    """Label a figure with what it shows, of the periods that were named those that are drawn; return it."""
+def _described(chosen: Selection, periods: Sequence[int]) -> str:
+    """Say what is shown, of the periods that were named those that are drawn."""
     spans = joined_spans([(p, p) for p in periods])
-    shown = replace(chosen, periods=tuple(spans)) if chosen.periods else chosen
-    made.set_label(shown.describe())
-    return shown.describe()
+    return (replace(chosen, periods=tuple(spans)) if chosen.periods else chosen).describe()
 
 
 def _nothing(catalogue: Catalogue, chosen: Selection) -> typer.Exit:
@@ -119,8 +117,8 @@ def draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
     with figure(max(4.0, columns * wide * unit), rows * high * unit + 0.6) as made:
         ax = made.add_subplot()
         paths.draw_sheet(ax, stadium, drawn, labels, columns)
-        made.set_label(chosen.describe())
         entitle(made, f"Classes of {chosen.describe()}: least word (class size)")
+        made.set_label(chosen.describe())
     return made
 
 
@@ -136,7 +134,6 @@ def draw_phase_space(catalogue: Catalogue, chosen: Selection) -> Figure:
         ax = made.add_subplot()
         dots = curves.draw_phase_space(ax, stadium, *curves.bounces(stadium, periods))
         made.colorbar(dots, ax=ax, label=r"$\lambda_d$ (per bounce)", pad=0.01, extend="both")
-        made.set_label(chosen.describe())
         entitle(made, chosen.describe())
     return made
 
@@ -156,7 +153,6 @@ def draw_lengths(catalogue: Catalogue, chosen: Selection) -> Figure:
         drawn = curves.draw_density(below, found.p, found.length, found.chosen)
         made.colorbar(drawn, ax=below, label="orbits per unit of $L/R$", pad=0.01)
         above.set(xlabel="")
-        made.set_label(chosen.describe())
         entitle(made, chosen.describe())
         if complete is not None:
             explain(made, above)

@@ -1,8 +1,8 @@
 """What shows on stderr how far a command is, if somebody watches there.
 
 One line, drawn by a thread of its own, so that it lives through long steps. The cursor stays visible and
-at the line's beginning: however a command ends, nothing of the terminal has to be restored, and what the
-system echoes into the line, or a narrower window makes of it, is erased together with it.
+at the line's beginning: however a command ends or is stopped, nothing of the terminal has to be restored,
+and what the system echoes into the line, or a narrower window makes of it, is erased together with it.
 """
 
 import os
@@ -12,7 +12,6 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
-from types import FrameType
 from typing import TextIO
 
 from orbitdb.cli.interrupts import go_on
@@ -29,13 +28,7 @@ class Progress:
     """Takes note of how far the work is, and shows it to nobody."""
 
     def tell(self, text: str, done: float = 0.0, total: float = 0.0, counted: bool = True) -> None:
-        """Take note of how far the work is, as in `Pace`, unless it is to end here.
-
-        Raises
-        ------
-        KeyboardInterrupt, Terminated
-            If the command has been ended from outside.
-        """
+        """Take note of how far the work is, as in `Pace`, unless it is to end here (`go_on`)."""
         go_on()
 
 
@@ -55,8 +48,7 @@ def progress(text: str, to_stdout: bool = False) -> Iterator[Progress]:
     if not _watched(sys.stderr) or (to_stdout and _seen(sys.stdout)):
         yield Progress()
         return
-    line = _Line(sys.stderr, text)
-    _on_screen = line
+    _on_screen = line = _Line(sys.stderr, text)
     try:
         with line.shown():
             yield line
@@ -70,14 +62,7 @@ def aside() -> AbstractContextManager[None]:
 
 
 class _Line(Progress):
-    """The line, on a terminal.
-
-    Parameters
-    ----------
-    terminal : TextIO
-    text : str
-        What is at work.
-    """
+    """The line, on a terminal."""
 
     def __init__(self, terminal: TextIO, text: str) -> None:
         self._terminal = terminal
@@ -86,7 +71,6 @@ class _Line(Progress):
         self._drawn = False
         self._mine = threading.RLock()
         self._over = threading.Event()
-        self._painter = threading.Thread(target=self._paint, daemon=True)
 
     def tell(self, text: str, done: float = 0.0, total: float = 0.0, counted: bool = True) -> None:
         """Take note of how far the work is; the next frame shows it."""
@@ -96,15 +80,15 @@ class _Line(Progress):
     @contextmanager
     def shown(self) -> Iterator[None]:
         """Show the line while the context lasts, however it ends."""
-        self._painter.start()
+        painter = threading.Thread(target=self._paint, daemon=True)
+        painter.start()
         try:
-            with self._told_to_stop():
-                yield
+            yield
         finally:
             self._over.set()
             with self.away():
                 pass
-            self._painter.join()
+            painter.join()
 
     @contextmanager
     def away(self) -> Iterator[None]:
@@ -139,28 +123,6 @@ class _Line(Progress):
         with suppress(OSError):  # the terminal may have been closed
             self._terminal.write(text)
             self._terminal.flush()
-
-    @contextmanager
-    def _told_to_stop(self) -> Iterator[None]:
-        """Leave a clean screen on Ctrl-Z, and come back to it."""
-        number = getattr(signal, "SIGTSTP", None)
-        if number is None or signal.getsignal(number) != signal.SIG_DFL:
-            yield
-            return
-        signal.signal(number, self._stop)
-        try:
-            yield
-        finally:
-            signal.signal(number, signal.SIG_DFL)
-
-    def _stop(self, number: int, _: FrameType | None) -> None:
-        with self.away():
-            stopped = time.monotonic()
-            signal.signal(number, signal.SIG_DFL)
-            signal.raise_signal(number)  # returns when the shell lets it go on
-            signal.signal(number, self._stop)
-            self._began += time.monotonic() - stopped
-            self._pace.rest(time.monotonic() - stopped)
 
 
 _on_screen: _Line | None = None

@@ -51,10 +51,6 @@ class Pace:
         """The part that is done, of a known total."""
         return min(max(self.done / self.total, 0.0), 1.0)
 
-    def rest(self, seconds: float) -> None:
-        """Leave out a time in which nothing was done."""
-        self._marks = deque((moment + seconds, done) for moment, done in self._marks)
-
     def rate(self) -> float:
         """Return what is done in a second; 0 if nobody knows yet."""
         marks = tuple(self._marks)
@@ -102,8 +98,8 @@ def _facts(pace: Pace, now: float) -> list[str]:
     facts = [f"{math.floor(100 * pace.share):3d}%"]
     if left is not None:
         facts.append(f"{clock(left)} left".rjust(len("12:34 left")))
-    if pace.counted and rate > 0:
-        facts.append(f"{_rounded(rate)}/s")
+    if pace.counted and rate > 0:  # two digits of it are all that can be known
+        facts.append(f"{rate:.2g}/s" if rate < 10 else f"{float(f'{rate:.2g}'):,.0f}/s")
     if pace.counted:
         facts.append(f"{pace.done:,.0f} of {pace.total:,.0f}")
     return facts
@@ -119,14 +115,6 @@ def clock(seconds: float) -> str:
     minutes, rest = divmod(int(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
-
-
-def _rounded(rate: float) -> str:
-    """Write a rate with two digits, which is what can be known of it."""
-    if rate < 10:
-        return f"{rate:.2g}"
-    size = 10 ** (math.floor(math.log10(rate)) - 1)
-    return f"{round(rate / size) * size:,}"
 
 
 def in_ascii(shown: str) -> str:

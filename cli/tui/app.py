@@ -1,11 +1,12 @@
 """The application: it holds the catalogue and the fill, and shows the screens."""
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from textual import work
 from textual.app import SystemCommand
@@ -15,26 +16,24 @@ from textual.reactive import reactive
 from textual.screen import Screen
 from textual.worker import get_current_worker
 
-from orbitdb.cli.tui.dialogs.basic import QuestionDialog
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish
 from orbitdb.cli.tui.dialogs.fill_state import work as fill_steps
 from orbitdb.cli.tui.ending import OrderlyApp
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.facts import Certificate
-from orbitdb.cli.tui.screens import ActionsDialog, Keys, bindings, key
+from orbitdb.cli.tui.screens import ActionsDialog, Keys, QuestionDialog, bindings, key
 from orbitdb.cli.tui.state_file import Kept
 from orbitdb.errors import InputError, StoreError
+from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
-
-if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.reading.lookup import Lives
+from orbitdb.store.file.database import check_file
+from orbitdb.store.file.engines import driver
+from orbitdb.store.reading.lookup import certificate_of
 
 _SECONDS_BETWEEN_LOOKS = 2.0
-_RESTS = 5
-"""Times that the last look took until the next one, at least."""
 _WIDTHS = [(0, "-slim"), (76, "-narrow"), (140, "-wide")]
 _HEIGHTS = [(0, "-short"), (36, "-tall")]
 
@@ -77,7 +76,7 @@ class BrowseApp(OrderlyApp):
         self.path = path
         self.kept = Kept(state, partial(self.notify, severity="error"))
         self.title = printable(f"orbitdb {path.name}")
-        self.catalogue = _opened(path)
+        self._catalogue = _opened(path)
         self._selection, self._code = selection, code
         self._shown_at = 0.0
 
@@ -93,93 +92,68 @@ class BrowseApp(OrderlyApp):
 
     # the catalogue, for the screens
 
-    def action_look_again(self) -> None:
-        """Show what other processes have stored meanwhile."""
-        if self.catalogue is None:
-            self.catalogue = _opened(self.path)
-        self._main.refresh_catalogue()
+    @property
+    def catalogue(self) -> "Catalogue | None":
+        """What is stored; None as long as there is no file."""
+        self._catalogue = self._catalogue or _opened(self.path)
+        return self._catalogue
 
     def find(self, word: str, a: float) -> Orbit:
         """Return what is stored of a word, or solve it."""
-        from orbitdb.billiard.stadium import Stadium
-        from orbitdb.orbits.newton import solve_word
-
         stored = self.catalogue.find(word, a) if self.catalogue is not None else None
-        return solve_word(word, Stadium(a)) if stored is None else stored
-
-    def follow(self, orbit: Orbit, steps: Sequence[bool], home: float) -> Orbit:
-        """Return what becomes of an orbit some steps up or down in a, with its lives; ``home`` is a stop."""
-        from orbitdb.cli.tui.orbit.lives import next_a
-        from orbitdb.store.reading.lookup import with_existence
-
-        if not steps:
-            return orbit
-        lives, a = with_existence(orbit).exists, orbit.a
-        for up in steps:
-            a = next_a(lives or (), a, up, home)
-        return self.find_at(orbit.code, a, lives)
-
-    def find_at(self, word: str, a: float, lives: "Lives | None") -> Orbit:
-        """Return what is stored of a word, or solve it; its lives are known."""
-        return replace(self.find(word, a), exists=lives)
+        return solve_word(word, a) if stored is None else stored
 
     def certificate(self, orbit: Orbit) -> Certificate:
         """Return the stored proof of an orbit, if there is one."""
         if self.catalogue is None or not orbit.stored or orbit.length is None:
             return None
-        from orbitdb.store.file.engines import driver
-        from orbitdb.store.reading.lookup import certificate_of
-
         with self.catalogue.reading() as connection:
             return certificate_of(driver(connection), orbit.representative, orbit.a)
 
     # filling
 
+    @property
+    def fills(self) -> bool:
+        """Whether a fill is at work."""
+        return self.fill_state is not None and self.fill_state.runs
+
     def begin_fill(self, wish: Wish) -> None:
         """Begin a fill, unless one runs."""
-        if self.fill_state is None or not self.fill_state.runs:
+        if not self.fills:
             self.fill_state = FillState(wish)
             self._main.go_along(wish.a)
-            self._fill(wish)
+            self._fill(self.fill_state)
 
     @work(thread=True, group="fill")
-    def _fill(self, wish: Wish) -> None:
-        worker = get_current_worker()
+    def _fill(self, state: FillState) -> None:
+        worker, end, message = get_current_worker(), "done", ""
         self.take_in_hand()
-        state = FillState(wish)
-        steps = fill_steps(self.path, state)
         try:
-            for state in steps:
-                if worker.is_cancelled:
-                    break
-                self.call_later(self._take_step, state)
-            steps.close()
+            with closing(fill_steps(self.path, state)) as steps:
+                for state in steps:
+                    if worker.is_cancelled:
+                        end = "stopped"
+                        break
+                    self.call_later(self._take_step, state)
         except (InputError, StoreError) as error:
-            self.call_later(self._take_step, replace(state, state="failed", message=str(error)))
-            return
-        end = "stopped" if worker.is_cancelled else "done"
-        self.call_later(self._take_step, replace(state, state=end))
+            end, message = "failed", str(error)
+        self.call_later(self._take_step, replace(state, state=end, message=message))
 
     def _take_step(self, state: FillState) -> None:
         """Show what has been stored, not more often than can be read."""
-        now = time.monotonic()
-        if self.catalogue is None:
-            self.catalogue = _opened(self.path)
         stopping = self.fill_state is not None and self.fill_state.state == "stopping" and state.runs
         if not stopping:
             self.fill_state = state
         if self.leaving:
             return
-        self._main.follow_fill(state)
-        rest = max(_SECONDS_BETWEEN_LOOKS, _RESTS * self._main.rows.seconds_of_reading)
-        if not state.runs or now - self._shown_at > rest:
-            self._shown_at = now
+        self._main.say_choices()
+        rested = time.monotonic() - self._shown_at > _SECONDS_BETWEEN_LOOKS
+        if not state.runs or (rested and not self._main.rows.reads):
+            self._shown_at = time.monotonic()
             self._main.refresh_catalogue()
         if not state.runs:
-            self.notify(
-                f"fill {state.sentence()}",
-                severity="error" if state.state == "failed" else "information",
-            )
+            severity: SeverityLevel = "error" if state.state == "failed" else "information"
+            self.notify(f"fill {state.sentence()}", severity=severity)
 
     def leave(self) -> None:
         """Stop the fill, if one runs, and leave."""
@@ -188,7 +162,7 @@ class BrowseApp(OrderlyApp):
 
     def action_stop_fill(self) -> None:
         """Stop the fill behind the batch at work."""
-        if self.fill_state is not None and self.fill_state.runs:
+        if self.fill_state is not None and self.fills:
             self.fill_state = replace(self.fill_state, state="stopping")
             self.workers.cancel_group(self, "fill")
 
@@ -221,16 +195,12 @@ class BrowseApp(OrderlyApp):
 
     async def action_quit(self) -> None:
         """Leave; ask first if a fill runs."""
-        if self.fill_state is None or not self.fill_state.runs:
+        if not self.fills:
             self.exit()
             return
-
-        def take(sure: bool | None) -> None:
-            if sure:
-                self.leave()
-
         question = "A fill is running. What is stored stays; it can go on later."
-        self.push_screen(QuestionDialog(question, "Stop it and quit", "Stay"), take)
+        dialog = QuestionDialog(question, "Stop it and quit", "Stay")
+        self.push_screen(dialog, lambda sure: self.leave() if sure else None)
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Give every action of the screen, and those of Textual's own that are none of these, each once."""
@@ -245,9 +215,5 @@ class BrowseApp(OrderlyApp):
         yield from (each for each in super().get_system_commands(screen) if each.title not in own)
 
 
-def _opened(path: Path) -> "Catalogue | None":
-    """Open a catalogue if there is one."""
-    from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.file.database import check_file
-
+def _opened(path: Path) -> Catalogue | None:
     return None if check_file(path) is None else Catalogue(path)

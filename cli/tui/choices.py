@@ -28,11 +28,10 @@ def half_length(text: str) -> float:
         If it is none; the message says how to write it.
     """
     try:
-        return Stadium(real(text.strip())).a
-    except InputError:
-        raise
+        value = real(text.strip())
     except ValueError:
         raise InputError(f"a = {text!r}: write a number such as 1.6") from None
+    return Stadium(value).a
 
 
 def code_told(code: str) -> str:

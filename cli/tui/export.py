@@ -1,15 +1,15 @@
 """Taking away what is shown: the rows as csv, tsv, json, jsonl or parquet, the orbit as SVG or PNG."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.gaps import describe_partial
-from orbitdb.cli.reading import provenance
+from orbitdb.cli.reading import KEYS, provenance
 from orbitdb.cli.render import Format, code_text, write_data
-from orbitdb.cli.rows import KEYS
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import InputError
 from orbitdb.export import complete, write_file
@@ -18,9 +18,6 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.svg import orbit_svg
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Selection
-
-if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
 
 ROWS = (".csv", ".tsv", ".json", ".jsonl", ".parquet")
 PICTURES = (".svg", ".png")
@@ -49,7 +46,7 @@ def kind_told(name: str) -> str:
 
 def export(
     path: Path,
-    catalogue: "Catalogue | None",
+    catalogue: Catalogue | None,
     selection: Selection,
     ordering: Ordering,
     orbit: Orbit | None,
@@ -70,29 +67,25 @@ def export(
     if catalogue is None:
         raise InputError("there are no rows to write")
     with catalogue.at_one_moment() as still:
-        _write(path, still, selection, ordering, cancelled)
+        rows = still.rows(selection, KEYS, str(ordering), cancelled=cancelled)
+        if path.suffix == ".parquet":
+            with _or_write("a .csv"):
+                write_file(path, "parquet", KEYS, rows, provenance(still, [selection], False))
+        else:
+            with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
+                write_data(file, KEYS, rows, Format(path.suffix[1:]))
         said = f"{still.count(selection):,} rows written to {path}"
         partial = still.partial(selection)
     return f"{said}; {describe_partial(partial, selection.a)}" if partial else said
 
 
-def _write(
-    path: Path,
-    catalogue: "Catalogue",
-    selection: Selection,
-    ordering: Ordering,
-    cancelled: Callable[[], bool],
-) -> None:
-    """Write the rows in their order; parquet with where they come from, as `orbitdb export` does."""
-    rows = catalogue.rows(selection, KEYS, str(ordering), cancelled=cancelled)
-    if path.suffix == ".parquet":
-        try:
-            write_file(path, "parquet", KEYS, rows, provenance(catalogue, [selection], False))
-        except ModuleNotFoundError as error:
-            raise InputError(f"{error}, or write a .csv") from None
-        return
-    with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
-        write_data(file, KEYS, rows, Format(path.suffix[1:]))
+@contextmanager
+def _or_write(other: str) -> Iterator[None]:
+    """Name another ending where what is needed for this one is not installed."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise InputError(f"{error}, or write {other}") from None
 
 
 def _draw(path: Path, orbit: Orbit | None) -> str:
@@ -105,10 +98,8 @@ def _draw(path: Path, orbit: Orbit | None) -> str:
             drawn = orbit_svg(Stadium(orbit.a), orbit.points, title, _WIDTH)
             draft.write_text(drawn + "\n", encoding="utf-8")
         else:
-            try:
+            with _or_write("an .svg"):
                 style = load("orbitdb.plots.style", "PNG", "plot")
-            except ModuleNotFoundError as error:
-                raise InputError(f"{error}, or write an .svg") from None
             from orbitdb.cli.figures.orbits import draw_orbit
 
             style.save(draw_orbit(orbit), draft, "png", title)

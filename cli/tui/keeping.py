@@ -7,11 +7,10 @@ from functools import partial
 from textual.app import ComposeResult
 
 from orbitdb.cli.render import code_text
-from orbitdb.cli.tui.dialogs.basic import LineDialog
-from orbitdb.cli.tui.dialogs.kept_filters import KEEP, FiltersDialog
-from orbitdb.cli.tui.dialogs.marks import ColumnDialog, Names
+from orbitdb.cli.tui.dialogs.lines import LineDialog
+from orbitdb.cli.tui.dialogs.lists import KEEP, ColumnDialog, FiltersDialog, Names
 from orbitdb.cli.tui.panels import Panels
-from orbitdb.cli.tui.state_file import among_marked, criteria_of, selection_of, toggled
+from orbitdb.cli.tui.state_file import among_marked, criteria_of, selection_of
 from orbitdb.cli.tui.table.columns import chosen
 from orbitdb.errors import InputError
 from orbitdb.plaintext import printable
@@ -25,10 +24,8 @@ _LONGEST_NAME = 40
 class Keeping(Panels):
     """The main screen, as far as it keeps something from one session to the next."""
 
-    def __init__(self, selection: Selection, code: str | None = None) -> None:
-        super().__init__(selection, code)
-        self._unmarked_where: str | None = None
-        self._marked_where: str | None = None
+    _unmarked_where: str | None = None
+    _marked_where: str | None = None
 
     def compose(self) -> ComposeResult:
         """Lay out the panels, with the columns and marks that were kept."""
@@ -40,14 +37,13 @@ class Keeping(Panels):
     def action_columns(self) -> None:
         """Choose the columns of the table."""
 
-        def take(names: Names | None) -> None:
-            if names is not None:
-                names = ("code", *names)
-                self.browser.kept.change(partial(replace, columns=names))
-                self.rows.table.first_column = 1
-                self.columns = chosen(names)
+        def take(names: Names) -> None:
+            with self.browser.kept.changing() as state:
+                state.columns = ["code", *names]
+            self.rows.table.first_column = 1
+            self.columns = chosen(names)
 
-        self.app.push_screen(ColumnDialog([column.name for column in self.columns]), take)
+        self.ask(ColumnDialog([column.name for column in self.columns]), take)
 
     # marked orbits
 
@@ -55,11 +51,12 @@ class Keeping(Panels):
         """Mark the orbit, or unmark it."""
         if (orbit := self.shown_orbit()) is None:
             return
-        word, kept = least_rotation(orbit.code), self.browser.kept
-        kept.change(partial(toggled, word=word))
-        verb = "marked" if word in kept.state.marked else "unmarked"
-        self.notify(f"{verb} {code_text(word)}, {len(kept.state.marked)} in all; ' shows them", timeout=2)
-        self.marked = frozenset(kept.state.marked)
+        word = least_rotation(orbit.code)
+        with self.browser.kept.changing() as state:
+            verb = "unmarked" if word in state.marked else "marked"
+            (state.marked.remove if word in state.marked else state.marked.append)(word)
+        self.notify(f"{verb} {code_text(word)}, {len(state.marked)} in all; ' shows them", timeout=2)
+        self.marked = frozenset(state.marked)
         if self._shows_marked:
             self._choose_marked(self._unmarked_where)
 
@@ -102,14 +99,14 @@ class Keeping(Panels):
     def action_filters(self) -> None:
         """Take a filter that was kept, or keep the present one."""
 
-        def take(name: str | None) -> None:
+        def take(name: str) -> None:
             if name == KEEP:
                 self._ask_for_name()
-            elif name is not None:
+            else:
                 self._choose(partial(self._kept_filter, name))
 
         told = {name: self._told(name) for name in self.browser.kept.state.filters}
-        self.app.push_screen(FiltersDialog(told, self._forget, self.selection.describe()), take)
+        self.ask(FiltersDialog(told, self._forget, self.selection.describe()), take)
 
     def _told(self, name: str) -> str:
         try:
@@ -121,9 +118,8 @@ class Keeping(Panels):
         return selection_of(self.browser.kept.state.filters[name], self.selection.a)
 
     def _forget(self, name: str) -> None:
-        self.browser.kept.change(
-            lambda state: replace(state, filters={k: v for k, v in state.filters.items() if k != name})
-        )
+        with self.browser.kept.changing() as state:
+            state.filters.pop(name, None)
 
     def _ask_for_name(self) -> None:
         criteria, kept = criteria_of(self.selection), self.browser.kept
@@ -138,9 +134,9 @@ class Keeping(Panels):
                 return "a filter of this name exists and will be replaced"
             return self.selection.describe()
 
-        def take(name: str | None) -> None:
-            if name:
-                kept.change(lambda state: replace(state, filters={**state.filters, name: criteria}))
-                self.notify(f"kept as {name}", timeout=2)
+        def take(name: str) -> None:
+            with kept.changing() as state:
+                state.filters[name] = criteria
+            self.notify(f"kept as {name}", timeout=2)
 
-        self.app.push_screen(LineDialog("keep this filter as", "", "short orbits", check), take)
+        self.ask(LineDialog("keep this filter as", "", "short orbits", check), take)

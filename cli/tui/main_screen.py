@@ -7,23 +7,23 @@ from typing import ClassVar
 
 from textual.binding import Binding
 from textual.screen import Screen
-from textual.widgets import Static
 
 from orbitdb.cli.tui import choices
-from orbitdb.cli.tui.dialogs.basic import ChoiceDialog, LineDialog
 from orbitdb.cli.tui.dialogs.fill import FillDialog
-from orbitdb.cli.tui.dialogs.fill_state import FillState
-from orbitdb.cli.tui.dialogs.filter import FilterDialog
-from orbitdb.cli.tui.dialogs.marks import MarksDialog, Names
+from orbitdb.cli.tui.dialogs.lines import FilterDialog, LineDialog
+from orbitdb.cli.tui.dialogs.lists import ChoiceDialog, MarksDialog, Names
 from orbitdb.cli.tui.keeping import Keeping
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel
+from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
 from orbitdb.cli.tui.screens import Keys, bindings, key
 from orbitdb.cli.tui.table.columns import EVERY
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import Ordering
+from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
+from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
 
@@ -80,7 +80,7 @@ class MainScreen(Keeping):
         ],
         "orbitdb": [
             Binding("f", "fill", "fill", tooltip="fill the catalogue"),
-            key("ctrl+r,f5", "app.look_again", "read the file again", key_display="ctrl+r"),
+            key("ctrl+r,f5", "look_again", "read the file again", key_display="ctrl+r"),
         ],
     }
     BINDINGS = bindings(KEYS)
@@ -112,22 +112,19 @@ class MainScreen(Keeping):
         word = images_of(orbit.code)[element]
         same = least_rotation(word) == least_rotation(orbit.code)
         name = _ELEMENTS[element]
-        self.go_to(self.browser.find_at(word, orbit.a, orbit.exists))
+        self.go_to(replace(self.browser.find(word, orbit.a), exists=orbit.exists))
         told = f"its own {name}" if same else f"{name} of {orbit.code[:20]}"
         self.query_one(FactsPanel).border_title = told
 
     def action_code(self) -> None:
         """Ask for a code in any rotation."""
 
-        def take(code: str | None) -> None:
-            if code:
-                self._codes.append(code)
-                self.ask_for(code)
+        def take(code: str) -> None:
+            self._codes.append(code)
+            self.ask_for(code)
 
-        dialog = LineDialog(
-            "code, in any rotation", "", "1232131 or 1^20(02)^5 3", choices.code_told, self._codes
-        )
-        self.app.push_screen(dialog, take)
+        title, example = "code, in any rotation", "1232131 or 1^20(02)^5 3"
+        self.ask(LineDialog(title, "", example, choices.code_told, self._codes), take)
 
     # choosing
 
@@ -150,13 +147,12 @@ class MainScreen(Keeping):
     def action_statuses(self) -> None:
         """Pick statuses from a list."""
 
-        def take(statuses: Names | None) -> None:
-            if statuses is not None:
-                self.selection = replace(self.selection, statuses=tuple(map(Status, statuses)))
+        def take(statuses: Names) -> None:
+            self.selection = replace(self.selection, statuses=tuple(map(Status, statuses)))
 
         hint = "space marks, enter takes; none marked: every status"
         texts = {status.value: status.sentence for status in choices.SHOWN}
-        self.app.push_screen(MarksDialog("statuses", hint, texts, self.selection.statuses), take)
+        self.ask(MarksDialog("statuses", hint, texts, self.selection.statuses), take)
 
     def action_reversal(self) -> None:
         """Choose self-retracing orbits, the others, or all."""
@@ -175,24 +171,20 @@ class MainScreen(Keeping):
             filled = repr(choices.half_length(text)) in values
             return "filled" if filled else "nothing is filled there: f fills it, c solves a code"
 
-        def take(a: str | None) -> None:
-            if a:
-                self.selection = replace(self.selection, a=choices.half_length(a))
+        def take(a: str) -> None:
+            self.selection = replace(self.selection, a=choices.half_length(a))
 
-        self.app.push_screen(
-            LineDialog("half length a", repr(self.selection.a), "such as 1.6", check, values), take
-        )
+        self.ask(LineDialog("half length a", repr(self.selection.a), "such as 1.6", check, values), take)
 
     def action_sort(self) -> None:
         """Choose the column to sort by."""
         every = dict.fromkeys((*self.columns, *EVERY.values()))
         named = {column.name: column.heading for column in every}
-        self.app.push_screen(ChoiceDialog("sort by", named, self.ordering.column), self._sort_by)
+        self.ask(ChoiceDialog("sort by", "", named, self.ordering.column), self._sort_by)
 
-    def _sort_by(self, column: str | None) -> None:
-        if column is not None:
-            falls = column == self.ordering.column and not self.ordering.descending
-            self.ordering = Ordering(column, falls)
+    def _sort_by(self, column: str) -> None:
+        falls = column == self.ordering.column and not self.ordering.descending
+        self.ordering = Ordering(column, falls)
 
     def action_reverse_order(self) -> None:
         """Reverse the order."""
@@ -206,7 +198,7 @@ class MainScreen(Keeping):
 
     def action_view(self) -> None:
         """Change between the stadium and phase space."""
-        self.query_one(OrbitDrawing).change_view()
+        self.query_one(OrbitDrawing).toggle_phase()
         if self.has_class("-empty"):  # the greeting is in its place
             self.shown_orbit()
 
@@ -217,8 +209,6 @@ class MainScreen(Keeping):
     def action_whole(self) -> None:
         """Open all that is known of the orbit."""
         if (orbit := self.shown_orbit()) is not None:
-            from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
-
             self.app.push_screen(WholeOrbitScreen(orbit))
 
     def action_compare(self) -> None:
@@ -252,24 +242,14 @@ class MainScreen(Keeping):
         if path.exists() and not (os.access(path, os.W_OK) and os.access(path.parent, os.W_OK)):
             self.notify(f"{path} is read-only: copy it, or name another file with --db")
             return
-        from orbitdb.numerals import exact
-        from orbitdb.symbols.enumeration import MAX_PERIOD
-
         wanted = [high for _, high in self.selection.periods if high not in self.periods]
         top = min(max(wanted, default=max(self.periods, default=10) + 1), MAX_PERIOD)
-        wish, browser = (exact(self.selection.a), f"2-{top}"), self.browser
-        self.app.push_screen(FillDialog(path, *wish, browser.fill_state, browser.begin_fill))
+        self.app.push_screen(FillDialog(exact(self.selection.a), f"2-{top}"))
 
     def go_along(self, a: float) -> None:
         """Look at the stadium that is being filled, if there is nothing at the one that is shown."""
         if not self.periods and not len(self.rows.table.source):
             self.selection = replace(self.selection, a=a)
-
-    def follow_fill(self, state: FillState) -> None:
-        """Show how far a fill is."""
-        self.query_one("#chips", Static).update(
-            f"[b]{state.sentence()}[/b] │ {choices.chips(self.selection, 1)}"
-        ) if state.runs else self.say_choices()
 
     def action_statistics(self) -> None:
         """Open the statistics of the chosen subset."""
@@ -297,14 +277,13 @@ class MainScreen(Keeping):
         self.catch_up()
         name = f"{self.orbit.code[:40] if self.orbit is not None else 'orbits'}.svg"
 
-        def take(name: str | None) -> None:
-            if name:
-                shown = self.browser.catalogue, self.selection, self.ordering, self.orbit
+        def take(name: str) -> None:
+            shown = self.browser.catalogue, self.selection, self.ordering, self.orbit
 
-                def write(_: object) -> str:
-                    self.browser.take_in_hand()
-                    return export(path_of(name), *shown, lambda: self.browser.leaving)
+            def write(_: object) -> str:
+                self.browser.take_in_hand()
+                return export(path_of(name), *shown, lambda: self.browser.leaving)
 
-                self.in_thread(f"export {name}", write, self.notify)
+            self.in_thread(f"export {name}", write, self.notify)
 
-        self.app.push_screen(LineDialog("export to a file", name, "orbits.csv, .parquet ..", kind_told), take)
+        self.ask(LineDialog("export to a file", name, "orbits.csv, .parquet ..", kind_told), take)

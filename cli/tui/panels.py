@@ -44,13 +44,6 @@ Press [b]?[/b] for the keys, [b]q[/b] to leave."""
 class Panels(OwnScreen[None]):
     """The state of the main screen: a subset in some order, and an orbit.
 
-    Parameters
-    ----------
-    selection : Selection
-        The subset to begin with.
-    code : str, optional
-        The word to begin with.
-
     Attributes
     ----------
     wanted : str or None
@@ -61,6 +54,9 @@ class Panels(OwnScreen[None]):
         The word that is looked up or solved.
     """
 
+    wanted: str | None = None
+    left: str | None = None
+    solving: str | None = None
     selection: reactive[Selection] = reactive(Selection, repaint=False)
     ordering: reactive[Ordering] = reactive(Ordering(), repaint=False)
     orbit: reactive[Orbit | None] = reactive(None, always_update=True, repaint=False)
@@ -73,9 +69,6 @@ class Panels(OwnScreen[None]):
         self.set_reactive(Panels.selection, selection)
         self._code = code
         self._values = dict(selection.parameters)
-        self.wanted: str | None = None
-        self.left: str | None = None
-        self.solving: str | None = None
         self.following = Following(self)
 
     @property
@@ -130,6 +123,8 @@ class Panels(OwnScreen[None]):
         if filled:
             self.read()
 
+    action_look_again = refresh_catalogue
+
     def watch_selection(self, old: Selection, selection: Selection) -> None:
         """Show the new subset; of another stadium nothing stays on screen."""
         if not self.is_mounted:
@@ -143,10 +138,12 @@ class Panels(OwnScreen[None]):
         self.read()
 
     def say_choices(self) -> None:
-        """Show what is chosen, in the subtitle and as links."""
-        catalogue = self.browser.catalogue
-        count = len(catalogue.a_values()) if catalogue is not None else 0
-        self.query_one("#chips", Static).update(choices.chips(self.selection, count))
+        """Show what is chosen, in the subtitle and as links, and before it how far a fill is."""
+        fill, catalogue = self.browser.fill_state, self.browser.catalogue
+        told = choices.chips(self.selection, len(catalogue.a_values()) if catalogue is not None else 0)
+        if fill is not None and fill.runs:
+            told = f"[b]{fill.sentence()}[/b] │ {told}"
+        self.query_one("#chips", Static).update(told)
         self.sub_title = self.selection.describe()
 
     def read(self) -> None:
@@ -282,7 +279,8 @@ class Panels(OwnScreen[None]):
         try:
             need_words([word], [len(word)])
             stored = self.browser.find(word, self.selection.a)
-            self.orbit = stored if away is None else self.browser.find_at(word, away, stored.exists)
+            there = None if away is None else self.browser.find(word, away)
+            self.orbit = stored if there is None else replace(there, exists=stored.exists)
         except StoreError as error:
             self.orbit = None
             self.notify(str(error), severity="error")

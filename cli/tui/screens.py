@@ -4,17 +4,20 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar, TypeVar
 
+from textual.app import ComposeResult
 from textual.await_complete import AwaitComplete
 from textual.binding import Binding, BindingType
 from textual.command import CommandPalette
-from textual.containers import ScrollableContainer
+from textual.containers import Horizontal, ScrollableContainer, Vertical
 from textual.screen import ModalScreen, Screen
+from textual.widgets import Button, Label
 from textual.worker import Worker
 
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.asking.confinement import CancelledError
 
 Result = TypeVar("Result")
+Answer = TypeVar("Answer")
 
 Keys = Mapping[str, Sequence[Binding]]
 """The keys of a screen or widget under the headings of the help; it says the tooltip, or the description."""
@@ -101,6 +104,15 @@ class OwnScreen(Screen[Result]):
 
         worker = self._latest[group] = self.run_worker(run, group=group, exclusive=True, thread=True)
 
+    def ask(self, dialog: "Dialog[Answer | None]", take: Callable[[Answer], object]) -> None:
+        """Open a dialog, and take its answer if there is one."""
+
+        def hear(answer: Answer | None) -> None:
+            if answer is not None:
+                take(answer)
+
+        self.app.push_screen(dialog, hear)
+
     def give_up(self, group: str) -> None:
         """Wait no more for what is being found in a group."""
         if (worker := self._latest.pop(group, None)) is not None:
@@ -123,5 +135,27 @@ class Dialog(ModalScreen[Result], OwnScreen[Result]):
     """A dialog: what is below it is seen, and hears no keys."""
 
 
+class QuestionDialog(Dialog[bool]):
+    """Ask whether to do something that cannot be taken back."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [key("y", "dismiss(True)"), key("n,escape", "dismiss(False)")]
+
+    def __init__(self, question: str, yes: str, no: str) -> None:
+        super().__init__()
+        self._question, self._yes, self._no = question, yes, no
+
+    def compose(self) -> ComposeResult:
+        """Show the question."""
+        with Vertical(classes="dialog"):
+            yield Label(self._question, markup=False)
+            with Horizontal(classes="buttons"):
+                yield Button(f"{self._no} (n)", id="no", variant="primary")
+                yield Button(f"{self._yes} (y)", id="yes", variant="error")
+
+    def on_button_pressed(self, event: Button.Pressed) -> None:
+        """Take the answer."""
+        self.dismiss(event.button.id == "yes")
+
+
 class ActionsDialog(CommandPalette, OwnScreen[None]):
-    """All actions by name: Textual's own list of commands."""
+    """All actions by name: Textual's own list of commands, which would close twice."""

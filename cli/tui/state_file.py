@@ -5,8 +5,9 @@ two sessions side by side keep each other's marks.
 """
 
 import json
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -22,23 +23,23 @@ Criteria = Mapping[str, Any]
 """A subset as JSON holds it: what `choose` takes."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class State:
     """What is kept.
 
     Attributes
     ----------
-    columns : tuple of str
+    columns : list of str
         What the table shows, in this order.
-    filters : mapping of str to mapping
+    filters : dict of str to mapping
         Subsets of any catalogue, by the names that were given to them.
-    marked : tuple of str
+    marked : list of str
         Words as least rotations, in the order in which they were marked.
     """
 
-    columns: tuple[str, ...] = USUAL
-    filters: Mapping[str, Criteria] = field(default_factory=dict)
-    marked: tuple[str, ...] = ()
+    columns: list[str] = field(default_factory=lambda: list(USUAL))
+    filters: dict[str, Criteria] = field(default_factory=dict)
+    marked: list[str] = field(default_factory=list)
 
 
 class Kept:
@@ -60,7 +61,13 @@ class Kept:
         """Read the file, if there is one, and tell whether it can be used."""
         try:
             if self.path is not None:
-                self.state = _state_of(json.loads(self.path.read_text(encoding="utf-8")))
+                stored = json.loads(self.path.read_text(encoding="utf-8"))
+                columns, filters, marked = (stored.get(each.name) or () for each in fields(State))
+                self.state = State(
+                    [str(name) for name in columns or USUAL],
+                    {str(name): dict(criteria) for name, criteria in dict(filters).items()},
+                    [*dict.fromkeys(least_rotation(parse_primitive(str(word))) for word in marked)],
+                )
         except FileNotFoundError:
             pass
         except OSError as error:
@@ -71,10 +78,11 @@ class Kept:
             return False
         return True
 
-    def change(self, changed: Callable[[State], State]) -> None:
-        """Change the state, here in any case, and in the file."""
+    @contextmanager
+    def changing(self) -> Iterator[State]:
+        """Change the state in a block: here in any case, and then in the file."""
         usable = self.load()
-        self.state = changed(self.state)
+        yield self.state
         if usable and self.path is not None:
             try:
                 self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -89,12 +97,6 @@ def state_path() -> Path:
     from platformdirs import user_state_path
 
     return user_state_path("orbitdb") / "browse.json"
-
-
-def toggled(state: State, word: str) -> State:
-    """Mark a word, or unmark it."""
-    others = tuple(other for other in state.marked if other != word)
-    return replace(state, marked=others if len(others) < len(state.marked) else (*others, word))
 
 
 def among_marked(words: Sequence[str], where: str | None) -> str:
@@ -132,13 +134,3 @@ def selection_of(criteria: Criteria, a: float) -> Selection:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{dict(criteria)!r:.60} is no filter of this program") from error
-
-
-def _state_of(stored: Any) -> State:
-    """Return the state as it was stored; raise if it is none."""
-    columns, filters, marked = (stored.get(name) for name in ("columns", "filters", "marked"))
-    return State(
-        USUAL if columns is None else tuple(map(str, columns)),
-        {str(name): dict(criteria) for name, criteria in (filters or {}).items()},
-        tuple(dict.fromkeys(least_rotation(parse_primitive(str(word))) for word in marked or ())),
-    )

@@ -19,8 +19,7 @@ from contextlib import redirect_stdout, suppress
 from io import StringIO
 from typing import cast
 
-from aiohttp import WSCloseCode, web
-from textual_serve.app_service import AppService
+from aiohttp import web
 from textual_serve.server import Server
 
 from orbitdb.cli.interrupts import TERMINATING, Terminated, with_other_processes
@@ -31,12 +30,10 @@ _LOG = logging.getLogger("textual-serve")
 _SECONDS = 5.0
 """How long a session may take to end."""
 _REFUSAL = "this address lacks the token: open the one that 'orbitdb browse --web' has shown\n"
-_POLICY = (
-    "default-src 'self'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; "
-    "img-src 'self' data:; connect-src 'self' {here}; frame-ancestors 'none'"
-)
 _HEADERS = {
-    "Content-Security-Policy": _POLICY,
+    "Content-Security-Policy": "default-src 'self'; script-src 'self' 'unsafe-inline'; "
+    "style-src 'self' 'unsafe-inline'; img-src 'self' data:; connect-src 'self' {here}; "
+    "frame-ancestors 'none'",
     "Referrer-Policy": "no-referrer",
     "Cache-Control": "no-store",
 }
@@ -77,28 +74,32 @@ def serve(arguments: Sequence[str], port: int, tell: Callable[[str], None]) -> N
     Terminated
         On a signal to terminate.
     """
-    with _listening(port) as listening, with_other_processes(), redirect_stdout(sys.stderr):
-        server = TokenServer(arguments, listening.getsockname()[1])
-        number = asyncio.run(server.until_told(listening, tell))
-    if number != signal.SIGINT:
-        raise Terminated(number)
-
-
-def _listening(port: int) -> socket.socket:
     try:
-        return socket.create_server((HOST, port))
+        listening = socket.create_server((HOST, port))
     except OSError as error:
         reason = os.strerror(error.errno or 0)
         raise InputError(f"port {port} cannot be used ({reason}): name another with --port, or 0") from None
+    server = TokenServer(arguments, listening.getsockname()[1])
+    with listening, with_other_processes(), redirect_stdout(StringIO()):
+        web.run_app(
+            server.guarded(),
+            sock=listening,
+            access_log=None,
+            handle_signals=False,
+            shutdown_timeout=_SECONDS,
+            print=lambda _: tell(server.address),
+        )
+    if server.told != signal.SIGINT:
+        raise Terminated(server.told)
 
 
 class TokenServer(Server):
     """A server whose every address begins with a token.
 
-    Parameters
+    Attributes
     ----------
-    arguments : sequence of str
-    port : int
+    told : int
+        The signal that has ended it.
     """
 
     def __init__(self, arguments: Sequence[str], port: int) -> None:
@@ -106,35 +107,13 @@ class TokenServer(Server):
         command = subprocess.list2cmdline(program) if sys.platform == "win32" else shlex.join(program)
         super().__init__(command, HOST, port, "orbitdb browse", f"http://{HOST}:{port}")
         self.token = secrets.token_hex(16)
+        self.told: int = signal.SIGINT
         self._sessions: set[asyncio.Task[object]] = set()
 
     @property
     def address(self) -> str:
         """The page, with its token."""
         return f"{self.public_url}/{self.token}/"
-
-    async def until_told(self, listening: socket.socket, tell: Callable[[str], None]) -> int:
-        """Serve until a signal says to end, and return its number."""
-        told: asyncio.Future[int] = asyncio.get_running_loop().create_future()
-
-        def end(number: int) -> None:
-            for log in (_LOG, logging.getLogger("asyncio")):  # of sessions that end now, or later
-                log.disabled = True
-            if not told.done():
-                told.set_result(number)
-
-        with suppress(NotImplementedError):  # on Windows Ctrl-C ends the loop itself
-            for number in (signal.SIGINT, *TERMINATING):
-                asyncio.get_running_loop().add_signal_handler(number, end, number)
-        runner = web.AppRunner(await self.guarded(), access_log=None, shutdown_timeout=_SECONDS)
-        await runner.setup()
-        try:
-            await web.SockSite(runner, listening).start()
-            tell(self.address)
-            return await told
-        finally:
-            with redirect_stdout(StringIO()):
-                await runner.cleanup()
 
     async def guarded(self) -> web.Application:
         """Return what textual-serve serves, below the token, and nothing beside it."""
@@ -144,7 +123,10 @@ class TokenServer(Server):
             given = request.path.partition("/")[2].partition("/")[0]
             if not secrets.compare_digest(given.encode(errors="replace"), self.token.encode()):
                 return web.Response(status=403, text=_REFUSAL)
-            if request.method == "GET" and not self._is_meant(request):
+            if request.headers.get("Origin", self.public_url) != self.public_url:  # which has the token
+                return web.Response(status=403, text="a session is for the page of this server\n")
+            meant = request.host == f"{HOST}:{self.port}"  # another name of the host is another origin
+            if request.method == "GET" and not (meant and request.path != f"/{self.token}"):
                 raise web.HTTPFound(self.address)
             return await handler(request)
 
@@ -157,15 +139,21 @@ class TokenServer(Server):
         app.on_response_prepare.append(add_headers)
         return app
 
-    def _is_meant(self, request: web.Request) -> bool:
-        """Tell whether it is for the address as announced: another name of the host is another origin."""
-        return request.host == f"{HOST}:{self.port}" and request.path != f"/{self.token}"
-
     async def on_startup(self, app: web.Application) -> None:
-        """Say nothing: the command announces the address."""
+        """Listen to signals between what the sessions do; the command announces the address."""
+
+        def end(number: int) -> None:
+            self.told = number
+            raise web.GracefulExit
+
+        with suppress(NotImplementedError):  # on Windows Ctrl-C ends the loop itself
+            for number in (signal.SIGINT, *TERMINATING):
+                asyncio.get_running_loop().add_signal_handler(number, end, number)
 
     async def on_shutdown(self, app: web.Application) -> None:
-        """End all sessions, each of which ends its process."""
+        """End all sessions, each of which ends its process, and say nothing of what that interrupts."""
+        for log in (_LOG, logging.getLogger("asyncio")):
+            log.disabled = True
         for session in self._sessions:
             session.cancel()
         if self._sessions:
@@ -178,17 +166,7 @@ class TokenServer(Server):
         return page
 
     async def handle_websocket(self, request: web.Request) -> web.WebSocketResponse:
-        """Run a session.
-
-        Raises
-        ------
-        HTTPForbidden
-            If the page of another server asks, which may have got hold of the token.
-        HTTPBadRequest
-            If it is no websocket that is asked for; aiohttp would report that as an error of this program.
-        """
-        if request.headers.get("Origin", self.public_url) != self.public_url:
-            raise web.HTTPForbidden(text="a session is for the page of this server\n")
+        """Run a session; what is no websocket aiohttp would report as an error of this program."""
         if not web.WebSocketResponse().can_prepare(request):
             raise web.HTTPBadRequest(text="a session is a websocket\n")
         session = asyncio.current_task()
@@ -198,10 +176,3 @@ class TokenServer(Server):
             return await super().handle_websocket(request)
         finally:
             self._sessions.discard(session)
-
-    async def _process_messages(self, websocket: web.WebSocketResponse, app_service: AppService) -> None:
-        """Pass on what the page says; anything else ends the session."""
-        try:
-            await super()._process_messages(websocket, app_service)
-        except (AssertionError, AttributeError, LookupError, TypeError, ValueError):
-            await websocket.close(code=WSCloseCode.UNSUPPORTED_DATA, message=b"no message of this page")

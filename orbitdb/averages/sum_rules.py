@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from orbitdb.averages.exact_means import ExactMeans, exact_means
 from orbitdb.averages.tilt_moments import HELD, TiltedOrbits, TiltedSums, TiltMoments
 from orbitdb.averages.tilted import Tilted, exact_tilt, tilt
-from orbitdb.billiard.legs import Derivatives, cut_on_demand, derivatives, preceding
+from orbitdb.billiard.legs import Derivatives, cut, derivatives, preceding
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.orbits.newton import newton
@@ -105,7 +105,7 @@ def orbits_of_words(
     Newton's method finds the directions of the legs in less time than a database gives coordinates.
     """
     terms = np.empty((4, len(words)))
-    for rows, legs, _ in cut_on_demand(words):
+    for rows, legs in cut(words):
         terms[:, rows] = _terms(derivatives(legs, a, newton(legs, a).alpha))
     return TiltedOrbits.of(size, lyapunov, terms, exact_means(a))
 

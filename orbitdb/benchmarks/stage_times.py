@@ -5,7 +5,7 @@ from time import perf_counter
 
 import numpy as np
 
-from orbitdb.billiard.legs import cut_on_demand
+from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import certificates, newton
 from orbitdb.orbits.orbit import Orbits, Status
@@ -42,13 +42,13 @@ def stage_times(p: int, stadium: Stadium) -> StageTimes:
     clock = [perf_counter()]
     least, sizes = representatives(p)
     clock.append(perf_counter())
-    groups = list(cut_on_demand(least))
+    groups = cut(least)
     clock.append(perf_counter())
-    found = [newton(chain, stadium.a) for _, chain, _ in groups]
+    found = [newton(legs, stadium.a) for _, legs in groups]
     clock.append(perf_counter())
     orbits = Orbits.empty(least)
-    for (rows, chain, legs), way in zip(groups, found, strict=True):
-        orbits.place(rows, assess(least[rows], chain, legs, stadium, (way.alpha, way.iterations)))
+    for (rows, legs), way in zip(groups, found, strict=True):
+        orbits.place(rows, assess(least[rows], legs, stadium, way))
     clock.append(perf_counter())
     open_words = least[orbits.status == Status.UNRESOLVED]
     if len(open_words):

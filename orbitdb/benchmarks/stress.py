@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 from orbitdb.averages.fixed_points import ClassRows
 from orbitdb.averages.period_sums import HIGHEST, PeriodSums
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.billiard.writing import written
 from orbitdb.orbits.newton import certificates, solve
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.symbols.least_words import representatives
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import from_strings, parse
-from orbitdb.trajectories.rays import itineraries, random_rays
+from orbitdb.trajectories.rays import bounce, random_rays
 
 Words = NDArray[np.uint8]
 
@@ -147,8 +148,11 @@ def closed_words(stadium: Stadium, p: int, count: int, seed: int = 1) -> Words:
     A segment from the beginning of a run on the left to just before the beginning of another closes to
     a word; a part of these words, that broken rules and the solver tell, cannot close in the stadium.
     """
-    rng = np.random.default_rng(seed)
-    symbols = itineraries(stadium, random_rays(stadium, 8 * count, rng), p + _WINDOW).symbols
+    rays = [random_rays(stadium, 8 * count, np.random.default_rng(seed))]
+    for _ in range(p + _WINDOW + 1):
+        rays.append(bounce(rays[-1], stadium.a).rays)
+    x, y, side = (np.stack([getattr(each, name) for each in rays], axis=1) for name in ("x", "y", "side"))
+    symbols, _ = written(stadium, x, y, side)
     left = np.isin(symbols, _LEFT)
     begins = left[:, 1:] & ~left[:, :-1]
     both = begins[:, :-p] & begins[:, p:]

@@ -31,18 +31,11 @@ def slacks(legs: Chain, alpha: Floats) -> Floats:
         For each run, pi/2 - |t| of its first and last bounce; for each leg, pi/2 - s t - 2 |alpha|
         at its start and, seen backwards, at its end: with t the last bounce on the semicircle, the
         angle from the joint to the bounce that would follow if the semicircle went on. Infinite for
-        a leg without walls. All are positive for an orbit; an orbit through a joint has a zero.
+        a leg without walls and the last bounce of a run of one. All are positive for an orbit; an orbit
+        through a joint has a zero.
     """
-    first, last = end_angles(legs, alpha)
-    steep = HALF_PI - 2 * legs.s * alpha
-    ahead = -legs.s * legs.parity * following(first)
-    walled = legs.n > 0
-    return np.stack([
-        HALF_PI - np.abs(first),
-        HALF_PI - np.abs(last),
-        np.where(walled, steep - legs.s * last, np.inf),
-        np.where(walled, steep - ahead, np.inf),
-    ])  # fmt: skip
+    low, high, later, latest, ahead, back = smooth_slacks(legs, alpha)
+    return np.stack([np.minimum(low, high), np.minimum(later, latest), ahead, back])
 
 
 def smooth_slacks(legs: Chain, alpha: Floats) -> Floats:
@@ -53,16 +46,7 @@ def smooth_slacks(legs: Chain, alpha: Floats) -> Floats:
     positive where all slacks are. Infinite for a leg without walls, and where a run of a single bounce
     would count it twice.
     """
-    first, last = end_angles(legs, alpha)
-    steep = HALF_PI - 2 * legs.s * alpha
-    walled, several = legs.n > 0, legs.k > 1
-    found = np.empty((6, *alpha.shape))
-    found[0], found[1] = HALF_PI - first, HALF_PI + first
-    found[2] = np.where(several, HALF_PI - last, np.inf)
-    found[3] = np.where(several, HALF_PI + last, np.inf)
-    found[4] = np.where(walled, steep - legs.s * last, np.inf)
-    found[5] = np.where(walled, steep + legs.s * legs.parity * following(first), np.inf)
-    return found
+    return _six(legs, HALF_PI, alpha, *end_angles(legs, alpha), np.inf)
 
 
 def slack_changes(legs: Chain, change: Floats) -> Floats:
@@ -73,14 +57,20 @@ def slack_changes(legs: Chain, change: Floats) -> Floats:
     arriving = preceding(legs.parity * change)
     middle = (arriving - change) / 2
     spread = -(arriving + change) * (legs.k - 1) / (2 * legs.k)
-    first, last = middle - spread, middle + spread
-    several = legs.k > 1
-    found = np.empty((6, *change.shape))
-    found[0], found[1] = -first, first
-    found[2], found[3] = np.where(several, -last, 0.0), np.where(several, last, 0.0)
-    found[4] = -2 * legs.s * change - legs.s * last
-    found[5] = -2 * legs.s * change + legs.s * legs.parity * following(first)
-    return found
+    return _six(legs, 0.0, change, middle - spread, middle + spread, 0.0)
+
+
+def _six(legs: Chain, base: float, alpha: Floats, first: Floats, last: Floats, none: float) -> Floats:
+    several, walled = legs.k > 1, legs.n > 0
+    steep = base - 2 * legs.s * alpha
+    return np.stack([
+        base - first,
+        base + first,
+        np.where(several, base - last, none),
+        np.where(several, base + last, none),
+        np.where(walled, steep - legs.s * last, none),
+        np.where(walled, steep + legs.s * legs.parity * following(first), none),
+    ])  # fmt: skip
 
 
 def slack_errors(legs: Chain, alpha_error: Floats) -> Floats:

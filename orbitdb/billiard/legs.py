@@ -3,31 +3,22 @@
 An admissible word alternates between *runs* of bounces on the left and right semicircle, joined by
 *legs* over n >= 0 straight bounces. Unfold every leg at the walls it hits: it becomes one straight
 line, and its direction alpha at the start (the slope, seen towards the other side) fixes where the
-runs at both its ends lie, for a circle of radius 1 is touched at equal angles. Take the directions of
-the m legs as unknowns, with
+runs at both its ends lie. With the directions of the m legs as unknowns, the length is
 
     L(alpha) = sum over legs  2 a cos(alpha) + 2 n s sin(alpha)
              + sum over runs  2 k sin(psi / 2k),     psi = pi - d (alpha_in + alpha_out),
 
 where s = -1, +1 is the first wall of the leg (bottom, top), k the number of bounces of the run and
-d = +1, -1 its sense (up, down). A stationary point of L is an orbit on the continued walls, and its
-value there is the length.
-
-Every leg term has the curvature -D, D = 2 a cos(alpha) + 2 n s sin(alpha) the part of the leg beyond
-the feet of the two circle centres, and every run term the curvature -sin(psi/2k)/2k in its sum of
-directions. Between the directions that an orbit can have (`direction_limits`) all these are negative:
-L is strictly concave, an orbit is its one maximum, and no word has two orbits. The condition that
-every bounce lies on its own wall or semicircle is linear in alpha (`orbitdb.billiard.bounces.slacks`).
+d = +1, -1 its sense (up, down). A stationary point is an orbit on the continued walls. Between
+`direction_limits` L is strictly concave: an orbit is its one maximum, and no word has two (docs/proof.md).
 
 All arrays of legs and runs have shape (m, N): unknowns first, words along the second axis. Where
-several words stand in different stadiums, a has shape (N,).
-Run i precedes leg i; run 0 is on the left.
+several words stand in different stadiums, a has shape (N,). Run i precedes leg i; run 0 is on the left.
 """
 
 import math
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -121,91 +112,32 @@ def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
     list of (ndarray of intp, Legs)
         One entry for each number of runs: the rows of ``words`` it holds, and their structure.
     """
-    return [(rows, legs(np.arange(len(rows)))) for rows, _, legs in cut_on_demand(words)]
-
-
-def cut_on_demand(
-    words: NDArray[np.uint8],
-) -> Iterator[tuple[NDArray[np.intp], Chain, Callable[[NDArray[np.intp]], Legs]]]:
-    """Cut admissible words as `cut` does, but tell where each bounce stands only of those that are asked for.
-
-    Yields
-    ------
-    rows : ndarray of intp
-        The words that have one number of runs.
-    chain : Chain
-        Their structure.
-    legs : callable
-        From places among these words to their `Legs`.
-    """
-    pieces = _Pieces.of(words)
-    for rows, chain in pieces.by_runs():
-        yield rows, chain, partial(pieces.legs, chain, rows)
-
-
-@dataclass(frozen=True, eq=False)
-class _Pieces:
-    """N words of order p, each turned so that a run on the left comes first, and where their parts begin.
-
-    Attributes
-    ----------
-    symbols : ndarray of uint8, shape (N, p)
-    origin : ndarray of intp, shape (N, 1)
-        The bounce that has become the first.
-    straight, fresh, run_starts : ndarray of bool, shape (N, p)
-        Bounces on straight walls, and those that a run or a leg begins with; those that a run begins with.
-    """
-
-    symbols: NDArray[np.uint8]
-    origin: NDArray[np.intp]
-    straight: NDArray[np.bool_]
-    fresh: NDArray[np.bool_]
-    run_starts: NDArray[np.bool_]
-
-    @classmethod
-    def of(cls, words: NDArray[np.uint8]) -> "_Pieces":
-        n_words, p = words.shape
-        left = _LEFT[words]
-        origin = (left & ~np.roll(left, 1, axis=1)).argmax(axis=1)[:, None]
-        symbols = np.take_along_axis(words, (np.arange(p) + origin) % p, axis=1)
-        straight, left = STRAIGHT[symbols], _LEFT[symbols]
-        fresh = np.ones((n_words, p), dtype=bool)
-        fresh[:, 1:] = straight[:, 1:] != straight[:, :-1]
-        crossing = ~straight[:, 1:] & (left[:, 1:] != left[:, :-1])
-        fresh[:, 1:] |= crossing
-        return cls(symbols, origin, straight, fresh, fresh & ~straight)
-
-    def by_runs(self) -> Iterator[tuple[NDArray[np.intp], Chain]]:
-        """Yield for each number of runs the rows of the words that have it, and their chains."""
-        starts = np.flatnonzero(self.run_starts)  # words begin with a run: none reaches into the next
-        symbols = self.symbols.ravel()
-        n = np.add.reduceat(self.straight.ravel(), starts, dtype=float)
-        k = np.diff(starts, append=symbols.size) - n
-        d = np.where(_DOWNWARD[symbols[starts]], -1.0, 1.0)
-        first_wall = np.minimum(starts + k.astype(np.intp), symbols.size - 1)
-        s = np.where(n > 0, symbols[first_wall] - 1.0, 0.0)
-        runs = self.run_starts.sum(axis=1)
-        first_run = runs.cumsum() - runs
-        for m in np.flatnonzero(np.bincount(runs)):
-            rows = np.flatnonzero(runs == m)
-            chain = first_run[rows] + np.arange(m)[:, None]
-            yield rows, Chain(*(part[chain] for part in (k, d, n, s)))
-
-    def legs(self, chain: Chain, rows: NDArray[np.intp], few: NDArray[np.intp]) -> Legs:
-        """Return the legs of a few of some words, whose chains are known."""
-        part, p = chain.chain(few), self.symbols.shape[1]
-        back = rows[few] * p + (np.arange(p)[:, None] - self.origin[rows[few], 0]) % p
-        run, place = self.places
-        whole = run.take(back), place.take(back), self.straight.take(back)
-        return Legs(part.k, part.d, part.n, part.s, *whole)
-
-    @cached_property
-    def places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """The run, or the leg, of every bounce, and its place in it, from 0."""
-        runs = self.run_starts.cumsum(axis=1) - 1
-        steps = np.arange(self.fresh.size)
-        start = np.maximum.accumulate(np.where(self.fresh.ravel(), steps, 0))  # each word begins with one
-        return runs.ravel(), steps - start
+    p, left = words.shape[1], _LEFT[words]
+    origin = (left & ~np.roll(left, 1, axis=1)).argmax(axis=1)[:, None]
+    symbols = np.take_along_axis(words, (np.arange(p) + origin) % p, axis=1)  # a run on the left comes first
+    straight, left = STRAIGHT[symbols], _LEFT[symbols]
+    fresh = np.ones(words.shape, dtype=bool)  # where a run or a leg begins
+    fresh[:, 1:] = straight[:, 1:] != straight[:, :-1]
+    fresh[:, 1:] |= ~straight[:, 1:] & (left[:, 1:] != left[:, :-1])
+    fresh_run = fresh & ~straight
+    begins, steps = np.flatnonzero(fresh_run), np.arange(fresh.size)
+    n = np.add.reduceat(straight.ravel(), begins, dtype=float)
+    k = np.diff(begins, append=symbols.size) - n
+    d = np.where(_DOWNWARD[symbols.ravel()[begins]], -1.0, 1.0)
+    first_wall = np.minimum(begins + k.astype(np.intp), symbols.size - 1)
+    s = np.where(n > 0, symbols.ravel()[first_wall] - 1.0, 0.0)
+    place = (steps - np.maximum.accumulate(np.where(fresh.ravel(), steps, 0))).reshape(fresh.shape)
+    back = (np.arange(p) - origin) % p
+    bounces = [np.take_along_axis(x, back, axis=1) for x in (fresh_run.cumsum(axis=1) - 1, place, straight)]
+    runs = fresh_run.sum(axis=1)
+    first_run = runs.cumsum() - runs
+    found = []
+    for m in np.flatnonzero(np.bincount(runs)):
+        rows = np.flatnonzero(runs == m)
+        chain = first_run[rows] + np.arange(m)[:, None]
+        parts = [part[chain] for part in (k, d, n, s)] + [part[rows].T for part in bounces]
+        found.append((rows, Legs(*parts)))
+    return found
 
 
 def direction_limits(legs: Chain, a: float | Floats) -> tuple[Floats, Floats]:

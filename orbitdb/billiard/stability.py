@@ -6,11 +6,8 @@ bounce, a straight bounce is [[-1, 0], [-l, -1]] and a bounce on a semicircle
 printed, with another sign in the first and the path behind the bounce in the second, orbits that are
 hyperbolic would get lambda = 0.
 
-Between the midpoints of chords a bounce on a semicircle at angle theta is a pure kick 2 / sin(theta)
-and a chord of the circle no drift at all. So a run of k bounces is one kick 2 k / sin(theta), a leg one
-drift over its length D beyond the feet of the centres, and M a product of m factors
-[[1, 0], [K, 1]] [[1, D], [0, 1]] of positive numbers (times -1 per straight bounce): nothing cancels,
-and tr M - 2 is had to full relative precision however small or large it is.
+Between midpoints of chords a run is one kick 2 k / sin(theta) and a leg one drift D, so that tr M - 2 is a
+sum of products of positive numbers: nothing cancels, however small or large it is (docs/proof.md).
 """
 
 from dataclasses import dataclass
@@ -107,13 +104,8 @@ def hessian(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> 
     The identity det H = prod(-b_i) (tr M - 2), with b_i the off-diagonal entries, holds at an orbit;
     at p = 2 both links fall on one entry and b_i is each link's own part (`couplings_of`).
     """
-    links = Links.of(stadium, words, coordinates)
-    return hessian_of(words, links, couplings_of(links, stadium.tangents(words, coordinates)))
-
-
-def hessian_of(words: NDArray[np.uint8], links: "Links", couplings: Floats) -> Floats:
-    """Return the Hessian as `hessian` does, from links and their couplings, shape (N, p)."""
-    n, p = words.shape
+    links, (n, p) = Links.of(stadium, words, coordinates), words.shape
+    couplings = couplings_of(links, stadium.tangents(words, coordinates))
     sin_in, sin_out = np.sqrt(1 - links.cos_in**2), np.sqrt(1 - links.cos_out**2)
     curved = np.where(STRAIGHT[words], 0.0, sin_in + sin_out)
     matrix = np.zeros((n, p, p))

@@ -24,14 +24,9 @@ def written(stadium: Stadium, x: Floats, y: Floats, side: Floats) -> tuple[NDArr
     coordinates : ndarray, shape (N, p)
     """
     coordinates = np.where(side == 0, x, np.arctan2(y, side * x - stadium.a))
-    return _symbols(side, y, coordinates), coordinates[:, 1:-1]
-
-
-def _symbols(side: Floats, y: Floats, coordinates: Floats) -> NDArray[np.uint8]:
-    """Write bounces as symbols, but the first and the last of each row."""
     same = (side[:, 1:] == side[:, :-1]) & (side[:, 1:] != 0)
     falls = same & (coordinates[:, 1:] < coordinates[:, :-1])
     down = falls[:, 1:] | falls[:, :-1]
     here, height = side[:, 1:-1], y[:, 1:-1]
     curved = np.where(here < 0, 1 + 3 * down, 3 + 2 * down)
-    return np.where(here == 0, 1 + height, curved).astype(np.uint8)
+    return np.where(here == 0, 1 + height, curved).astype(np.uint8), coordinates[:, 1:-1]

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from orbitdb.catalogue.whole_periods import (
     why_missing,
     why_no_sum_rules_of,
 )
+from orbitdb.entropy.entropy_bounds import BALLS, EntropyBounds
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact, with_error
 from orbitdb.orbits.least_values import least_exponent
@@ -30,8 +31,6 @@ from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.tally import Tally
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import why_not_swept
-from orbitdb.store.file.schema import BALLS, DOUBLES
-from orbitdb.store.reading.records import Enclosure
 
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
@@ -257,7 +256,7 @@ def _up_to(
     return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, notes)))
 
 
-def stored_enclosure(catalogue: "Catalogue", a: float) -> tuple[Enclosure, str] | None:
+def stored_enclosure(catalogue: "Catalogue", a: float) -> tuple[EntropyBounds, str] | None:
     """Return the closest stored bounds on the entropy at one a, and a line that tells of them.
 
     Where others, in balls, are less close, the line tells of them, too.
@@ -270,20 +269,19 @@ def stored_enclosure(catalogue: "Catalogue", a: float) -> tuple[Enclosure, str] 
     return closest, line + ("" if surer is None else f"; {surer.between} by {surer.basis}")
 
 
-def enclosure(catalogue: "Catalogue", a: float) -> tuple[Enclosure, str]:
+def enclosure(catalogue: "Catalogue", a: float) -> tuple[EntropyBounds, str]:
     """Return the closest stored bounds on the entropy at one a, or some found now, and a line on them."""
     if (known := stored_enclosure(catalogue, a)) is not None:
         return known
     from orbitdb.entropy.bounds import search
 
     *_, last = search(Stadium(a), _EDGES)
-    found = Enclosure(**asdict(last), proof=DOUBLES)
     closer = f"'orbitdb bounds --a {exact(a)}' finds closer ones"
-    return found, f"entropy of all orbits: {found.between}, proved by {found.basis}; {closer}"
+    return last, f"entropy of all orbits: {last.between}, proved by {last.basis}; {closer}"
 
 
 def outside(
-    periods: Sequence[int], h_zeta: Sequence[float | None], found: Enclosure, chosen: Selection
+    periods: Sequence[int], h_zeta: Sequence[float | None], found: EntropyBounds, chosen: Selection
 ) -> str:
     """Say at which periods h_zeta of all orbits, None or NaN where there is none, lies outside the bounds.
 

@@ -2,14 +2,15 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Unpack, overload
+from functools import partial
+from typing import TYPE_CHECKING, Any, Unpack
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.counted import Counted, count
 from orbitdb.catalogue.gaps import describe_lacking, describe_unfilled
 from orbitdb.catalogue.opened import OpenedCatalogue
 from orbitdb.column_files import ColumnBlock
-from orbitdb.errors import InputError
+from orbitdb.entropy.entropy_bounds import EntropyBounds
 from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.store.asking.conditions import COLUMNS, asks_of_lives
 from orbitdb.store.asking.confinement import CancelledError, never
@@ -23,7 +24,6 @@ from orbitdb.store.reading.chosen import Chosen
 from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lives import BirthFill, Life
 from orbitdb.store.reading.lookup import a_filled, find_word
-from orbitdb.store.reading.records import Enclosure
 from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
@@ -210,50 +210,21 @@ class Catalogue(OpenedCatalogue):
         with self.reading() as connection:
             return find_word(driver(connection), symbols, at)
 
-    @overload
-    def identify(
-        self,
-        *,
-        start: Sequence[float],
-        tolerance: float | None = None,
-        bounces: int | None = None,
-        limit: int | None = None,
-        a: float | None = None,
-    ) -> "Trajectory": ...
-    @overload
-    def identify(
-        self,
-        *,
-        points: "ArrayLike",
-        tolerance: float | None = None,
-        limit: int | None = None,
-        a: float | None = None,
-    ) -> "Trajectory": ...
-    @overload
-    def identify(
-        self,
-        *,
-        length: float,
-        tolerance: float | None = None,
-        limit: int | None = None,
-        a: float | None = None,
-    ) -> "tuple[Candidate, ...]": ...
     def identify(
         self,
         *,
         start: Sequence[float] | None = None,
         points: "ArrayLike | None" = None,
-        length: float | None = None,
         tolerance: float | None = None,
         bounces: int | None = None,
         limit: int | None = None,
         a: float | None = None,
-    ) -> "Trajectory | tuple[Candidate, ...]":
-        """Find orbits from a start, from points of a trajectory, or from a length.
+    ) -> "Trajectory":
+        """Find the orbits that a trajectory shadows, from its start or from its bounces.
 
-        A trajectory becomes symbols. Its pieces between near returns, of up to 24 bounces, become words
+        The trajectory becomes symbols. Its pieces between near returns, of up to 24 bounces, become words
         and are solved, stored or not; the result has the orbits that the trajectory stays with for two
-        bounces or more. A length is compared with those of the stored orbits and their repetitions.
+        bounces or more.
 
         Parameters
         ----------
@@ -261,54 +232,78 @@ class Catalogue(OpenedCatalogue):
             x, y from the middle of the stadium, inside it or on its boundary, and the angle of the path from
             the x axis (radians). The trajectory is followed forward and back.
         points : array-like, shape (N, 2), optional
-            x, y of 3 to 1000 successive bounces; the last may be the first again. All of them together are
-            one more word to try, of any period. A point that is closer to a joint of wall and semicircle
-            than its error may land on the wrong side of it, and then the word is not found.
-        length : float, optional
-            In units of the radius.
+            Instead of a start: x, y of 3 to 1000 successive bounces; the last may be the first again. All of
+            them together are one more word to try, of any period. A point that is closer to a joint of wall
+            and semicircle than its error may land on the wrong side of it, and then the word is not found.
         tolerance : float, optional
-            Largest distance of a bounce from that of the orbit and of points from the boundary, 0.01 by
-            default; or of a length from the one given, 0.001 by default. At most 1.
+            Largest distance of a bounce from that of the orbit and of points from the boundary, at most 1;
+            0.01 by default.
         bounces : int, optional
             Bounces to follow from a start, each way; by default 60. The trajectory ends where rounding may
             have moved a bounce by the tolerance.
         limit : int, optional
-            Largest number of orbits; by default 10 for a trajectory, and all for a length.
+            Largest number of orbits; by default 10.
         a : float, optional
             The stadium, by default the catalogue's.
 
         Returns
         -------
-        Trajectory or tuple of Candidate
-            First the orbit that the trajectory goes round most often, or whose length is nearest.
+        Trajectory
+            First the orbit that the trajectory goes round most often.
 
         Raises
         ------
         InputError
-            If you give more or less than one of the three, or a value that cannot be used.
+            If you give not one of start and points, or a value that cannot be used.
 
         Examples
         --------
         >>> found = catalogue.identify(start=(0, 0.001, 0))
         >>> [(each.orbit.code, each.first, each.bounces) for each in found.shadowed[:1]]
         [('31', -1, 4)]
-        >>> [(each.code, each.repetitions) for each in catalogue.identify(length=20.8)]
+        """
+        from orbitdb.catalogue.identification import identify_trajectory
+
+        at = Stadium(self.a if a is None else a)
+        find = partial(self._find_or_solve, a=at.a)
+        return identify_trajectory(at, find, start, points, tolerance, bounces, limit)
+
+    def with_length(
+        self,
+        length: float,
+        tolerance: float | None = None,
+        limit: int | None = None,
+        a: float | None = None,
+    ) -> "tuple[Candidate, ...]":
+        """Find the stored orbits that have a length, repeated or not; the nearest come first.
+
+        Parameters
+        ----------
+        length : float
+            In units of the radius.
+        tolerance : float, optional
+            Largest difference, at most 1; 0.001 by default. Error bounds of stored lengths come on top.
+        limit : int, optional
+            Largest number of orbits; by default all.
+        a : float, optional
+            The stadium, by default the catalogue's.
+
+        Raises
+        ------
+        InputError
+            If a value cannot be used.
+
+        Examples
+        --------
+        >>> [(each.code, each.repetitions) for each in catalogue.with_length(20.8)]
         [('13', 2)]
         """
-        from orbitdb.catalogue import identification
+        from orbitdb.catalogue.identification import identify_length
 
-        if sum(each is not None for each in (start, points, length)) != 1:
-            raise InputError("identify takes exactly one of start, points and length")
-        at = Stadium(self.a if a is None else a)
-        if length is None:
-            return identification.identify_trajectory(
-                at, lambda word: self._find_or_solve(word, at.a),
-                start=start, points=points, tolerance=tolerance, bounces=bounces, limit=limit,
-            )  # fmt: skip
-        if bounces is not None:
-            raise InputError("a number of bounces goes with a start: a length has none")
         with self.reading() as connection:
-            return identification.identify_length(connection, at.a, length, tolerance, limit)
+            return identify_length(
+                connection, Stadium(self.a if a is None else a).a, length, tolerance, limit
+            )
 
     def spectrum(
         self,
@@ -359,7 +354,7 @@ class Catalogue(OpenedCatalogue):
         with self.reading() as connection:
             return lives.lives(connection, p)
 
-    def entropy_bounds(self, a: float | None = None, proof: str | None = None) -> Enclosure | None:
+    def entropy_bounds(self, a: float | None = None, proof: str | None = None) -> EntropyBounds | None:
         """Return the closest proved bounds that are stored on the topological entropy at one a.
 
         None if there are none: `orbitdb bounds` finds and stores them.
@@ -393,7 +388,7 @@ class Catalogue(OpenedCatalogue):
         with self.reading() as connection:
             return records.best_reference(connection, self.a if a is None else a)
 
-    def entropy_curve(self, proof: str | None = None) -> list[Enclosure]:
+    def entropy_curve(self, proof: str | None = None) -> list[EntropyBounds]:
         """Return the closest stored bounds on the topological entropy at every a, in order.
 
         The parameter is that of `entropy_bounds`.
@@ -469,7 +464,7 @@ class Catalogue(OpenedCatalogue):
     def _find_or_solve(self, word: str, a: float) -> Orbit:
         if (found := self.find(word, a)) is not None:
             return found
-        from orbitdb.orbits.newton import solve_word
+        from orbitdb.orbits.births.lives import solve_word
 
         return solve_word(word, a)
 

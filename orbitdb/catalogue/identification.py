@@ -132,23 +132,15 @@ class Candidate:
 def identify_trajectory(
     stadium: Stadium,
     find: Callable[[str], Orbit],
-    *,
     start: Sequence[float] | None = None,
     points: Any = None,
     tolerance: float | None = None,
     bounces: int | None = None,
     limit: int | None = None,
 ) -> Trajectory:
-    """Find the orbits that a trajectory shadows (`Catalogue.identify`).
-
-    Parameters
-    ----------
-    stadium : Stadium
-    find : callable
-        From a word to its orbit, stored or solved.
-    start, points, tolerance, bounces, limit : optional
-        As in `Catalogue.identify`; one of the first two.
-    """
+    """Find the orbits that a trajectory shadows, each from its word (`Catalogue.identify`)."""
+    if (start is None) == (points is None):
+        raise InputError("identify takes exactly one of start and points")
     near = _measure("tolerance", NEAR if tolerance is None else tolerance, _MOST_TOLERANCE)
     most = _count(SHOWN if limit is None else limit)
     if start is not None:
@@ -168,16 +160,12 @@ def _followed(shadow: Shadow, first: int, find: Callable[[str], Orbit]) -> Follo
 
 
 def identify_length(
-    connection: sa.Connection,
-    a: float,
-    length: float,
-    tolerance: float | None = None,
-    limit: int | None = None,
+    connection: sa.Connection, a: float, length: float, tolerance: float | None, limit: int | None
 ) -> tuple[Candidate, ...]:
-    """Find the stored orbits that have a length, repeated or not (`Catalogue.identify`).
+    """Find the stored orbits that have a length, repeated or not (`Catalogue.with_length`).
 
-    The nearest come first. The bounds on the stored lengths are added to the tolerance, so none is lost to
-    rounding. As it is at most a quarter of the least length, one number of repetitions is the nearest.
+    The bounds on the stored lengths are added to the tolerance, so none is lost to rounding. As it is at most
+    a quarter of the least length, one number of repetitions is the nearest.
     """
     wanted = _measure("length", length, _MOST_LENGTH)
     within = _measure(

@@ -22,8 +22,8 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.store.reading.sweeps import moments_of
-from orbitdb.symbols.automaton import admissible
-from orbitdb.symbols.words import keys_of_period, packed, unpack
+from orbitdb.symbols.pruning import rules_broken
+from orbitdb.symbols.words import SYMBOLS, keys_of_period, packed, unpack
 
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
@@ -204,7 +204,8 @@ def read_terms(classes: ChosenClasses, a: float) -> Iterator[tuple[int, TiltedOr
         number = classes.number[here]
         low, high = keys_of_period(p)
         words = unpack(packed(number, p), p)
-        sound = (number >= low) & (number <= high) & admissible(words)
+        sound = (number >= low) & (number <= high) & (words < len(SYMBOLS)).all(axis=1)
+        sound[sound] = rules_broken(words[sound]) == 0
         if not sound.all():
             raise unsound("a class number that is no admissible word's:", number[~sound][0])
         yield p, orbits_of_words(words, classes.chosen[here], classes.lyapunov[here], a)

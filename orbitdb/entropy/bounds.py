@@ -9,13 +9,13 @@ decided again (docs/entropy-proof.md has the proof).
 import math
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.avoidance import Automaton, automaton
+from orbitdb.entropy.entropy_bounds import EntropyBounds
 from orbitdb.entropy.growth import growth
 from orbitdb.entropy.letters import Letters
 from orbitdb.entropy.verdicts import Decision, Tell, Verdict, decide
@@ -38,32 +38,6 @@ _BRIEF = 0.05
 
 Judge = Callable[[Windows, float, Tell | None], Decision]
 """Decides windows at one a, telling how far the work is."""
-
-
-@dataclass(frozen=True)
-class EntropyBounds:
-    """What windows of one length prove of the topological entropy.
-
-    Attributes
-    ----------
-    a : float
-        Half length of a straight wall.
-    window : int
-        Edges of the longest windows.
-    lower, upper : float
-        h_top, per bounce, lies between them; rounded outward.
-    windows : int
-        Windows decided so far, up to mirror and reversal.
-    undecided : int
-        Windows of this length that are not decided.
-    """
-
-    a: float
-    window: int
-    lower: float
-    upper: float
-    windows: int
-    undecided: int
 
 
 def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) -> Iterator[EntropyBounds]:
@@ -150,6 +124,6 @@ def search(
         took, ended = time.monotonic() - ended, time.monotonic()
         growing = max(took / last, _LEAST_GROWTH) if last > _BRIEF else _USUAL_GROWTH
         last = took
-        enough = found.window == window or found.upper - found.lower <= width
+        enough = found.window == window or found.width <= width
         if enough or ended - began + took * growing > seconds:
             break

@@ -34,7 +34,7 @@ from orbitdb.billiard.legs import (
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains
 from orbitdb.equality import ByValue, Columns
-from orbitdb.orbits.newton import tridiagonal
+from orbitdb.orbits.cyclic import tridiagonal
 
 EPSILON = float(np.finfo(float).eps)
 MAX_STEPS = 16
@@ -42,7 +42,7 @@ _CLEAR = 8.0
 """Where f is so many times its error, its sign is known and its size well enough."""
 
 _SMALL = 1e-9
-_ROUNDING = 12 * EPSILON
+ROUNDING = 12 * EPSILON
 """psi/2k is good to 4.3 units, the sum adds 2.5; pi/2 as a double moves directions by less than one."""
 
 
@@ -216,4 +216,4 @@ def _condition(problem: Corner, alpha: Floats, error: Floats) -> Condition:
     incoming = problem.legs.parity[row - 1, word] * alpha[row - 1, word]
     half = (np.pi - d * (incoming + outgoing)) / (2 * k)
     value = half + problem.lean * outgoing
-    return Condition(value, ABOVE * error * (1 + 1 / k) + _ROUNDING)
+    return Condition(value, ABOVE * error * (1 + 1 / k) + ROUNDING)

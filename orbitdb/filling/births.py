@@ -53,7 +53,8 @@ class _Births:
         return open_cursor(connection, birth_fill, p=p)
 
     def blocks(self, cursors: Mapping[int, Cursor], jobs: int) -> Iterator[BirthBlock]:
-        return birth_blocks([(p, cursor.after) for p, cursor in cursors.items()], BLOCK, jobs)
+        for p, cursor in cursors.items():
+            yield from birth_blocks(p, cursor.after, BLOCK, jobs)
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedSpan) -> dict[str, float]:
         numbers = keys(pack(part.least), cursor.p).tolist()

@@ -6,6 +6,7 @@ the same wherever and in whatever order blocks are solved.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from time import thread_time
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.newton import solve_for_orbits
+from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Orbits
 from orbitdb.orbits.relaxation import relax
 from orbitdb.symbols.counting import count_admissible
@@ -38,7 +39,10 @@ _BLOCKS_A_JOB = 3
 _SMALLEST = 4
 """Part of a full block: smaller ones cost more a word."""
 
-METHODS = {"newton": Method(solve_for_orbits, 1 << 16), "relaxation": Method(relax, 1 << 8)}
+METHODS = {
+    "newton": Method(partial(solve_admissible, every=False), 1 << 16),
+    "relaxation": Method(relax, 1 << 8),
+}
 
 
 @dataclass(frozen=True)
@@ -62,7 +66,7 @@ class Block:
     span: Span
     known: bool = False
 
-    def solved(self) -> "tuple[SolvedBlock]":
+    def solved(self) -> "SolvedBlock":
         """Find its classes, and what becomes of them."""
         clock, p = [thread_time()], self.span.p
         codes, stabiliser = all_least_words(self.span)
@@ -71,7 +75,7 @@ class Block:
         orbits = METHODS[self.method].solve(unpack(codes, p), Stadium(self.a))
         clock.append(thread_time())
         enumerating, solving = np.diff(clock).tolist()
-        return (SolvedBlock(self.span, stabiliser, words, orbits, enumerating, solving, arithmetic()),)
+        return SolvedBlock(self.span, stabiliser, words, orbits, enumerating, solving, arithmetic())
 
 
 @dataclass(frozen=True, eq=False)

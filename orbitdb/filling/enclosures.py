@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.bounds import EntropyBounds, search
+from orbitdb.entropy.bounds import search
+from orbitdb.entropy.entropy_bounds import EntropyBounds
 from orbitdb.entropy.verdicts import decide
 
 

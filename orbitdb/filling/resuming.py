@@ -56,8 +56,8 @@ class Work(Protocol[Part]):
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         """Return how far a period has come."""
 
-    def blocks(self, cursors: Mapping[int, Cursor], jobs: int) -> Iterator[Task[Sequence[Part]]]:
-        """Cut what is behind some cursors into blocks, in order; each tells what becomes of its spans."""
+    def blocks(self, cursors: Mapping[int, Cursor], jobs: int) -> Iterator[Task[Part]]:
+        """Cut what is behind some cursors into blocks, in order; each tells what becomes of its span."""
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: Part) -> dict[str, float]:
         """Store what became of the span behind a cursor; return what its row adds up, words among it."""
@@ -99,15 +99,13 @@ def _blocks(
 ) -> Iterator[Progress]:
     """Store the blocks behind the cursors, and close every period behind its last one."""
     clock = time.monotonic()
-    for parts in workers.solved(work.blocks(cursors, workers.jobs)):
+    for part in workers.solved(work.blocks(cursors, workers.jobs)):
         before, clock = clock, time.monotonic()
-        seconds = (clock - before) / len(parts)
-        for part in parts:
-            p = part.span.p
-            with writer.writing() as connection:
-                hold(connection, cursors[p])
-                spent = work.store(connection, cursors[p], part)
-                cursors[p] = move(connection, cursors[p], part.span, spent | {"seconds": seconds})
-            if part.span.upto == Span.whole(p).upto:
-                work.close(cursors[p])
-            yield Progress(p, cursors[p].words, count_admissible(p))
+        p = part.span.p
+        with writer.writing() as connection:
+            hold(connection, cursors[p])
+            spent = work.store(connection, cursors[p], part) | {"seconds": clock - before}
+            cursors[p] = move(connection, cursors[p], part.span, spent)
+        if part.span.upto == Span.whole(p).upto:
+            work.close(cursors[p])
+        yield Progress(p, cursors[p].words, count_admissible(p))

@@ -49,13 +49,13 @@ class SweptBlock:
     tilts: tuple[tuple[int, tuple[float, ...]], ...] = ()
     selection: str = ""
 
-    def solved(self) -> "tuple[SweptSums]":
+    def solved(self) -> "SweptSums":
         """Find its classes, what becomes of them, and the sums over their orbits."""
         clock = thread_time()
         centres = {level: np.array(mu) for level, mu in self.tilts}
         classes, chosen = all_least_words(self.span), selection_of(self.selection, self.a)
         summed = _summed(classes, self.span.p, chosen, centres)
-        return (SweptSums(self.span, *summed, thread_time() - clock, arithmetic()),)
+        return SweptSums(self.span, *summed, thread_time() - clock, arithmetic())
 
 
 @dataclass(frozen=True, eq=False)

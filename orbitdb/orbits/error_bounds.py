@@ -1,20 +1,11 @@
-"""Bounds on the errors of an orbit: of its directions, coordinates, length and lambda.
+"""Bounds on the errors of an orbit: of its directions, coordinates, length and lambda (docs/proof.md).
 
-Doubles first. At directions alpha let g be the gradient of the length and D the curvatures of the
-legs' own terms (`orbitdb.billiard.legs`). Let the maximum lie at alpha + delta between the direction limits,
-and let F_i be a bound from below on the mean of D_i along the way; D being concave and positive,
-F = D / 2 is one from any distance. The runs' terms are concave too, and each depends on a sum of two
-directions only. So they can but help in
+Let g be the gradient of the length at some directions, D the curvatures of the legs' own terms, and F a bound
+from below on the mean of D on the way to the maximum. No direction is then farther from its own than
 
-    g . delta >= sum of F_i delta_i^2,   hence   sum of F_i delta_i^2 <= sum of g_i^2 / F_i,
+    max |g_i| / F_i   and   sqrt(sum of g_i^2 / F_i) / sqrt(F_i).
 
-and in the row of the largest |delta_i|, where they all pull the way F_i delta_i does:
-
-    max |delta_i| <= max |g_i| / F_i.
-
-Neither needs an inverse Hessian or that alpha is near. Once they have shown it to be near, F is almost
-D, and they are applied again. Where a bounce's distance from a joint is not clearly larger than what
-follows, the first of them is evaluated in ball arithmetic.
+F = D / 2 is one from any distance; once the directions have been shown to be near, F is almost D.
 
 Every bound holds for the numbers as they are computed: it adds what they are rounded by, and `ABOVE`
 times it is above what its own evaluation loses (`orbitdb.arithmetic` says what is assumed).

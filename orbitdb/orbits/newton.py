@@ -1,13 +1,11 @@
 """From words to orbits: Newton's method on the leg directions of whole batches.
 
-The length of an admissible word is strictly concave in the directions of its legs (`orbitdb.billiard.legs`),
-with a cyclic tridiagonal Hessian. So Newton's method, kept between the limits that an orbit's
-directions obey, finds the one maximum of every word, whether it is an orbit or lies outside the
-stadium; words that have converged leave the batch.
+The length is strictly concave between the limits that an orbit's directions obey, and its Hessian is cyclic
+tridiagonal. So Newton's method finds the one maximum of every word, whether it is an orbit or lies outside
+the stadium; words that have converged leave the batch.
 """
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +15,6 @@ from orbitdb.billiard.legs import (
     Derivatives,
     centre_directions,
     cut,
-    cut_on_demand,
     derivatives,
     direction_limits,
     following,
@@ -26,12 +23,10 @@ from orbitdb.billiard.legs import (
     pressed_directions,
 )
 from orbitdb.billiard.stadium import Stadium, as_stadium
-from orbitdb.equality import ByValue
-from orbitdb.orbits.orbit import NUMBERS, Orbit, Orbits, Status, finite, pruned_word
+from orbitdb.orbits.cyclic import solve_cyclic
+from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.status import assess
-from orbitdb.symbols import symmetry
 from orbitdb.symbols.pruning import need_admissible
-from orbitdb.symbols.words import from_strings, parse_primitive
 
 if TYPE_CHECKING:
     from orbitdb.orbits.balls.enclosure import Enclosure
@@ -43,24 +38,13 @@ MAX_STEPS = 50
 _PLAIN_STEPS = 8
 """A few words at small a, or from far starts, go round in circles; from here on no step may lead down."""
 _SMALL = 1e-7
-_LONG = 64
-"""From this many unknowns on, SciPy's banded solver is faster than a loop over the unknowns."""
 
 
-@dataclass(frozen=True, eq=False)
-class Directions(ByValue):
-    """Where Newton's method has come to for N words.
+class Directions(NamedTuple):
+    """Where Newton's method has come to for N words."""
 
-    Attributes
-    ----------
-    alpha : ndarray, shape (m, N)
-        Directions of the legs, radians.
-    iterations : ndarray of int, shape (N,)
-        Steps taken.
-    """
-
-    alpha: Floats
-    iterations: NDArray[np.int64]
+    alpha: Floats  # directions of the legs (radians), shape (m, N)
+    iterations: NDArray[np.int64]  # steps taken, shape (N,)
 
 
 def solve(words: NDArray[np.uint8], stadium: Stadium | float, tolerance: float = TOLERANCE) -> Orbits:
@@ -91,65 +75,30 @@ def solve(words: NDArray[np.uint8], stadium: Stadium | float, tolerance: float =
     return solve_admissible(words, as_stadium(stadium), tolerance)
 
 
-def solve_admissible(words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE) -> Orbits:
-    """Find the orbits of words as `solve` does, words that are known to be admissible."""
-    return _left_to_balls(solve_in_doubles(words, stadium, tolerance), stadium)
+def solve_admissible(
+    words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE, every: bool = True
+) -> Orbits:
+    """Find the orbits of words as `solve` does, words that are known to be admissible.
 
-
-def solve_for_orbits(words: NDArray[np.uint8], stadium: Stadium) -> Orbits:
-    """Find the orbits of admissible words, and of those that have none their status, margin and steps alone.
-
-    What it tells is the same, bit by bit, as `solve_admissible` does.
+    If not every number is asked for, words without an orbit get their status, margin and steps alone.
     """
-    return _left_to_balls(solve_in_doubles(words, stadium, every=False), stadium)
-
-
-def _left_to_balls(orbits: Orbits, stadium: Stadium) -> Orbits:
-    """Decide what doubles have left unresolved by ball arithmetic, in place."""
+    orbits = solve_in_doubles(words, stadium, tolerance, every)
     for row in np.flatnonzero(orbits.status == Status.UNRESOLVED):
         from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to load, and seldom needed
 
-        word = orbits.words[row]
+        word = words[row]
         orbits.place(np.array([row]), as_orbits(word, stadium, enclose(word, stadium)))
     return orbits
-
-
-def solve_word(word: str, stadium: Stadium | float) -> Orbit:
-    """Find what becomes of one word, as `orbitdb.orbits.births.lives.solve_word` does, its lives apart."""
-    word, stadium = parse_primitive(word), as_stadium(stadium)
-    if (pruned := pruned_word(word, stadium.a)) is not None:
-        return pruned
-    family = symmetry.class_of(word)
-    found = solve_admissible(from_strings([word]), stadium)
-    numbers: dict[str, Any] = {name: finite(getattr(found, name)[0]) for name in NUMBERS}
-    status = Status(str(found.status[0]))
-    exists = status in (Status.ORBIT, Status.BOUNDARY)
-    return Orbit(
-        code=word,
-        representative=family.representative,
-        a=stadium.a,
-        status=status,
-        time_reversal=symmetry.time_reversal(family.stabiliser),
-        symmetry=symmetry.label(family.stabiliser),
-        class_size=symmetry.class_size(family.stabiliser),
-        coordinates=found.coordinates[0] if exists else None,
-        solver="newton",
-        **(numbers if exists else {"margin": numbers["margin"]}),
-    )
 
 
 def solve_in_doubles(
     words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE, every: bool = True
 ) -> Orbits:
-    """Find the orbits of admissible words as `solve` does, but leave unresolved what doubles do not show.
-
-    If not every number is asked for, words without an orbit get their status, margin and steps alone.
-    """
+    """Find the orbits of words as `solve_admissible` does, but leave unresolved what doubles do not show."""
     orbits = Orbits.empty(words)
-    for rows, chain, legs in cut_on_demand(words):
-        found = newton(chain, stadium.a, tolerance)
-        way = found.alpha, found.iterations
-        orbits.place(rows, assess(words[rows], chain, legs, stadium, way, every))
+    for rows, legs in cut(words):
+        found = newton(legs, stadium.a, tolerance)
+        orbits.place(rows, assess(words[rows], legs, stadium, found, every))
     return orbits
 
 
@@ -269,65 +218,3 @@ def minus_hessian(legs: Chain, slopes: Derivatives, pressed: NDArray[np.bool_]) 
     if pressed.any():
         beside = np.where(pressed | preceding(pressed), 0.0, beside)
     return diagonal, beside
-
-
-def solve_cyclic(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
-    """Solve N positive definite cyclic tridiagonal systems of m >= 2 unknowns; rhs has shape (r, m, N).
-
-    The last unknown is split off: the others form a tridiagonal system with one more right side, the
-    last unknown's column.
-    """
-    column = np.zeros_like(diagonal[:-1])
-    column[0] += beside[0]
-    column[-1] += beside[-1]
-    eliminate = _tridiagonal_long if len(diagonal) > _LONG else tridiagonal
-    found = eliminate(diagonal[:-1], beside[1:-1], np.concatenate([rhs[:, :-1], column[None]]))
-    plain, through = found[:-1], found[-1]
-    bottom = diagonal[-1] - _end_terms(column, through)
-    last = np.stack([(b[-1] - _end_terms(column, x)) / bottom for b, x in zip(rhs, plain, strict=True)])
-    return np.concatenate([plain - through * last[:, None], last[:, None]], axis=1)
-
-
-def _end_terms(column: Floats, x: Floats) -> Floats:
-    """Return the product of x with a column that is zero but for its ends."""
-    first: Floats = column[0] * x[0]
-    return first + column[-1] * x[-1] if len(column) > 1 else first
-
-
-def tridiagonal(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
-    """Solve N positive definite tridiagonal systems of m unknowns, all at once.
-
-    Parameters
-    ----------
-    diagonal : ndarray, shape (m, N)
-    beside : ndarray, shape (m - 1, N)
-        Entry i couples unknowns i and i + 1.
-    rhs : ndarray, shape (c, m, N)
-        c right sides of each system.
-
-    Returns
-    -------
-    ndarray, shape (c, m, N)
-    """
-    pivots = np.empty_like(diagonal)
-    x = rhs.copy()
-    pivots[0] = diagonal[0]
-    for i in range(1, len(diagonal)):
-        factor = beside[i - 1] / pivots[i - 1]
-        pivots[i] = diagonal[i] - factor * beside[i - 1]
-        x[:, i] -= factor * x[:, i - 1]
-    x[:, -1] /= pivots[-1]
-    for i in range(len(diagonal) - 2, -1, -1):
-        x[:, i] = (x[:, i] - beside[i] * x[:, i + 1]) / pivots[i]
-    return x
-
-
-def _tridiagonal_long(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
-    """Solve the same systems word by word, in compiled code."""
-    from scipy.linalg import solveh_banded
-
-    x = np.empty_like(rhs)
-    for word in range(diagonal.shape[1]):
-        bands = np.stack([np.concatenate([[0.0], beside[:, word]]), diagonal[:, word]])
-        x[:, :, word] = solveh_banded(bands, rhs[:, :, word].T).T
-    return x

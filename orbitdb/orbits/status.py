@@ -4,7 +4,6 @@ What they leave open, orbits through joints among it, goes to `orbitdb.orbits.ba
 break the geometric rules are described in `orbitdb.orbits.orbit.pruned_word`.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +17,6 @@ from orbitdb.billiard.legs import (
     Legs,
     derivatives,
     direction_limits,
-    following,
     length,
 )
 from orbitdb.billiard.stability import exponent, forces
@@ -81,8 +79,7 @@ def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
 
 def assess(
     words: NDArray[np.uint8],
-    chain: Chain,
-    legs: Callable[[NDArray[np.intp]], Legs],
+    legs: Legs,
     stadium: Stadium,
     found: tuple[Floats, NDArray[np.int64]],
     every: bool = True,
@@ -92,10 +89,8 @@ def assess(
     Parameters
     ----------
     words : ndarray of uint8, shape (N, p)
-    chain : Chain
+    legs : Legs
         The same words, cut.
-    legs : callable
-        From places among the words to their `Legs`.
     stadium : Stadium
     found : (ndarray, ndarray)
         The directions, as in `decide`, and the steps that the solver took.
@@ -103,12 +98,12 @@ def assess(
         If not, words that are proved to be no orbits get only status, margin and steps.
     """
     alpha, iterations = found
-    verdict = decide(chain, stadium.a, alpha)
-    margin = margin_distances(chain, alpha, verdict.slack).min(axis=(0, 1))
+    verdict = decide(legs, stadium.a, alpha)
+    margin = margin_distances(legs, alpha, verdict.slack).min(axis=(0, 1))
     orbits = replace(Orbits.empty(words), status=verdict.status, margin=margin, iterations=iterations)
     left = np.flatnonzero(every | (verdict.status != Status.DYNAMICAL))
     if len(left):
-        here = legs(left), stadium, alpha.take(left, axis=1), verdict.rows(left)
+        here = legs.rows(left), stadium, alpha.take(left, axis=1), verdict.rows(left)
         orbits.place(left, _measured(orbits.rows(left), *here))
     return orbits
 
@@ -127,22 +122,3 @@ def _measured(orbits: Orbits, legs: Legs, stadium: Stadium, alpha: Floats, verdi
         length_error=length_error(legs, a, alpha, slopes, alpha_error),
         lyapunov_error=lambda_error(legs, slopes, alpha_error, lyapunov),
     )
-
-
-def surely_outside(legs: Chain, a: float, alpha: Floats, slopes: Derivatives) -> NDArray[np.bool_]:
-    """Tell which words leave the stadium for sure, shape (N,), from directions that need not be near.
-
-    One step of Newton's method is enough to tell nearly all of them. It is `direction_errors` and
-    `orbitdb.billiard.bounces.slack_errors` once more, with one bound for all directions of a word and
-    roundings that are quicker to find and larger.
-    """
-    eps = float(np.finfo(float).eps)
-    run = 2 + 2 * np.pi / legs.k
-    rounding = ABOVE * eps * (6 * (a + legs.n) + run + following(run))
-    ratio = (np.abs(slopes.gradient) + rounding) / slopes.beyond
-    first = 2 * ABOVE * ratio.max(axis=0)
-    loss = (np.abs(slopes.lean) + rounding) / slopes.beyond * (first / 2) + first**2 / 2
-    error = ABOVE * (ratio / (1 - np.minimum(loss, 0.5))).max(axis=0)
-    slack = slacks(legs, alpha).min(axis=1)
-    ends, walls = np.minimum(slack[0], slack[1]), np.minimum(slack[2], slack[3])
-    return (ends < -ABOVE * (error + 26 * eps)) | (walls < -ABOVE * (3 * error + 26 * eps))

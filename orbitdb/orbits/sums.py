@@ -1,7 +1,6 @@
 """Lengths and exponents of many orbits, and no coordinates: what sums over whole periods need.
 
-The statuses are proved as those of `orbitdb.orbits.newton.solve_admissible`. But most words that are no
-orbits show it after one step of Newton's method, and that is where they are left.
+The statuses are proved as those of `orbitdb.orbits.newton.solve_admissible`.
 """
 
 from collections.abc import Iterator
@@ -10,22 +9,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arithmetic import check_functions
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
-    centre_directions,
-    cut_on_demand,
-    derivatives,
-    direction_limits,
+    Legs,
+    cut,
     length,
 )
 from orbitdb.billiard.stability import exponent
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.newton import newton, newton_step
+from orbitdb.orbits.newton import newton
 from orbitdb.orbits.orbit import Status
-from orbitdb.orbits.status import decide, surely_outside
+from orbitdb.orbits.status import decide
 from orbitdb.symbols.words import unpack
 
 Floats = NDArray[np.float64]
@@ -84,41 +80,25 @@ def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Ex
     Exponents
         Of some of the words at a time, in the end of all.
     """
-    check_functions()
-    for rows, legs, _ in cut_on_demand(unpack(codes, p)):
+    for rows, legs in cut(unpack(codes, p)):
         for start in range(0, len(rows), _BATCH):
-            here = np.arange(start, min(start + _BATCH, len(rows)))
-            part = legs.chain(here)
-            alpha, limits = centre_directions(part, stadium.a), direction_limits(part, stadium.a)
-            alpha = np.clip(
-                alpha + newton_step(part, stadium.a, alpha, limits), *limits
-            )  # it may round beyond
-            slopes = derivatives(part, stadium.a, alpha)
-            left = np.flatnonzero(~surely_outside(part, stadium.a, alpha, slopes))
-            if len(left):
-                yield _decided(
-                    codes, p, rows[here[left]], part.chain(left), alpha.take(left, axis=1), stadium
-                )
+            here = slice(start, start + _BATCH)
+            yield _decided(codes[rows[here]], p, rows[here], legs.rows(here), stadium)
 
 
 def _decided(
-    codes: NDArray[np.int64],
-    p: int,
-    rows: NDArray[np.intp],
-    legs: Chain,
-    alpha: Floats,
-    stadium: Stadium,
+    codes: NDArray[np.int64], p: int, rows: NDArray[np.intp], legs: Legs, stadium: Stadium
 ) -> Exponents:
-    """Solve some words from directions that are near, and prove what becomes of them."""
+    """Solve some words, and prove what becomes of them."""
     a = stadium.a
-    alpha = newton(legs, a, start=alpha).alpha
+    alpha = newton(legs, a).alpha
     verdict = decide(legs, a, alpha)
     slopes, status = verdict.slopes, verdict.status
     lengths, exponents_ = length(legs, a, alpha), exponent(slopes)
-    for place in np.flatnonzero(status == Status.UNRESOLVED).tolist():
+    for place in np.flatnonzero(status == Status.UNRESOLVED):
         from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to load, and seldom needed
 
-        word = unpack(codes[rows[place : place + 1]], p)[0]
+        word = unpack(codes[place : place + 1], p)[0]
         found = as_orbits(word, stadium, enclose(word, stadium))
         status[place], lengths[place], exponents_[place] = found.status[0], found.length[0], found.lyapunov[0]
     orbits = np.flatnonzero(status == Status.ORBIT)

@@ -5,6 +5,11 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
 
+Floats = NDArray[np.float64]
+
+Place = tuple[float, float]
+"""x and y."""
+
 MOST_BOUNCES = 5000
 _NUMBERED = 24
 _PATH, _WALL, _FAINT, _PAPER = "#0072b2", "#333333", "#b8b8b8", "#ffffff"
@@ -12,11 +17,8 @@ _MARGIN = 0.3
 _AWAY = 14
 _NEAR = 0.12
 
-Place = tuple[float, float]
-"""x and y."""
 
-
-def orbit_svg(stadium: Stadium, points: NDArray[np.float64], title: str, width: int = 480) -> str:
+def orbit_svg(stadium: Stadium, points: Floats, title: str, width: int = 480) -> str:
     """Draw a closed path in its stadium.
 
     Parameters
@@ -39,7 +41,8 @@ def orbit_svg(stadium: Stadium, points: NDArray[np.float64], title: str, width: 
     height = 2 * (1 + _MARGIN) * scale
     body = [_walls(stadium, scale, width), _path(points, scale)]
     if len(points) <= _NUMBERED:
-        body += [_dots(points, scale), *_numbers(stadium, points, scale)]
+        dots = "".join(f'<circle cx="{x:.2f}" cy="{y:.2f}" r="3.5"/>' for x, y in _pixels(points, scale))
+        body += [f'<g fill="{_PATH}">{dots}</g>', *_numbers(stadium, points, scale)]
     return "\n".join([
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height:.0f}" role="img"'
         f' viewBox="0 0 {width} {height:.2f}">',
@@ -52,7 +55,7 @@ def orbit_svg(stadium: Stadium, points: NDArray[np.float64], title: str, width: 
     ])  # fmt: skip
 
 
-def small_svg(stadium: Stadium, points: NDArray[np.float64], width: int = 150) -> str:
+def small_svg(stadium: Stadium, points: Floats, width: int = 150) -> str:
     """Draw a closed path in its stadium so small that nothing can be written beside it.
 
     The parameters are those of `orbit_svg`.
@@ -84,7 +87,7 @@ def _walls(stadium: Stadium, scale: float, width: int) -> str:
     )
 
 
-def _path(points: NDArray[np.float64], scale: float) -> str:
+def _path(points: Floats, scale: float) -> str:
     """Draw the path, and the head of an arrow in the middle of its first link."""
     places = " ".join(f"{x:.2f},{y:.2f}" for x, y in _pixels(points, scale))
     (x, y), (dx, dy) = (points[0] + points[1]) / 2 * scale, points[1] - points[0]
@@ -97,12 +100,7 @@ def _path(points: NDArray[np.float64], scale: float) -> str:
     )
 
 
-def _dots(points: NDArray[np.float64], scale: float) -> str:
-    dots = "".join(f'<circle cx="{x:.2f}" cy="{y:.2f}" r="3.5"/>' for x, y in _pixels(points, scale))
-    return f'<g fill="{_PATH}">{dots}</g>'
-
-
-def _numbers(stadium: Stadium, points: NDArray[np.float64], scale: float) -> list[str]:
+def _numbers(stadium: Stadium, points: Floats, scale: float) -> list[str]:
     labels = [
         f'<text x="{x * scale + _AWAY * right:.2f}" y="{-y * scale - _AWAY * up:.2f}"'
         f' dy="0.35em">{text}</text>'
@@ -116,11 +114,11 @@ def _numbers(stadium: Stadium, points: NDArray[np.float64], scale: float) -> lis
     ]
 
 
-def _pixels(points: NDArray[np.float64], scale: float) -> list[tuple[float, float]]:
+def _pixels(points: Floats, scale: float) -> list[tuple[float, float]]:
     return [(x * scale, -y * scale) for x, y in points.tolist()]
 
 
-def number_labels(stadium: Stadium, points: NDArray[np.float64]) -> list[tuple[Place, Place, str]]:
+def number_labels(stadium: Stadium, points: Floats) -> list[tuple[Place, Place, str]]:
     """Return where to write the numbers of bounces, which count from 1.
 
     Parameters
@@ -135,7 +133,7 @@ def number_labels(stadium: Stadium, points: NDArray[np.float64]) -> list[tuple[P
         A bounce, the direction outward from the wall there, and text; bounces near one place share a
         label, such as ``2, 6``.
     """
-    places: list[tuple[NDArray[np.float64], list[str]]] = []
+    places: list[tuple[Floats, list[str]]] = []
     for n, point in enumerate(points):
         shared = [texts for place, texts in places if np.hypot(*(place - point)) < _NEAR]
         if shared:
@@ -144,11 +142,7 @@ def number_labels(stadium: Stadium, points: NDArray[np.float64]) -> list[tuple[P
             places.append((point, [str(n + 1)]))
     labels = []
     for place, texts in places:
-        outward = place - (np.clip(place[0], -stadium.a, stadium.a), 0.0)
-        labels.append((_pair(place), _pair(outward), ", ".join(texts)))
+        x, y = place.tolist()
+        middle = min(max(x, -stadium.a), stadium.a)
+        labels.append(((x, y), (x - middle, y), ", ".join(texts)))
     return labels
-
-
-def _pair(vector: NDArray[np.float64]) -> Place:
-    x, y = vector.tolist()
-    return x, y

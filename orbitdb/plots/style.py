@@ -53,7 +53,8 @@ def figure(width: float, height: float) -> Iterator[Figure]:
 
 
 def entitle(made: Figure, text: str) -> None:
-    """Put a title above a figure, which grows by all lines but the first."""
+    """Label a figure, and put that as a title above it; it grows by all lines but the first."""
+    made.set_label(text)
     lines = wrapped(text, float(made.get_figwidth()))
     made.set_figheight(made.get_figheight() + _LINE * lines.count("\n"))
     made.suptitle(lines, fontsize=_LOOK["axes.titlesize"])

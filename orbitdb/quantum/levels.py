@@ -108,11 +108,11 @@ class LevelTask:
         The grid is given by the degree of its polynomials and the divisions of its cells at the joint.
         """
         cells = quarter_stadium(self.a, _PHASE / self.high, layers)
-        below, values = eigenvalues(gradient(cells, order, self._fixed), self.low**2, self.high**2)
+        below, values = eigenvalues(gradient(cells, order, self.fixed), self.low**2, self.high**2)
         return below, np.sqrt(values)
 
-    def _fixed(self, points: Floats) -> NDArray[np.bool_]:
-        """Tell which points lie where the functions are 0."""
+    def fixed(self, points: Floats) -> NDArray[np.bool_]:
+        """Tell which points, shape (N, 2), lie where the functions are 0: on the edge, on axes if odd."""
         x, y = points.T
         beyond = np.maximum(x - self.a, 0.0)
         odd_x, odd_y = (sign < 0 for sign in self.parity.signs)

@@ -1,8 +1,7 @@
 """The pruning rules as a finite automaton that reads a word symbol by symbol.
 
-It is used three times: to tell at once which of many words are admissible, to prune prefixes while words
-are generated (`orbitdb.symbols.enumeration`), and as a transfer matrix whose traces count words of any
-order without generating one (`orbitdb.symbols.counting`).
+It is used twice: to prune prefixes while words are generated (`orbitdb.symbols.least_words`), and as a
+transfer matrix whose traces count words of any order without generating one (`orbitdb.symbols.counting`).
 """
 
 from functools import cache
@@ -16,30 +15,14 @@ from orbitdb.symbols.pruning import RULES
 RULE_NUMBERS = frozenset(rule.number for rule in RULES)
 STRAIGHT_SYMBOLS, LEFT_SYMBOLS = (0, 2), (1, 4)
 
-_LEFT, _RIGHT = 1, 2
-_SIDES = np.array([0, _LEFT, 0, _RIGHT, _LEFT, _RIGHT, 0], dtype=np.uint8)
-"""Bits that say which semicircle a symbol is on; the last entry is for what is no symbol."""
-
 
 class State(NamedTuple):
-    """What a prefix decides of the symbols that may follow it.
+    """What a prefix decides of the symbols that may follow it."""
 
-    Attributes
-    ----------
-    symbol : int
-        The last symbol.
-    left : bool or None
-        Whether the last semicircle was the left one; None before the first.
-    walls : int
-        Straight bounces since then; 2 stands for more, too.
-    lone : bool
-        Whether the last symbol is a 4 or 5 that differs from the one before it.
-    """
-
-    symbol: int
-    left: bool | None
-    walls: int
-    lone: bool
+    symbol: int  # the last one
+    left: bool | None  # whether the last semicircle was the left one; None before the first
+    walls: int  # straight bounces since then; 2 stands for more, too
+    lone: bool  # whether the last symbol is a 4 or 5 that differs from the one before it
 
 
 def _first(symbol: int) -> State:
@@ -83,30 +66,3 @@ def automaton(rules: frozenset[int] = RULE_NUMBERS) -> tuple[tuple[State, ...], 
             row.append(states.index(new))
         rows.append(row)
     return tuple(states), np.array(rows, dtype=np.int8)
-
-
-def admissible(words: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    """Tell which words, shape (N, p), break no rule, as `orbitdb.symbols.pruning.rules_broken` does.
-
-    Far quicker for many words. Numbers that are no symbols may stand in them: they break a rule.
-    """
-    columns = np.minimum(words, len(_SIDES) - 1).T
-    table = _closed_table()
-    state = columns[0].copy()
-    for column in (*columns[1:], *columns):  # twice around: the first bounce has neighbours, too
-        state = table[state, column]
-    sides = np.bitwise_or.reduce(_SIDES[columns], axis=0)
-    found: NDArray[np.bool_] = (state < len(table) - 1) & (sides == (_LEFT | _RIGHT))
-    return found
-
-
-@cache
-def _closed_table() -> NDArray[np.uint8]:
-    """Return the table of transitions under all rules with one more state, the last, for broken words.
-
-    It has one more column, too, for what is no symbol.
-    """
-    _, table = automaton()
-    closed = np.full((len(table) + 1, len(_SIDES)), len(table), dtype=np.uint8)
-    closed[:-1, :-1] = np.where(table < 0, len(table), table)
-    return closed

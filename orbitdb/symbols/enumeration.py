@@ -1,23 +1,27 @@
-"""Enumeration of cyclic words: pieces of a period, all primitive words, and which words close to cycles.
+"""Enumeration of cyclic words: pieces of a period, and the primitive words in them.
 
 Words of one order stand in the order of their packed codes, which is that of their texts. A `Span` is
 a piece of this order; the pieces of a period can be enumerated apart from one another, by several
 processes, and need no memory of what came before.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.symbols.automaton import automaton
 from orbitdb.symbols.words import BITS, unpack
+
+Integers = NDArray[np.int64]
 
 MAX_PERIOD = 20
 """The highest period that is enumerated (more than 10^9 words there)."""
 
 CHUNK = 1 << 14
+
+_ANY = np.tile(np.arange(6, dtype=np.int8), (6, 1))
+"""Transitions where every symbol may follow every other."""
 
 
 class Span(NamedTuple):
@@ -56,6 +60,37 @@ def primitive_words(p: int, after: int = -1) -> Iterator[NDArray[np.uint8]]:
     ------
     ndarray of uint8, shape (n, p)
         The next words; n is at most a few times `CHUNK`, so that memory is bounded.
+    """
+    for codes, lyndon, _ in prefixes(Span.whole(p, after), p):
+        whole = (lyndon == p) & (codes > after)
+        if whole.any():
+            yield unpack(codes[whole], p)
+
+
+def prefixes(
+    span: Span,
+    length: int,
+    table: NDArray[np.int8] = _ANY,
+    keep: Callable[[Integers], NDArray[np.bool_]] | None = None,
+) -> Iterator[tuple[Integers, Integers, NDArray[np.int8]]]:
+    """Generate the prefixes of the least rotations in a span, in order.
+
+    Parameters
+    ----------
+    span : Span
+    length : int
+        Symbols of a prefix, 1..p.
+    table : ndarray of int8, shape (S, 6), optional
+        The state that follows each state with each symbol, -1 for none; a word begins in that of its symbol.
+    keep : callable, optional
+        Tells of packed prefixes of any length which ones to go on with.
+
+    Yields
+    ------
+    codes, lyndon : ndarray of int64, shape (n,)
+        The packed prefixes, and the lengths of their longest Lyndon prefixes: p for a primitive word.
+    states : ndarray of int8, shape (n,)
+        What they lead to.
 
     Notes
     -----
@@ -63,51 +98,20 @@ def primitive_words(p: int, after: int = -1) -> Iterator[NDArray[np.uint8]]:
     time, thousands at once, by the rule of Fredricksen, Kessler and Maiorana: a prefix whose longest
     Lyndon prefix has m symbols goes on with a symbol not below the one m places back.
     """
-    stack = [(1, np.arange(6), np.ones(6, np.int64))]
+    stack = [(1, np.arange(6), np.ones(6, np.int64), np.arange(6, dtype=np.int8))]
     while stack:
-        n, codes, lyndon = stack.pop()
-        if n == p:
-            whole = (lyndon == p) & (codes > after)
-            if whole.any():
-                yield unpack(codes[whole], p)
+        n, codes, lyndon, states = stack.pop()
+        rest = BITS * (span.p - n)
+        inside = (codes >= span.after >> rest) & (codes <= span.upto >> rest)
+        kept = np.flatnonzero(inside if keep is None else inside & keep(codes))
+        codes, lyndon, states = codes[kept], lyndon[kept], states[kept]
+        if n == length:
+            yield codes, lyndon, states
             continue
-        later = codes >= after >> BITS * (p - n)
-        codes, lyndon = codes[later], lyndon[later]
         for start in reversed(range(0, len(codes), CHUNK)):
-            chunk = slice(start, start + CHUNK)
-            stack.append((n + 1, *_extended(codes[chunk], lyndon[chunk], n)))
-
-
-def _extended(
-    codes: NDArray[np.int64], lyndon: NDArray[np.int64], n: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return all prefixes that are a symbol longer, and the lengths of their Lyndon prefixes."""
-    back = codes >> BITS * (lyndon - 1) & 7
-    parent, symbol = np.nonzero(np.arange(6) >= back[:, None])
-    longest = np.where(symbol == back[parent], lyndon[parent], n + 1)
-    return codes[parent] << BITS | symbol, longest
-
-
-def closes(codes: NDArray[np.int64], states: NDArray[np.int8], p: int) -> NDArray[np.intp]:
-    """Return the places of words that the rules allow as cyclic words, too.
-
-    Parameters
-    ----------
-    codes : ndarray of int64, shape (N,)
-        Packed words of order p that the automaton has read once.
-    states : ndarray of int8, shape (N,)
-        The states they lead to.
-    p : int
-    """
-    kept, table = automaton()
-    rooted = np.array([state.left is not None for state in kept])  # 02 is not, and rule 3 forbids it
-    state = states.astype(np.intp)
-    alive = rooted[state] if p > 1 else np.zeros(len(state), np.bool_)  # 1, 3, 4 and 5 stay on one side
-    places = np.flatnonzero(alive)
-    codes, state = codes[places], state[places]
-    for place in range(p - 1, -1, -1):
-        state = table[state, codes >> BITS * place & 7].astype(np.intp)
-        alive = state >= 0
-        if not alive.all():
-            places, codes, state = places[alive], codes[alive], state[alive]
-    return places
+            part = slice(start, start + CHUNK)
+            back = codes[part] >> BITS * (lyndon[part] - 1) & 7
+            after = table[states[part]]
+            parent, symbol = np.nonzero((after >= 0) & (np.arange(6) >= back[:, None]))
+            longest = np.where(symbol == back[parent], lyndon[part][parent], n + 1)
+            stack.append((n + 1, codes[part][parent] << BITS | symbol, longest, after[parent, symbol]))

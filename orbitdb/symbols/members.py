@@ -51,7 +51,8 @@ ELEMENT_ROWS = [
 ]
 """Symmetry label, n, and the element that leads to the n-th word: the rows of the table ``element``."""
 
-_SETS = np.arange(256, dtype=np.uint8)
+BITS_OF = np.arange(256, dtype=np.uint8)[:, None] >> np.arange(8, dtype=np.uint8) & 1
+"""The bits of each byte, the lowest first, shape (256, 8)."""
 
 
 def places_of_elements(elements: Masks, stabilisers: NDArray[np.uint8]) -> Masks:
@@ -135,6 +136,5 @@ def packed_members(
     for start in range(0, len(codes), _BATCH):
         batch = slice(start, start + _BATCH)
         images = all_images(codes[batch], p)
-        chosen = (masks[batch, None] >> np.arange(len(ELEMENTS), dtype=np.uint8) & 1).astype(np.bool_)
-        rows, places = np.nonzero(chosen)
-        yield images[ELEMENT_OF[stabilisers[batch][rows], places], rows]
+        words = np.take_along_axis(images, ELEMENT_OF.T[:, stabilisers[batch]].astype(np.intp), axis=0)
+        yield words.T[BITS_OF[masks[batch]].astype(np.bool_)]

@@ -17,11 +17,9 @@ from orbitdb.equality import ByValue
 from orbitdb.symbols.words import (
     BITS,
     MAX_KEYED,
-    MAX_PACKED,
     from_strings,
     least_rotation,
     least_rotations,
-    pack,
     to_strings,
 )
 
@@ -149,25 +147,10 @@ def image_coordinates(
         If one is no rotation of its image.
     """
     symbols = from_strings(least)
-    shift = _turns(act_on_words(element, symbols), from_strings(words))[:, None]
+    pairs = zip(to_strings(act_on_words(element, symbols)), words, strict=True)
+    shift = np.array([(2 * image).index(word) for image, word in pairs])[:, None]
     turned, p = act_on_coordinates(element, symbols, coordinates), symbols.shape[1]
     return np.take_along_axis(turned, (shift + np.arange(p)) % p, axis=1)
-
-
-def _turns(words: NDArray[np.uint8], rotations: NDArray[np.uint8]) -> NDArray[np.intp]:
-    """Return by how many symbols words are to be turned to become some rotations of them."""
-    p = words.shape[1]
-    if p > MAX_PACKED:
-        pairs = zip(to_strings(words), to_strings(rotations), strict=True)
-        return np.array([(2 * word).index(rotation) for word, rotation in pairs], np.intp)
-    codes, wanted = pack(words), pack(rotations)
-    found = np.full(len(codes), p, dtype=np.intp)
-    for shift in range(p):
-        found[(codes == wanted) & (found == p)] = shift
-        codes = next_symbols(codes, p)
-    if (found == p).any():
-        raise ValueError("a word that is no rotation of the image")
-    return found
 
 
 @dataclass(frozen=True, eq=False)

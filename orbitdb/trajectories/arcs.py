@@ -7,6 +7,7 @@ rounding adds up in them. All is vectorised over trajectories.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,26 +51,13 @@ def random_arcs(n: int, rng: np.random.Generator) -> Arcs:
     return Arcs(side, x, y, -cosine * x - sine * y, -cosine * y + sine * x)
 
 
-@dataclass(frozen=True, eq=False)
-class Step(ByValue):
-    """The way of N trajectories to their next bounce on a semicircle; all arrays of shape (N,).
+class Step(NamedTuple):
+    """The way of N trajectories to their next bounce on a semicircle; all arrays of shape (N,)."""
 
-    Attributes
-    ----------
-    arcs : Arcs
-        Just behind that bounce.
-    path : ndarray
-        Length of the path to it.
-    walls : ndarray
-        Number of straight bounces on the way.
-    kick : ndarray
-        2 / sin(theta), what the bounce adds to the convergence of a beam.
-    """
-
-    arcs: Arcs
-    path: Floats
-    walls: Floats
-    kick: Floats
+    arcs: Arcs  # just behind that bounce
+    path: Floats  # length of the path to it
+    walls: Floats  # straight bounces on the way
+    kick: Floats  # 2 / sin(theta), what the bounce adds to the convergence of a beam
 
 
 def advance(arcs: Arcs, a: float) -> Step:

@@ -8,12 +8,12 @@ first on, and only the tangent vectors need a while to settle.
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
 from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
 
 Floats = NDArray[np.float64]
@@ -29,27 +29,14 @@ _RENORMALISE = 8
 _SETTLED = 8.0
 
 
-@dataclass(frozen=True, eq=False)
-class Beam(ByValue):
-    """Tangent vectors along N trajectories and what has been summed up on the way; shape (N,) each.
+class Beam(NamedTuple):
+    """Tangent vectors along N trajectories and what has been summed up on the way; shape (N,) each."""
 
-    Attributes
-    ----------
-    y, slope : ndarray
-        Offset across the path and its change of direction, scaled to |y| + |slope| = 1.
-    growth : ndarray
-        Logarithm of the scales taken out.
-    path : ndarray
-        Length of the path.
-    bounces : ndarray
-        Number of bounces, on walls and semicircles.
-    """
-
-    y: Floats
-    slope: Floats
-    growth: Floats
-    path: Floats
-    bounces: Floats
+    y: Floats  # offset across the path, scaled to |y| + |slope| = 1
+    slope: Floats  # its change of direction
+    growth: Floats  # logarithm of the scales taken out
+    path: Floats  # length of the path
+    bounces: Floats  # on walls and semicircles
 
     @classmethod
     def begin(cls, y: Floats, slope: Floats) -> "Beam":

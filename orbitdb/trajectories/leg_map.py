@@ -7,32 +7,21 @@ the lower end of the semicircle, and all are 2 t apart: k = floor((pi - beta - t
 and upside down the run comes in at pi - beta - 2 k t. The invariant measure of runs is sin(t) dt dbeta / 2.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
 
 _TINY = 1e-150
 
 
-@dataclass(frozen=True, eq=False)
-class Runs(ByValue):
-    """N runs of trajectories; arrays of shape (N,).
+class Runs(NamedTuple):
+    """N runs of trajectories; arrays of shape (N,)."""
 
-    Attributes
-    ----------
-    t : ndarray
-        Angle between path and circle, in (0, pi/2).
-    beta : ndarray
-        Direction of the line that comes in, in (-t, t).
-    """
-
-    t: Floats
-    beta: Floats
+    t: Floats  # angle between path and circle, in (0, pi/2)
+    beta: Floats  # direction of the line that comes in, in (-t, t)
 
 
 def random_runs(n: int, rng: np.random.Generator) -> Runs:
@@ -51,28 +40,15 @@ def random_runs(n: int, rng: np.random.Generator) -> Runs:
     return Runs(*np.concatenate(kept, axis=1)[:, :n])
 
 
-@dataclass(frozen=True, eq=False)
-class Leg(ByValue):
-    """The bounces of N runs and the legs behind them, up to the next runs; arrays of shape (N,).
+class Leg(NamedTuple):
+    """The bounces of N runs and the legs behind them, up to the next runs; arrays of shape (N,)."""
 
-    Attributes
-    ----------
-    runs : Runs
-        The next ones.
-    bounces, walls : ndarray
-        Bounces of the run, and straight ones of the leg.
-    kick, drift : ndarray
-        K = 2 k / sin(t) of the run, and D of the leg.
-    path : ndarray
-        Length of the path from the foot of the centre on the line that comes in to the next one.
-    """
-
-    runs: Runs
-    bounces: Floats
-    walls: Floats
-    kick: Floats
-    drift: Floats
-    path: Floats
+    runs: Runs  # the next ones
+    bounces: Floats  # of the run
+    walls: Floats  # straight bounces of the leg
+    kick: Floats  # K = 2 k / sin(t) of the run
+    drift: Floats  # D of the leg
+    path: Floats  # length from the foot of the centre on the line that comes in to the next one
 
 
 def next_leg(runs: Runs, a: float) -> Leg:

@@ -11,13 +11,12 @@ invariant measure of the runs, so that every one of them is independent.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
 from orbitdb.trajectories.ensemble import LEAST, Reference
 from orbitdb.trajectories.leg_map import Runs, next_leg, random_runs
 
@@ -33,22 +32,12 @@ _SETTLED = 1e-9
 _LONGEST_WAY = 2000
 
 
-@dataclass(frozen=True, eq=False)
-class Beams(ByValue):
-    """What N trajectories bring to a run, shape (N,) each.
+class Beams(NamedTuple):
+    """What N trajectories bring to a run, shape (N,) each."""
 
-    Attributes
-    ----------
-    drift : ndarray
-        D of the leg that they come by.
-    low, high : ndarray
-        The convergence b of the beam at its end, for the least and the most that it can have been at
-        the start: equal once the start is forgotten.
-    """
-
-    drift: Floats
-    low: Floats
-    high: Floats
+    drift: Floats  # D of the leg that they come by
+    low: Floats  # the convergence b of the beam at its end, for the least that it can have been at the start
+    high: Floats  # and for the most: equal once the start is forgotten
 
 
 def simulate_legs(
@@ -108,11 +97,11 @@ def simulate_legs(
 
 
 def _batch(a: float, starts: int, legs: int, rng: np.random.Generator) -> Floats:
-    """Follow fresh starts; return the means a leg of each of the terms that `_follow` gives, shape (4, N)."""
+    """Follow fresh starts; return the means a leg of each of the terms that `follow` gives, shape (4, N)."""
     runs, beams = _settled(a, random_runs(starts, rng))
     sums = np.zeros((4, starts))
     for _ in range(legs):
-        runs, beams, terms = _follow(runs, beams, a)
+        runs, beams, terms = follow(runs, beams, a)
         sums += terms
     return sums / legs
 
@@ -122,14 +111,21 @@ def _settled(a: float, runs: Runs) -> tuple[Runs, Beams]:
     first = next_leg(runs, a)
     runs, beams = first.runs, Beams(first.drift, np.zeros(len(first.drift)), 1 / first.drift)
     for _ in range(_LONGEST_WAY):
-        runs, beams, terms = _follow(runs, beams, a)
+        runs, beams, terms = follow(runs, beams, a)
         if terms[1].mean() < _SETTLED:
             break
     return runs, beams
 
 
-def _follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
+def follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
     """Follow trajectories over a run and the leg behind it.
+
+    Parameters
+    ----------
+    runs : Runs
+    beams : Beams
+        What is known of the slopes of tangent vectors at their beginning.
+    a : float
 
     Returns
     -------

@@ -1,16 +1,16 @@
-"""Single trajectories, bounce by bounce: random starts, the next bounce, segments as symbols.
+"""Single trajectories, bounce by bounce: random starts, and the next bounce.
 
 Everything is vectorised over trajectories: one ray each. `orbitdb.trajectories.ensemble` goes faster, from
 semicircle to semicircle, where only averages are wanted.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import HALF_PI, Stadium
-from orbitdb.billiard.writing import written
 from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
@@ -68,23 +68,12 @@ def random_rays(stadium: Stadium, n: int, rng: np.random.Generator) -> Rays:
     return Rays(x, ny, vx, vy, np.where(on_wall, 0.0, half))
 
 
-@dataclass(frozen=True, eq=False)
-class Bounce(ByValue):
-    """The next bounce of N rays; all arrays of shape (N,).
+class Bounce(NamedTuple):
+    """The next bounce of N rays; all arrays of shape (N,)."""
 
-    Attributes
-    ----------
-    rays : Rays
-        Just behind it.
-    path : ndarray
-        Length of the path to it.
-    kick : ndarray
-        What it adds to the convergence of a beam, 2 / sin(theta) on a semicircle and 0 on a wall.
-    """
-
-    rays: Rays
-    path: Floats
-    kick: Floats
+    rays: Rays  # just behind it
+    path: Floats  # length of the path to it
+    kick: Floats  # what it adds to the convergence of a beam, 2 / sin(theta) on a semicircle and 0 on a wall
 
 
 def bounce(rays: Rays, a: float) -> Bounce:
@@ -133,48 +122,3 @@ def bounce(rays: Rays, a: float) -> Bounce:
         side=side,
     )
     return Bounce(after, path, np.where(curved, 2 / np.maximum(sine, _TINY), 0.0))
-
-
-@dataclass(frozen=True, eq=False)
-class Itineraries(ByValue):
-    """The bounces of N trajectories over p steps, in the symbols and coordinates of the catalogue.
-
-    Attributes
-    ----------
-    symbols : ndarray of uint8, shape (N, p)
-    coordinates : ndarray, shape (N, p)
-        x on a straight wall, radians on a semicircle.
-    path : ndarray, shape (N, p)
-        Length of the path that arrives at each bounce.
-    """
-
-    symbols: NDArray[np.uint8]
-    coordinates: Floats
-    path: Floats
-
-
-def itineraries(stadium: Stadium, rays: Rays, steps: int) -> Itineraries:
-    """Follow single trajectories and write down the bounces that come after the given ones.
-
-    Parameters
-    ----------
-    stadium : Stadium
-    rays : Rays
-    steps : int
-        Number of bounces to record.
-
-    Notes
-    -----
-    A bounce is single, or in a run that goes up or down, by its neighbours on the trajectory; the
-    bounce before the first and the one behind the last are looked at for that.
-    """
-    sides, heights, xs, paths = [rays.side], [rays.y], [rays.x], []
-    for _ in range(steps + 1):
-        hit = bounce(rays, stadium.a)
-        rays = hit.rays
-        sides.append(rays.side)
-        heights.append(rays.y)
-        xs.append(rays.x)
-        paths.append(hit.path)
-    side, y, x = (np.stack(rows, axis=1) for rows in (sides, heights, xs))
-    return Itineraries(*written(stadium, x, y, side), np.stack(paths[:-1], axis=1))

@@ -79,14 +79,15 @@ def trace_start(
     if bounces is not None and not 1 <= bounces <= MOST_BOUNCES:
         raise InputError(f"bounces {bounces}: give 1 to {MOST_BOUNCES}")
     ray = _both_ways(stadium, start)
-    x, y, side, error = _follow(stadium, ray, bounces or BOUNCES)
-    symbols, coordinates = written(stadium, *_joined(x, y, side))
-    ahead, back = (_known(stadium, each, tolerance, way) for each, way in _ways(x, y, side, error))
+    rows = _follow(stadium, ray, bounces or BOUNCES)
+    joined = [np.concatenate([row[1, ::-1], row[0]])[None] for row in rows[:3]]  # back in time, then ahead
+    symbols, coordinates = written(stadium, *joined)
+    ahead, back = (_known(stadium, [row[n] for row in rows], tolerance, way) for n, way in ((0, 1), (1, -1)))
     if not ahead + back:
         raise InputError(
             f"rounding hides every bounce of this start at {tolerance:g}: give a larger tolerance"
         )
-    middle = x.shape[1] - 1
+    middle = rows[0].shape[1] - 1
     kept = slice(middle - back, middle + ahead)
     points = stadium.points(symbols, coordinates)
     return Trace(1 - back, symbols[0, kept], points[0, kept])
@@ -142,16 +143,6 @@ def _follow(stadium: Stadium, rays: Rays, bounces: int) -> tuple[Floats, Floats,
         rows.append((rays.x, rays.y, rays.side, _ROUNDING * (1 + stadium.a) * (1 + grown)))
     x, y, side, error = (np.stack(part, axis=1) for part in zip(*rows, strict=True))
     return x, y, side, error
-
-
-def _joined(*rows: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return what is known of the bounces ahead, each of shape (1, T), behind those back in time."""
-    x, y, side = (np.concatenate([row[1, ::-1], row[0]])[None] for row in rows)
-    return x, y, side
-
-
-def _ways(*rows: Floats) -> list[tuple[list[Floats], int]]:
-    return [([row[0] for row in rows], 1), ([row[1] for row in rows], -1)]
 
 
 def _known(stadium: Stadium, rows: list[Floats], tolerance: float, way: int) -> int:

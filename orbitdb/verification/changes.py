@@ -13,10 +13,10 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.billiard.bounces import slack_errors
-from orbitdb.billiard.legs import Chain, derivatives, direction_limits
+from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits
 from orbitdb.billiard.stadium import MAX_A, MIN_A
-from orbitdb.orbits.births.batches import JOINTS, Batch
-from orbitdb.orbits.births.brackets import Signs
+from orbitdb.orbits.births.brackets import Signs, signs
+from orbitdb.orbits.births.changes import JOINTS, joints
 from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
 from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import newton
@@ -31,7 +31,7 @@ from orbitdb.verification.check import Check, judged
 
 Floats = NDArray[np.float64]
 Marks = NDArray[np.bool_]
-Places = NDArray[np.intp]
+Words = NDArray[np.uint8]
 
 _CLOSE = 1e-6
 """Relative, of slopes: no proof rests on them, and they are computed without bounds."""
@@ -55,14 +55,12 @@ def _check_changes(block: Block, connection: sa.Connection) -> Iterator[Check]:
     p, wanted = block.p, set(block.ids.tolist())
     rows = [row for row in found if row.cycle in wanted]
     words = sorted({row.word for row in rows})
-    sound = [words[i] for i in sound_words(words, p)]
-    place = {word: i for i, word in enumerate(sound)}
-    known = [row for row in rows if row.word in place and _is_sound(row)]
+    sound = {words[i] for i in sound_words(words, p)}
+    known = [row for row in rows if row.word in sound and _is_sound(row)]
     wrong = {id(row) for row in rows} - {id(row) for row in known}
     if known:
-        batch = Batch([from_strings(sound)])
-        word = np.array([place[row.word] for row in known])
-        failed = _wrong_sides(batch, word, known) | _wrong_bounces(batch, word, known)
+        those = from_strings([row.word for row in known])
+        failed = _wrong_sides(those, known) | _wrong_bounces(those, known)
         wrong |= {id(known[i]) for i in np.flatnonzero(failed)}
     labels = [f"{row.word} at a = {row.a:g}" for row in rows]
     yield judged("changes", labels, [id(row) in wrong for row in rows])
@@ -77,33 +75,26 @@ def _is_sound(row: Any) -> bool:
     return inside and row.kind in (BORN, DIED) and row.joint in JOINTS and None not in path
 
 
-def _wrong_sides(batch: Batch, word: Places, rows: Sequence[Any]) -> Marks:
+def _wrong_sides(words: Words, rows: Sequence[Any]) -> Marks:
     """Tell which changes are none: what a class is just below and above, and at the least a before all."""
     a, error = (np.array([getattr(row, name) for row in rows]) for name in ("a", "error"))
     born = np.array([1 if row.kind == BORN else -1 for row in rows])
     low, high = np.where(a == 0, MIN_A, a - error), np.where(a == 0, MIN_A, a + error)
-    wrong: Marks = _signs(batch, word, high) != born
+    wrong: Marks = _signs(words, high) != born
     moving = np.flatnonzero(a > 0)
-    wrong[moving] |= _signs(batch, word[moving], low[moving]) != -born[moving]
+    wrong[moving] |= _signs(words[moving], low[moving]) != -born[moving]
     return wrong
 
 
-def _signs(batch: Batch, word: Places, a: Floats) -> Signs:
+def _signs(words: Words, a: Floats) -> Signs:
     """Tell which words are orbits, each at its own a: 1, -1, or 0 where balls do not decide it either."""
-    sign = np.zeros(len(word), np.int8)
-    for here, legs in _chains(batch, word):
-        sign[here] = batch.signs(word[here], legs, a[here], newton(legs, a[here]).alpha)
+    sign = np.zeros(len(words), np.int8)
+    for here, legs in cut(words):
+        sign[here] = signs(words[here], legs, a[here], newton(legs, a[here]).alpha)
     return sign
 
 
-def _chains(batch: Batch, word: Places) -> Iterator[tuple[Places, Chain]]:
-    """Yield groups of equally many legs, of words that may repeat: which of them, and their chains."""
-    for known, legs in batch.groups(np.unique(word)):
-        here = np.flatnonzero(np.isin(word, known))
-        yield here, legs.chain(np.searchsorted(known, word[here]))
-
-
-def _wrong_bounces(batch: Batch, word: Places, rows: Sequence[Any]) -> Marks:
+def _wrong_bounces(words: Words, rows: Sequence[Any]) -> Marks:
     """Tell which changes are not those of the bounce, the joint and the slope that are stored."""
     wrong = np.array([row.a > 0 for row in rows])
     moving, later = np.flatnonzero(wrong), [row for row in rows if row.a > 0]
@@ -111,13 +102,13 @@ def _wrong_bounces(batch: Batch, word: Places, rows: Sequence[Any]) -> Marks:
         np.array([getattr(row, name) for row in later]) for name in ("a", "error", "slope", "bounce")
     )
     joint = np.array([JOINTS.index(row.joint) for row in later], dtype=np.int64)
-    for here, legs in _chains(batch, word[moving]):
+    for here, legs in cut(words[moving]):
         slack, slopes, off = _slacks(legs, a[here])
         at_joint = np.abs(slack) <= 2 * np.abs(slopes) * (error / a)[here] + off
         like = np.abs(slopes - slope[here]) <= _CLOSE * np.abs(slope[here])
         which, row = np.nonzero(at_joint & like)
         mine = here[row]
-        found = batch.places(word[moving][mine], which)
+        found = joints(words[moving][mine], which)
         same = (found[0] == bounce[mine]) & (found[1] == joint[mine])
         wrong[moving[mine[same]]] = False
     return wrong

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Derivatives
-from orbitdb.billiard.stability import Links, couplings_of, exponent, hessian, hessian_of
+from orbitdb.billiard.stability import Links, couplings_of, exponent, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.symbols.words import to_strings
@@ -244,7 +244,7 @@ def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str
     scale = 1 / np.sqrt(own + sines)
     beside = scale * _behind(scale)
     links = couplings_of(path.links, stadium.tangents(words, orbits.coordinates))
-    matrix = hessian_of(words, path.links, links) * scale[:, :, None] * scale[:, None, :]
+    matrix = hessian(stadium, words, orbits.coordinates) * scale[:, :, None] * scale[:, None, :]
     eigenvalues = np.linalg.eigvalsh(_finite(matrix))
     off, loose_off = coupling * beside, loose_coupling * beside
     norm = (loose * scale**2 + loose_off + _before(loose_off)).max(axis=1)

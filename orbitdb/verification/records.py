@@ -11,7 +11,7 @@ that an error is too large.
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import sqlalchemy as sa
@@ -19,20 +19,17 @@ import sqlalchemy as sa
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.spectrum import stored_levels
+from orbitdb.entropy.entropy_bounds import BALLS, EntropyBounds
 from orbitdb.errors import InputError, StoreError
 from orbitdb.quantum.levels import Levels, rounding, windows
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.file.schema import BALLS
 from orbitdb.store.file.tables import entropy_bound, level, level_fill, stadium, trajectory
-from orbitdb.store.reading.records import Enclosure, bounds_stored, is_sound
+from orbitdb.store.reading.records import bounds_stored, is_sound
 from orbitdb.trajectories.ensemble import Reference, simulate
 from orbitdb.trajectories.legwise import simulate_legs
 from orbitdb.verification.blocks import Part
 from orbitdb.verification.check import Check, judged, listed, measured, single
 from orbitdb.verification.provenance import parameters_of, runs_of_here
-
-if TYPE_CHECKING:
-    from orbitdb.entropy.bounds import EntropyBounds
 
 RECOUNTED = 3000
 """Windows that are decided again at any a, in some tenths of a second."""
@@ -80,19 +77,19 @@ def _made_here(connection: sa.Connection, a: float) -> set[tuple[str, int]]:
     return {(proof, edges) for proof, edges in connection.execute(query)}
 
 
-def _wrong_bounds(found: Sequence[Enclosure], ours: set[tuple[str, int]]) -> Iterator[Enclosure]:
+def _wrong_bounds(found: Sequence[EntropyBounds], ours: set[tuple[str, int]]) -> Iterator[EntropyBounds]:
     """Yield the rows that are not sound, have nothing in common with new bounds or closer ones, or differ."""
     sound = [each for each in found if is_sound(each)]
     new = _new_bounds(sound) if sound else {}
     for each in found:
-        others: list[Enclosure | EntropyBounds] = [*new.values(), *(x for x in sound if x.width < each.width)]
+        others: list[EntropyBounds] = [*new.values(), *(x for x in sound if x.width < each.width)]
         agrees = each in sound and all(_meet(each, other) for other in others)
         counted = new.get(each.window) if (each.proof, each.window) in ours else None
         if not agrees or (counted is not None and not _is_recounted(each, counted)):
             yield each
 
 
-def _new_bounds(found: Sequence[Enclosure]) -> "Mapping[int, EntropyBounds]":
+def _new_bounds(found: Sequence[EntropyBounds]) -> "Mapping[int, EntropyBounds]":
     """Return new bounds by length of windows, up to the longest stored or `RECOUNTED` windows."""
     from orbitdb.entropy.bounds import levels  # SciPy's sparse matrices load slowly
 
@@ -104,11 +101,11 @@ def _new_bounds(found: Sequence[Enclosure]) -> "Mapping[int, EntropyBounds]":
     return new
 
 
-def _meet(one: Enclosure, other: "Enclosure | EntropyBounds") -> bool:
+def _meet(one: EntropyBounds, other: EntropyBounds) -> bool:
     return one.lower <= other.upper and other.lower <= one.upper
 
 
-def _is_recounted(one: Enclosure, new: "EntropyBounds") -> bool:
+def _is_recounted(one: EntropyBounds, new: EntropyBounds) -> bool:
     """Tell whether a row is what is counted again; balls may leave open what doubles decide, no more."""
     if all(getattr(one, name) == getattr(new, name) for name in _COUNTED):
         return True

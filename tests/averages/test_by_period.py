@@ -124,83 +124,6 @@ def test_topological_zeta_is_the_product_over_every_cyclic_word():
         assert (np.polynomial.Polynomial(product[: order + 1])(np.linspace(0, z0 * 0.999, 500)) > 0).all()
 
 
-def by_hand(a):
-    """Return L and lambda of the words 13, 013 and 113 from their triangles, by school geometry.
-
-    013: one path is level, the other two go down to the middle of the wall; the normal at the upper
-    bounce, at the angle t, halves the angle 2t between them. 113: one path is a vertical chord; the two
-    others meet on the axis at the slope 2t - pi/2.
-    """
-
-    def exponent(*links):
-        M = np.eye(2)
-        for path, sine in links:
-            M = np.array([[1, 0], [-2 / sine if sine else 0, 1]]) @ np.array([[1, path], [0, 1]]) @ M
-        return math.acosh(abs(np.trace(M)) / 2)
-
-    t = root_between(
-        lambda t: math.tan(2 * t) * (a + math.cos(t)) - math.sin(t) - 1, 1e-3, math.pi / 4 - 1e-9
-    )
-    level, slanted = 2 * (a + math.cos(t)), (1 + math.sin(t)) / math.sin(2 * t)
-    wall = level + 2 * slanted, exponent((level, math.cos(t)), (2 * slanted, math.cos(t)))
-    reach = 2 * a + 1
-    t = root_between(lambda t: math.tan(2 * t - math.pi / 2) * (reach + math.cos(t)) - math.sin(t), 0.8, 1.5)
-    chord, leg = 2 * math.sin(t), (reach + math.cos(t)) / math.cos(2 * t - math.pi / 2)
-    corner, tip = math.sin(t), math.cos(2 * t - math.pi / 2)
-    run = chord + 2 * leg, exponent((chord, corner), (leg, tip), (leg, corner))
-    axis = 4 * (1 + a), math.acosh((4 * (1 + 2 * a) ** 2 - 2) / 2)
-    return axis, wall, run
-
-
-@pytest.mark.parametrize("a", [0.5, 1.6, 4.0])
-def test_first_two_periods_by_hand(a):
-    (L2, lam2), (La, lama), (Lb, lamb) = by_hand(a)
-    found, counts = lyapunov(class_rows(a, 3), 3), entropy(class_rows(a, 3), 3)
-    assert list(counts.N) == [2, 24]
-    assert pytest.approx([math.log(2) / 2, math.log(24) / 3]) == counts.K_0
-    assert counts.h_zeta[0] == 0
-    assert counts.h_zeta[1] == pytest.approx(-math.log(root_between(lambda z: 1 - z**2 - 8 * z**3, 0, 1)))
-    assert counts.h_zeta_change[1] == pytest.approx(counts.h_zeta[1])
-    assert math.isnan(counts.h_zeta_change[0])
-
-    assert found.lambda_d[0] == pytest.approx(lam2 / 2, rel=1e-12)
-    assert found.lambda_c[0] == pytest.approx(lam2 / L2, rel=1e-12)
-    ta, tb = math.exp(-lama), math.exp(-lamb)
-    assert found.lambda_d[1] == pytest.approx((ta * lama + tb * lamb) / (ta + tb) / 3, rel=1e-11)
-    assert found.lambda_c[1] == pytest.approx((ta * lama / La + tb * lamb / Lb) / (ta + tb), rel=1e-11)
-    assert found.lambda_d_pair[1] == pytest.approx((found.lambda_d[0] + found.lambda_d[1]) / 2)
-    assert math.isnan(found.lambda_d_pair[0])
-
-    t2 = math.exp(-lam2)
-    assert found.z0[0] == pytest.approx(math.exp(lam2 / 2), rel=1e-12)
-    assert found.mean_path_zeta[0] == pytest.approx(L2 / 2, rel=1e-12)
-    z = root_between(lambda z: 1 - t2 * z**2 - 4 * (ta + tb) * z**3, 0, 20, xtol=1e-15)
-    two, three_a, three_b = t2 * z**2, 4 * ta * z**3, 4 * tb * z**3
-    exponent = two * lam2 + three_a * lama + three_b * lamb
-    path = two * L2 + three_a * La + three_b * Lb
-    assert found.z0[1] == pytest.approx(z, rel=1e-11)
-    assert found.lambda_d_zeta[1] == pytest.approx(exponent / (2 * two + 3 * (three_a + three_b)), rel=1e-10)
-    assert found.lambda_c_zeta[1] == pytest.approx(exponent / path, rel=1e-10)
-
-
-def test_paper_table_and_steady_zeta_entropy():
-    """Table 1 of the paper, whose K_0 is cut, not rounded, to three digits."""
-    found = entropy(class_rows(1.6, 11), 11)
-    assert list(found.N) == [2, 24, 130, 400, 1154, 2632, 11522, 36960, 111042, 328680]
-    printed = [0.346, 1.059, 1.216, 1.198, 1.175, 1.125, 1.169, 1.168, 1.161, 1.154]
-    assert list(np.floor(found.K_0 * 1000) / 1000) == printed
-    late = found.h_zeta[found.p >= 8]
-    assert np.ptp(late) < 0.005
-    assert found.h_zeta_change[found.p >= 8].max() < 0.005
-    assert np.ptp(late) < np.ptp(found.K_0[found.p >= 8]) / 3
-
-
-def test_zeta_of_all_orbits_conserves_probability_ever_better():
-    found = lyapunov(class_rows(1.6, 11), 11)
-    assert abs(found.z0[-1] - 1) < 0.03 < abs(found.z0[2] - 1)
-    assert np.diff(found.lambda_d_zeta[4:]).max() < 0
-
-
 @pytest.mark.parametrize("weight", Weight)
 def test_stability_cut_so_high_that_it_keeps_all_is_the_period_truncation(weight):
     rows = class_rows(1.6, DIRECT)
@@ -209,15 +132,6 @@ def test_stability_cut_so_high_that_it_keeps_all_is_the_period_truncation(weight
     assert by_stability.lambda_d == pytest.approx(by_period.lambda_d_zeta[-1], rel=1e-11)
     assert by_stability.lambda_c == pytest.approx(by_period.lambda_c_zeta[-1], rel=1e-11)
     assert by_stability.mean_path == pytest.approx(by_period.mean_path_zeta[-1], rel=1e-11)
-
-
-def test_stability_cut_between_the_first_orbits_is_a_short_formula():
-    rows = class_rows(1.6, 3)
-    (L2, lam2), *_ = by_hand(1.6)
-    only = lyapunov_by_stability(rows, (lam2 + rows.lyapunov[1:].min()) / 2)
-    assert only.z0 == pytest.approx(math.exp(lam2 / 2))
-    assert (only.lambda_d, only.lambda_c) == (pytest.approx(lam2 / 2), pytest.approx(lam2 / L2))
-    assert math.isnan(lyapunov_by_stability(rows, lam2 / 2).lambda_d)
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from(list(Weight)))

@@ -1,6 +1,5 @@
 """Averages that do not stand are blank: missing periods, no zero, a spurious one."""
 
-import json
 import math
 
 import numpy as np
@@ -9,12 +8,11 @@ from quick import slow_but
 from solutions import class_rows, entropy, lyapunov
 
 from orbitdb import Catalogue, Selection
-from orbitdb.averages.by_period import Lyapunov
 from orbitdb.averages.by_stability import lyapunov_by_stability
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.averages.validity import faults_of, standing
 from orbitdb.catalogue.whole_periods import why_missing
-from orbitdb.cli.tui.statistics.averages import curves_of, statistics, table_of
+from orbitdb.cli.tui.statistics.averages import statistics
 
 HIGHEST = 9
 ZETA = ("lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
@@ -91,39 +89,7 @@ def test_a_period_is_missing_as_it_is_not_chosen_or_not_filled_or_partial():
 
 
 @pytest.mark.slow
-def test_statistics_show_what_the_command_shows(varied, cli):
-    for selection, option in ((Selection(), ()), (Selection(periods=((3, 3), (5, 6))), ("--p", "3,5-6"))):
-        found = statistics(Catalogue(varied), selection)
-        texts = [[cell != "" for cell in row[4:]] for row in table_of(found)]
-        names = ("N", "K_0", "h_zeta", "lambda_d", "lambda_d_pair", "lambda_d_zeta",
-                 "lambda_c", "lambda_c_pair", "lambda_c_zeta", "lambda_d_sum_rule", "lambda_d_sum_rule_error",
-                 "lambda_c_sum_rule", "lambda_c_sum_rule_error")  # fmt: skip
-        rows = [
-            first | second
-            for first, second in zip(
-                *(json.loads(cli(name, *option, "--db", str(varied), "--json").out) for name in COMMANDS),
-                strict=True,
-            )
-        ]
-        assert texts == [[row[name] is not None for name in names] for row in rows]
-        drawn = curves_of(found, None)
-        for name in ("lambda_d", "lambda_c"):
-            (zeta,) = (curve for curve in drawn[name] if curve.name == "zeta")
-            assert np.isfinite(zeta.y).sum() == sum(row[f"{name}_zeta"] is not None for row in rows)
-
-
-COMMANDS = ("entropy", "lyapunov")
-
-
-@pytest.mark.slow
 def test_a_chosen_period_says_nothing_of_the_file(varied):
     found = statistics(Catalogue(varied), Selection(periods=((6, 6),)))
     assert "the zeta function lacks p = 2, 3, 4, 5 (not chosen)" in found.notes
     assert found.facts[0].startswith("entropy of all orbits: 1.15549571 < h < 1.16257011")
-
-
-def test_averages_of_no_orbit_have_no_fault():
-    found = lyapunov(class_rows(1.6, 4).rows(slice(0, 0)), 4)
-    assert isinstance(found, Lyapunov)
-    assert found.faults == ("", "", "")
-    assert np.isnan(found.z0).all()

@@ -1,6 +1,5 @@
 """Three ways to a status: where they differ, and why."""
 
-import json
 import re
 from dataclasses import replace
 
@@ -10,7 +9,7 @@ import pytest
 from orbitdb.benchmarks.agreement import agreement, compare
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.balls.enclosure import true_errors
-from orbitdb.orbits.newton import certificates, solve
+from orbitdb.orbits.newton import certificates
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import EPSILON, relax, slowest_rates
 from orbitdb.symbols.least_words import representatives
@@ -28,16 +27,6 @@ def test_the_error_that_the_force_leaves_is_the_true_one():
     share = true * slowest_rates(orbits.words, stadium, orbits.coordinates) / EPSILON
     assert share.max() < 1.01
     assert np.median(share) > 0.5
-
-
-@pytest.mark.slow
-def test_all_agree_where_no_orbit_comes_near_a_joint():
-    for p in range(2, 6):
-        found, differing = agreement(p, Stadium(1.6))
-        assert differing == []
-        assert found.doubles == found.relaxation == found.classes == len(representatives(p)[0])
-        assert found.disagreements == found.unresolved == found.boundary == 0
-        assert found.orbits == (solve(representatives(p)[0], Stadium(1.6)).status == Status.ORBIT).sum()
 
 
 @pytest.mark.slow
@@ -72,15 +61,3 @@ def test_what_does_not_come_to_rest_is_counted_and_not_taken_for_another_status(
     assert found.relaxation == found.classes - found.unresolved
     assert found.steps == 100
     assert differing == []
-
-
-@pytest.mark.slow
-def test_the_command_lists_periods_and_names_the_words_that_differ(cli):
-    found = cli("bench", "--kind", "statuses", "--a", "1", "--p", "5-6", "--json")
-    assert found.code == 0
-    rows = json.loads(found.out)
-    assert [(row["a"], row["p"], row["classes"], row["disagreements"]) for row in rows] == [
-        (1.0, 5, 17, 0),
-        (1.0, 6, 47, 7),
-    ]
-    assert [line.partition(" ")[0] for line in found.err.splitlines()] == THROUGH_A_JOINT

@@ -13,15 +13,12 @@ from orbitdb.benchmarks.stress import (
     long_legs,
     long_orbits,
     long_runs,
-    parsed,
     small_margins,
-    weighted_sums,
 )
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.symbols.least_words import representatives
-from orbitdb.symbols.pruning import rules_broken
 
 
 @pytest.mark.slow
@@ -49,27 +46,6 @@ def test_runs_and_legs_of_many_bounces(case):
         assert outcome.lyapunov < 1e-13
 
 
-@pytest.mark.parametrize("k", [10, 1000, 100_000])
-def test_a_long_run_is_half_a_polygon(k):
-    """1^k 5^k runs along two half 2k-gons and two horizontal legs."""
-    stadium = Stadium()
-    found = solve(parsed(f"1^{k} 5^{k}"), stadium)
-    assert found.status[0] == Status.ORBIT
-    assert found.length[0] == pytest.approx(4 * stadium.a + 4 * k * np.sin(np.pi / (2 * k)), rel=1e-15)
-    assert found.margin[0] == pytest.approx(np.pi / (2 * k), rel=1e-9)
-
-
-@pytest.mark.slow
-def test_words_of_random_trajectories_are_orbits_of_high_order():
-    stadium = Stadium()
-    words = closed_words(stadium, 200, 10)
-    assert words.shape == (10, 200)
-    assert not rules_broken(words).any()
-    found = solve(words, stadium)
-    assert (found.status == Status.ORBIT).all()
-    assert (found.lyapunov / 200).mean() == pytest.approx(0.887, abs=0.1)
-
-
 @pytest.mark.slow
 def test_orbits_with_exponents_beyond_the_range_of_doubles():
     (outcome,) = long_orbits((1000,), 2)
@@ -85,13 +61,6 @@ def test_orbits_that_almost_touch_a_joint():
     assert outcome.words >= 4
     assert 0 < outcome.orbits < outcome.words
     assert outcome.passed
-
-
-@pytest.mark.slow
-def test_sums_of_weights_far_apart():
-    (outcome,) = weighted_sums(1_000_000)
-    assert outcome.passed
-    assert outcome.length < 1e-15
 
 
 def test_a_wrong_row_does_not_pass():

@@ -84,16 +84,6 @@ def test_every_word_is_cut_once():
             assert (STRAIGHT[words[rows]] == legs.straight.T).all()
 
 
-def test_the_structure_does_not_depend_on_the_rotation():
-    words = ALL[7]
-    for turn in range(1, 7):
-        for (_, one), (_, other) in zip(cut(words), cut(np.roll(words, turn, axis=1)), strict=True):
-            starts = [{tuple(np.roll(part, 2 * i, axis=0).T.ravel()) for i in range(len(one.k))}
-                      for part in (one.k[:, :1], one.n[:, :1])]  # fmt: skip
-            assert tuple(other.k[:, 0]) in starts[0]
-            assert tuple(other.n[:, 0]) in starts[1]
-
-
 @pytest.mark.parametrize("a", [1e-3, 0.5, 1.6, 50.0])
 def test_gradient_is_the_derivative_of_the_length(a):
     """The complex step has no cancellation: it is exact to rounding."""

@@ -1,8 +1,5 @@
 """Lambda in independent ways: bounce by bounce, from the Hessian, and in closed form."""
 
-import math
-import sys
-
 import mpmath as mp
 import numpy as np
 import pytest
@@ -155,26 +152,6 @@ def test_the_bound_of_lambda_holds_for_errors_of_any_size(a):
                     assert (apart <= bound).all()
                     finite += np.isfinite(bound).sum()
     assert finite > 500
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("a", [0.5, 1.6])
-def test_repeated_traversals_add_up(a):
-    """A word written k times has k times the length and lambda: far beyond the range of doubles."""
-    for word in ("13133", "113123", "1232131", "031331"):
-        single = solve(from_strings([word]), Stadium(a))
-        for count in (2, 7, 400):
-            many = solve(from_strings([word * count]), Stadium(a))
-            assert many.lyapunov[0] == pytest.approx(count * single.lyapunov[0], rel=1e-13)
-            assert many.length[0] == pytest.approx(count * single.length[0], rel=1e-13)
-        assert many.lyapunov[0] > math.log(sys.float_info.max)
-
-
-def test_small_lambda_keeps_its_digits():
-    """As a goes to 0 the orbit 13 becomes neutral: lambda = 2 arsinh(2 sqrt(a (1 + a)))."""
-    for a in (1e-6, 1e-4, 1e-2):
-        found = solve(from_strings(["13"]), Stadium(a)).lyapunov[0]
-        assert found == pytest.approx(2 * math.asinh(2 * math.sqrt(a * (1 + a))), rel=1e-14)
 
 
 def test_one_batch_holds_words_in_and_out_of_range():

@@ -24,21 +24,6 @@ def test_births_are_found_once_and_shown(cli):
     assert rows[0]["least"] is None
 
 
-def test_without_births_it_says_so(cli):
-    assert cli("births").code == 3
-    cli("migrate")
-    outcome = cli("births")
-    assert outcome.code == 1
-    assert "'orbitdb births --p 11' finds them" in outcome.err
-
-
-@pytest.mark.parametrize("wrong", [["--p", "1"], ["--p", "21"], ["--p", "5", "--from", "6"]])
-def test_periods_that_cannot_be(cli, wrong):
-    outcome = cli("births", *wrong)
-    assert (outcome.code, outcome.out) == (2, "")
-    assert len(outcome.err.splitlines()) == 1
-
-
 def test_the_table_of_an_a_that_is_not_filled(cli):
     cli("births", "--p", "6")
     born = cli("table", "--a", "1", "--json")
@@ -133,15 +118,6 @@ def test_a_life_that_ends_is_a_line(cli, tmp_path):
 
 
 @pytest.mark.slow
-def test_lives_that_end_are_listed(cli):
-    ended = cli("births", "--from", "9", "--p", "9", "--deaths", "--json")
-    assert ended.err.splitlines()[-1] == "2 lives end, among 866 classes"
-    rows = json.loads(ended.out)
-    assert [row["word"] for row in rows] == ["010203113", "010233113"]
-    assert {(round(row["dies"], 9), round(row["reborn"], 9)) for row in rows} == {(0.473270308, 0.605684335)}
-
-
-@pytest.mark.slow
 def test_averages_leave_out_periods_whose_births_nobody_knows(cli, tmp_path):
     from orbitdb import Catalogue
     from orbitdb.cli.tui.statistics.averages import statistics
@@ -173,16 +149,6 @@ def test_cells_tell_never_from_unknown(cli):
             [],
             "",
         ]
-
-
-def test_words_that_do_not_exist_are_named_so(cli):
-    cli("births", "--p", "3")
-    cli("fill", "--p", "3")
-    for asked, said in (
-        (["--not-at", "1"], "that do not exist at a = 1"),
-        (["--exists", "2", "--not-at", "1"], "that exist at a = 2 and not at a = 1"),
-    ):
-        assert said in cli("query", *asked).err
 
 
 def test_no_zero_has_a_sign_in_a_table(cli):

@@ -32,13 +32,6 @@ def test_bounds_are_rounded_outward_in_print(cli):
         assert (int(shown["window"]), int(shown["windows"])) == (row["window"], row["windows"])
 
 
-def test_bounds_end_where_they_are_told(cli):
-    wide = json.loads(cli("bounds", "--a", "3", "--width", "0.01", "--json").out)
-    assert wide[-1]["upper"] - wide[-1]["lower"] <= 0.01 < wide[-2]["upper"] - wide[-2]["lower"]
-    assert {row["a"] for row in wide} == {3.0}
-    assert len(json.loads(cli("bounds", "--time", "1e-6", "--json").out)) == 1
-
-
 def test_prove_tells_what_is_proved_and_bounds_are_those_of_it(cli):
     plain = cli("bounds", "--a", "0.5", "--window", "7", "--json")
     proved = cli("bounds", "--a", "0.5", "--window", "7", "--json", "--prove")
@@ -64,8 +57,9 @@ def test_a_width_that_is_not_reached_is_told(cli):
 def test_a_grid_is_logarithmic_and_can_be_typed_again():
     assert lengths("1.6") == (1.6,)
     assert len(lengths("1:2:1000")) == 1000
-    with pytest.raises(InputError, match="a grid has 2 to 1000 values"):
-        lengths("1:2:1001")
+    for wrong in ("x", "1:2", "1:2:1", "1:2:x", "2:1:5", "0:1:5", "1:1.0001:900", "1:2:3:4", "1:2:1001"):
+        with pytest.raises(InputError):
+            lengths(wrong)
     assert lengths("0.5:8:5") == (0.5, 1.0, 2.0, 4.0, 8.0)
     found = np.array(lengths("0.3:10:40"))
     assert (found[0], found[-1], len(found)) == (0.3, 10.0, 40)
@@ -88,29 +82,6 @@ def test_a_grid_shows_the_last_bounds_of_every_a_and_keeps_all(cli, jobs, tmp_pa
     assert {each.proof for each in curve} == {"balls" if jobs else "doubles"}
     assert ("balls prove" in found.err) == bool(jobs)
     assert cli(*asked, "--width", "0.1").err.endswith("at 2 of 3 a: " + WHY)
-
-
-GRIDS = ["x", "1:2", "1:2:1", "1:2:x", "2:1:5", "0:1:5", "1:1.0001:900", "1:2:3:4", "1:2:1e9"]
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        ("--window", "1"),
-        ("--window", "99"),
-        ("--width", "0"),
-        ("--time", "-1"),
-        ("--time", "inf"),
-        ("--a", "0"),
-        ("--jobs", "2"),
-    ]
-    + [("--a", grid) for grid in GRIDS],
-)
-def test_what_cannot_be_done_is_told_in_one_line(cli, options):
-    found = cli("bounds", *options)
-    assert found.code == 2
-    assert found.out == ""
-    assert len(found.err.splitlines()) == 1
 
 
 @pytest.mark.slow

@@ -65,7 +65,7 @@ OWN = {
 
 def told(option: Any) -> str | None:
     """Return the default of an option as its help tells it, None for one that has none."""
-    if option.default is not None and option.default is not False:
+    if option.default is not None and option.default is not False and not callable(option.default):
         return str(option.default)
     said = re.search(r"\[default(?:: ([^]]*))?\]", option.help or "")
     return None if said is None else said[1] or ""

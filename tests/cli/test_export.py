@@ -1,11 +1,8 @@
 """Exported files give back every number bit by bit, with where they come from, or are not there."""
 
-import errno
 import io
 import json
-import os
 import re
-import resource
 import subprocess
 import sys
 from importlib.metadata import version
@@ -15,13 +12,10 @@ import pytest
 from processes import COMMAND
 from quick import slow_but
 
-from orbitdb import Catalogue, __version__, column_files
+from orbitdb import Catalogue, __version__
 from orbitdb import export as files
-from orbitdb.column_files import ColumnBlock
-from orbitdb.errors import InputError
 
 CHOICE = ("--p", "2-5", "--status", "orbit,dynamical")
-NUMBERS = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "residual", "error")
 EXACT = {} if int(version("pandas").partition(".")[0]) >= 3 else {"float_precision": "round_trip"}
 """How pandas reads every bit of a number from text: by itself since its version 3."""
 
@@ -51,6 +45,7 @@ def assert_is_provenance(metadata, varied):
     assert metadata["date"].endswith("+00:00")
 
 
+@pytest.mark.slow
 def test_every_format_says_where_it_comes_from(exported, varied):
     from pyarrow import parquet
 
@@ -60,17 +55,6 @@ def test_every_format_says_where_it_comes_from(exported, varied):
     assert_is_provenance({name.decode(): json.loads(value) for name, value in kept.items()}, varied)
     with np.load(exported("npz")) as archive:
         assert_is_provenance(json.loads(str(archive["metadata"])), varied)
-
-
-@pytest.mark.slow
-def test_pandas_reads_every_bit(exported, subset):
-    import pandas as pd
-
-    texts = pd.read_csv(exported("csv"), dtype=dict.fromkeys(("code", "representative"), str), **EXACT)
-    for table in (texts, pd.read_parquet(exported("parquet"))):
-        assert table["code"].tolist() == subset.codes.tolist()
-        for name in NUMBERS:
-            np.testing.assert_array_equal(table[name], getattr(subset, name), err_msg=name)
 
 
 def read_back(target):
@@ -149,19 +133,6 @@ def test_marked_words_are_no_numbers_to_anybody(varied, cli):
     assert f"w{row['code']}" == table["code"].iloc[-1]
 
 
-@pytest.mark.slow
-def test_more_rows_than_a_block(tmp_path):
-    from pyarrow import parquet
-
-    rows = [[str(n), n / 7, [n / 3]] for n in range(45_000)]
-    for form in files.FORMATS:
-        files.write_file(tmp_path / f"x.{form}", form, ("code", "length", "coordinates"), rows, {})
-    table = parquet.read_table(tmp_path / "x.parquet")
-    with np.load(tmp_path / "x.npz") as archive:
-        np.testing.assert_array_equal(table["length"].to_numpy(), archive["length"])
-        np.testing.assert_array_equal(archive["coordinates"], np.arange(45_000) / 3)
-
-
 def test_a_file_that_is_there_is_kept_without_force(varied, tmp_path, cli):
     target = tmp_path / "orbits.csv"
     target.write_text("mine")
@@ -192,14 +163,6 @@ def test_a_figure_on_stdout_is_what_the_file_holds(varied, tmp_path, cli):
     assert shown.stdout == target.read_bytes()
 
 
-@pytest.mark.slow
-def test_a_wrong_ending_is_told_before_matplotlib_is_loaded(tmp_path):
-    code = "import sys; from orbitdb.cli.main import execute; execute(['plot', 'sheet', '-o', 'x.gif'])"
-    code += "; print('matplotlib' in sys.modules)"
-    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "False\n"
-
-
 @pytest.mark.parametrize(
     ("arguments", "package", "said"),
     [
@@ -216,12 +179,6 @@ def test_what_is_not_installed_is_named_with_the_command_that_installs_it(
     monkeypatch.setitem(sys.modules, package, None)
     outcome = cli(*arguments.split(), "--a", "1.6", "--db", str(varied))
     assert (outcome.code, outcome.err) == (1, f"orbitdb: {said}\n")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_an_empty_subset_writes_nothing(varied, tmp_path, cli):
-    done = cli("export", str(tmp_path / "none.csv"), "--p", "99", "--db", str(varied))
-    assert done.code == 1
     assert list(tmp_path.iterdir()) == []
 
 
@@ -270,68 +227,3 @@ def test_what_cannot_be_written_is_said(varied, tmp_path, monkeypatch, cli, argu
     assert said in done.err
     assert len(done.err.splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("form", files.FORMATS)
-@pytest.mark.parametrize("trouble", slow_but([KeyboardInterrupt], [KeyboardInterrupt, ZeroDivisionError]))
-def test_an_interrupted_export_leaves_what_was_there(tmp_path, form, trouble):
-    def rows():
-        yield from (["13", float(n)] for n in range(10_000))
-        raise trouble
-
-    target = tmp_path / f"orbits.{form}"
-    target.write_text("old")
-    with pytest.raises(trouble):
-        files.write_file(target, form, ("code", "length"), rows(), {})
-    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [(target.name, "old")]
-
-
-WRITE = """
-import random, sys
-from importlib.metadata import version
-from pathlib import Path
-from orbitdb import errors, export
-random.seed(1)
-rows = [["13", random.random()] for _ in range(50_000)]
-try:
-    export.write_file(Path(sys.argv[1]), sys.argv[2], ("code", "length"), rows, {})
-except errors.StoreError as error:
-    print(error)
-"""
-
-
-@pytest.mark.parametrize("form", slow_but(["csv"], files.FORMATS))
-def test_a_full_disk_leaves_nothing_and_says_so(tmp_path, form):
-    target = tmp_path / f"orbits.{form}"
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", WRITE, str(target), form],
-        capture_output=True,
-        text=True,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000)),
-    )
-    assert done.stdout == f"{target} cannot be written ({os.strerror(errno.EFBIG)}); nothing was kept\n"
-    assert done.stderr == ""
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_npz_refuses_texts_that_would_not_fit(tmp_path):
-    with pytest.raises(InputError, match="parquet"), open(tmp_path / "orbits.npz", "wb") as file:
-        column_files.write_npz(file, ("code",), [["1" * 10**6]] * 1000, {})
-
-
-def test_npz_is_written_piece_by_piece(tmp_path):
-    texts, integers, rules = ["13", "0123", ""], [2, None, 4], [[], [1], [2, 3]]
-    numbers, places = [1.5, None, -1.0], [[0.5, 1.0], None, np.ones(3)]
-    columns = (texts, integers, numbers, rules, places)
-    blocks = [ColumnBlock([each[here] for each in columns]) for here in (slice(0, 2), slice(2, 3))]
-    with open(tmp_path / "orbits.npz", "wb") as file:
-        names = ("code", "p", "length", "rules", "coordinates")
-        column_files.write_npz(file, names, blocks, {"a": 1.6})
-    found = np.load(tmp_path / "orbits.npz")
-    assert found["code"].tolist() == ["13", "0123", ""]
-    assert found["p"].tolist() == [2, -1, 4]
-    np.testing.assert_array_equal(found["length"], [1.5, np.nan, -1.0])
-    assert (found["rules"].tolist(), found["rules_start"].tolist()) == ([1, 2, 3], [0, 0, 1, 3])
-    assert found["coordinates"].tolist() == [0.5, 1.0, 1, 1, 1]
-    assert found["coordinates_start"].tolist() == [0, 2, 2, 5]
-    assert str(found["metadata"]) == '{"a": 1.6}'

@@ -50,17 +50,6 @@ def test_what_query_and_identify_write_goes_into_identify(cli, filled, stdin):
         assert done.err == "1 orbit is shadowed\n"
 
 
-def test_a_table_tells_the_sequence_and_the_orbits(cli, filled):
-    done = cli("identify", "--start", "0,0.001,0", "--limit", "1", "--db", str(filled))
-    found = Catalogue(filled).identify(start=(0, 0.001, 0))
-    before, sequence, _, head, row = done.out.splitlines()
-    assert f"{before.split()[1]}{sequence.split()[1]}" == found.sequence
-    assert head.split() == ["code", "p", "first", "last", "turns", "distance", "length", "lambda_d"]
-    assert row.split() == ["31", "2", "-1", "2", "2.00", "1.0e-03", "10.4000000", "2.113748"]
-    assert f"followed from bounce {found.first} to" in done.err
-    assert f"{found.total} orbits are shadowed; 1 shown, --limit {found.total} shows all" in done.err
-
-
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -75,23 +64,11 @@ def test_the_usual_columns_fit_into_80(cli, filled, arguments):
     assert max(map(len, done.out.splitlines())) in range(60, 81)
 
 
-def test_a_length_is_told_with_its_repetitions(cli, filled):
-    done = cli("identify", "--length", "21.7", "--tolerance", "2e-3", "--db", str(filled))
-    assert [line.split()[:4] for line in done.out.splitlines()] == [
-        ["code", "p", "class_size", "repetitions"],
-        ["013", "3", "4", "2"],
-    ]
-    assert "1 candidate among periods 2-8 at a = 1.6" in done.err
-    marked = cli("identify", "--length", "21.7", "--tolerance", "2e-3", "--format", "csv", "--mark-words",
-                 "--db", str(filled))  # fmt: skip
-    assert marked.out.splitlines()[1].startswith("w013,3,4,2,10.85")
-
-
 @pytest.mark.parametrize("limit", [0, 1])
 def test_candidates_that_are_not_shown_are_counted(cli, filled, limit):
     """With no row the exit code is 1, as it is of `query --limit 0`."""
     with Catalogue(filled) as catalogue:
-        total = len(catalogue.identify(length=45, tolerance=0.05))
+        total = len(catalogue.with_length(45, tolerance=0.05))
     done = cli("identify", "--length", "45", "--tolerance", "0.05", "--limit", str(limit))
     assert done.code == (1 if limit == 0 else 0)
     assert done.err.startswith(f"{total} candidates among periods 2-8 at a = 1.6, one per symmetry class; ")
@@ -99,31 +76,11 @@ def test_candidates_that_are_not_shown_are_counted(cli, filled, limit):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
-    [
-        ("--length 5", "no candidates among periods 2-8"),
-        ("--start 0.2,0,1.5707963267948966", "between the straight walls"),
-        ("--start 0,0.5,1.2 --tolerance 1e-12", "no orbit is shadowed"),
-        ("--length 5 --a 3", "nothing is filled at a = 3"),
-    ],
-)
-def test_nothing_found_ends_with_1_and_says_so(cli, filled, arguments, told):
-    done = cli("identify", *arguments.split(), "--json", "--db", str(filled))
-    assert (done.code, done.out) == (1, "[]\n")
-    assert told in done.err
-    assert ("candidates" in done.err) == ("candidates" in told)  # none where nothing was looked through
-
-
-@pytest.mark.parametrize(
     ("arguments", "given", "told"),
     [
-        ("", "", "exactly one of --start, --points and --length"),
         ("--start 0,0", "", "three numbers"),
         ("--start 0,0,½", "", "'½' is not a number"),
-        ("--start 0,3,1", "", "2 outside the stadium"),
-        ("--length 3 --bounces 5", "", "--bounces does nothing with --length"),
         ("--points - --bounces 5", LINES, "--bounces does nothing with --points"),
-        ("--length nan", "", "length nan"),
         ("--length 3 --mark-words", "", "--mark-words is for csv and tsv"),
         ("--points nowhere", "", "nowhere cannot be read"),
         ("--points -", "", "no points"),

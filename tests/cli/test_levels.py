@@ -4,7 +4,13 @@ import json
 import sqlite3
 from itertools import chain
 
+import numpy as np
 import pytest
+from contents import alter
+from made_levels import keep_made_levels
+
+from orbitdb import Stadium
+from orbitdb.quantum.weyl import Parity, weyl
 
 KNOWN = {
     "ee": [1.6968700531, 2.4751285339, 3.5221245323, 4.6281147069, 4.7689782892, 5.1744043795, 5.7253817965,
@@ -39,12 +45,35 @@ def test_levels_are_kept_and_the_missing_ones_are_added(cli, tmp_path):
     assert [row["k"] for row in fresh] == pytest.approx([row["k"] for row in again], abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("parity", "span"),
+    [(None, (2.5, 6)), ("ee", (4.9, 5.1)), ("oo,eo", (0, 1)), ("eo,oe", "from a level to a level")],
+)
+def test_stored_levels_are_shown_and_counted(cli, filled, parity, span):
+    stored, names = keep_made_levels(filled), (parity or "ee,eo,oe,oo").split(",")
+    low, high = (stored[names[0]][n] for n in (2, 6)) if isinstance(span, str) else span
+    expected = sorted((k, name) for name in names for k in stored[name] if low <= k < high)
+    options = ["--parity", parity] if parity else []
+    found = cli("levels", "--k", f"{low}:{high}", *options, "--json", "--db", str(filled))
+    assert found.code == (0 if expected else 1)
+    rows = json.loads(found.out)
+    assert [(row["k"], row["parity"]) for row in rows] == expected
+    assert [row["error"] for row in rows] == [k * 1e-12 for k, _ in expected]
+    for line, name in zip(found.err.splitlines(), names, strict=True):
+        own = [k for k, of in expected if of == name]
+        places = np.linspace(low, high, 2000)
+        below = np.searchsorted(stored[name], places)
+        off = (below - weyl(Stadium(1.6), Parity(name))(places)).mean()
+        worst = f", errors up to {max(own) * 1e-12:.0e}" if own else ""
+        count = "1 level" if len(own) == 1 else f"{len(own)} levels"
+        assert line == f"{name}: {count}, none missing; on average {off:+.2f} from Weyl's law{worst}"
+
+
 @pytest.mark.slow
 def test_levels_altered_by_hand_are_refused(cli, tmp_path):
     path = str(tmp_path / "levels.db")
     cli("levels", "--k", "0:4", "--parity", "ee", "--db", path)
-    with sqlite3.connect(path) as plain:
-        plain.execute("DELETE FROM level WHERE number = 2")
+    alter(path, "DELETE FROM level WHERE number = 2")
     found = cli("levels", "--k", "0:4", "--parity", "ee", "--db", path)
     assert found.code == 3
     assert "altered" in found.err

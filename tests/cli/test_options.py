@@ -1,6 +1,5 @@
 """Options of the command line: those that do nothing, numbers as people write them, - and closed streams."""
 
-import csv
 import io
 import re
 import shlex
@@ -72,18 +71,6 @@ def test_numbers_are_read_as_people_write_them():
 def test_a_value_that_looks_like_a_number_is_one_only_if_people_write_it_so(cli, filled):
     for value, code in ("7", 0), ("7.0", 0), ("0_7", 1):
         assert cli("query", "--where", "p = :x", "-P", f"x={value}", "--limit", "1").code == code
-
-
-def test_columns_of_a_word(cli, filled):
-    asked = ["query", "--code", "13", "--code", "1232", "-c", "length,code,symmetry,stored"]
-    rows = list(csv.DictReader(io.StringIO(cli(*asked, "--format", "csv").out)))
-    assert [row["code"] for row in rows] == ["13", "1232"]
-    assert list(rows[0]) == ["length", "code", "symmetry", "stored"]
-    assert cli(*asked).out.splitlines()[0].split() == ["length", "code", "symmetry", "stored"]
-    wrong = cli("query", "--code", "13", "-c", "colour")
-    assert (wrong.code, len(wrong.err.splitlines())) == (2, 1)
-    assert "'colour': the columns are code, representative," in wrong.err
-    assert "iterations" not in wrong.err
 
 
 @pytest.mark.parametrize("column", ["iterations", "element", "cycle"])
@@ -173,17 +160,6 @@ def test_an_option_before_the_command_is_told_its_place(cli):
 def test_codes_come_from_files_of_windows_too(cli, monkeypatch, end):
     monkeypatch.setattr("sys.stdin", io.StringIO(f"\ufeff13{end}{end}1001{end}"))
     assert cli("query", "-", "-c", "code", "--format", "csv").out == "code\n13\n1001\n"
-
-
-def test_a_cut_with_too_many_terms_is_told_one_that_is_taken(cli, filled, monkeypatch):
-    from orbitdb.catalogue import averaged
-
-    monkeypatch.setattr(averaged, "MOST_FACTORS", 40)
-    refused = cli("lyapunov", "--weight", "det", "--cut", "9")
-    assert refused.code == 2
-    cut = refused.err.split("give ")[1].split()[0]
-    assert 0 < float(cut) < 9
-    assert cli("lyapunov", "--weight", "det", "--cut", cut).code == 0
 
 
 def test_browse_needs_the_stream_that_it_draws_on(cli, monkeypatch):

@@ -1,7 +1,6 @@
 """The line that says how far a command is: its text, its rate, its time left."""
 
 import io
-import signal
 import sys
 import threading
 from types import SimpleNamespace
@@ -67,13 +66,6 @@ def test_a_new_stage_begins_anew():
     pace = paced((0.0, 0.0), (10.0, 1000.0))
     pace.tell(11.0, "orbits", 10.0, 500.0)
     assert pace.rate() == 0.0
-
-
-def test_a_rest_does_not_count():
-    pace = paced((0.0, 0.0), (10.0, 100.0))
-    pace.rest(3600.0)
-    pace.tell(3620.0, "words", 200.0, 1000.0)
-    assert pace.rate() == pytest.approx(10.0)
 
 
 def test_the_line_fits_and_no_number_is_cut():
@@ -157,22 +149,6 @@ def test_the_line_is_drawn_gives_way_and_is_taken_away(screen, encoding, bar):
     assert text.endswith((erase, "an aside\n"))
     note("alone")
     assert terminal.shown() == f"{text}alone\n"
-
-
-@pytest.mark.skipif(not hasattr(signal, "SIGTSTP"), reason="needs POSIX signals")
-def test_ctrl_z_is_taken_where_it_would_stop_the_process_and_given_back(screen):
-    screen()
-    assert signal.getsignal(signal.SIGTSTP) == signal.SIG_DFL
-    with line.progress("windows"):
-        assert callable(signal.getsignal(signal.SIGTSTP))
-    assert signal.getsignal(signal.SIGTSTP) == signal.SIG_DFL
-    signal.signal(signal.SIGTSTP, signal.SIG_IGN)
-    try:
-        with line.progress("windows"):
-            assert signal.getsignal(signal.SIGTSTP) == signal.SIG_IGN
-        assert signal.getsignal(signal.SIGTSTP) == signal.SIG_IGN
-    finally:
-        signal.signal(signal.SIGTSTP, signal.SIG_DFL)
 
 
 def test_the_line_is_for_somebody_who_watches_and_not_among_rows(screen, monkeypatch):

@@ -9,17 +9,11 @@ from types import SimpleNamespace
 import pytest
 
 from orbitdb.benchmarks import agreement
-from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.cli import app, main
+from orbitdb.cli import app
 from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengths
-from orbitdb.entropy.bounds import search
 from orbitdb.filling import births
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.orbit import Status
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.writing.records import keep_bounds
-from orbitdb.store.writing.writer import Writer
 
 
 @pytest.mark.slow
@@ -39,42 +33,6 @@ def test_births_that_are_partial_are_named_and_left_out(cli, tmp_path, monkeypat
     assert "the zeta function lacks p = 2 (not chosen)\n" in lacking.err
 
 
-def test_what_cannot_be_asked_for(cli, filled):
-    for arguments, code, told in (
-        (("table", "--p", "1"), 1, "no words of period 1 at a = 1.6\n"),
-        (("browse", "--code", "99"), 2, "orbitdb: symbol '9' at place 1 of '99' is not one of 0 1 2 3 4 5\n"),
-    ):
-        assert cli(*arguments) == (code, "", told)
-
-
-@pytest.mark.slow
-def test_what_cannot_be_drawn(cli, filled, tmp_path):
-    from orbitdb.cli.figures.over_a import draw_over_a  # not above: matplotlib takes its time
-
-    picture = tmp_path / "x.svg"
-    name = "orbitdb: name one orbit to draw: plot {} 1232131\n"
-    for arguments, code, told in (
-        (("plot", "orbit", "-o", str(picture)), 2, name.format("orbit")),
-        (("plot", "life", "-o", str(picture)), 2, name.format("life")),
-        (("plot", "reverse", "13", "--code", "0103", "-o", str(picture)), 2, name.format("reverse")),
-        (("plot", "life", "--code", "13" * 400 + "1", "-o", str(picture)), 2,
-         "orbitdb: (13)^400 1 is too long to be followed as a changes\n"),
-        (("plot", "lyapunov", "--where", "length < 0", "-o", str(picture)), 1,
-         "no orbits at a = 1.6 where length < 0: nothing to draw\n"),
-    ):  # fmt: skip
-        assert cli(*arguments) == (code, "", told)
-    assert not picture.exists()
-    writer = Writer(filled, {})
-    for level in search(Stadium(1.6), 3):
-        keep_bounds(writer, level, "doubles", None)
-    writer.close()
-    assert cli("plot", "entropy", "--over-a", "-o", str(picture)).code == 0
-    assert "topological entropy over a" in picture.read_text()
-    (ax,) = draw_over_a(Catalogue(filled), Selection(1.6)).axes
-    assert len(ax.containers) == 1
-    assert not any("(5; a)" in str(line.get_label()) for line in ax.lines)  # no births are stored
-
-
 def test_points_and_codes_that_are_no_text(cli, filled, tmp_path, monkeypatch):
     points = tmp_path / "points"
     points.write_bytes(b"\xff\xfe")
@@ -85,14 +43,6 @@ def test_points_and_codes_that_are_no_text(cli, filled, tmp_path, monkeypatch):
     assert done.err.startswith(f"orbitdb: {points}: line 2 is no json: write x,y of one bounce a line")
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"13\n\xff\n"), "utf-8"))
     assert cli("query", "--code", "-").says(2, "stdin is not text")
-
-
-def test_bounces_stand_behind_the_life_of_their_orbit(cli, filled):
-    done = cli("query", "--code", "12321", "--bounces", "--columns", "code,born,dies", "--format", "csv")
-    head, *rows = done.out.splitlines()
-    assert (done.code, head.split(",")[:4]) == (0, ["code", "born", "dies", "n"])
-    born = cli("query", "--code", "12321", "--columns", "born", "--format", "csv").out.splitlines()[1]
-    assert [row.split(",")[:4] for row in rows] == [["12321", born, "", str(n)] for n in range(1, 6)]
 
 
 @pytest.mark.slow
@@ -140,19 +90,6 @@ def test_a_folder_that_is_gone_and_files_that_cannot_be_read(cli, tmp_path, monk
     assert fail(odd).says(1, "x.csv", "Too many symbolic links")
     with pytest.raises(ZeroDivisionError):  # what nobody has foreseen is not hidden
         fail(ZeroDivisionError())
-
-
-def test_streams_that_are_closed_or_lack_characters(cli, filled, monkeypatch):
-    monkeypatch.setattr(sys, "stdin", None)
-    main.stand_in_for_closed()
-    assert sys.stdin.read() == ""
-    sys.stdin.close()
-    written = io.BytesIO()
-    with monkeypatch.context() as patch:
-        patch.setattr(sys, "stdout", io.TextIOWrapper(written, "ascii"))
-        main.escape_what_has_no_code()
-        print("λ_d", flush=True)
-        assert written.getvalue() == b"\\u03bb_d\n"
 
 
 def test_shells_are_offered_nothing_from_what_is_no_catalogue(tmp_path):

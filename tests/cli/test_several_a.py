@@ -3,12 +3,8 @@
 import csv
 import io
 import json
-import shutil
-from pathlib import Path
 
 import pytest
-
-from orbitdb.filling.births import fill_births
 
 COMMANDS = [
     ("table --p 2-6", "all"),
@@ -89,14 +85,3 @@ def test_what_is_missing_at_one_a_is_told_and_the_others_are_shown(cli, varied):
     assert [line.split()[0] for line in done.out.split("\n\n")[0].splitlines()[1:]] == ["1"] * 4
     assert "periods 2-5 are not filled at a = 3" in done.err
     assert cli("entropy", "--a", "2", "--a", "3", "--p", "2-5", "--db", str(varied)).code == 1
-
-
-@pytest.mark.slow
-def test_columns_of_rows_may_be_asked_of_a_word(cli, varied, tmp_path):
-    """Those that do not depend on the file are the same as those of the row; its births, too."""
-    copy = Path(shutil.copy(varied, tmp_path / "orbits.db"))
-    for _ in fill_births(copy, range(2, 6)):
-        pass
-    names = ("-c", "code,word,walls,born,dies,p", "--json", "--a", "1.6")
-    for word in ("13", "01133", "01023"):
-        assert cli("query", word, *names).out == cli("query", "--where", f"code('{word}')", *names).out

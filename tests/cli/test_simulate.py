@@ -67,21 +67,3 @@ def test_eighty_columns_hold_it(cli):
         done = cli("simulate", "--a", "0.3660254037844386", "--bounces", bounces)
         assert done.code == 0
         assert max(map(len, (done.out + done.err).splitlines())) <= 80
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["--bounces", "0"], "bounces 0"),
-        (["--bounces", "1000000000001"], "bounces 1000000000001"),
-        (["--seed", "-1"], "seed -1"),
-    ],
-)
-def test_its_limits(cli, tmp_path, arguments, said):
-    done = cli("simulate", *arguments)
-    assert done.says(2, f"orbitdb: {said}")
-    assert not (tmp_path / "orbits.db").exists()
-
-
-def test_one_bounce_is_enough(cli):
-    assert json.loads(cli("simulate", "--bounces", "1", "--json").out)[0]["bounces"] >= 1

@@ -1,15 +1,12 @@
 """README and pages: what they show is what comes out."""
 
-import os
 import re
-import sys
 from importlib.metadata import version
 from pathlib import Path
 
 import console
 import pages
 import pictures
-import processes
 import pytest
 
 from orbitdb import Stadium, solve_word
@@ -17,9 +14,6 @@ from orbitdb import Stadium, solve_word
 SCREENSHOTS_OF = "8.2"
 """The Textual that took the pictures of the terminal UI; another may draw borders in other ways."""
 
-
-FIRST_PAGES = ("tutorial", "notebook")
-"""What is read behind the README."""
 
 QUICK = ("README", "orbit.svg")
 """Pages and pictures that plain pytest compares."""
@@ -79,41 +73,6 @@ def takes_long(page: Path) -> bool:
 @pytest.mark.parametrize("page", [*filter(takes_long, pages.PAGES)], ids=named)
 def test_the_examples_that_take_long_show_what_comes_out(page, tmp_path, catalogue):
     assert wrong(run(page, tmp_path, catalogue, slow=True)) == ""
-
-
-PROMPTS = """
-import subprocess
-from code import InteractiveConsole
-
-class Prompt(InteractiveConsole):
-    def write(self, error):
-        raise SystemExit(error)
-
-    def __call__(self, source):
-        for line in [*source.splitlines(), ""]:
-            self.push(line)
-
-python = Prompt()
-shell = lambda line: subprocess.run(["bash", "-ec", line], check=True)
-"""
-"""Takes what is pasted line by line, as the prompts of Python and of a shell do, and ends at an error."""
-
-
-@pytest.mark.fuzz
-def test_the_first_pages_are_pasted_into_one_fresh_home_without_an_error(tmp_path):
-    """In the order in which they are read, where nothing has been set and nothing filled."""
-    first = [pages.ROOT / "README.md", *(pages.ROOT / f"docs/{name}.md" for name in FIRST_PAGES)]
-    pasted = [PROMPTS]
-    for example in (each for page in first for each in pages.examples(page)):
-        place = "python" if example.language == "python" else "shell"
-        pasted.append(f"{place}({example.source!r})")
-    unset = ("ORBITDB_DB", "XDG_DATA_HOME")
-    kept = {name: value for name, value in os.environ.items() if name not in unset}
-    where = {"HOME": str(tmp_path), "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
-    done = processes.run(
-        "-c", "\n".join(pasted), command=[sys.executable], cwd=tmp_path, env={**kept, **where}
-    )
-    assert done.returncode == 0, done.stderr
 
 
 PAGE = """

@@ -160,7 +160,7 @@ def test_what_is_too_close_to_call_is_undecided(monkeypatch):
     windows, _, _ = stretches(words_of(6), 4, 4)
     low, high = ranges(windows, 1.6)
     plain = decide(windows, 1.6).verdict
-    monkeypatch.setattr(clamped, "_ROUNDING", 0.2)
+    monkeypatch.setattr(clamped, "ROUNDING", 0.2)
     rough = decide(windows, 1.6).verdict
     assert (rough[(low < 0.2) & (high > -0.2)] == Verdict.UNDECIDED).all()
     assert {*plain[rough != plain]} == {Verdict.ALLOWED, Verdict.FORBIDDEN}

@@ -117,12 +117,6 @@ def test_odd_values_together(tried):
     try_some(tried, 0, 120)
 
 
-@pytest.mark.fuzz
-@pytest.mark.parametrize("seed", range(1, 5))
-def test_many_odd_values_together(tried, seed):
-    try_some(tried, seed, 1000)
-
-
 TEXT_OPTIONS = ["--code", "--p", "--status", "--reversal", "--symmetry", "--contains", "--range", "--where",
                 "-P", "--order", "--limit", "-c", "--format", "--a"]  # fmt: skip
 
@@ -218,12 +212,6 @@ def test_expressions_choose_or_are_refused(fuzzed, count):
     assert fuzz_where(*fuzzed, range(count)) > count / 5
 
 
-@pytest.mark.fuzz
-@pytest.mark.parametrize("thousand", range(10))
-def test_ten_thousand_expressions_choose_or_are_refused(fuzzed, thousand):
-    assert fuzz_where(*fuzzed, range(1000 * thousand, 1000 * (thousand + 1))) > 200
-
-
 def fuzz_codes(numbers: range) -> None:
     """Try codes in run notation, whole and with something wrong in them."""
     for number in numbers:
@@ -239,11 +227,6 @@ def fuzz_codes(numbers: range) -> None:
 
 def test_codes_are_words_or_refused():
     fuzz_codes(range(1000))
-
-
-@pytest.mark.fuzz
-def test_ten_thousand_codes_are_words_or_refused():
-    fuzz_codes(range(1000, 11_000))
 
 
 def run(*arguments: str | bytes, **options):

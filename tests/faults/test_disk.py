@@ -120,14 +120,6 @@ def test_an_export_has_no_room(filled, disk, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", fuzz_but(["new.svg"], ["new.pdf", "new.svg"]))
-def test_a_figure_has_no_room(filled, disk, name):
-    folder = disk(4)
-    fails(run("plot", "lengths", "-o", folder / name, "--db", filled), "No space left")
-    assert list(folder.iterdir()) == []
-
-
-@pytest.mark.slow
 def test_a_simulation_that_cannot_be_stored_is_shown(filled):
     with closing(sqlite3.connect(filled)) as beside:  # keeps the journal longer than a file may get
         beside.execute("PRAGMA wal_autocheckpoint = 0")
@@ -194,23 +186,6 @@ def test_every_command_knows_what_it_may(locked, file, folder):
     locked.chmod(0o644)
     assert content(locked) == before
     assert run("fill", "--p", "8", "--a", "1", "--db", locked, preexec_fn=drop_rights).returncode == 0
-
-
-@pytest.mark.slow
-def test_a_simulation_that_could_not_be_stored_is_not_begun(locked):
-    locked.chmod(0o444)
-    done = run("simulate", "--bounces", "20000", "--db", locked, preexec_fn=drop_rights)
-    fails(done, "cannot be written")
-    assert done.stdout == ""
-
-
-@pytest.mark.slow
-def test_files_in_a_read_only_folder_are_refused(filled, locked):
-    locked.parent.chmod(0o555)
-    table, figure = locked.parent / "x.csv", locked.parent / "x.svg"
-    for arguments in (["export", table], ["plot", "lengths", "-o", figure]):
-        done = run(*arguments, "--db", filled, preexec_fn=drop_rights)
-        fails(done, "cannot be written (Permission denied)")
 
 
 @pytest.mark.slow

@@ -12,9 +12,7 @@ import pytest
 
 from orbitdb import existence
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.errors import StoreError
 from orbitdb.filling import births as module
-from orbitdb.filling.birth_blocks import BLOCK, birth_blocks
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.workers import Processes
@@ -113,14 +111,6 @@ def test_words_are_chosen_by_their_lives(born):
     assert catalogue.select(p=8).unfilled is None
 
 
-def test_the_first_block_is_soon_stored():
-    """All small periods in it would take seconds, and be lost where they are stopped."""
-    blocks = list(birth_blocks([(p, -1) for p in range(2, 12)], BLOCK, 1))
-    words = [sum(count_admissible(span.p) for span in block.spans) for block in blocks[:2]]
-    assert [span.p for block in blocks[:2] for span in block.spans] == list(range(2, 12))
-    assert BLOCK / 16 < words[0] < BLOCK / 8 < words[1] < BLOCK
-
-
 @pytest.mark.slow
 def test_processes_find_the_same(born, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "BLOCK", 150)
@@ -143,14 +133,6 @@ def test_a_second_process_goes_on_behind_the_first(tmp_path, monkeypatch):
     assert [each.births for each in Catalogue(path).birth_fills()] == [0, 0, 13]
 
 
-def test_a_missing_class_is_noticed(born):
-    with closing(sqlite3.connect(born)) as plain, plain:
-        plain.execute("UPDATE birth_fill SET state = 'filling'")
-        plain.execute("DELETE FROM change WHERE cycle = (SELECT max(cycle) FROM change)")
-    with pytest.raises(StoreError, match="period 7"):
-        fill(born, [7])
-
-
 def test_partners_share_an_event(born):
     with closing(sqlite3.connect(born)) as plain:
         events = plain.execute(
@@ -160,16 +142,3 @@ def test_partners_share_an_event(born):
     assert len(events) == 43
     assert {count for count, *_ in events} == {2, 3}
     assert all(width <= 4 * error for _, width, error in events)
-
-
-@pytest.mark.fuzz
-def test_counts_agree_at_many_a_to_period_9(tmp_path):
-    """Below 0.4733 two classes of period 9 die; there N_c falls as a grows."""
-    path = tmp_path / "nine.db"
-    Catalogue.create(path)
-    fill(path, range(2, 10))
-    for a in (0.02, 0.11, 0.3, 0.387, 0.4, 0.4733, 0.5, 0.61, 1.0, 2.0, 10.0):
-        before = Catalogue(path).counts(a=a).known
-        for _ in fill_periods(path, a, range(2, 10)):
-            pass
-        assert Catalogue(path).counts(a=a).known == before, a

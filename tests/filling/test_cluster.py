@@ -21,7 +21,7 @@ from workforce import Deadly, Failing, filled_by
 
 from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
-from orbitdb.filling.blocks import Block, cut_into_blocks
+from orbitdb.filling.blocks import Block
 from orbitdb.filling.cluster import Cluster
 from orbitdb.filling.workers import HERE
 from orbitdb.symbols.counting import count_admissible
@@ -95,18 +95,6 @@ def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch):
         Cluster(str(file)).__enter__()
     with pytest.raises(InputError, match=r"answers at foo://there:1 \(.+\): give"):
         Cluster("foo://there:1").__enter__()
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("small_blocks")
-def test_rows_are_those_of_a_fill_here_and_nothing_stays_on_the_cluster(tmp_path, local_cluster):
-    alone = filled_by(HERE, tmp_path / "alone.db", periods=(8,))
-    with Cluster(local_cluster.scheduler_address) as workers:
-        wait_until(lambda: workers.size() == (2, 2))
-        assert rows(filled_by(workers, tmp_path / "shared.db", periods=(8,))) == rows(alone)
-        next(workers.solved(cut_into_blocks(1.6, "newton", 9)))  # the fill is left in the middle
-        assert local_cluster.scheduler.tasks
-    wait_until(lambda: not local_cluster.scheduler.tasks)
 
 
 @pytest.mark.slow
@@ -257,35 +245,8 @@ def test_where_no_scheduler_is(tmp_path, monkeypatch, cli, listens):
     assert not (tmp_path / "orbits.db").exists()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("scheduler", ["", "rubbish", "foo://there:1", "tls://there:1", "x" * 5000])
-def test_addresses_that_are_none(scheduler):
-    with pytest.raises(InputError, match="no dask scheduler answers"), Cluster(scheduler):
-        pass
-
-
 def test_without_dask_the_extra_is_named(cli, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     found = cli("fill", "--p", "5", "--scheduler", "127.0.0.1:8786")
     assert found.code == 2
     assert "pip install 'orbitdb[dask]'" in found.err
-
-
-@pytest.mark.parametrize(
-    ("options", "answer"),
-    [
-        (["--executor", "dask"], "--scheduler"),
-        (["--executor", "processes", "--scheduler", "host:1"], "--executor dask"),
-        (["--scheduler", "host:1", "--jobs", "2"], "leave out --jobs"),
-        (["--executor", "threads"], "dask"),
-    ],
-)
-def test_options_that_do_not_fit(cli, options, answer):
-    found = cli("fill", "--p", "5", *options)
-    assert found.code == 2
-    assert answer in found.err
-    assert found.err.count("\n") == 1
-
-
-def test_processes_are_the_default(cli):
-    assert cli("fill", "--p", "5", "--executor", "processes", "--jobs", "1").code == 0

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from orbitdb.filling import births, blocks, sweeps, swept_blocks
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.filling.resuming import Progress
-from orbitdb.orbits.newton import solve_for_orbits
+from orbitdb.orbits.newton import solve_admissible
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.file.migrate import migrate
 
@@ -53,7 +53,7 @@ class Killed(BaseException):
 def many_blocks() -> Iterator[None]:
     """Cut small periods into many blocks."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(blocks.METHODS, "newton", blocks.Method(solve_for_orbits, 8))
+        patch.setitem(blocks.METHODS, "newton", blocks.Method(solve_admissible, 8))
         patch.setattr(births, "BLOCK", 64)
         patch.setattr(swept_blocks, "CLASSES", 8)
         yield

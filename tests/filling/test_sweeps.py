@@ -2,7 +2,7 @@
 
 from contextlib import closing
 from dataclasses import replace
-from itertools import pairwise, zip_longest
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -71,7 +71,7 @@ class Tired:
     jobs = 1
 
     def solved(self, blocks):
-        return ((replace(block.solved()[0], processor=3600.0),) for block in blocks)
+        return (replace(block.solved(), processor=3600.0) for block in blocks)
 
 
 @pytest.mark.usefixtures("small_sweeps")
@@ -126,17 +126,6 @@ def test_sums_do_not_depend_on_the_number_of_processes(tmp_path):
     alone = found(tmp_path / "alone.db")
     with Processes(2) as workers:
         assert found(tmp_path / "shared.db", workers=workers) == alone
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("small_sweeps")
-def test_two_sweeps_at_once_do_each_block_once(tmp_path):
-    path = tmp_path / "orbits.db"
-    migrate(path)
-    one, other = (sweep_periods(path, 1.6, [7]) for _ in range(2))
-    steps = [step.words for pair in zip_longest(one, other) for step in pair if step is not None]
-    assert steps == sorted(steps)
-    assert found(path, periods=[7]) == found(tmp_path / "alone.db", periods=[7])
 
 
 @pytest.mark.usefixtures("small_sweeps")

@@ -89,7 +89,7 @@ def test_results_come_in_order_and_few_are_under_way():
     assert len(blocks) > 20
     pool = Backwards()
     found = [each.result() for each in begun_ahead(map(pool.submit, blocks), lambda: 5)]
-    assert [result.span for (result,) in found] == [block.span for block in blocks]
+    assert [result.span for result in found] == [block.span for block in blocks]
     assert pool.most == 6
 
 
@@ -151,7 +151,7 @@ def test_a_worker_that_dies_as_it_is_started_costs_only_time():
     with Processes(2) as workers:
         os.kill(next_worker(), signal.SIGKILL)
         found = list(workers.solved(iter(blocks)))
-    assert [result.span for (result,) in found] == [block.span for block in blocks]
+    assert [result.span for result in found] == [block.span for block in blocks]
 
 
 @pytest.mark.parametrize("which", [0, pytest.param(1, marks=pytest.mark.slow)])
@@ -217,8 +217,8 @@ class Mixed:
 
     def solved(self, blocks):
         for number, block in enumerate(blocks):
-            (found,) = block.solved()
-            yield (found if number % 2 else replace(found, arithmetic="an abacus"),)
+            found = block.solved()
+            yield found if number % 2 else replace(found, arithmetic="an abacus")
 
 
 @pytest.mark.usefixtures("small_blocks")

@@ -3,7 +3,7 @@
 import ast
 import copy
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 _BORDERS = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt}
@@ -20,6 +20,9 @@ _COMMUTATIVE = {"min", "max", "minimum", "maximum", "hypot", "gcd", "fmin", "fma
 _WORDS = {"help", "metavar", "epilog", "rich_help_panel", "description"}
 _LONG = 6
 """Displays of more elements are tables, of which no two neighbours are exchanged."""
+
+_Change = tuple[str, ast.AST, ast.AST | str]
+"""The kind of a mistake, the node that is replaced, and what it is replaced by."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +59,6 @@ class Mutant:
         raw = source.encode()
         return (raw[: self.start] + self.text.encode() + raw[self.end :]).decode()
 
-    def line(self, source: str) -> int:
-        """Return the line of the mistake."""
-        return source.encode()[: self.start].count(b"\n") + 1
-
     def shown(self, source: str) -> tuple[str, str]:
         """Return the lines that it changes, before and after."""
         raw = source.encode()
@@ -76,9 +75,18 @@ class Mutant:
 
 def mutants(path: str, source: str) -> list[Mutant]:
     """Return all mutants of a file; some may be the same code in other words (see `differs`)."""
-    finder = _Finder(path, source)
-    finder.visit(ast.parse(source))
-    return finder.found
+    tree, begins, found = ast.parse(source), [0], []
+    for line in source.encode().splitlines(keepends=True):
+        begins.append(begins[-1] + len(line))
+    for node, span, names in _places(tree, (1, 1), ()):
+        for kind, old, new in _changes(node):
+            text = new if isinstance(new, str) else ast.unparse(ast.fix_missing_locations(new))
+            if isinstance(new, ast.expr):
+                text = f"({text})"
+            start = begins[old.lineno - 1] + old.col_offset
+            end = begins[old.end_lineno - 1] + old.end_col_offset
+            found.append(Mutant(path, kind, start, end, text, *span, names or ()))
+    return found
 
 
 def differs(mutant: Mutant, source: str) -> bool:
@@ -93,262 +101,183 @@ def _dedented(text: str) -> str:
     return " ".join(line.strip() for line in text.splitlines())
 
 
-def _same(first: ast.AST, second: ast.AST) -> bool:
-    return ast.dump(first) == ast.dump(second)
+def _places(
+    node: ast.AST, span: tuple[int, int], names: tuple[str, ...] | None
+) -> Iterator[tuple[ast.AST, tuple[int, int], tuple[str, ...] | None]]:
+    """Give each node that may be altered, the lines of its statement, and what that binds outside functions.
+
+    Docstrings, annotations, assertions, messages and ``__repr__`` are left out.
+    """
+    inner = names
+    match node:
+        case ast.FunctionDef(name="__repr__") | ast.Assert():
+            return
+        case ast.If(test=test) if "TYPE_CHECKING" in ast.unparse(test):
+            return
+        case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
+            span, names, inner = (node.lineno, node.end_lineno), (name,) if names is not None else None, None
+        case ast.ClassDef(name=name):
+            inner = (name,)
+        case ast.Assign() | ast.AnnAssign() if names is not None:
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            inner = (*names, *(n.id for each in targets for n in ast.walk(each) if isinstance(n, ast.Name)))
+            if inner == ("__all__",):
+                return
+    if isinstance(node, ast.stmt) and not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+        body = getattr(node, "body", None)
+        last = max(node.lineno, body[0].lineno - 1) if body else node.end_lineno
+        span = (node.lineno, last or node.lineno)
+    yield node, span, inner
+    for child in _children(node):
+        of_head = isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and isinstance(child, ast.expr)
+        yield from _places(child, span, names if of_head else inner)
+
+
+def _children(node: ast.AST) -> Iterable[ast.AST]:
+    match node:
+        case ast.FunctionDef() | ast.AsyncFunctionDef():
+            defaults = (*node.args.defaults, *node.args.kw_defaults)
+            return [*(each for each in defaults if each is not None), *node.body]
+        case ast.ClassDef():
+            return node.body
+        case ast.Assign() | ast.AugAssign() | ast.AnnAssign():
+            return [node.value] if node.value is not None else []
+        case (
+            ast.Raise() | ast.JoinedStr()
+        ):  # before Python 3.12 nodes in the latter do not know where they are
+            return []
+        case ast.comprehension():
+            return [node.iter, *node.ifs]
+        case ast.keyword() if _asserts(node):
+            return []
+        case ast.Compare():  # in which order members stand makes no difference
+            return [
+                part
+                for op, side in zip([None, *node.ops], [node.left, *node.comparators], strict=True)
+                for part in (side.elts if _is_set(op, side) else [side])
+            ]
+        case ast.BinOp() if any(map(_is_text, (node.left, node.right))):
+            return []
+        case ast.Call() if _name(node) == "TypeVar":
+            return []
+    return ast.iter_child_nodes(node)
+
+
+def _changes(node: ast.AST) -> Iterator[_Change]:
+    """Give the mistakes that may be made at a node."""
+    if isinstance(node, ast.stmt):
+        yield from _of_statement(node)
+    match node:
+        case ast.If(test=test) | ast.While(test=test) | ast.IfExp(test=test) if not _is_one_comparison(test):
+            yield "negated", test, ast.UnaryOp(ast.Not(), test)
+        case ast.Return(value=ast.BoolOp() as value):
+            yield "negated", value, ast.UnaryOp(ast.Not(), value)
+        case ast.comprehension():
+            yield from (("condition dropped", test, "True") for test in node.ifs)
+        case ast.Compare():
+            for k, operator in enumerate(node.ops):
+                for table, kind in ((_BORDERS, "border"), (_OPPOSITES, "comparison")):
+                    if type(operator) in table:
+                        others = [*node.ops[:k], table[type(operator)](), *node.ops[k + 1 :]]
+                        yield kind, node, _with(node, ops=others)
+        case ast.BoolOp():
+            yield "and or", node, _with(node, op=ast.Or() if isinstance(node.op, ast.And) else ast.And())
+            for k in range(len(node.values)):
+                rest = [*node.values[:k], *node.values[k + 1 :]]
+                yield "operand dropped", node, rest[0] if len(rest) == 1 else ast.BoolOp(node.op, rest)
+        case ast.BinOp() if not any(map(_is_text, (node.left, node.right))):
+            if isinstance(node.op, ast.MatMult):
+                yield "operands swapped", node, _with(node, left=node.right, right=node.left)
+            if type(node.op) in _OTHERS:
+                yield "operator", node, _with(node, op=_OTHERS[type(node.op)]())
+                yield from (("operand dropped", node, side) for side in (node.left, node.right))
+        case ast.UnaryOp():
+            yield "sign", node, node.operand
+        case ast.Constant():
+            yield from (("constant", node, other) for other in _other_values(node.value))
+        case ast.Call() if _name(node) != "TypeVar":
+            if _name(node) not in _COMMUTATIVE:
+                yield from (("arguments swapped", node, _with(node, args=a)) for a in _exchanged(node.args))
+            for k, keyword in enumerate(node.keywords):
+                if keyword.arg is not None and keyword.arg not in _WORDS and not _asserts(keyword):
+                    rest = [*node.keywords[:k], *node.keywords[k + 1 :]]
+                    yield "argument dropped", node, _with(node, keywords=rest)
+        case ast.Tuple(ctx=ast.Load()) | ast.List(ctx=ast.Load()) if len(node.elts) <= _LONG:
+            yield from (("values swapped", node, _with(node, elts=items)) for items in _exchanged(node.elts))
+        case ast.Dict():
+            yield from (("values swapped", node, _with(node, values=v)) for v in _exchanged(node.values))
+
+
+def _of_statement(node: ast.stmt) -> Iterator[_Change]:
+    match node:
+        case ast.Break():
+            yield "loop", node, "continue"
+        case ast.Continue():
+            yield "loop", node, "break"
+        case ast.AugAssign() if type(node.op) in _OTHERS:
+            yield "operator", node, _with(node, op=_OTHERS[type(node.op)]())
+    match node:
+        case (
+            ast.Raise() | ast.Continue() | ast.AugAssign() | ast.Return(value=None)
+            | ast.Expr(value=ast.Call() | ast.Await(value=ast.Call()))
+        ):  # fmt: skip
+            yield "statement dropped", node, "pass"
+        case ast.Assign() if any(isinstance(each, ast.Attribute | ast.Subscript) for each in node.targets):
+            yield "statement dropped", node, "pass"
+
+
+def _other_values(value: object) -> list[str]:
+    match value:
+        case bool():
+            return [repr(not value)]
+        case int():
+            return [repr(value + 1)]
+        case float():
+            return [repr(2 * value), repr(value / 2)] if value else ["1.0"]
+    return []
+
+
+def _with(node: ast.AST, **fields: object) -> ast.AST:
+    """Return a node with some fields altered."""
+    new = copy.copy(node)
+    for name, value in fields.items():
+        setattr(new, name, value)
+    return new
 
 
 def _exchanged(items: Sequence[ast.expr]) -> Iterator[list[ast.expr]]:
     """Give a list with each two neighbours exchanged in turn."""
     for k in range(len(items) - 1):
-        pair = items[k : k + 2]
-        if not any(isinstance(item, ast.Starred) for item in pair) and not _same(*pair):
-            yield [*items[:k], pair[1], pair[0], *items[k + 2 :]]
+        one, two = items[k : k + 2]
+        if not isinstance(one, ast.Starred) and not isinstance(two, ast.Starred) and not _same(one, two):
+            yield [*items[:k], two, one, *items[k + 2 :]]
 
 
-class _Finder(ast.NodeVisitor):
-    """Walks through a file; docstrings, annotations, assertions, messages and ``__repr__`` are left out."""
+def _same(one: ast.AST, two: ast.AST) -> bool:
+    return ast.dump(one) == ast.dump(two)
 
-    def __init__(self, path: str, source: str) -> None:
-        self.path = path
-        self.found: list[Mutant] = []
-        self._lines = [0]
-        for line in source.encode().splitlines(keepends=True):
-            self._lines.append(self._lines[-1] + len(line))
-        self._span = (1, 1)
-        self._names: tuple[str, ...] = ()
-        self._inside = False
 
-    def _add(self, node: ast.expr | ast.stmt, kind: str, new: ast.AST | str) -> None:
-        text = new if isinstance(new, str) else f"({ast.unparse(ast.fix_missing_locations(new))})"
-        assert node.end_lineno is not None
-        assert node.end_col_offset is not None
-        start = self._lines[node.lineno - 1] + node.col_offset
-        end = self._lines[node.end_lineno - 1] + node.end_col_offset
-        names = () if self._inside else self._names
-        self.found.append(Mutant(self.path, kind, start, end, text, *self._span, names))
+def _is_one_comparison(test: ast.expr) -> bool:
+    """Tell whether a condition has a mistake that denies it anyway."""
+    if isinstance(test, ast.UnaryOp):
+        return isinstance(test.op, ast.Not)
+    return isinstance(test, ast.Compare) and len(test.ops) == 1
 
-    def _with(self, node: ast.expr, kind: str, **fields: object) -> None:
-        """Add a mutant: the node with some fields altered."""
-        new = copy.copy(node)
-        for name, value in fields.items():
-            setattr(new, name, value)
-        self._add(node, kind, new)
 
-    def visit(self, node: ast.AST) -> None:
-        """Walk on, with the lines of the statement."""
-        if not isinstance(node, ast.stmt):
-            super().visit(node)
-            return
-        before = self._span
-        body = getattr(node, "body", None)
-        last = max(node.lineno, body[0].lineno - 1) if body else node.end_lineno
-        self._span = (node.lineno, last or node.lineno)
-        super().visit(node)
-        self._span = before
+def _is_set(operator: ast.cmpop | None, side: ast.expr) -> bool:
+    return isinstance(operator, ast.In | ast.NotIn) and isinstance(side, ast.Tuple | ast.List)
 
-    def _block(self, statements: Sequence[ast.stmt]) -> None:
-        for statement in statements:
-            self.visit(statement)
 
-    # Statements.
+def _is_text(node: ast.expr) -> bool:
+    return isinstance(node, ast.JoinedStr) or (
+        isinstance(node, ast.Constant) and isinstance(node.value, str | bytes)
+    )
 
-    def visit_FunctionDef(self, node: ast.FunctionDef | ast.AsyncFunctionDef) -> None:
-        if node.name == "__repr__":
-            return
-        names, inside = self._names, self._inside
-        self._span = (node.lineno, node.end_lineno or node.lineno)
-        self._names = (node.name,)
-        for default in (*node.args.defaults, *node.args.kw_defaults):
-            if default is not None:
-                self.visit(default)
-        self._inside = True
-        self._block(node.body)
-        self._names, self._inside = names, inside
 
-    visit_AsyncFunctionDef = visit_FunctionDef  # noqa: N815
-
-    def visit_ClassDef(self, node: ast.ClassDef) -> None:
-        names, self._names = self._names, (node.name,)
-        self._block(node.body)
-        self._names = names
-
-    def visit_If(self, node: ast.If) -> None:
-        if "TYPE_CHECKING" in ast.unparse(node.test):
-            return
-        self._condition(node.test)
-        self._block(node.body)
-        self._block(node.orelse)
-
-    def visit_While(self, node: ast.While) -> None:
-        self.visit_If(node)  # type: ignore[arg-type]
-
-    def visit_Assign(self, node: ast.Assign) -> None:
-        names = self._names
-        if not self._inside:
-            targets = [
-                item for target in node.targets for item in ast.walk(target) if isinstance(item, ast.Name)
-            ]
-            self._names = (*names, *(item.id for item in targets))
-            if self._names == ("__all__",):
-                return
-        if any(isinstance(target, ast.Attribute | ast.Subscript) for target in node.targets):
-            self._add(node, "statement dropped", "pass")
-        self.visit(node.value)
-        self._names = names
-
-    def visit_AnnAssign(self, node: ast.AnnAssign) -> None:
-        names = self._names
-        if not self._inside and isinstance(node.target, ast.Name):
-            self._names = (*names, node.target.id)
-        if node.value is not None:
-            self.visit(node.value)
-        self._names = names
-
-    def visit_AugAssign(self, node: ast.AugAssign) -> None:
-        self._add(node, "statement dropped", "pass")
-        if type(node.op) in _OTHERS:
-            new = copy.copy(node)
-            new.op = _OTHERS[type(node.op)]()
-            self._add(node, "operator", ast.unparse(new))
-        self.visit(node.value)
-
-    def visit_Expr(self, node: ast.Expr) -> None:
-        inner = node.value.value if isinstance(node.value, ast.Await) else node.value
-        if isinstance(inner, ast.Call):
-            self._add(node, "statement dropped", "pass")
-        self.visit(node.value)
-
-    def visit_Raise(self, node: ast.Raise) -> None:
-        self._add(node, "statement dropped", "pass")
-
-    def visit_Break(self, node: ast.Break) -> None:
-        self._add(node, "loop", "continue")
-
-    def visit_Continue(self, node: ast.Continue) -> None:
-        self._add(node, "loop", "break")
-        self._add(node, "statement dropped", "pass")
-
-    def visit_Return(self, node: ast.Return) -> None:
-        value = node.value
-        if value is None:
-            self._add(node, "statement dropped", "pass")
-            return
-        if isinstance(value, ast.BoolOp):
-            self._add(value, "negated", ast.UnaryOp(ast.Not(), value))
-        self.visit(value)
-
-    def visit_Assert(self, node: ast.Assert) -> None:
-        pass
-
-    # Expressions.
-
-    def _condition(self, test: ast.expr) -> None:
-        if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
-            self.visit(test)
-            return
-        if not (isinstance(test, ast.Compare) and len(test.ops) == 1):
-            self._add(test, "negated", ast.UnaryOp(ast.Not(), test))
-        self.visit(test)
-
-    def visit_IfExp(self, node: ast.IfExp) -> None:
-        self._condition(node.test)
-        self.visit(node.body)
-        self.visit(node.orelse)
-
-    def visit_comprehension(self, node: ast.comprehension) -> None:
-        self.visit(node.iter)
-        for test in node.ifs:
-            self._add(test, "condition dropped", "True")
-            self.visit(test)
-
-    def visit_Compare(self, node: ast.Compare) -> None:
-        for k, operator in enumerate(node.ops):
-            for table, kind in ((_BORDERS, "border"), (_OPPOSITES, "comparison")):
-                if type(operator) in table:
-                    self._with(node, kind, ops=[*node.ops[:k], table[type(operator)](), *node.ops[k + 1 :]])
-        self.visit(node.left)
-        for operator, side in zip(node.ops, node.comparators, strict=True):
-            self._member_of(side, operator)
-
-    def _member_of(self, node: ast.expr, operator: ast.cmpop) -> None:
-        """Walk through one side of a comparison; in which order members stand makes no difference."""
-        if isinstance(operator, ast.In | ast.NotIn) and isinstance(node, ast.Tuple | ast.List):
-            self.generic_visit(node)
-        else:
-            self.visit(node)
-
-    def visit_BoolOp(self, node: ast.BoolOp) -> None:
-        self._with(node, "and or", op=ast.Or() if isinstance(node.op, ast.And) else ast.And())
-        for k in range(len(node.values)):
-            rest = [*node.values[:k], *node.values[k + 1 :]]
-            self._add(node, "operand dropped", rest[0] if len(rest) == 1 else ast.BoolOp(node.op, rest))
-        self.generic_visit(node)
-
-    def visit_BinOp(self, node: ast.BinOp) -> None:
-        sides = (node.left, node.right)
-        if any(isinstance(side, ast.JoinedStr) or _is_text(side) for side in sides):
-            return
-        if isinstance(node.op, ast.MatMult):
-            self._with(node, "operands swapped", left=node.right, right=node.left)
-        if type(node.op) in _OTHERS:
-            self._with(node, "operator", op=_OTHERS[type(node.op)]())
-            for side in sides:
-                self._add(node, "operand dropped", side)
-        self.generic_visit(node)
-
-    def visit_UnaryOp(self, node: ast.UnaryOp) -> None:
-        self._add(node, "sign", node.operand)
-        self.visit(node.operand)
-
-    def visit_Constant(self, node: ast.Constant) -> None:
-        value = node.value
-        if isinstance(value, bool):
-            self._add(node, "constant", repr(not value))
-        elif isinstance(value, int):
-            self._add(node, "constant", repr(value + 1))
-        elif isinstance(value, float):
-            for other in (2 * value, value / 2) if value else (1.0,):
-                self._add(node, "constant", repr(other))
-
-    def visit_JoinedStr(self, node: ast.JoinedStr) -> None:
-        pass  # Before Python 3.12 nodes in it do not know where they are.
-
-    def visit_Call(self, node: ast.Call) -> None:
-        name = getattr(node.func, "id", getattr(node.func, "attr", ""))
-        if name == "TypeVar":
-            return
-        if name not in _COMMUTATIVE:
-            for args in _exchanged(node.args):
-                self._with(node, "arguments swapped", args=args)
-        for k, keyword in enumerate(node.keywords):
-            if keyword.arg is not None and keyword.arg not in _WORDS and not _asserts(keyword):
-                rest = [*node.keywords[:k], *node.keywords[k + 1 :]]
-                self._with(node, "argument dropped", keywords=rest)
-        self.generic_visit(node)
-
-    def visit_keyword(self, node: ast.keyword) -> None:
-        if not _asserts(node):
-            self.visit(node.value)
-
-    def _display(self, node: ast.Tuple | ast.List) -> None:
-        if isinstance(node.ctx, ast.Load) and len(node.elts) <= _LONG:
-            for items in _exchanged(node.elts):
-                self._with(node, "values swapped", elts=items)
-        self.generic_visit(node)
-
-    visit_Tuple = _display  # noqa: N815
-    visit_List = _display  # noqa: N815
-
-    def visit_Dict(self, node: ast.Dict) -> None:
-        for values in _exchanged(node.values):
-            self._with(node, "values swapped", values=values)
-        self.generic_visit(node)
+def _name(node: ast.Call) -> str:
+    return getattr(node.func, "id", getattr(node.func, "attr", ""))
 
 
 def _asserts(keyword: ast.keyword) -> bool:
     """Tell whether an argument is an assertion, or that there is none: nothing correct depends on it."""
     return keyword.arg == "strict" and isinstance(keyword.value, ast.Constant)
-
-
-def _is_text(node: ast.expr) -> bool:
-    return isinstance(node, ast.Constant) and isinstance(node.value, str | bytes)

@@ -1,85 +1,85 @@
-"""A pytest plugin: every line that is executed is told which test, or which shared fixture, it serves."""
+"""A pytest plugin that notes which tests, and which fixtures that tests share, execute each line.
+
+Threads are followed, processes that a test starts are not: what is done there is done by other tests, too.
+"""
 
 import functools
 import json
 import os
 import sys
+from collections.abc import Generator
 from pathlib import Path
+from typing import Any
 
-import coverage
 import pytest
+from coverage import Coverage
 
-TARGET = "ORBITDB_RECORD_TO"
-_PACKAGE = "ORBITDB_RECORD_OF"
-_now = ""
+FOLDER = "ORBITDB_RECORD_TO"
 
 
-def _switch(label: str) -> str:
-    """Name what is done from here on; return what was before."""
-    global _now
-    before, _now = _now, label
-    current = coverage.Coverage.current()
-    if current is not None:
-        current.switch_context(label)
-    return before
+class Recorder:
+    """What a process of pytest executes, by test, and what each test takes."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / f"{os.getpid()}.json"
+        tops = [str(folder.parent / "tree" / top) for top in ("orbitdb", "cli", "migrations")]
+        self.coverage = Coverage(data_file=None, config_file=False, source=tops)
+        self.tests: dict[str, Any] = {}
+        self.now = ""
+
+    def switch(self, label: str) -> str:
+        """Name what is done from here on; return what was before."""
+        before, self.now = self.now, label
+        self.coverage.switch_context(label)
+        return before
+
+    def pytest_sessionstart(self) -> None:
+        self.coverage.start()
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
+        known = getattr(item, "_fixtureinfo", None)
+        defined = [each[-1] for each in known.name2fixturedefs.values()] if known else []
+        shared = [_label(each) for each in defined if each.scope != "function"]
+        self.tests[item.nodeid] = {"seconds": 0.0, "shared": shared}
+        _forget()
+        self.switch(item.nodeid)
+        try:
+            return (yield)
+        finally:
+            self.switch("")
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_fixture_setup(self, fixturedef: pytest.FixtureDef[Any]) -> Generator[None, object, object]:
+        before = self.switch(_label(fixturedef) if fixturedef.scope != "function" else self.now)
+        try:
+            return (yield)
+        finally:
+            self.switch(before)
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.nodeid in self.tests:
+            self.tests[report.nodeid]["seconds"] += report.duration
+
+    def pytest_sessionfinish(self) -> None:
+        self.coverage.stop()
+        data = self.coverage.get_data()
+        lines = {file: data.contexts_by_lineno(file) for file in data.measured_files()}
+        self.path.write_text(json.dumps({"tests": self.tests, "lines": lines}))
+
+
+def _label(fixture: pytest.FixtureDef[Any]) -> str:
+    return f"fixture {fixture.baseid} {fixture.argname}"
 
 
 def _forget() -> None:
     """Empty the caches of the package: what one test has computed, the next one executes, too."""
     for name, module in list(sys.modules.items()):
-        if name.partition(".")[0] == os.environ[_PACKAGE]:
+        if name.partition(".")[0] == "orbitdb":
             for value in vars(module).values():
                 if isinstance(value, functools._lru_cache_wrapper):
                     value.cache_clear()
 
 
-def _shared(item: pytest.Item) -> list[str]:
-    """Return the fixtures of a test that it shares with others."""
-    known = getattr(item, "_fixtureinfo", None)
-    defined = [each[-1] for each in known.name2fixturedefs.values()] if known else []
-    return [_label(each) for each in defined if each.scope != "function"]
-
-
-def _label(fixture) -> str:
-    return f"fixture {fixture.baseid} {fixture.argname}"
-
-
-@pytest.hookimpl(wrapper=True, tryfirst=True)
-def pytest_runtest_protocol(item):
-    item.user_properties.append(("shared", _shared(item)))
-    _forget()
-    _switch(item.nodeid)
-    try:
-        return (yield)
-    finally:
-        _switch("")
-
-
-@pytest.hookimpl(wrapper=True, tryfirst=True)
-def pytest_fixture_setup(fixturedef, request):
-    if fixturedef.scope == "function":
-        return (yield)
-    before = _switch(_label(fixturedef))
-    try:
-        return (yield)
-    finally:
-        _switch(before)
-
-
-class _Record:
-    def __init__(self) -> None:
-        self.tests: dict[str, dict] = {}
-
-    def pytest_runtest_logreport(self, report) -> None:
-        told = self.tests.setdefault(report.nodeid, {"seconds": 0.0, "passed": True, "shared": []})
-        told["seconds"] += report.duration
-        told["passed"] &= report.passed
-        told["shared"] = dict(report.user_properties).get("shared", [])
-
-    def pytest_sessionfinish(self) -> None:
-        Path(os.environ[TARGET]).write_text(json.dumps(self.tests))
-
-
-def pytest_configure(config) -> None:
-    if not hasattr(config, "workerinput"):
-        config.pluginmanager.register(_Record())
+def pytest_configure(config: pytest.Config) -> None:
+    config.pluginmanager.register(Recorder(Path(os.environ[FOLDER])))

@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 from births50 import birth_error
+from hypothesis import example, given
+from hypothesis import strategies as st
 from quick import slow_but
 from solutions import representatives
 
@@ -14,10 +16,10 @@ from orbitdb.billiard.legs import cut, direction_limits
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, WorkError
 from orbitdb.orbits.births import changes as births
-from orbitdb.orbits.births.batches import JOINTS
-from orbitdb.orbits.births.changes import events, find_changes
-from orbitdb.orbits.births.continuation import Station, follow, motion
-from orbitdb.orbits.births.crossings import _judge, _zero_step, candidates, refine
+from orbitdb.orbits.births.changes import JOINTS, events, find_changes
+from orbitdb.orbits.births.continuation import follow, motion
+from orbitdb.orbits.births.crossings import candidates, refine
+from orbitdb.orbits.births.lives import LONGEST
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.symbols.symmetry import images_of
 from orbitdb.symbols.words import from_strings, to_strings
@@ -57,38 +59,6 @@ def test_following_leads_where_solving_does():
     ((_, legs),) = [each for each in cut(representatives(6)) if each[1].k.shape[0] == 4]
     stations = list(follow(legs, np.log(np.geomspace(60, 0.05, 20))))
     assert stations[-1].alpha == pytest.approx(newton(legs, 0.05).alpha, abs=1e-5)
-
-
-def test_a_step_towards_a_zero_leaves_the_square_of_what_was_off():
-    ((_, legs),) = [each for each in cut(representatives(6)) if each[1].k.shape[0] == 4]
-    zeros = refine(legs, candidates(legs, follow(legs, np.log(np.geomspace(20, 0.05, 20)))))
-    assert len(zeros) > 10
-    rng, far = np.random.default_rng(2), 1e-4
-    x = zeros.x + far * rng.uniform(-1, 1, len(zeros))
-    dx, alpha = _zero_step(
-        legs.chain(zeros.word), zeros.slack, x, zeros.alpha + far * rng.uniform(-1, 1, zeros.alpha.shape)
-    )
-    assert np.abs(x + dx - zeros.x).max() < 100 * far**2
-    assert np.abs(alpha - zeros.alpha).max() < 100 * far**2
-
-
-def test_cubics_tell_where_a_cell_is_to_be_halved():
-    rows = [
-        # values and slopes at both ends; crosses, dead, doubtful
-        ((1, 1, -0.5, -0.5), (0, 0, 0)),
-        ((1, 1, -2, 2), (0, 0, 0)),
-        ((1, 1, -8, 8), (0, 0, 1)),  # dips below zero
-        ((-1, -1, 2, -2), (0, 1, 0)),
-        ((-1, -1, 8, -8), (0, 0, 1)),  # rises above it
-        ((-1, -1, -1, -2), (0, 1, 0)),
-        ((-1, 1, 1, 1), (1, 0, 0)),
-        ((1, -1, -1, -1), (1, 0, 0)),
-        ((-1, 1, 20, 20), (1, 0, 1)),  # crosses thrice
-    ]
-    f0, f1, slope0, slope1 = np.array([row for row, _ in rows], dtype=float).T[:, None]
-    nothing = np.zeros((1, len(rows)))
-    judged = _judge(Station(0.5, nothing, nothing, f0, slope0), Station(1.5, nothing, nothing, f1, slope1))
-    assert np.stack([judged[0][0], *judged[1:]]).T.astype(int).tolist() == [list(said) for _, said in rows]
 
 
 def test_what_happens_between_two_stations_is_found():
@@ -166,9 +136,19 @@ def test_births_lie_within_their_bounds_of_50_digit_values(found, p):
         assert off / a < 1e-13
 
 
-def test_events_are_told_by_bounds():
-    a, error = np.array([1.0, 2.0, 1.0 + 3e-10, 2.0 + 1e-6]), np.array([2e-10, 1e-7, 2e-10, 1e-7])
-    assert events(a, error).tolist() == [1, 2, 1, 3]
+@given(st.lists(st.integers(1, 40), min_size=1, max_size=12), st.integers(0, 3))
+@example([1, 7, 3, 8, 5], 1)
+def test_events_are_chains_of_brackets_that_touch(places, error):
+    found = events(np.array(places, float), np.full(len(places), float(error)))
+    rising = sorted(set(places))
+    first = [place for k, place in enumerate(rising) if k == 0 or place - rising[k - 1] > 2 * error]
+    assert found.tolist() == [sum(begin <= place for begin in first) for place in places]
+
+
+def test_words_up_to_the_longest_are_followed():
+    assert existence("13" * (LONGEST // 2)) == []  # a repetition has no life
+    with pytest.raises(InputError, match=f"{LONGEST + 1} bounces is too long .* at most {LONGEST}"):
+        existence("1" * LONGEST + "3")
 
 
 def test_words_of_one_event_are_one_path(found):
@@ -193,18 +173,7 @@ def test_below_a_thousandth_the_grid_goes_on(monkeypatch):
 
 def test_what_makes_no_sense_is_not_passed_on(monkeypatch):
     """Where a grid has overlooked a birth the word is searched again, and refused in the end."""
-    monkeypatch.setattr(births, "_FINER", (1,))
+    monkeypatch.setattr(births, "FINER", (1,))
     monkeypatch.setattr(births, "follow", lambda legs, grid: iter(()))
     with pytest.raises(WorkError, match="010203113"):
         find_changes(from_strings(["010203113"]))
-
-
-@pytest.mark.fuzz
-def test_deaths_to_period_11():
-    dying = {9: 2, 10: 0, 11: 7}
-    for p, count in dying.items():
-        words = representatives(p)
-        changes = find_changes(words)
-        dead = changes.word[~changes.born]
-        assert len(np.unique(dead)) == count
-        assert changes.a[~changes.born].max(initial=0) <= 0.4733

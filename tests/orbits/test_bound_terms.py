@@ -6,6 +6,7 @@ this makes is measured in balls. A row names the terms that it fails without.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -141,7 +142,7 @@ class Row:
         return np.clip(middle + shift, *direction_limits(chain(self.word)[1], self.a)), found
 
 
-def rows_of(rows: list[Row]) -> pytest.MarkDecorator:
+def rows_of(rows: "Sequence[Row | Rounded]") -> pytest.MarkDecorator:
     return pytest.mark.parametrize("row", rows, ids=lambda row: f"{row.number}: {row.needs}")
 
 
@@ -258,88 +259,33 @@ class Rounded:
 THREE = "1^100 3^100"
 
 
-@rows_of(
-    [
-        Rounded(
-            "half of it", "gradient", THREE, 100, (-0.010624600206115898, 4.335243776896203e-05), (-1, 1), 0.5
-        ),
-        Rounded(
-            "2 a sin", "gradient", THREE, 1000, (9.135327181584386e-05, 0.0010544132586688738), (1, 1), 0.5
-        ),
-        Rounded(
-            "2 n cos",
-            "gradient",
-            "1^100 02 3^100",
-            1e-6,
-            (-0.9648505143887937, -0.8175234887194154),
-            (-1, -1),
-            0.5,
-        ),
-        Rounded("cos h", "gradient", THREE, 0.001, (-0.7846466360655182, 0.2042671009535748), (-1, 1), 0.5),
-        Rounded("psi", "gradient", "1 3", 1e-6, (-0.4806353341982239, -0.6248070503396271), (-1, 1), 0.2),
-        Rounded(
-            "the run before",
-            "gradient",
-            "1 3^100",
-            1e-6,
-            (-0.5619364154203851, -0.6379654146872857),
-            (-1, 1),
-            0.2,
-        ),
-        Rounded(
-            "the run behind",
-            "gradient",
-            "1^100 3",
-            1e-6,
-            (-0.4420352499582879, -0.5650069324642752),
-            (-1, 1),
-            0.2,
-        ),
-        Rounded(
-            "rounding",
-            "slack",
-            "1^100 02 3^100",
-            1e-6,
-            (-0.7531507820019611, -1.0336867629126791),
-            (0, 0),
-            0.1,
-        ),
-        Rounded("rounding", "place", THREE, 1e-6, (-0.314961210007239, -0.49705335305161924), (0, 0), 0.1),
-        Rounded(
-            "rounding on walls",
-            "place",
-            "1 3^10 (02)^500",
-            83_900,
-            (1.1406607189250922e-05, -0.02151949584452008),
-            (0, 0),
-            0.05,
-        ),
-        Rounded(
-            "a leg's terms",
-            "length",
-            "1 3",
-            1000,
-            (-0.0010624996001793072, -0.00044692994914263123),
-            (-1, -1),
-            0.2,
-        ),
-        Rounded(
-            "2 n sin",
-            "length",
-            "1 (20)^500 3 (20)^500",
-            0.01,
-            (1.569785252873019, 1.5699152298836947),
-            (-1, -1),
-            0.1,
-        ),
-        Rounded(
-            "2 k sin h", "length", "1 3", 1e-6, (9.406174278997005e-05, -9.403160359025805e-05), (-1, -1), 0.2
-        ),
-        Rounded("cos h", "length", "1^5 3^5", 0.001, (1.5682505870328263, 1.568929210349655), (0, 0), 0.1),
-        Rounded("psi", "lambda", "1 3", 0.001, (1.5698551506022105, 1.5686897211386468), (1, 0), 0.02),
-        Rounded("the last function", "lambda", THREE, 350, (0, 0), (1, 1, 1), 0.4),
-    ]
-)
+@rows_of([
+    Rounded("half of it", "gradient", THREE, 100,
+            (-0.010624600206115898, 4.335243776896203e-05), (-1, 1), 0.5),
+    Rounded("2 a sin", "gradient", THREE, 1000, (9.135327181584386e-05, 0.0010544132586688738), (1, 1), 0.5),
+    Rounded("2 n cos", "gradient", "1^100 02 3^100", 1e-6,
+            (-0.9648505143887937, -0.8175234887194154), (-1, -1), 0.5),
+    Rounded("cos h", "gradient", THREE, 0.001, (-0.7846466360655182, 0.2042671009535748), (-1, 1), 0.5),
+    Rounded("psi", "gradient", "1 3", 1e-6, (-0.4806353341982239, -0.6248070503396271), (-1, 1), 0.2),
+    Rounded("the run before", "gradient", "1 3^100", 1e-6,
+            (-0.5619364154203851, -0.6379654146872857), (-1, 1), 0.2),
+    Rounded("the run behind", "gradient", "1^100 3", 1e-6,
+            (-0.4420352499582879, -0.5650069324642752), (-1, 1), 0.2),
+    Rounded("rounding", "slack", "1^100 02 3^100", 1e-6,
+            (-0.7531507820019611, -1.0336867629126791), (0, 0), 0.1),
+    Rounded("rounding", "place", THREE, 1e-6, (-0.314961210007239, -0.49705335305161924), (0, 0), 0.1),
+    Rounded("rounding on walls", "place", "1 3^10 (02)^500", 83_900,
+            (1.1406607189250922e-05, -0.02151949584452008), (0, 0), 0.05),
+    Rounded("a leg's terms", "length", "1 3", 1000,
+            (-0.0010624996001793072, -0.00044692994914263123), (-1, -1), 0.2),
+    Rounded("2 n sin", "length", "1 (20)^500 3 (20)^500", 0.01,
+            (1.569785252873019, 1.5699152298836947), (-1, -1), 0.1),
+    Rounded("2 k sin h", "length", "1 3", 1e-6,
+            (9.406174278997005e-05, -9.403160359025805e-05), (-1, -1), 0.2),
+    Rounded("cos h", "length", "1^5 3^5", 0.001, (1.5682505870328263, 1.568929210349655), (0, 0), 0.1),
+    Rounded("psi", "lambda", "1 3", 0.001, (1.5698551506022105, 1.5686897211386468), (1, 0), 0.02),
+    Rounded("the last function", "lambda", THREE, 350, (0, 0), (1, 1, 1), 0.4),
+])  # fmt: skip
 def test_rounding(row, monkeypatch):
     alpha = np.array(row.at)[:, None]
     for module in (legs, bounces, stability):

@@ -6,14 +6,11 @@ import numpy as np
 import pytest
 from solutions import representatives
 
-from orbitdb.billiard.bounces import slack_changes, smooth_slacks
 from orbitdb.billiard.legs import cut
-from orbitdb.orbits.births import cells
-from orbitdb.orbits.births.cells import Cells, Kind, judge
+from orbitdb.orbits.births.cells import Kind, judge
 from orbitdb.orbits.births.changes import find_changes
-from orbitdb.orbits.births.completeness import Verdict, prove_all, walk
+from orbitdb.orbits.births.completeness import Verdict, prove_all, stretches, walk
 from orbitdb.orbits.births.reaches import reach_of
-from orbitdb.orbits.births.stretches import stretches
 from orbitdb.orbits.newton import solve
 from orbitdb.symbols.words import from_strings
 
@@ -106,26 +103,11 @@ def test_what_is_said_of_a_cell_holds_at_its_points(a):
     words = representatives(6)
     status = solve(words, a).status
     for rows, legs in cut(words):
-        found = stretches(legs, np.log(a) - 0.1, np.log(a) + 0.13)
-        here = np.flatnonzero((found.low < np.log(a)) & (np.log(a) < found.high))
-        for kind, word in zip(found.kind[here].tolist(), found.word[here].tolist(), strict=True):
-            if kind in (Kind.ALIVE, Kind.DEAD):
-                assert (status[rows[word]] == "orbit") == (kind == Kind.ALIVE)
-
-
-def test_slacks_change_by_no_more_than_directions_allow():
-    """Slacks are linear: the most is the sum over all directions, each at its most the worse way."""
-    for _, legs in cut(representatives(6)):
-        bound = np.random.default_rng(len(legs.k)).random(legs.k.shape)
-        most = np.zeros((6, *bound.shape))
-        for row, size in enumerate(bound):
-            change = np.zeros_like(bound)
-            change[row] = size
-            most += np.abs(slack_changes(legs, change))
-        found = cells._spread(legs, bound)
-        known = np.isfinite(smooth_slacks(legs, bound))
-        assert (most <= found)[known].all()
-        assert found[:4][known[:4]] == pytest.approx(most[:4][known[:4]], rel=1e-8)
+        word, kind, low, high, _ = stretches(legs, np.log(a) - 0.1, np.log(a) + 0.13)
+        here = np.flatnonzero((low < np.log(a)) & (np.log(a) < high))
+        for said, each in zip(kind[here].tolist(), word[here].tolist(), strict=True):
+            if said in (Kind.ALIVE, Kind.DEAD):
+                assert (status[rows[each]] == "orbit") == (said == Kind.ALIVE)
 
 
 @pytest.mark.parametrize("a", [1e-3, 0.37, 30.0])
@@ -135,35 +117,8 @@ def test_of_a_cell_without_width_all_is_said(a):
     for rows, legs in cut(words):
         count = len(rows)
         x, nothing = np.full(count, np.log(a)), np.zeros(count)
-        kind, *_ = judge(legs, Cells(np.arange(count), x, nothing, np.zeros(legs.k.shape)))
+        kind, *_ = judge(legs, x, nothing, np.zeros(legs.k.shape))
         assert (kind == np.where(status[rows] == "orbit", Kind.ALIVE, Kind.DEAD)).all()
-
-
-@pytest.mark.parametrize("a", [0.05, 1.6])
-def test_a_drift_that_is_badly_solved_is_known_to_be(monkeypatch, a):
-    """Off by a part in 10^6, as no rounding makes it: its own bound tells."""
-
-    def middle_and_bounds():
-        box = cells._box(legs, here, r)
-        middle = cells._middle(legs, here, start, box)
-        return middle, cells._bounded(legs, here, r, box, middle)
-
-    def badly(diagonal, beside, rhs):
-        return solve_cyclic(diagonal, beside, rhs) * (1 + 1e-6)
-
-    solve_cyclic = cells.solve_cyclic
-    for rows, legs in cut(representatives(6)):
-        here, r, start = np.full(len(rows), a), np.full(len(rows), 1e-5), np.zeros((len(legs.k), len(rows)))
-        exact, well = middle_and_bounds()
-        assert (exact.left_over < 1e-9).all()
-        monkeypatch.setattr(cells, "solve_cyclic", badly)
-        found, bounds = middle_and_bounds()
-        monkeypatch.undo()
-        free = bounds.free & well.free
-        assert free.any()
-        off = np.abs(found.drift - exact.drift)[:, free]
-        assert (off <= bounds.wrong[:, free]).all()
-        assert (off > well.wrong[:, free]).any()
 
 
 def test_segments_are_walked_by_rising_a():

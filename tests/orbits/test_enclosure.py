@@ -195,16 +195,6 @@ def test_doubles_never_contradict_balls(a):
             assert enclose(word, Stadium(a)).status == orbits.status[row], to_strings(word[None])
 
 
-def test_the_word_13_to_many_digits():
-    found = enclosed("13", 1.6)
-    a = mp.mpf(1.6)
-    with mp.workdps(reference.DIGITS + 30):
-        assert holds(found.length, 4 * (1 + mp.mpf(1.6)))
-        assert holds(found.lyapunov, mp.acosh((4 * (1 + 2 * a) ** 2 - 2) / 2))
-        assert holds(found.margin, mp.pi / 2)
-    assert found.precision == 128
-
-
 def test_an_enclosure_becomes_a_row_with_its_rounding():
     word = from_strings(["011032"])
     found = enclosed("011032", 1.0)
@@ -216,9 +206,3 @@ def test_an_enclosure_becomes_a_row_with_its_rounding():
     assert abs(found.lyapunov - float(row.lyapunov[0])) <= row.lyapunov_error[0]
     assert row.residual[0] == np.abs(forces(Stadium(1.0), word, row.coordinates)).max() < 1e-15
     assert row.error[0] < 1e-15
-
-
-@pytest.mark.parametrize("a", [1e-6, 1e-5, 1e6])
-def test_nothing_is_left_undecided_at_the_ends_of_the_range(a):
-    for p in range(2, 8):
-        assert Status.UNRESOLVED not in {enclose(word, Stadium(a)).status for word in representatives(p)[::3]}

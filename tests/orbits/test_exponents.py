@@ -1,16 +1,11 @@
 """Exponents alone: the orbits, their lengths and lambda are those of the full solution."""
 
-from itertools import chain
-
 import numpy as np
 import pytest
 from solutions import representatives
 
-from orbitdb.billiard.legs import cut, derivatives, direction_limits
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits import sums as module
-from orbitdb.orbits.newton import newton_step, solve
-from orbitdb.orbits.status import surely_outside
+from orbitdb.orbits.newton import solve
 from orbitdb.orbits.sums import exponents
 from orbitdb.symbols.words import pack
 
@@ -29,27 +24,3 @@ def test_they_are_those_of_the_full_solution(a):
         for part in found:
             np.testing.assert_allclose(part.length, orbits.length[part.orbits], rtol=1e-14)
             np.testing.assert_allclose(part.lyapunov, orbits.lyapunov[part.orbits], rtol=1e-13)
-
-
-@pytest.mark.parametrize("a", A)
-def test_no_orbit_is_outside_wherever_the_directions_are(a):
-    rng, told = np.random.default_rng(7), 0
-    words = representatives(7)
-    status = solve(words, a).status
-    for rows, legs in cut(words):
-        low, high = direction_limits(legs, a)
-        for share in (0.0, 0.5, 1.0, *rng.random((20, *low.shape))):
-            alpha = low + share * (high - low)
-            outside = surely_outside(legs, a, alpha, derivatives(legs, a, alpha))
-            assert (status[rows][outside] == "dynamical").all()
-            told += outside.sum()
-    assert told or a == 20.0
-
-
-def test_what_is_told_does_not_depend_on_where_the_first_step_leads(monkeypatch):
-    """The bounds hold between the limits: a step that goes or rounds beyond them is held there."""
-    codes, stadium = pack(representatives(7)), Stadium(0.7)
-    expected = [part.orbits.tolist() for part in module.exponents(codes, 7, stadium)]
-    monkeypatch.setattr(module, "newton_step", lambda *given: newton_step(*given) + 3.0)
-    found = [part.orbits.tolist() for part in module.exponents(codes, 7, stadium)]
-    assert sorted(chain(*found)) == sorted(chain(*expected))

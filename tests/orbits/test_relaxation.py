@@ -5,7 +5,6 @@ import pytest
 
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
-from orbitdb.orbits import relaxation
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import relax, starting_points
@@ -88,17 +87,6 @@ def test_the_dynamics_stops_when_all_forces_are_below_epsilon():
     np.testing.assert_allclose(force, relaxed.residual, rtol=1e-6)
 
 
-@pytest.mark.slow
-def test_a_batch_does_what_single_words_do():
-    words, _ = representatives(4)
-    stadium = Stadium(0.5)
-    batch = relax(words, stadium)
-    for row in range(len(words)):
-        single = relax(words[row : row + 1], stadium)
-        np.testing.assert_array_equal(single.coordinates[0], batch.coordinates[row])
-        assert single.iterations[0] == batch.iterations[row]
-
-
 def test_a_word_that_is_given_up_is_unresolved():
     words, _ = representatives(4)
     relaxed = relax(words, Stadium(), max_steps=100)
@@ -120,25 +108,6 @@ def test_it_goes_on_where_it_stopped():
     np.testing.assert_array_equal(first.iterations + second.iterations, whole.iterations)
 
 
-@pytest.mark.slow
-def test_random_starts_on_the_right_sections_lead_to_the_same_orbit():
-    stadium = Stadium(1.0)
-    words = np.repeat(from_strings(["0123", "1233", "0213"]), 8, axis=0)
-    rng = np.random.default_rng(4)
-    spread = np.where(STRAIGHT[words], stadium.a, HALF_PI) * rng.uniform(-0.9, 0.9, words.shape)
-    spread[8:16, 2:] = np.sort(spread[8:16, 2:], axis=1)  # 33 is the run that goes up
-    found = relax(words, stadium, 1e-10, start=spread).coordinates.reshape(3, 8, 4)
-    assert np.ptp(found, axis=1).max() < 1e-7
-
-
-def test_runs_up_and_down_the_semicircle_are_two_orbits():
-    stadium = Stadium(1.2)
-    up, down = (relax(from_strings([word]), stadium) for word in ("0332123", "0552123"))
-    t, u = up.coordinates[0, 1:3], down.coordinates[0, 1:3]
-    assert t[1] > t[0]
-    assert u[1] < u[0]
-
-
 @pytest.mark.parametrize("a", [0.1, 1.0, 10.0])
 def test_every_atom_starts_inside_its_own_section(a):
     words, _ = representatives(7)
@@ -148,21 +117,3 @@ def test_every_atom_starts_inside_its_own_section(a):
     rising = np.roll(start, -1, axis=1) > start
     runs = again & ~STRAIGHT[words]
     assert (rising == (words < 4))[runs].all()
-
-
-def test_steps_are_of_fourth_order(monkeypatch):
-    stadium = Stadium(1.6)
-    orbits = solve(representatives(5)[0], stadium)
-    words = orbits.words[orbits.status == Status.ORBIT]
-    start = orbits.coordinates[orbits.status == Status.ORBIT].T + 0.01
-
-    def after(steps: int) -> np.ndarray:
-        x = start
-        monkeypatch.setattr(relaxation, "STEP", 0.2 / steps)
-        for _ in range(steps):
-            x = relaxation._runge_kutta_step(stadium, words.T, x, relaxation._velocity(stadium, words.T, x))
-        return x
-
-    exact = after(64)
-    coarse, fine = (np.abs(after(steps) - exact).max() for steps in (2, 4))
-    assert 12 < coarse / fine < 24

@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from matplotlib import pyplot
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LogNorm, to_hex
 from matplotlib.figure import Figure
@@ -152,7 +151,7 @@ def test_exponents_by_period(ax, rng):
     assert (band.get_y(), band.get_height()) == pytest.approx((0.48, 0.04))
 
 
-@pytest.mark.parametrize(("count", "size"), [(100, 12), (20_000, 3), (300_000, 0.3)])
+@pytest.mark.parametrize(("count", "size"), [(100, 12), (20_000, 3), (210_000, 0.3)])
 def test_phase_space(ax, rng, count, size):
     stadium, values = Stadium(0.7), rng.uniform(-1, 1, (3, count))
     dots = curves.draw_phase_space(ax, stadium, *values)
@@ -341,7 +340,10 @@ def test_run_time_against_error(ax, rng):
     says(ax, "largest error of a coordinate (units of $R$, rad)", "run time per word (s)")
 
 
+@pytest.mark.slow
 def test_axes_are_the_given_ones_or_new_ones(ax, rng):
+    from matplotlib import pyplot  # it takes as long as ten tests
+
     given = axes.orbit_axes("1" * 41, Stadium(1.6), Stadium(1.6).outline()[:3], ax)
     assert (given, given.get_title()) == (ax, "1" * 37 + "...")
     words, x, colour = (

@@ -2,31 +2,35 @@
 
 import math
 import shutil
-from itertools import pairwise
+from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from drawing import draw
+from made_levels import keep_made_levels
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 from matplotlib.text import Annotation
-from quick import slow_but
 from solutions import entropy, lyapunov
 
 from orbitdb import Catalogue, Selection, Stadium, solve_word
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.billiard.stability import birkhoff
+from orbitdb.catalogue.spectrum import read_classes
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
-from orbitdb.cli.figures import orbits, over_a
+from orbitdb.cli.figures import levels, orbits, over_a, subsets
 from orbitdb.entropy.bounds import search
 from orbitdb.entropy.letters import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.orbit import Status
-from orbitdb.plots.paths import draw_orbit
-from orbitdb.plots.style import BLUE, ORANGE, figure
+from orbitdb.plots.style import BLUE, ORANGE
+from orbitdb.quantum.amplitudes import orbit_terms
+from orbitdb.quantum.lengths import counted, family_count
+from orbitdb.quantum.weyl import weyl
 from orbitdb.store.reading.lookup import with_existence
 from orbitdb.store.writing.records import add_reference, keep_bounds
 from orbitdb.store.writing.writer import Writer
@@ -50,6 +54,12 @@ def known(varied, tmp_path_factory) -> Catalogue:
             keep_bounds(writer, level, "doubles", None)
     writer.close()
     return Catalogue(path, 1.6)
+
+
+def draw(kind: str, catalogue: Any, chosen: Any, limit: int) -> Figure:
+    """Draw a figure of a subset; the limit is of orbits on a sheet."""
+    more = {"limit": limit} if kind == "sheet" else {}
+    return getattr(subsets, f"draw_{kind.replace('-', '_')}")(catalogue, chosen, **more)
 
 
 def line(ax, label: str):
@@ -115,20 +125,6 @@ def test_the_title_of_a_life_is_as_short():
     assert title == "1^20 (02)^5 3 is born at $a = 129.651$"
 
 
-@pytest.mark.parametrize("width", [2.0, 6.4])
-@pytest.mark.parametrize("a", slow_but([0.6025525, 1.6, 100], [1e-6, 0.1, 0.6025525, 1.6, 10, 100, 12345]))
-def test_labels_of_ticks_stand_apart(a, width):
-    with figure(width, 2.5) as made:
-        ax = made.add_subplot()
-        draw_orbit(ax, Stadium(a), solve_word("13", a).points)
-        FigureCanvasAgg(made).draw()
-        boxes = [label.get_window_extent() for label in ax.get_xticklabels()]
-    assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
-    texts = [label.get_text().replace("\N{MINUS SIGN}", "-") for label in ax.get_xticklabels()]
-    assert len(texts) == 1 or texts[0] == "-" + texts[-1] == f"{-a - 1:.3f}".rstrip("0").rstrip(".")
-    assert len(texts) == 5 or (a, width) != (1.6, 6.4)
-
-
 LONG = "time_reversal = 'self' and class_size > 0 and margin > 1e-9 and lambda_c < 99"
 
 
@@ -136,18 +132,14 @@ LONG = "time_reversal = 'self' and class_size > 0 and margin > 1e-9 and lambda_c
     ("kind", "where"),
     [
         ("sheet", LONG),
-        *(
-            pytest.param(kind, where, marks=pytest.mark.slow)
-            for kind, where in (
-                ("sheet", None),
-                ("phase-space", "length < " + "9" * 200),
-                ("lengths", LONG),
-                ("entropy", None),
-                ("lyapunov", LONG),
-            )
-        ),
+        ("sheet", None),
+        ("phase-space", "length < " + "9" * 200),
+        ("lengths", LONG),
+        ("entropy", None),
+        ("lyapunov", LONG),
     ],
 )
+@pytest.mark.slow
 def test_titles_stay_in_their_figure(known, kind, where):
     chosen = Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,), where=where)
     made = draw(kind, known, chosen, 9)
@@ -158,37 +150,6 @@ def test_titles_stay_in_their_figure(known, kind, where):
     assert drawn.y1 < whole.y1
     assert all(drawn.y0 > ax.get_window_extent().y1 for ax in made.axes)
     assert made.get_suptitle().endswith("...") == (where is not None and len(where) > 100)
-
-
-@pytest.mark.parametrize("a", [0.1, 1.6, 10.0, 100.0])
-def test_numbers_of_bounces_stand_off_walls_and_ticks(a):
-    made = orbits.draw_orbit(solve_word("13", a))
-    (ax,) = made.axes
-    FigureCanvasAgg(made).draw()
-    numbers = [each.get_window_extent() for each in ax.texts if each.get_text() in ("1", "2")]
-    ends = [ax.transData.transform((x, 0))[0] for x in (-a - 1, a + 1)]
-    assert numbers[0].x1 < ends[0]
-    assert ends[1] < numbers[1].x0
-    ticks = [label.get_window_extent() for label in [*ax.get_xticklabels(), *ax.get_yticklabels()]]
-    assert not any(number.overlaps(tick) for number in numbers for tick in ticks)
-
-
-def test_arrows_of_a_path_and_back_stand_apart():
-    (ax,) = orbits.draw_orbit(solve_word("13", 10.0)).axes
-    there, back = (each.xy[0] for each in ax.texts if isinstance(each, Annotation) and not each.get_text())
-    assert abs(there - back) > 5
-
-
-@pytest.mark.slow
-def test_every_faint_line_is_explained(known):
-    orbit = with_existence(solve_word("01552", 1.6))
-    drawn = [orbits.draw_orbit(orbit), orbits.draw_reverse(orbit), over_a.draw_life(orbit)]
-    for made in drawn:
-        (legend,) = made.legends
-        assert "walls and circles, continued" in [text.get_text() for text in legend.get_texts()]
-    assert "birth or death" in [text.get_text() for text in drawn[-1].legends[0].get_texts()]
-    births = over_a.draw_births(known, WHOLE)
-    assert "bound at every $a$" in [text.get_text() for text in births.axes[1].get_legend().get_texts()]
 
 
 def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
@@ -243,29 +204,6 @@ def test_the_exponents_by_every_method(known, capsys):
     assert "the zeta function lacks p = 2 (not chosen)" in told
     assert "'orbitdb simulate --a 1'" in told
     assert "sum rules need all orbits up to a period; p = 2 is missing" in told
-
-
-@pytest.mark.slow
-def test_averages_are_drawn_of_what_is_filled_swept_or_born(known, cli, tmp_path):
-    """The title, and the line on stderr, name those periods that are drawn."""
-    cli("fill", "--p", "3")
-    cli("sweep", "--p", "5")
-    cli("births", "--p", "6")
-    catalogue = Catalogue(tmp_path / "orbits.db", 1.6)
-    chosen = Selection(1.6, periods=((2, 9),), statuses=(Status.ORBIT,))
-    whole = Selection(1.6, periods=((2, 6),), statuses=(Status.ORBIT,))
-    for kind, highest in (("entropy", 6), ("lyapunov", 5)):
-        there = draw(kind, known, whole, 0)
-        for mine, theirs in zip(draw(kind, catalogue, chosen, 0).axes, there.axes, strict=True):
-            for label in ("$K_0",) if kind == "entropy" else ("average", "mean of", "zeta", "sum rules"):
-                p, values = line(mine, label)
-                assert p == [*range(2, highest + 1)]
-                assert values == pytest.approx(line(theirs, label)[1][: len(p)], nan_ok=True)
-        title = f"orbits of period 2 to {highest} at a = 1.6"
-        assert draw(kind, catalogue, chosen, 0).get_suptitle() == title
-        done = cli("plot", kind, "--p", "2-9", "-o", str(tmp_path / f"{kind}.svg"))
-        assert f"<dc:title>{title}</dc:title>" in (tmp_path / f"{kind}.svg").read_text()
-        assert done.err.splitlines()[-1] == f"{title}, in {tmp_path / kind}.svg"
 
 
 @pytest.mark.parametrize(("limit", "told"), [(8, ""), (3, "3 of 8 classes are drawn; --limit 8 draws all\n")])
@@ -353,14 +291,6 @@ def test_births_over_a(known):
     assert changes.get_xlabel() == "$a$"
 
 
-@pytest.mark.slow
-def test_figures_are_as_wide_as_a_column_of_text(known):
-    orbit = with_existence(solve_word("01552", 1.6))
-    drawn = [over_a.draw_births(known, WHOLE), over_a.draw_life(orbit)]
-    drawn += [draw(kind, known, WHOLE, 99) for kind in ("entropy", "lyapunov")]
-    assert {float(made.get_figwidth()) for made in drawn} == {6.4}
-
-
 def test_periods_without_a_birth_have_nothing_to_draw(known):
     """Words of fewer than five bounces are orbits at every a, or at none."""
     with pytest.raises(InputError, match="no births to draw: 'orbitdb births --p 11' finds them"):
@@ -419,3 +349,35 @@ def test_a_period_that_is_not_there_is_told(known, capsys, kind):
     assert capsys.readouterr().err.startswith(
         "period 7 is not filled at a = 1.6 (filled: periods 2-6; some at"
     )
+
+
+def test_the_figures_of_levels(known, tmp_path, capsys):
+    path = Path(shutil.copy(known.path, tmp_path / "levels.db"))
+    catalogue, chosen, stadium = Catalogue(path, 1.6), Selection(1.6), Stadium(1.6)
+    with pytest.raises(InputError, match=r"no levels to draw: .* --k 0:30 --a 1\.6' finds"):
+        levels.draw_levels(catalogue, chosen)
+    k = sorted(chain(*keep_made_levels(path).values()))
+    made = levels.draw_levels(catalogue, chosen)
+    above, below = made.axes
+    assert line(above, "levels")[0] == [0, *k]
+    at, rest = line(below, "levels, less")
+    assert (at[0], at[-1]) == (0.5, 9)
+    np.testing.assert_allclose(rest, np.searchsorted(k, at) - weyl(stadium, None)(at))
+    np.testing.assert_allclose(line(above, "Weyl")[1], weyl(stadium, None)(at))
+    classes, _, highest = read_classes(catalogue, chosen)
+    balls = family_count(stadium, np.array(at), 12.0)
+    np.testing.assert_allclose(below.get_lines()[1].get_ydata(), balls)
+    orbits_too = balls + counted(orbit_terms(classes, 12.0), np.array(at))
+    np.testing.assert_allclose(line(below, "bouncing balls and orbits")[1], orbits_too)
+    assert f"to $p = {highest}$" in made.legends[0].get_texts()[-1].get_text()
+    assert made.get_suptitle() == f"{len(k)} levels at a = 1.6, k below 9"
+    assert "lengths up to 12: a partial sum" in capsys.readouterr().err
+    spectrum = levels.draw_length_spectrum(catalogue, chosen)
+    found = catalogue.spectrum((1.0, 12.0), points=1000)
+    for label, values in (("levels", np.abs(found.quantum)), ("orbits", -np.abs(found.orbits))):
+        lengths, drawn = line(spectrum.axes[0], label)
+        np.testing.assert_allclose(lengths, np.linspace(1, 12, 1000))
+        np.testing.assert_allclose(drawn, values)
+    assert {text.get_text() for text in spectrum.axes[0].texts} == {peak.code for peak in found.peaks(1)}
+    assert spectrum.get_suptitle() == "length spectrum at a = 1.6, k below 9"
+    assert capsys.readouterr().err.splitlines() == found.notes()

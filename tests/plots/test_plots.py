@@ -72,6 +72,7 @@ def test_the_svg_path_has_the_bounces_at_their_places():
     np.testing.assert_allclose(drawn / scale * [1, -1], orbit.points, atol=0.01 / scale)
 
 
+@pytest.mark.slow
 def test_drawing_keeps_what_the_backend_of_a_notebook_sets(tmp_path):
     """It is loaded by the first figure, and shows further ones only if it stays interactive."""
     (tmp_path / "notebook_backend.py").write_text(

@@ -16,6 +16,7 @@ from orbitdb.quantum.mesh import quarter_disc, quarter_stadium, rectangle
 from orbitdb.quantum.weyl import Parity, weyl
 
 
+@pytest.mark.slow
 def test_quarter_disc_has_the_zeros_of_bessel_functions():
     matrix = gradient(
         quarter_disc(0.0, 0.3), 18, lambda at: (at.min(axis=1) < 1e-9) | (np.hypot(*at.T) > 1 - 1e-9)
@@ -47,7 +48,7 @@ def test_levels_lie_within_their_errors_of_a_finer_grid(a, parity):
     task = LevelTask(a, Parity(parity), 0.0, 9.0)
     found = task.solved()
     cells = quarter_stadium(a, 0.25, 4)
-    _, finer = eigenvalues(gradient(cells, 18, task._fixed), 0.0, 81.0)
+    _, finer = eigenvalues(gradient(cells, 18, task.fixed), 0.0, 81.0)
     assert len(finer) == len(found.k)
     assert (np.abs(found.k - np.sqrt(finer)) <= found.error).all()
     assert found.error.max() < 1e-9
@@ -79,6 +80,7 @@ def _smallest(k: float, a: float) -> float:
     return float(svd(orthogonal[: len(edge)], compute_uv=False)[-1])
 
 
+@pytest.mark.slow
 def test_particular_solutions_find_the_same_levels():
     """Source: T. Betcke and L. N. Trefethen, SIAM Review 47 (2005) 469."""
     (found,) = levels(0.3, 9.0, parities=("oo",))

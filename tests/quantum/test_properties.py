@@ -2,19 +2,20 @@
 
 import math
 from collections import Counter
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orbitdb import Stadium
+from orbitdb import InputError, Stadium
 from orbitdb.quantum.amplitudes import Terms
 from orbitdb.quantum.elements import gradient
 from orbitdb.quantum.lengths import counted, family, family_count, family_terms, of_terms, peak_of_each
 from orbitdb.quantum.levels import LevelTask, windows
 from orbitdb.quantum.mesh import quarter_disc, quarter_stadium
-from orbitdb.quantum.spectrum import COLUMNS, Spectrum
+from orbitdb.quantum.spectrum import COLUMNS, Spectrum, check_levels
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 
 PARITIES = st.sampled_from([None, *Parity])
@@ -186,3 +187,27 @@ def test_peaks_are_all_tops_with_their_strongest_terms(terms, levelled):
     assert [name for name, value in zip(COLUMNS, row, strict=True) if value is None] == (
         [] if levelled else ["quantum_re", "quantum_im"]
     )
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda k: k, None),
+        (lambda k: k[:10], None),
+        (lambda k: np.insert(k, 7, k[7]), None),  # two levels may be one
+        (lambda k: k[:9], "9 levels are too few"),
+        (lambda k: np.where(k == k[3], np.inf, k), "above 0"),
+        (lambda k: np.where(k == k[3], np.nan, k), "above 0"),
+        (lambda k: k - k[0], "above 0"),
+        (lambda k: k - 2 * k[0], "above 0"),
+        (lambda k: k[[0, 1, 3, 2, *range(4, 60)]], "level 4 .* is below the one before"),
+        (lambda k: 1.3 * k, "Weyl's law"),
+        (lambda k: k / 1.3, "Weyl's law"),
+    ],
+)
+@pytest.mark.parametrize("parity", [None, Parity.OE])
+def test_levels_are_judged_by_weyls_law(parity, change, told):
+    smooth = weyl(Stadium(1.6), parity)
+    k = change(np.array([wavenumber(smooth, n) for n in range(1, 61)]))
+    with nullcontext() if told is None else pytest.raises(InputError, match=told):
+        check_levels(k, Stadium(1.6), parity)

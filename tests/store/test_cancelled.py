@@ -38,14 +38,3 @@ def test_a_question_ends_wherever_it_is_cancelled(filled_once, criteria, order):
             else:
                 assert found == whole  # nothing was left to be done
         assert ended >= max(1, asked - 2)
-
-
-def test_a_word_stands_where_its_row_is(varied):
-    with closing(Catalogue(varied)) as catalogue:
-        for order in ("length", "-code"):
-            chosen = catalogue.choose(choose(status="orbit"), order)
-            words = chosen.words()
-            pairs = zip(words.ids.tolist(), words.places.tolist(), strict=True)
-            assert [chosen.position(*pair) for pair in pairs] == list(range(len(chosen)))
-            few = catalogue.choose(choose(p=2), order)
-            assert few.position(int(words.ids[-1]), int(words.places[-1])) is None

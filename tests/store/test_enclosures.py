@@ -1,24 +1,17 @@
 """Proved bounds on the entropy in the catalogue: kept once, read back, shown beside what orbits give."""
 
-import json
 import shutil
 import sqlite3
 from contextlib import closing
 from pathlib import Path
 
-import numpy as np
 import pytest
-from matplotlib.figure import Figure
-from older import make_older
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.app import call
-from orbitdb.cli.tui.statistics.averages import curves_of, statistics
 from orbitdb.entropy.bounds import search
 from orbitdb.errors import InputError, StoreError
-from orbitdb.plots.curves import draw_entropy
-from orbitdb.store.asking.selection import Selection
 from orbitdb.verification.records import record_parts
 
 
@@ -63,57 +56,6 @@ def test_what_is_proved_is_kept_once_and_read_back(enclosed, cli):
     altered(enclosed, "UPDATE entropy_bound SET lower = 0 WHERE edges = 6")
     cli("bounds", "--window", "6", "--db", str(enclosed))
     assert catalogue.entropy_bounds() == closest
-
-
-def test_without_a_catalogue_nothing_is_kept_unless_asked_for(cli, tmp_path):
-    path = tmp_path / "orbits.db"
-    told = cli("bounds", "--window", "4")
-    assert told.err == f"not kept: there is no catalogue at {path}; --store makes one\n"
-    assert cli("bounds", "--window", "4", "--no-store").err == ""
-    assert not path.exists()
-    assert cli("bounds", "--window", "4", "--store").err == ""
-    assert Catalogue(path).entropy_bounds().window == 4
-    before = path.read_bytes()
-    assert cli("bounds", "--window", "5", "--no-store").out.count("\n") == 5
-    assert path.read_bytes() == before
-    path.write_bytes(b"no catalogue at all, but a text that is longer than a hundred bytes" * 3)
-    refused = cli("bounds", "--window", "4")
-    assert (refused.code, refused.out) == (3, "")
-
-
-@pytest.mark.slow
-def test_an_older_file_is_copied_before_bounds_go_into_it(filled, cli):
-    make_older(filled)
-    assert "orbits.db.schema-6" in cli("bounds", "--window", "3", "--store", "--db", str(filled)).err
-    assert Catalogue(filled).entropy_bounds().window == 3
-
-
-def test_bounds_stand_beside_what_orbits_give(enclosed, cli):
-    db = ("--db", str(enclosed))
-    line = (
-        "entropy of all orbits: 1.11935798 < h < 1.19851043, proved by windows of 6 edges in doubles with "
-        "error bounds; 1.06204716 < h < 1.21875573 by windows of 4 edges in balls"
-    )
-    assert f"{line}\n" in cli("entropy", *db).err
-    assert f"{line}\n" in cli("table", *db).err
-    assert "a = 1.6: 1.11935798 < h < 1.19851043, 6 edges\n" in cli("info", *db).out
-    closest = Catalogue(enclosed).entropy_bounds()
-    for row in json.loads(cli("entropy", "--json", *db).out):
-        assert list(row)[:4] == ["p", "N", "K_0", "h_zeta"]
-        assert [row[f"h_{name}"] for name in ("lower", "upper", "proof")] == [
-            closest.lower,
-            closest.upper,
-            "doubles",
-        ]
-    shown = statistics(Catalogue(enclosed), Selection())
-    assert shown.facts == (line,)
-    assert shown.notes[-1] == "h_zeta lies outside the proved bounds at periods 2-4"
-    drawn = curves_of(shown, None)["entropy"][-2:]
-    assert [set(curve.y) for curve in drawn] == [{closest.lower}, {closest.upper}]
-    ax, values = Figure().add_subplot(), np.array([1.1, 1.2, 1.15])
-    draw_entropy(ax, np.arange(2, 5), values, values, (closest.lower, closest.upper))
-    (band,) = ax.patches
-    assert (band.get_y(), band.get_height()) == pytest.approx((closest.lower, closest.width))
 
 
 @pytest.mark.slow

@@ -35,30 +35,6 @@ def test_what_is_no_half_length_is_refused(catalogue, a):
             ask(a)
 
 
-@pytest.mark.parametrize(
-    ("word", "said"),
-    [
-        ("", "the code is empty"),
-        ("7", "symbol '7' at place 1"),
-        ("13" * 10, "is '13' repeated 10 times: give '13'"),
-        ("0202", "'0202' is '02' repeated 2 times"),
-    ],
-)
-def test_what_is_no_word_is_refused(word, said):
-    with pytest.raises(InputError, match=said):
-        solve_word(word, 1.6)
-
-
-def test_run_notation_is_a_word_everywhere(catalogue):
-    assert solve_word("1^2 3", 1.6).code == "113"
-    assert "(1)^2 3" in catalogue
-    assert catalogue.find("1^2 3", 1.6) == catalogue["113"]
-
-
-def test_a_pruned_word_has_no_orbit():
-    assert solve_word("1001", 1.6).rules == (1, 3, 6)
-
-
 @pytest.mark.parametrize("key", [5, 0, None, b"13", ["13"], slice(2, 5), np.int64(13)], ids=repr)
 def test_what_is_no_text_is_no_key(catalogue, key):
     assert key not in catalogue
@@ -71,17 +47,6 @@ def test_what_is_no_text_is_no_key(catalogue, key):
             ask(key)
 
 
-def test_words_that_are_none_are_keys_of_nothing(catalogue):
-    for key in ("7", "", "(1", "1^"):
-        assert key not in catalogue
-        for ask in (catalogue.__getitem__, lambda key: catalogue.find(key, 1.6)):
-            with pytest.raises(InputError):
-                ask(key)
-    with pytest.raises(KeyError, match="1313 repeats 13: ask for that"):
-        catalogue["1313"]
-    assert catalogue[np.str_("13")] == catalogue["13"]
-
-
 @pytest.mark.parametrize(
     "words",
     [["13"], "13", np.array([1, 3]), np.array([[1.0, 3.0]]), np.array([[1, 9]]), np.array([[-1, 3]]),
@@ -91,22 +56,6 @@ def test_words_that_are_none_are_keys_of_nothing(catalogue):
 def test_words_that_cannot_be_solved_are_refused(words):
     with pytest.raises(InputError, match="word"):
         solve(words, 1.6)
-
-
-@pytest.mark.parametrize(
-    "criteria",
-    [
-        {"length": 3},
-        {"length": (3,)},
-        {"margin": ("a", 1)},
-        {"where": 3},
-        {"status": ["odd"]},
-        {"p": 2.5},
-    ],
-)
-def test_criteria_that_are_none_are_refused(catalogue, criteria):
-    with pytest.raises(InputError):
-        catalogue.select(**criteria)
 
 
 def test_a_subset_is_named_by_criteria_or_a_selection(catalogue):

@@ -5,22 +5,17 @@ import math
 import os
 import pickle
 import shutil
-import sqlite3
 import subprocess
 import sys
-from contextlib import closing
 from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from quick import slow_but
 
-from orbitdb import Catalogue, Selection, Stadium, Status, solve_word
-from orbitdb.billiard.stability import forces
+from orbitdb import Catalogue, Selection, Status, solve_word
 from orbitdb.errors import StoreError
 from orbitdb.filling.single_word import fill_word
-from orbitdb.store.asking.codes import hint
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import SelectionError
 from orbitdb.symbols.words import least_rotation
@@ -55,29 +50,11 @@ def test_classes_are_orbits_unless_another_status_is_named(varied):
         catalogue.classes(status="dynamical")
 
 
-@pytest.mark.parametrize("p", slow_but([2, 3, 12], [2, 3, 5, 6, 12]))
-def test_coordinates_from_the_store_are_orbits_of_their_words(catalogue, p):
-    subset = catalogue.select(p=p, status="orbit", coordinates=True)
-    symbols, coordinates = subset.of_period(p)
-    assert np.abs(forces(Stadium(1.6), symbols, coordinates)).max() < 1e-13
-    for row, word in enumerate(subset.codes.tolist()):
-        np.testing.assert_array_equal(subset.coordinates_of(row), coordinates[row])
-        np.testing.assert_allclose(coordinates[row], solve_word(word, Stadium(1.6)).coordinates, atol=1e-12)
-
-
 def test_coordinates_that_were_not_read_are_not_made_up(catalogue):
     subset = catalogue.select(p=3)
     assert subset.coordinates is None
     with pytest.raises(ValueError, match="coordinates=True"):
         subset.coordinates_of(0)
-
-
-def test_a_class_by_a_word_that_is_none_is_refused(varied, tmp_path):
-    path = shutil.copy(varied, tmp_path / "altered.db")
-    with closing(sqlite3.connect(path)) as plain, plain:
-        plain.execute("UPDATE cycle SET word = '0x3' WHERE word = '013'")
-    with pytest.raises(StoreError, match=r"altered: .*'0x3'"):
-        Catalogue(path).select(p=3)
 
 
 def test_words_are_keys_in_any_rotation(catalogue):
@@ -132,14 +109,6 @@ def test_parts_of_a_subset_are_subsets(catalogue):
             subset[wrong]
 
 
-def test_what_cannot_be_drawn_is_refused(catalogue):
-    subset = catalogue.select(p=3)
-    with pytest.raises(ValueError, match="draw the 'phase space' or the 'lengths'"):
-        subset.plot("length")
-    with pytest.raises(ValueError, match="nothing to draw among <62 geometrically pruned"):
-        catalogue.select(p=3, status="geometric").plot("lengths")
-
-
 @pytest.mark.slow
 def test_a_subset_as_a_data_frame_and_as_an_arrow_table_is_what_is_exported(varied, catalogue, cli, tmp_path):
     from pyarrow import parquet
@@ -158,6 +127,7 @@ def test_a_subset_as_a_data_frame_and_as_an_arrow_table_is_what_is_exported(vari
     assert frame.attrs["selection"] == subset.selection.describe()
 
 
+@pytest.mark.slow
 def test_what_a_row_does_not_have_is_missing_in_a_data_frame(catalogue):
     frame = catalogue.select(p=3, status="orbit,geometric").to_pandas()
     assert frame["symmetry"].isna().tolist() == (frame["status"] != "orbit").tolist()
@@ -195,7 +165,7 @@ def test_a_notebook_waits_only_for_what_it_draws(catalogue, tmp_path, monkeypatc
     for rest in ("11", "113"):
         fill_word(path, "13" * 99 + rest, 1.6)
     assert Catalogue(path).select(p=200)._repr_html_().count("<svg") == 4
-    monkeypatch.setattr("orbitdb.orbits.newton.solve_word", None)
+    monkeypatch.setattr("orbitdb.orbits.births.lives.solve_word", None)
     assert "<svg" not in Catalogue(path).select(p=201)._repr_html_()
     assert "<svg" not in catalogue.select(p=5, status="dynamical")._repr_html_()
     assert "<svg" in catalogue.select(p=3, status="orbit", coordinates=True)._repr_html_()
@@ -333,78 +303,3 @@ def test_wrong_criteria_are_refused(catalogue, wrong, said):
 def test_a_selection_and_criteria_do_not_mix(catalogue):
     with pytest.raises(SelectionError, match="not both"):
         catalogue.select(Selection(), p=3)
-
-
-@pytest.mark.parametrize(
-    ("where", "found"),
-    [
-        ("code('3123')", {"1233"}),
-        ("CODE ( '3 1 2 3' )", {"1233"}),
-        ("not code('31') and p < 4 and not code(:w, '(1)^2 3') and status = 'orbit'",
-         {"031", "123", "132", "133", "155", "344"}),
-        ("iif(p = 2, code('31'), code('w013', '3123'))", {"13", "013", "1233"}),
-        ("p = 3 and length in (SELECT length FROM catalogue WHERE code('310'))",
-         {"013", "031", "123", "132"}),
-        ("code('001') or p = 2", {"13"}),
-        ("code('001') and status = 'geometric'", set()),
-        ("code('13', '310', '3123')", {"13", "031", "1233"}),
-        ("code = 'code(''31'')'", set()),
-    ],
-)  # fmt: skip
-def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, found):
-    chosen = choose(where=where, parameters={"w": "130"} if ":w" in where else {})
-    assert {word for (word,) in catalogue.rows(chosen, ("code",))} == found
-    assert catalogue.count(chosen) == len(found)
-    assert sum(catalogue.classes(chosen).chosen) == len(found)
-
-
-def test_a_pruned_word_is_found_where_its_status_is_named(catalogue):
-    for where in ("code('001')", "code('010', '13')"):
-        assert [orbit.code for orbit in catalogue.select(where=where, status="geometric")] == ["001"]
-
-
-@pytest.mark.parametrize(
-    ("where", "said"),
-    [
-        ("code = code('13')", "a condition by itself"),
-        ("code('13') is null", "a condition by itself"),
-        ("code('1313')", "give '13'"),
-        ("code('19')", "symbol '9'"),
-        ("code()", "takes words in quotes"),
-        ("code('13' '31')", "takes words in quotes"),
-        ("code('13', '31' or '013')", "takes words in quotes"),
-        ("code(word)", "in quotes"),
-        ("code('1^20001 3')", "20000 are allowed"),
-        ("code('13'", "incomplete input"),
-        ("code(:w)", "-P name=value"),
-    ],
-)
-def test_what_is_no_code_in_a_filter_is_refused(catalogue, where, said):
-    with pytest.raises(SelectionError, match=said):
-        catalogue.count(where=where)
-
-
-@pytest.mark.parametrize(
-    ("where", "told"),
-    [
-        ("p = 2 and code = '31'", "no row has code = '31', only least rotations: write code('31')"),
-        (
-            "\"code\" == 3 or word IN ('13', '1313')",
-            "no row has word = '1313', only least rotations: write code('13')",
-        ),
-        ("code = '13' and word < '31' and '31' <> code and code = 'x' or code('31')", None),
-    ],
-)
-def test_a_comparison_with_a_rotation_that_names_no_row_is_told(where, told):
-    assert hint(where) == told
-
-
-def test_a_class_by_a_number_that_is_no_key_is_refused(varied, tmp_path):
-    path = shutil.copy(varied, tmp_path / "altered.db")
-    with closing(sqlite3.connect(path)) as plain, plain:
-        plain.execute("UPDATE orbit SET cycle = 1 WHERE cycle = (SELECT id FROM cycle WHERE word = '013')")
-        plain.execute("UPDATE cycle SET id = 1 WHERE word = '013'")
-    for asked in ({"contains": "13"}, {"order": "code"}):
-        order = asked.pop("order", "p")
-        with pytest.raises(StoreError, match="altered: a class with the number '1'"):
-            Catalogue(path).select(**asked, order=order)

@@ -4,10 +4,11 @@ import shutil
 import sqlite3
 import subprocess
 import sys
-from contextlib import closing, suppress
+from contextlib import closing
 from pathlib import Path
 
 import pytest
+from contents import alter
 from older import add_classes, empty, make_older
 from processes import start
 
@@ -115,12 +116,6 @@ def held(path: Path) -> dict[str, list[tuple]]:
     return found
 
 
-def dump(path: Path) -> dict[str, list[tuple]]:
-    """Every row of every table."""
-    tables = asked(path, "SELECT name FROM sqlite_master WHERE type = 'table'")
-    return {table: asked(path, f"SELECT * FROM {table}") for (table,) in tables}
-
-
 def shape(path: Path) -> dict[str, object]:
     """A schema as SQLite itself understands it."""
     with closing(sqlite3.connect(path)) as plain:
@@ -180,33 +175,6 @@ def test_a_migrated_file_is_as_a_new_one(older, tmp_path):
     assert asked(older, "SELECT * FROM alembic_version") == asked(new, "SELECT * FROM alembic_version")
 
 
-def test_a_catalogue_comes_back_from_schema_6(older):
-    migrate(older)
-    before = dump(older)
-    make_older(older)
-    migrate(older)
-    assert dump(older) == before
-
-
-@pytest.mark.slow
-def test_a_filled_catalogue_comes_back_from_schema_6(varied, tmp_path):
-    path = Path(shutil.copy(varied, tmp_path / "old.db"))
-    before = dump(path)
-    make_older(path)
-    migrate(path)
-    assert dump(path) == before
-
-
-@pytest.mark.slow
-def test_words_of_a_million_bounces(tmp_path):
-    path, word = tmp_path / "old.db", "1" * 500_000 + "3" * 499_998 + "02"
-    with closing(empty(path)) as plain:
-        add_classes(plain, [min(word[-2:] + word[:-2], word)])
-    before = held(path)["words"]
-    migrate(path)
-    assert held(path)["words"] == before
-
-
 @pytest.mark.parametrize("version", [1, 5])
 def test_files_before_schema_6_are_refused(older, version):
     with closing(sqlite3.connect(older)) as plain:
@@ -230,8 +198,7 @@ def test_files_before_schema_6_are_refused(older, version):
     ],
 )
 def test_a_migration_that_fails_leaves_the_file_as_it_was(older, statement):
-    with closing(sqlite3.connect(older)) as plain, plain:
-        plain.execute(statement)
+    alter(older, statement)
     before = shape(older)
     with pytest.raises(StoreError) as error:
         migrate(older)
@@ -240,30 +207,13 @@ def test_a_migration_that_fails_leaves_the_file_as_it_was(older, statement):
     assert asked(older, "PRAGMA user_version") == [(6,)]
 
 
-@pytest.mark.parametrize(
-    "statement",
-    [
-        "UPDATE cycle SET id = id + 99999 WHERE p = 5",
-        "UPDATE cycle SET word = 'x' || word, symmetry = 'x', class_size = -1 WHERE p = 4",
-        "UPDATE cycle SET p = 19 WHERE p = 3",
-        "UPDATE fill SET cursor = 'x'",
-        "DELETE FROM stadium",
-        "DELETE FROM alembic_version",
-    ],
-)
-def test_rows_that_are_wrong_are_kept_or_refused(older, statement):
-    """Telling what is wrong is the business of verify."""
-    with closing(sqlite3.connect(older)) as plain, plain:
-        plain.execute(statement)
-    with suppress(StoreError):
-        assert migrate(older).after == SCHEMA_VERSION
-
-
 def test_what_users_add_stays(older):
-    with closing(sqlite3.connect(older)) as plain, plain:
-        plain.execute("CREATE TABLE mine (cycle REFERENCES cycle (id))")
-        plain.execute("CREATE VIEW words AS SELECT word FROM sequence")
-        plain.execute("INSERT INTO mine SELECT id FROM cycle WHERE id > 0")
+    alter(
+        older,
+        "CREATE TABLE mine (cycle REFERENCES cycle (id))",
+        "CREATE VIEW words AS SELECT word FROM sequence",
+        "INSERT INTO mine SELECT id FROM cycle WHERE id > 0",
+    )
     before = asked(older, "SELECT * FROM mine")
     migrate(older)
     assert asked(older, "SELECT * FROM mine") == before
@@ -279,24 +229,6 @@ def varied_older(varied: Path, tmp_path: Path) -> Path:
     path = Path(shutil.copy(varied, tmp_path / "old.db"))
     make_older(path)
     return path
-
-
-@pytest.mark.slow
-def test_an_older_catalogue_is_copied_and_made_new(varied_older, cli):
-    before = held(varied_older)
-    asked_first = cli("query", "--db", str(varied_older))
-    assert asked_first.code == 3
-    assert "orbitdb migrate" in asked_first.err
-    outcome = cli("migrate", "--db", str(varied_older))
-    backup = varied_older.with_name("old.db.schema-6")
-    assert outcome.code == 0
-    assert (
-        outcome.err
-        == f"{varied_older}: schema 6 -> {SCHEMA_VERSION}; a copy of the old file is in {backup}\n"
-    )
-    assert held(varied_older) == before
-    assert held(backup) == before
-    assert cli("verify", "--db", str(varied_older)).code == 0
 
 
 @pytest.mark.slow
@@ -317,25 +249,6 @@ def test_a_fill_brings_an_older_catalogue_to_the_newest_schema(varied_older, cli
     assert outcome.code == 0
     assert "old.db.schema-6" in outcome.err
     assert cli("verify", "--db", str(varied_older)).code == 0
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("small_blocks")
-def test_a_stopped_fill_goes_on_after_the_migration(varied_older):
-    from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.filling.periods import fill_periods
-
-    migrate(varied_older)
-    going = fill_periods(varied_older, 1.6, [8])
-    stored = [next(going).words for _ in range(3)][-1]
-    going.close()
-    make_older(varied_older)
-    migrate(varied_older)
-    (half,) = (fill for fill in Catalogue(varied_older).fills(1.6) if fill.p == 8)
-    assert (half.state, half.words) == ("filling", stored)
-    for _ in fill_periods(varied_older, 1.6, [7, 8]):
-        pass
-    assert {f.p: f.words for f in Catalogue(varied_older).fills(1.6)}[8] == 2096
 
 
 @pytest.mark.slow

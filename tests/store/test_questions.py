@@ -32,7 +32,6 @@ def asked(tmp_path_factory):
 
 
 @given(criteria=CRITERIA, order=ORDERS, limit=LIMITS, offset=OFFSETS, names=NAMES)
-@settings(max_examples=2 * settings().max_examples)
 @example({"status": "orbit,geometric,dynamical"}, "p", None, 0, ("code", "rules", "coordinates"))
 @example({"contains": "13"}, "-lambda_c", 5, 3, COLUMNS)
 @example({"p": "2-5", "where": "element = 3"}, "code", 9, 4, COLUMNS)

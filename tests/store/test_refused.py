@@ -4,32 +4,21 @@ import sqlite3
 from contextlib import closing
 from dataclasses import replace
 
-import numpy as np
 import pytest
+from contents import alter
 from older import make_older
 
-from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.whole_periods import read_terms
-from orbitdb.column_files import in_columns
 from orbitdb.errors import StoreError
 from orbitdb.extras import load
-from orbitdb.orbits.orbit import Orbits
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.expressions import check
 from orbitdb.store.asking.parsing import parse_bound
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.database import plain_errors
 from orbitdb.store.file.migrate import migrate
-from orbitdb.symbols.patterns import Like
-from orbitdb.verification.invariants import check_consistency
 from orbitdb.verification.rigorous import certify
-
-
-def test_a_column_of_a_word_is_named_once(cli):
-    outcome = cli("query", "--code", "13", "--columns", "code,p,code")
-    assert (outcome.code, outcome.out) == (2, "")
-    assert "column 'code' is named twice" in outcome.err
 
 
 @pytest.mark.parametrize("text", ["length=:", "length=3", "length=nan:", "length=:x"])
@@ -42,21 +31,6 @@ def test_a_text_without_its_end_is_told_as_it_was_typed():
     with pytest.raises(SelectionError) as error:
         check("code = '013", {})
     assert str(error.value) == """where "code = '013": unrecognized token: "'013\""""
-
-
-def test_an_expression_with_a_subquery_is_short(varied):
-    longer = "length > (SELECT min(length) FROM catalogue) AND " * 100 + "p = 3"
-    with closing(Catalogue(varied)) as catalogue:
-        with pytest.raises(SelectionError) as error:
-            catalogue.count(a=1.6, where=longer)
-        assert "characters; with a subquery 4000 are allowed" in str(error.value)
-        assert catalogue.count(a=1.6, where="p = 3 OR " * 500 + "p = 3") == catalogue.count(a=1.6, p=3) > 0
-
-
-def test_a_text_with_other_signs_than_symbols_is_like_no_word(varied):
-    with closing(Catalogue(varied)) as catalogue:
-        assert catalogue.count(a=1.6, where="code LIKE '1x%'") == 0
-        assert catalogue.count(a=1.6, where="code NOT LIKE '1x%'") == catalogue.count(a=1.6)
 
 
 def test_a_number_with_a_name_is_like_the_words_that_read_as_it(varied):
@@ -79,24 +53,6 @@ def test_nothing_replaced_is_nothing(varied):
     with closing(Catalogue(varied)) as catalogue:
         for call in ("replace(NULL, '1', '2')", "replace(code, NULL, '2')", "replace(code, '1', NULL)"):
             assert catalogue.count(a=1.6, where=f"{call} IS NULL") == catalogue.count(a=1.6) > 0
-
-
-def test_parts_of_a_pattern_that_do_not_come_are_missed():
-    assert not Like("2%3%1").fits("131")
-    assert not Like("1%2%3%1").fits("1321")
-    assert not Like("1%2%3%1").fits("1311")
-    assert Like("1%2%3%1").fits("12131")
-
-
-def test_without_an_own_a_a_catalogue_shows_all(varied, tmp_path):
-    path = tmp_path / "orbits.db"
-    path.write_bytes(varied.read_bytes())
-    with closing(sqlite3.connect(path)) as plain, plain:
-        plain.execute("UPDATE stadium SET a = 2.5 WHERE a = 1.6")
-    with closing(Catalogue(path)) as catalogue:
-        shown = repr(catalogue)
-    assert "a = 1" in shown
-    assert "a = 2.5" in shown
 
 
 def test_a_question_that_a_signal_interrupts_ends_as_by_ctrl_c(tmp_path):
@@ -126,21 +82,10 @@ def test_a_module_of_this_package_that_is_missing_is_no_extra():
         load("orbitdb.nothing", "nothing", "plots")
 
 
-def test_no_rows_have_no_columns():
-    assert list(in_columns(iter(()))) == []
-
-
-def test_without_orbits_there_is_nothing_to_check_or_to_prove(varied):
-    nothing = Orbits.empty(np.zeros((0, 5), np.uint8))
-    assert list(check_consistency(nothing, Stadium(1.6))) == []
-    assert list(certify(varied, Selection(3.25))) == []
-
-
 def test_rows_that_lack_something_are_told_and_not_proved(varied, tmp_path):
     path = tmp_path / "orbits.db"
     path.write_bytes(varied.read_bytes())
-    with closing(sqlite3.connect(path)) as plain, plain:
-        plain.execute("UPDATE orbit SET residual = -1")
+    alter(path, "UPDATE orbit SET residual = -1")
     (step,) = certify(path, Selection(1.6, periods=((3, 3),)))
     (check,) = step.checks
     assert (check.name, check.rows, check.failures) == ("certificates", 2, 2)

@@ -8,14 +8,9 @@ import pytest
 from orbitdb import Catalogue, InputError
 
 
-@pytest.fixture(scope="module")
-def catalogue(tmp_path_factory):
-    from orbitdb.filling.periods import fill_periods
-
-    path = tmp_path_factory.mktemp("results") / "orbits.db"
-    catalogue = Catalogue.create(path, a=1.6)
-    list(fill_periods(path, 1.6, range(2, 9)))
-    return catalogue
+@pytest.fixture
+def catalogue(filled_once):
+    return Catalogue(filled_once, a=1.6)
 
 
 @pytest.mark.parametrize("name", ["table", "entropy", "lyapunov"])

@@ -55,14 +55,6 @@ def test_a_sweep_takes_what_large_sweeps_took_and_no_room(tmp_path, monkeypatch)
     assert after.seconds == pytest.approx(rate * after.words / 2)
 
 
-@pytest.mark.usefixtures("small_blocks")
-def test_half_a_period_needs_the_other_half(filled):
-    going = fill_periods(filled, 1.6, [9])
-    stored = [next(going).words for _ in range(5)][-1]
-    going.close()
-    assert need(filled, 1.6, [9], 1).words == count_admissible(9) - stored
-
-
 @pytest.mark.slow
 def test_the_room_is_estimated_to_a_factor_of_two(tmp_path):
     path = tmp_path / "orbits.db"
@@ -82,23 +74,6 @@ def test_the_time_is_that_of_the_large_fills_alone(filled, monkeypatch):
     assert need(filled, 1.6, [12], 1).seconds == pytest.approx(each * count_admissible(12))
     storing = sum(fill.storing for fill in large) / sum(fill.words for fill in large)
     assert need(filled, 1.6, [12], 10**6).seconds == pytest.approx(storing * count_admissible(12))
-
-
-@pytest.mark.slow
-def test_the_time_is_that_of_the_catalogues_own_fills(tmp_path):
-    path = tmp_path / "orbits.db"
-    migrate(path)
-    for _ in fill_periods(path, 1.6, [11]):
-        pass
-    (fill,) = Catalogue(path).fills(1.6)
-    each = (fill.enumerating + fill.solving + fill.storing) / fill.words
-    assert need(path, 1.6, [12], 1).seconds == pytest.approx(each * count_admissible(12))
-    assert need(path, 1.6, [12], 2).seconds < need(path, 1.6, [12], 1).seconds
-
-
-def test_the_relaxation_takes_its_own_time(tmp_path):
-    path = tmp_path / "none.db"
-    assert need(path, 1.6, [9], 1, "relaxation").seconds > 100 * need(path, 1.6, [9], 1).seconds
 
 
 @pytest.mark.parametrize(

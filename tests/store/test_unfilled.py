@@ -96,24 +96,6 @@ def test_no_command_tells_what_is_not_filled_as_zero(cli, varied, tmp_path, monk
         assert "no orbits" not in done.err
 
 
-@pytest.mark.parametrize("command", READERS[:6])
-def test_rows_of_what_is_filled_come_with_a_note_on_the_rest(cli, varied, command):
-    done = cli(*command.split(), "--p", "6,13", "--db", str(varied))
-    assert done.code == 0
-    assert done.out
-    assert done.err.splitlines()[0].startswith(GAP)
-
-
-def test_nothing_found_is_said_of_what_is_stored(cli, varied):
-    for periods, said in ("5", ""), ("5-7", " in what is stored"):
-        done = cli("query", "--p", periods, "--where", "length > 99", "--db", str(varied))
-        assert done.code == 1
-        assert done.err.splitlines()[-1].startswith("no words of period")
-        assert done.err.splitlines()[-1].endswith(f"where length > 99{said}")
-    beyond = cli("query", "--p", "6", "--offset", "9999", "--format", "csv", "--db", str(varied))
-    assert (beyond.code, "no words" in beyond.err) == (1, False)
-
-
 @pytest.mark.parametrize(
     "command",
     slow_but(["table"], [*READERS[:6], "query --code 13", "plot orbit --code 13 --force -o f.svg"]),

@@ -1,4 +1,4 @@
-"""What a catalogue holds, in forms that can be compared."""
+"""What a catalogue holds, in forms that can be compared, and changes to it by hand."""
 
 import sqlite3
 from contextlib import closing
@@ -13,6 +13,20 @@ _TABLES = {
     " lyapunov_error, iterations, solver",
     "fill": "stadium, p, state, cursor, words, primitive, rule_1, rule_6, n_t, n_c, classes, boundary",
 }
+
+
+def alter(path: Path, *statements: str) -> None:
+    """Change a file by hand, as somebody who may do all that SQLite can."""
+    with closing(sqlite3.connect(path)) as plain, plain:
+        plain.execute("PRAGMA writable_schema = ON")
+        for statement in statements:
+            plain.execute(statement)
+
+
+def ask(path: Path, query: str) -> list[tuple[Any, ...]]:
+    """Return the rows that a query finds."""
+    with closing(sqlite3.connect(path)) as plain:
+        return plain.execute(query).fetchall()
 
 
 def content(path: Path) -> dict[str, list[tuple[Any, ...]]]:

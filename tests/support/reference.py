@@ -5,8 +5,6 @@ coordinates; Newton's method with the full p x p Hessian finds it from a solutio
 comes from the product of p flights and p reflections.
 """
 
-import math
-import random
 from dataclasses import dataclass
 
 import mpmath as mp
@@ -130,47 +128,3 @@ def refine(word: str, a: float, coordinates: list[float]) -> Reference:
 def relative(value: float, exact: mpf) -> float:
     """Return the relative error of a double."""
     return float(abs((mpf(value) - exact) / exact))
-
-
-def symbols_of_trajectory(a: float, bounces: int, seed: int) -> str:
-    """Follow a random trajectory and return its symbols, the sense of every run included."""
-    rng = random.Random(seed)
-    x, y, heading = 0.0, 0.0, rng.uniform(0, 2 * math.pi)
-    u, v = math.cos(heading), math.sin(heading)
-    walls: list[str] = []
-    heights: list[float] = []
-    while len(walls) < bounces:
-        x, y, wall = _hit(a, x, y, u, v)
-        nx, ny = (0.0, 1.0) if wall in "02" else (x - math.copysign(a, x), y)
-        along = 2 * (u * nx + v * ny) / (nx * nx + ny * ny)
-        u, v = u - along * nx, v - along * ny
-        walls.append(wall)
-        heights.append(y)
-    return _with_senses(walls, heights)
-
-
-def _hit(a: float, x: float, y: float, u: float, v: float) -> tuple[float, float, str]:
-    """Return where a ray from inside the stadium meets its boundary next."""
-    if v != 0.0:
-        t = (math.copysign(1.0, v) - y) / v
-        if abs(x + t * u) <= a:
-            return x + t * u, math.copysign(1.0, v), "2" if v > 0 else "0"
-    side = math.copysign(a, u)  # only the semicircle it heads for is left, or that of the run
-    for centre in (side, -side):
-        dx = x - centre
-        half = dx * u + y * v
-        root = half * half - (dx * dx + y * y - 1)
-        t = -half + math.sqrt(max(root, 0.0))
-        if root > 0 and t > 1e-9 and (x + t * u - centre) * centre > 0:
-            return x + t * u, y + t * v, "1" if centre < 0 else "3"
-    raise ArithmeticError("the ray meets no wall")
-
-
-def _with_senses(walls: list[str], heights: list[float]) -> str:
-    """Write 4 and 5 for the bounces of runs that go down."""
-    word = walls[:]
-    for i in range(len(walls) - 1):
-        if walls[i] in "13" and walls[i] == walls[i + 1] and heights[i + 1] < heights[i]:
-            down = "4" if walls[i] == "1" else "5"
-            word[i] = word[i + 1] = down
-    return "".join(word)

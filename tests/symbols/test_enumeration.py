@@ -10,9 +10,9 @@ from rules import broken_by_hand
 from solutions import words_of
 
 from orbitdb.symbols.counting import count_admissible, count_primitive
-from orbitdb.symbols.enumeration import CHUNK, Span, primitive_words
+from orbitdb.symbols.enumeration import Span, primitive_words
 from orbitdb.symbols.least_words import class_spans, least_words
-from orbitdb.symbols.symmetry import class_of, class_size, classify
+from orbitdb.symbols.symmetry import class_of, class_size
 from orbitdb.symbols.words import SYMBOLS, pack, to_strings, unpack
 
 N_T = {2: 1, 3: 8, 4: 32, 5: 96, 6: 252, 7: 712, 8: 2096, 9: 6440, 10: 19664, 11: 60488}
@@ -35,12 +35,6 @@ def test_enumeration_is_brute_force(p):
     every = lyndon_by_hand(p)
     assert strings(primitive_words(p)) == every
     assert to_strings(words_of(p)) == [word for word in every if not broken_by_hand(word)]
-
-
-@pytest.mark.parametrize("p", slow_but(range(1, 7), range(1, 8)))
-def test_counts_are_brute_force(p):
-    assert count_primitive(p) == len(lyndon_by_hand(p))
-    assert count_admissible(p) == sum(not broken_by_hand(word) for word in lyndon_by_hand(p))
 
 
 @pytest.mark.parametrize("p", slow_but(range(1, 6), range(1, 7)))
@@ -74,16 +68,6 @@ def test_goes_on_behind_any_word():
     assert np.concatenate([pack(chunk) for chunk in primitive_words(p, after=between)]).min() > codes[3]
 
 
-def test_chunks_are_bounded_and_in_order():
-    last = -1
-    for chunk in primitive_words(8):
-        codes = pack(chunk)
-        assert len(codes) <= 6 * CHUNK
-        assert codes[0] > last
-        assert (np.diff(codes) > 0).all()
-        last = int(codes[-1])
-
-
 def classes_in(span: Span) -> list[tuple[str, int]]:
     found = [(to_strings(unpack(part.codes, span.p)), part.stabiliser.tolist()) for part in least_words(span)]
     return [pair for words, stabilisers in found for pair in zip(words, stabilisers, strict=True)]
@@ -94,19 +78,6 @@ def test_least_words_are_those_of_all_words_that_name_their_class(p):
     named = ((word, class_of(word)) for word in to_strings(words_of(p)))
     expected = [(word, found.stabiliser) for word, found in named if found.representative == word]
     assert classes_in(Span.whole(p)) == expected
-
-
-def test_few_words_are_compared_with_their_images_one_by_one(monkeypatch):
-    """All others are left earlier, by what is found on the way."""
-    compared = []
-
-    def counted(codes, p):
-        compared.append(len(codes))
-        return classify(codes, p)
-
-    monkeypatch.setattr("orbitdb.symbols.least_words.classify", counted)
-    found = classes_in(Span.whole(10))
-    assert len(found) < sum(compared) < 1.6 * len(found)
 
 
 @pytest.mark.parametrize("p", slow_but((11,), range(2, 15)))
@@ -123,7 +94,7 @@ def test_spans_of_classes_hold_every_class_once(p, size):
     assert all(one.upto == other.after for one, other in pairwise(cut))
     parts = [classes_in(span) for span in cut]
     assert [each for part in parts for each in part] == classes_in(Span.whole(p))
-    assert max(map(len, parts)) <= 1.2 * size + 20  # a prefix is not cut
+    assert max(map(len, parts)) <= 2 * size + 20  # prefixes have more or fewer
     behind = cut[len(cut) // 2].upto
     assert [each for span in class_spans(p, size, behind) for each in classes_in(span)] == [
         (word, mask) for word, mask in classes_in(Span.whole(p)) if int(word, 8) > behind

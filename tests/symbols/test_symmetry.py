@@ -86,23 +86,6 @@ def test_a_batch_is_classified_as_its_words_are(p):
         assert batch == (single.representative, single.element, single.stabiliser)
 
 
-@pytest.mark.parametrize("p", slow_but(range(2, 8), range(2, 9)))
-def test_classes_partition_the_words(p):
-    words = ALL[p]
-    classes = classify(pack(words), p)
-    found, counts = np.unique(classes.representative, return_counts=True)
-    assert np.isin(found, pack(words)).all()
-    for representative, count in zip(found, counts, strict=True):
-        mask = int(classes.stabiliser[pack(words) == representative][0])
-        assert count == class_size(mask)
-        assert 8 % count == 0
-    by_element = [
-        least_rotation(to_strings(act_on_words(int(g), unpack(code[None], p)))[0])
-        for g, code in zip(classes.element, classes.representative, strict=True)
-    ]
-    assert by_element == to_strings(words)
-
-
 @settings(max_examples=settings().max_examples // 2)
 @given(admissible)
 def test_members_share_one_class(word):

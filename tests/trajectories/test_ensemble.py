@@ -1,24 +1,18 @@
 """Random trajectories: the billiard's laws, its invariant measure, and lambda from two directions."""
 
-import itertools
 import math
-import re
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from quick import slow_but
-from solutions import words_of
+from uniform import is_uniform
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError
-from orbitdb.orbits.newton import solve
-from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
-from orbitdb.trajectories.ensemble import Beam, _settled, follow, references, simulate
-from orbitdb.trajectories.rays import Rays, bounce, itineraries, random_rays
-from orbitdb.trajectories.traces import _ROUNDING, _follow, trace_points, trace_start
+from orbitdb.trajectories.ensemble import Beam, follow, references, simulate
+from orbitdb.trajectories.rays import Rays, bounce, random_rays
 
 WIDTHS = [1e-6, 1e-3, 0.3, 1.6, 1e3, 1e6]
 widths = st.floats(-3, 3).map(lambda power: 10.0**power)
@@ -27,79 +21,6 @@ seeds = st.integers(0, 2**32 - 1)
 
 def as_rays(arcs, a):
     return Rays(arcs.x + arcs.side * a, arcs.y, arcs.vx, arcs.vy, arcs.side)
-
-
-def normals(rays, a):
-    return np.where(rays.side == 0, 0.0, rays.x - rays.side * a), rays.y
-
-
-def reflected(rays, a):
-    """Return the direction in which the rays came to their bounce."""
-    nx, ny = normals(rays, a)
-    out = 2 * (rays.vx * nx + rays.vy * ny)
-    return rays.vx - out * nx, rays.vy - out * ny
-
-
-def is_uniform(values, low, high):
-    """Kolmogorov's and Smirnov's test at the level 1e-3, for many values."""
-    shares = np.sort((values - low) / (high - low))
-    count = len(shares)
-    distance = np.abs(shares - (np.arange(count) + 0.5) / count).max() + 0.5 / count
-    return distance < math.sqrt(math.log(2 / 1e-3) / 2 / count)
-
-
-@given(widths, seeds)
-@settings(max_examples=settings().max_examples // 2)
-def test_every_bounce_obeys_the_law_of_reflection_on_the_boundary(a, seed):
-    before = random_rays(Stadium(a), 50, np.random.default_rng(seed))
-    for _ in range(20):
-        hit = bounce(before, a)
-        after = hit.rays
-        on_wall = after.side == 0
-        assert np.all(np.abs(after.x[on_wall]) <= a)
-        assert np.all(np.abs(after.y[on_wall]) == 1)
-        beyond = (after.x - after.side * a)[~on_wall]
-        assert np.all(beyond * after.side[~on_wall] > -1e-12 * (1 + a))
-        np.testing.assert_allclose(beyond**2 + after.y[~on_wall] ** 2, 1, atol=1e-14 * (1 + a))
-        arrived = reflected(after, a)
-        np.testing.assert_allclose(arrived, (before.vx, before.vy), atol=1e-13 * (1 + a))
-        x, y = before.x + hit.path * before.vx, before.y + hit.path * before.vy
-        np.testing.assert_allclose(x, after.x, rtol=1e-13, atol=1e-13 * (1 + a))
-        np.testing.assert_allclose(y, after.y, atol=1e-13 * (1 + a))
-        assert np.all(hit.path >= 0)
-        nx, ny = normals(after, a)
-        sine = -(after.vx * nx + after.vy * ny)
-        np.testing.assert_allclose((hit.kick * sine)[~on_wall], 2, rtol=1e-6)
-        assert not hit.kick[on_wall].any()
-        before = after
-
-
-@given(widths, seeds)
-def test_reversed_rays_go_the_same_way_back(a, seed):
-    start = random_rays(Stadium(a), 200, np.random.default_rng(seed))
-    back = bounce(bounce(start, a).rays, a).rays
-    vx, vy = reflected(back, a)
-    back = Rays(back.x, back.y, -vx, -vy, back.side)
-    back = bounce(bounce(back, a).rays, a).rays
-    shift = np.hypot(back.x - start.x, back.y - start.y)
-    assert np.quantile(shift, 0.9) < 1e-11 * (1 + a)  # the rest grazes, where errors grow without bound
-
-
-@pytest.mark.parametrize("a", slow_but([0.3, 1.6], [1e-3, 0.3, 1.6, 20.0]))
-@pytest.mark.slow
-def test_invariant_measure_is_invariant(a):
-    """After 30 bounces places are still uniform in arclength, and sines of the angle uniform."""
-    stadium = Stadium(a)
-    rays = random_rays(stadium, 20_000, np.random.default_rng(11))
-    for _ in range(30):
-        rays = bounce(rays, a).rays
-    nx, ny = normals(rays, a)
-    assert is_uniform(nx * rays.vy - ny * rays.vx, -1, 1)
-    on_wall = rays.side == 0
-    assert on_wall.mean() == pytest.approx(4 * a / stadium.perimeter, abs=0.015)
-    if on_wall.sum() > 100:
-        assert is_uniform(rays.x[on_wall], -a, a)
-    assert is_uniform(np.arctan2(rays.y, rays.side * rays.x - a)[~on_wall], -math.pi / 2, math.pi / 2)
 
 
 @pytest.mark.parametrize("a", [1e-6, 0.3, 1e6])
@@ -171,27 +92,6 @@ def test_whispering_gallery_keeps_its_angle():
     np.testing.assert_allclose(np.diff(angles), 2 * graze, rtol=1e-5)
 
 
-def test_bounce_by_bounce_a_whispering_path_stays_on_the_circle():
-    """Where the next radius is the last one, what is put back must be put back the right way."""
-    graze, a = 1e-3, 1.6
-    rays = Rays(*(np.array([v]) for v in (a + 1, 0.0, -math.sin(graze), math.cos(graze), 1.0)))
-    for _ in range(700):
-        rays = bounce(rays, a).rays
-    assert rays.side[0] == 1
-    assert math.atan2(rays.y[0], rays.x[0] - a) == pytest.approx(700 * 2 * graze, rel=1e-9)
-    assert math.hypot(rays.x[0] - a, rays.y[0]) == pytest.approx(1, abs=1e-14)
-    assert math.hypot(rays.vx[0], rays.vy[0]) == pytest.approx(1, abs=1e-14)
-
-
-def test_what_is_off_the_circle_is_put_back_by_one_bounce():
-    t, graze, off, a = np.linspace(-1.4, 1.4, 9), 1e-3, 1 + 1e-7, 1.6
-    way = t + math.pi / 2 + graze
-    rays = Rays(a + off * np.cos(t), off * np.sin(t), off * np.cos(way), off * np.sin(way), np.ones(9))
-    after = bounce(rays, a).rays
-    assert np.hypot(after.x - a, after.y) == pytest.approx(1, abs=1e-12)
-    assert np.hypot(after.vx, after.vy) == pytest.approx(1, abs=1e-12)
-
-
 def test_whispering_gallery_grows_by_shear_alone():
     """On one circle M^n is a shear: the tangent vector grows as n, never exponentially."""
     arcs = Arcs(*(np.array([v]) for v in (1.0, 1.0, 0.0, -1e-5, math.sqrt(1 - 1e-10))))
@@ -201,19 +101,6 @@ def test_whispering_gallery_grows_by_shear_alone():
     size = np.abs(M[:, 0]).sum()
     assert beam.growth[0] == pytest.approx(math.log(size), rel=1e-6)
     assert np.abs(np.array([beam.y[0], beam.slope[0]])).sum() == pytest.approx(1)
-
-
-def test_bouncing_ball_goes_on_for_ever_and_a_steep_path_in_one_step():
-    upright = Rays(*(np.array([v]) for v in (0.3, -1.0, 0.0, 1.0, 0.0)))
-    found = itineraries(Stadium(1.6), upright, 1001)
-    assert to_strings(found.symbols)[0] == "20" * 500 + "2"
-    assert np.all(found.coordinates == 0.3)
-    assert np.all(found.path == 2)
-    slow = 1e-9
-    arcs = Arcs(*(np.array([v]) for v in (1.0, slow, 1.0, -slow, -1.0)))
-    step = advance(arcs, 1.6)
-    assert step.walls[0] == pytest.approx(1.6 / slow, rel=1e-6)
-    assert step.path[0] == pytest.approx(2 * step.walls[0], rel=1e-6)
 
 
 def test_growth_is_that_of_the_product_of_bounce_matrices():
@@ -294,42 +181,6 @@ def test_mean_free_path_is_that_of_the_invariant_measure(a):
     assert found.mean_free_path_error < 0.05
 
 
-@pytest.mark.parametrize("a", slow_but([1.6], [0.05, 1.6]))
-def test_exponent_bounce_by_bounce_with_no_known_means(a):
-    """The same exponents from bounces on walls and semicircles, divided by what was counted."""
-    n, steps = 4000, 300
-    rays = random_rays(Stadium(a), n, np.random.default_rng(9))
-    y, slope, growth, path = np.zeros(n), np.ones(n), np.zeros(n), np.zeros(n)
-    for step in range(-100, steps):
-        if step == 0:
-            growth[:], path[:] = 0, 0
-        hit = bounce(rays, a)
-        rays = hit.rays
-        path += hit.path
-        y = y + hit.path * slope
-        slope = slope - hit.kick * y
-        size = np.hypot(y, slope)
-        growth += np.log(size)
-        y, slope = y / size, slope / size
-    found = simulate(Stadium(a), 1_000_000, seed=5)
-    spread = growth.std() / math.sqrt(n) / steps
-    error = math.hypot(spread, found.lambda_d_error)
-    assert abs(growth.mean() / steps - found.lambda_d) < 4.5 * error
-    ratio_error = (growth - found.lambda_c * path).std() / math.sqrt(n) / path.mean()
-    assert abs(growth.sum() / path.sum() - found.lambda_c) < 4.5 * math.hypot(
-        ratio_error, found.lambda_c_error
-    )
-
-
-@pytest.mark.slow
-def test_errors_are_what_the_values_scatter_by():
-    """Twenty seeds: the scatter about the mean, in units of the errors given, is about 1."""
-    found = [simulate(Stadium(1.6), 100_000, seed, trajectories=1024) for seed in range(20)]
-    values = np.array([one.lambda_d for one in found])
-    errors = np.array([one.lambda_d_error for one in found])
-    assert 0.55 < values.std(ddof=1) / np.sqrt((errors**2).mean()) < 1.6
-
-
 def test_seed_decides_and_every_part_is_a_result():
     parts = list(references(Stadium(1.6), 300_000, seed=3, trajectories=128))
     assert len(parts) > 3
@@ -354,109 +205,3 @@ def test_seed_decides_and_every_part_is_a_result():
 def test_senseless_numbers_are_refused(wrong):
     with pytest.raises(ValueError, match="two trajectories"):
         simulate(Stadium(1.6), **{"bounces": 1000, **wrong})
-
-
-@pytest.mark.parametrize(("p", "a"), [(2, 1.6), (3, 0.4), (5, 1.6), (6, 4.0), (7, 1.6), (8, 0.7)])
-def test_orbits_of_the_catalogue_are_followed_and_read_back(p, a):
-    """Rays started on all solved orbits write down their words and coordinates."""
-    stadium = Stadium(a)
-    orbits = solve(words_of(p), stadium)
-    real = orbits.status == "orbit"
-    words, coordinates = orbits.words[real], orbits.coordinates[real]
-    points = stadium.points(words, coordinates)
-    ahead = points[:, 1] - points[:, 0]
-    ahead /= np.hypot(ahead[:, :1], ahead[:, 1:])
-    side = np.array([0.0, -1, 0, 1, -1, 1])[words[:, 0]]
-    rays = Rays(points[:, 0, 0], points[:, 0, 1], ahead[:, 0], ahead[:, 1], side)
-    found = itineraries(stadium, rays, p)
-    assert to_strings(found.symbols) == to_strings(np.roll(words, -1, axis=1))
-    error = 1e-13 * np.exp(orbits.lyapunov[real])
-    worst = np.abs(found.coordinates - np.roll(coordinates, -1, axis=1)).max(axis=1)
-    assert np.all(worst < error)
-    assert np.all(np.abs(found.path.sum(axis=1) - orbits.length[real]) < p * error)
-
-
-FORBIDDEN = [
-    "00", "22", "14", "41", "35", "53",
-    *(a + b + c for a, b, c in itertools.product("14", "02", "14")),
-    *(a + b + c for a, b, c in itertools.product("35", "02", "35")),
-    "[14](02|20)[02]*[14]", "[35](02|20)[02]*[35]",
-    "[^4]4[^4]", "[^5]5[^5]",
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("a", slow_but([0.5, 1.6], [1e-3, 0.5, 1.6, 30.0]))
-def test_trajectories_obey_the_geometric_rules(a):
-    """Rules 1, 2, 4, 5 and 6 of the paper hold for any path, not for closed ones alone."""
-    rays = random_rays(Stadium(a), 300, np.random.default_rng(6))
-    found = itineraries(Stadium(a), rays, 300)
-    for text in to_strings(found.symbols):
-        for factor in FORBIDDEN:
-            assert not re.search(factor, text[1:-1]), (factor, text)
-    assert set("".join(to_strings(found.symbols))) == set("012345")
-
-
-def test_runs_go_the_way_their_symbols_say():
-    found = itineraries(Stadium(1.6), random_rays(Stadium(1.6), 500, np.random.default_rng(8)), 50)
-    s, t = found.symbols, found.coordinates
-    for symbol, sign in ((1, 1), (3, 1), (4, -1), (5, -1)):
-        run = (s[:, 1:] == symbol) & (s[:, :-1] == symbol)
-        assert run.sum() > 100
-        assert np.all(np.sign(t[:, 1:] - t[:, :-1])[run] == sign)
-
-
-@pytest.mark.parametrize("a", [0.01, 1.6, 100.0])
-def test_settled_vectors_have_forgotten_how_they_began(a):
-    n = 300
-    arcs, settled = _settled(n, a, np.random.default_rng(13))
-    here, other = random_arcs(n, np.random.default_rng(13)), Beam.begin(np.ones(n), np.zeros(n))
-    for _ in range(500):
-        if (here.x == arcs.x).all():
-            break
-        here, other = follow(here, other, a, 1)
-    assert (here.x == arcs.x).all()
-    apart = np.abs(settled.y * other.slope - settled.slope * other.y)
-    assert np.median(apart) < 1e-5
-    assert not settled.growth.any()
-    assert not settled.path.any()
-
-
-def test_a_path_into_a_joint_may_be_followed_up_to_it():
-    def followed(height, **most):
-        return trace_start(Stadium(1.6), (0, 0, math.atan2(height, 1.6)), 1e-3, **most)
-
-    for number, height in enumerate((1, -3), 1):  # to the joint, and to its image in the bottom wall
-        with pytest.raises(InputError, match=rf"at bounce {number}, .*: move the start$"):
-            followed(height)
-    with pytest.raises(InputError, match=r"at bounce 3, .*: move the start, or follow fewer than 2 bounces$"):
-        followed(-5)
-    with pytest.raises(InputError, match="at bounce 3"):
-        followed(-5, bounces=2)
-    assert to_strings(followed(-5, bounces=1).symbols[None]) == ["20"]
-
-
-def test_a_polygon_that_ends_where_it_began_is_closed():
-    points = [(0, -1), (0.5, 1), (0.3, -1), (0, -1)]
-    assert to_strings(trace_points(Stadium(1.6), points, 0.0).symbols[None]) == ["020"]
-    joint = [(1.6, 1), (0.5, -1), (0.3, 1)]  # the end of a wall
-    assert to_strings(trace_points(Stadium(1.6), joint, 0.0).symbols[None]) == ["202"]
-
-
-def test_errors_of_a_followed_start_are_what_its_displacements_grow_to():
-    """Starts moved across the path, and turned: what their bounces move by along the wall, together."""
-    a, n, near = 1.6, 40, 1e-7
-    rng = np.random.default_rng(10)
-    x, y, angle = rng.uniform(-1, 1, n), rng.uniform(-0.9, 0.9, n), rng.uniform(-math.pi, math.pi, n)
-    moved = (x - near * np.sin(angle), y + near * np.cos(angle), angle)
-
-    def followed(x, y, angle):
-        px, py, side, error = _follow(Stadium(a), Rays(x, y, np.cos(angle), np.sin(angle), np.zeros(n)), 3)
-        return np.where(side == 0, px, np.arctan2(py, side * px - a)), side, error
-
-    place, side, error = followed(x, y, angle)
-    others = [followed(*each) for each in (moved, (x, y, angle + near))]
-    off = sum(np.abs(other - place) for other, _, _ in others) / near
-    same = np.all([each == side for _, each, _ in others], axis=0) & (off < 1e3)
-    assert same.mean() > 0.9
-    assert {*side[same]} == {-1, 0, 1}
-    np.testing.assert_allclose((error / (_ROUNDING * (1 + a)) - 1)[same], off[same], rtol=1e-3)

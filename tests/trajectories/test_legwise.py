@@ -9,7 +9,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
 from orbitdb.trajectories.ensemble import simulate
 from orbitdb.trajectories.leg_map import Runs, next_leg, random_runs
-from orbitdb.trajectories.legwise import Beams, _follow, simulate_legs
+from orbitdb.trajectories.legwise import Beams, follow, simulate_legs
 
 
 def run_of(arcs):
@@ -62,8 +62,8 @@ def test_terms_of_a_leg_are_what_its_matrices_grow_by():
     for _ in range(3):
         leg = next_leg(runs, a)
         coupling = np.log1p((1 / leg.drift + 1 / beams.drift) / leg.kick)
-        _, wide, between = _follow(runs, wide, a)
-        runs, beams, terms = _follow(runs, beams, a)
+        _, wide, between = follow(runs, wide, a)
+        runs, beams, terms = follow(runs, beams, a)
         slope = slope + leg.kick * y
         after = y + leg.drift * slope
         rest = np.log(after / y) - np.log(leg.drift) - np.log(leg.kick) - coupling

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from contents import alter
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.births import fill_births
@@ -24,16 +25,14 @@ def begun(tmp_path: Path) -> Path:
     Catalogue.create(path)
     for _ in fill_births(path, [4, 5]):
         pass
-    with closing(sqlite3.connect(path)) as plain, plain:
-        plain.execute("UPDATE birth_fill SET state = 'filling' WHERE p = 4")
+    alter(path, "UPDATE birth_fill SET state = 'filling' WHERE p = 4")
     return path
 
 
 def test_a_period_in_the_making_hides_none_behind_it(begun, monkeypatch):
     for _ in fill_periods(begun, 1.6, [5]):
         pass
-    with closing(sqlite3.connect(begun)) as plain, plain:
-        plain.execute("UPDATE fill SET state = 'filling', n_c = NULL")
+    alter(begun, "UPDATE fill SET state = 'filling', n_c = NULL")
     monkeypatch.setattr("orbitdb.verification.births.BLOCK", 12)
     with Catalogue(begun).reading() as connection:
         steps = list(prove_lives(connection, whole_births(connection)))

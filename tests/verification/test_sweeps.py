@@ -8,6 +8,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from contents import alter
 from solutions import representatives
 
 from orbitdb.billiard.stadium import Stadium
@@ -118,8 +119,10 @@ def test_counts_of_fills_and_of_births_are_compared(swept, fill):
     for _ in fill(swept.path):
         pass
     assert not told(swept())
-    with closing(sqlite3.connect(swept.path)) as plain, plain:
-        plain.execute("UPDATE fill SET n_c = 82")
-        plain.execute("UPDATE change SET a = 3 WHERE cycle = (SELECT max(cycle) FROM change)")
+    alter(
+        swept.path,
+        "UPDATE fill SET n_c = 82",
+        "UPDATE change SET a = 3 WHERE cycle = (SELECT max(cycle) FROM change)",
+    )
     assert told(swept())[0][1].startswith("p = 5 at a = 1.6: n_c is 80 instead of ")
     assert not told(swept("state = 'filling'"))

@@ -14,41 +14,29 @@ from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.extras import load
 
-EXAMPLES = """
-Examples:
-
-  orbitdb browse
-
-  orbitdb browse --code 1232131
-
-  orbitdb browse --p 9 --where "lambda_c < 0.4"
-
-  orbitdb browse --web
-"""
+EXAMPLES = ("browse", "browse --code 1232131", 'browse --p 9 --where "lambda_c < 0.4"', "browse --web")
 _PORT = 8000
 
 
 def browse(
     *,
     context: typer.Context,
-    code: Annotated[str | None, typer.Option("--code", help="Open at this word, in any rotation.")] = None,
+    code: Annotated[str | None, typer.Option(help="Open at this word, in any rotation.")] = None,
     a: options.StoredHalfLength = None,
     choice: Choice,
     web: Annotated[
         bool, typer.Option("--web", help="Show it in a browser on this machine; the address is printed.")
     ] = False,
     port: Annotated[
-        int,
-        options.count_option("--port", least=0, most=65535, help="Port of that address; 0 for any free one."),
+        int, options.count_option(least=0, most=65535, help="Port of that address; 0 for any free one.")
     ] = _PORT,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Browse the catalogue in the terminal: look at orbits, choose subsets, compute (? shows the keys)."""
     from orbitdb.store.asking.expressions import check
-    from orbitdb.store.file.database import default_path
     from orbitdb.symbols.words import parse
 
-    path, chosen = db or default_path(), choice.at(options.USUAL_A if a is None else a)
+    chosen = choice.at(options.USUAL_A if a is None else a)
     if code is not None:
         parse(code)
     if web:
@@ -59,12 +47,12 @@ def browse(
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.state_file import state_path
 
-    app = BrowseApp(path, replace(chosen, a=meant(path, a)), code, state_path())
+    app = BrowseApp(db, replace(chosen, a=meant(db, a)[0]), code, state_path())
     if chosen.where is not None:
         check(chosen.where, dict(chosen.parameters))
     if web:
-        arguments = ["browse", f"--db={path.absolute()}", *_typed_again(context)]
-        server.serve(arguments, port, lambda address: note(f"{address} shows {path}; Ctrl-C ends it"))
+        arguments = ["browse", f"--db={db.absolute()}", *_typed_again(context)]
+        server.serve(arguments, port, lambda address: note(f"{address} shows {db}; Ctrl-C ends it"))
         return
     app.run()
     app.close()

@@ -8,13 +8,7 @@ from textwrap import wrap
 from orbitdb.cli.output import Output
 from orbitdb.columns import GROUPS, IN_CATALOGUE, Column
 
-EXAMPLES = """
-Examples:
-
-  orbitdb columns
-
-  orbitdb columns --json
-"""
+EXAMPLES = ("columns", "columns --json")
 
 KEYS = ("column", "of", "type", "unit", "bound", "empty", "means")
 _LEAST_WIDTH = 24

@@ -19,15 +19,11 @@ from orbitdb.plaintext import several
 if TYPE_CHECKING:
     from orbitdb.catalogue.identification import Followed, Trajectory
 
-EXAMPLES = """
-Examples:
-
-  orbitdb identify --start 0,0.5,1.2
-
-  orbitdb query 1232131 --bounces --format csv | orbitdb identify --points -
-
-  orbitdb identify --length 21.7 --tolerance 2e-3
-"""
+EXAMPLES = (
+    "identify --start 0,0.5,1.2",
+    "query 1232131 --bounces --format csv | orbitdb identify --points -",
+    "identify --length 21.7 --tolerance 2e-3",
+)
 SHADOW_COLUMNS = ("code", "p", "first", "last", "turns", "distance", "length", "lambda_d")
 """They fit into 80 columns for the longest orbit that is sought."""
 
@@ -45,23 +41,16 @@ def identify(
     start: Annotated[
         str | None,
         typer.Option(
-            "--start",
-            metavar="X,Y,ANGLE",
-            help="A point in the stadium, and the direction of the path in radians.",
+            metavar="X,Y,ANGLE", help="A point in the stadium, and the direction of the path in radians."
         ),
     ] = None,
     points: Annotated[
         str | None,
-        typer.Option(
-            "--points", metavar="PATH", help="A file of bounces x,y, one a line, csv or json; - reads stdin."
-        ),
+        typer.Option(metavar="PATH", help="A file of bounces x,y, one a line, csv or json; - reads stdin."),
     ] = None,
-    length: Annotated[
-        float | None, number_option("--length", help="A length, in units of the radius.")
-    ] = None,
+    length: Annotated[float | None, number_option(help="A length, in units of the radius.")] = None,
     tolerance: Annotated[
-        float | None,
-        number_option("--tolerance", help="Tolerance [default: 0.01 for bounces, 0.001 for a length]."),
+        float | None, number_option(help="Tolerance [default: 0.01 for bounces, 0.001 for a length].")
     ] = None,
     each_way: Annotated[
         int | None, count_option("--bounces", help="Bounces to follow from --start, each way [default: 60].")
@@ -69,14 +58,12 @@ def identify(
     limit: Annotated[
         int | None,
         count_option(
-            "--limit",
-            least=0,
-            help=f"Most rows to show [default: 10; for a length {_ON_SCREEN} in a table, else all].",
+            least=0, help=f"Most rows to show [default: 10; for a length {_ON_SCREEN} in a table, else all]."
         ),
     ] = None,
     a: options.StoredHalfLength = None,
     output: MarkedOutput,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Find orbits near a starting point, near the bounces of a trajectory, or of a given length.
 
@@ -85,11 +72,8 @@ def identify(
     often come first. From a starting point it is followed ahead (bounce 1, 2, ...) and back (0, -1, ...).
     A length is compared with stored orbits and their repetitions: total = repetitions x length.
     """
-    given = [
-        name
-        for name, value in (("start", start), ("points", points), ("length", length))
-        if value is not None
-    ]
+    ways = {"start": start, "points": points, "length": length}
+    given = [name for name in ways if ways[name] is not None]
     if len(given) != 1:
         raise InputError("identify takes exactly one of --start, --points and --length")
     if start is None:
@@ -104,14 +88,13 @@ def identify(
         raise typer.Exit(1)
 
 
-def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path | None, output: MarkedOutput) -> int:
+def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: MarkedOutput) -> int:
     """Write the orbits that a trajectory shadows; return how many there are."""
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.identification import identify_trajectory
-    from orbitdb.store.file.database import default_path
     from orbitdb.store.reading.lookup import find_or_solve
 
-    stadium = Stadium(meant(db or default_path(), a))
+    stadium = Stadium(*meant(db, a))
     known = known_catalogue(db)
     found = identify_trajectory(stadium, lambda word: find_or_solve(known, word, stadium.a), **asked)
     if output.table:
@@ -170,7 +153,7 @@ def _show_length(
     tolerance: float | None,
     limit: int | None,
     a: float | None,
-    db: Path | None,
+    db: Path,
     output: MarkedOutput,
 ) -> int:
     """Write the stored orbits that have a length; return how many there are."""
@@ -180,9 +163,9 @@ def _show_length(
 
     names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
     most = _ON_SCREEN if limit is None and output.table else limit
-    with reading(db, a, Choice()) as (catalogue, chosen):
+    with reading(db, a, Choice()) as (catalogue, (chosen,)):
         note_gaps(catalogue, replace(chosen, statuses=(Status.ORBIT,)))
-        found = catalogue.identify(length=length, tolerance=tolerance)
+        found = catalogue.with_length(length, tolerance=tolerance)
         rows = ([chosen.a if name == "a" else getattr(each, name) for name in names] for each in found[:most])
         count = output.write(names, rows)
         fills = catalogue.fills(chosen.a)

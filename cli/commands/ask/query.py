@@ -12,28 +12,31 @@ from orbitdb.cli import options
 from orbitdb.cli.arguments import given_codes, primitive, several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import MarkedOutput
-from orbitdb.cli.reading import all_meant, known_catalogue, note_gaps, note_nothing, reading_all
+from orbitdb.cli.reading import (
+    KEYS,
+    described,
+    in_order,
+    known_catalogue,
+    meant,
+    note_gaps,
+    note_nothing,
+    reading,
+    with_a,
+)
 from orbitdb.cli.render import Format, code_text, note, write_facts
-from orbitdb.cli.rows import KEYS, in_order, with_a
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
 
-EXAMPLES = """
-Examples:
-
-  orbitdb query 1232131
-
-  orbitdb query --p 2-8 --where "lambda_c < 0.5 and time_reversal = 'self'" --order length -c word,length
-
-  orbitdb query 1232131 --a all
-
-  orbitdb query --p 11 --status orbit --format csv > orbits.csv
-
-The columns: 'orbitdb columns'.
-"""
+EXAMPLES = (
+    "query 1232131",
+    "query --p 2-8 --where \"lambda_c < 0.5 and time_reversal = 'self'\" --order length -c word,length",
+    "query 1232131 --a all",
+    "query --p 11 --status orbit --format csv > orbits.csv",
+)
+AFTERWORD = "The columns: 'orbitdb columns'."
 
 WORD_KEYS = (*KEYS, "coordinates", "stored", "exists")
 """Those of a word that is asked for by its code."""
@@ -65,16 +68,16 @@ def query(
     limit: Annotated[
         int | None,
         options.count_option(
-            "--limit", least=0, help=f"Most rows to show [default: {_ON_SCREEN} in a table, else all]."
+            least=0, help=f"Most rows to show [default: {_ON_SCREEN} in a table, else all]."
         ),
     ] = None,
-    offset: Annotated[int, options.count_option("--offset", least=0, help="Rows to skip first.")] = 0,
+    offset: Annotated[int, options.count_option(least=0, help="Rows to skip first.")] = 0,
     columns: options.Columns = None,
     bounces: Annotated[
         bool, typer.Option("--bounces", help="With --code, show one row per bounce: x, y, arc length, sine.")
     ] = False,
     output: MarkedOutput,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Show an orbit by its code, or rows of the catalogue.
 
@@ -83,8 +86,8 @@ def query(
     """
     if words or code:
         options.takes_only(context, "with --code", "words", "code", "a", "columns", "bounces", "mark_words")
-        show = _show_bounces if bounces else _show_words
-        show(list(given_codes(words, code)), a, db, columns, output)
+        if not _show_words(list(given_codes(words, code)), a, db, columns, bounces, output):
+            raise typer.Exit(1)
         return
     if bounces:
         raise InputError("--bounces goes with --code; 'orbitdb export --bounces' writes those of many orbits")
@@ -94,7 +97,7 @@ def query(
     names = usual if columns is None else parse_columns(columns)
     names = with_a(names) if several(a) else names
     shown = _ON_SCREEN if output.table and limit is None else limit
-    with reading_all(db, a, choice) as (catalogue, stadiums):
+    with reading(db, a, choice) as (catalogue, stadiums):
         note_gaps(catalogue, *stadiums, names=names, order=order)
         count = output.write(names, in_order(catalogue, stadiums, names, order, shown, offset))
         cut = offset or count == shown
@@ -105,37 +108,35 @@ def query(
     if total and output.table:
         rest = "" if offset else f", --limit {total} shows all"
         more = f"; {count} shown{rest}" if total > count else ""
-        note(f"{stadiums[0].describe([each.a for each in stadiums], total)}{more}")
+        note(f"{described(stadiums, total)}{more}")
     if not count:
         raise typer.Exit(1)
 
 
 def _show_words(
-    codes: list[str], a: list[str] | None, db: Path | None, columns: str | None, output: MarkedOutput
-) -> None:
+    codes: list[str], a: list[str] | None, db: Path, columns: str | None, bounces: bool, output: MarkedOutput
+) -> int:
+    """Write what is known of words, or of their bounces; return how much that is."""
     from orbitdb.cli.orbit_facts import facts, write_bounces
     from orbitdb.store.reading.lookup import born_with
 
     in_rows = columns is not None or not output.table or several(a)
-    usual = TABLE_COLUMNS if in_rows and output.for_people else WORD_KEYS
+    usual = ("code",) if bounces else TABLE_COLUMNS if in_rows and output.for_people else WORD_KEYS
     keys, found, catalogue = _find(codes, a, db, columns, usual)
+    if bounces:
+        return _show_bounces(keys, found, several(a), output)
     if in_rows:
-        output.write(keys, ([_value(orbit, key, output) for key in keys] for orbit in found))
-    else:
-        for orbit in found:
-            write_facts(facts(orbit, born_with(catalogue, orbit)))
-            write_bounces(orbit)
-    if not found:
-        raise typer.Exit(1)
+        return output.write(keys, ([_value(orbit, key, output) for key in keys] for orbit in found))
+    for orbit in found:
+        write_facts(facts(orbit, born_with(catalogue, orbit)))
+        write_bounces(orbit)
+    return len(found)
 
 
-def _show_bounces(
-    codes: list[str], a: list[str] | None, db: Path | None, columns: str | None, output: MarkedOutput
-) -> None:
+def _show_bounces(keys: Sequence[str], found: "Sequence[Orbit]", many: bool, output: MarkedOutput) -> int:
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS, bounce_rows
 
-    keys, found, _ = _find(codes, a, db, columns, ("code",))
     rows = (
         (*(_value(orbit, key) for key in keys), *bounce)
         for orbit in found
@@ -144,25 +145,23 @@ def _show_bounces(
     count = output.write((*keys, *BOUNCE_COLUMNS), rows)
     for orbit in found:
         if orbit.coordinates is None:
-            at = f" at a = {orbit.a:g}" if several(a) else ""
+            at = f" at a = {orbit.a:g}" if many else ""
             note(f"{code_text(orbit.code)} has no bounces{at}: {orbit.status.sentence}")
-    if not count:
-        raise typer.Exit(1)
+    return count
 
 
 def _find(
-    codes: list[str], a: list[str] | None, db: Path | None, columns: str | None, usual: tuple[str, ...]
+    codes: list[str], a: list[str] | None, db: Path, columns: str | None, usual: tuple[str, ...]
 ) -> tuple[tuple[str, ...], list["Orbit"], Path | None]:
     """Return the columns that are asked for, the words at every a, and the catalogue if there is one."""
     from orbitdb.store.asking.parsing import parse_names
-    from orbitdb.store.file.database import default_path
     from orbitdb.store.reading.lookup import find_or_solve, with_existence
     from orbitdb.symbols.words import parse
 
     if columns is not None and codes:
         _refuse_of_rows([name.strip() for name in columns.split(",")], codes[0], a)
     keys = usual if columns is None else parse_names(columns, OF_A_WORD)
-    values = all_meant(db or default_path(), a)
+    values = meant(db, a)
     known = known_catalogue(db)
     for code in codes:
         parse(code)  # a wrong one ends the command before it prints anything

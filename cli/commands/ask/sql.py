@@ -1,6 +1,5 @@
 """``orbitdb sql``: what no option asks."""
 
-from contextlib import closing
 from typing import Annotated
 
 import typer
@@ -9,13 +8,10 @@ from orbitdb.cli import options
 from orbitdb.cli.output import Output
 from orbitdb.cli.render import note
 
-EXAMPLES = """
-Examples:
-
-  orbitdb sql "SELECT p, count(*) AS orbits FROM catalogue WHERE status = 'orbit' GROUP BY a, p"
-
-  orbitdb sql "SELECT a, length FROM catalogue WHERE code = :word ORDER BY a" -P word=1123213 --json
-"""
+EXAMPLES = (
+    "sql \"SELECT p, count(*) AS orbits FROM catalogue WHERE status = 'orbit' GROUP BY a, p\"",
+    'sql "SELECT a, length FROM catalogue WHERE code = :word ORDER BY a" -P word=1123213 --json',
+)
 
 
 def sql(
@@ -23,7 +19,7 @@ def sql(
     statement: Annotated[str, typer.Argument(metavar="SELECT", help="One SELECT, in quotes.")],
     parameters: options.Parameters = None,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Run one SELECT statement over the catalogue, at every a.
 
@@ -37,7 +33,7 @@ def sql(
     from orbitdb.store.reading.statements import run_statement
 
     values = dict(parse_parameter(parameter) for parameter in parameters or ())
-    with closing(Catalogue(db)) as catalogue, catalogue.reading() as connection:
+    with Catalogue(db) as catalogue, catalogue.reading() as connection:
         names, rows = run_statement(connection, statement, values)
         if (told := hint(statement)) is not None:
             note(told)

@@ -5,17 +5,9 @@ from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import Output, note_results, rows_of
 from orbitdb.cli.progress.line import progress
-from orbitdb.cli.reading import averaged, reading_all
+from orbitdb.cli.reading import averaged, reading
 
-EXAMPLES = """
-Examples:
-
-  orbitdb entropy
-
-  orbitdb entropy --p 2-9 --reversal self --json
-
-  orbitdb entropy --a all --format csv
-"""
+EXAMPLES = ("entropy", "entropy --p 2-9 --reversal self --json", "entropy --a all --format csv")
 
 
 def entropy(
@@ -23,7 +15,7 @@ def entropy(
     a: options.StoredHalfLengths = None,
     choice: Choice,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Compute the topological entropy of the chosen orbits, by period.
 
@@ -33,7 +25,7 @@ def entropy(
     """
     from orbitdb.catalogue.results import PROVED
 
-    with progress("reading orbits"), reading_all(db, a, averaged(choice)) as (catalogue, stadiums):
+    with progress("reading orbits"), reading(db, a, averaged(choice)) as (catalogue, stadiums):
         found = [catalogue.entropy(chosen) for chosen in stadiums]
     note_results(found, several(a), output.table)
     output.write(*rows_of(found, several(a), hidden=PROVED if output.table else ()))

@@ -9,20 +9,15 @@ from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import Output, note_results, rows_of
 from orbitdb.cli.progress.line import progress
-from orbitdb.cli.reading import averaged, reading_all
+from orbitdb.cli.reading import averaged, reading
 from orbitdb.numerals import concise
 
-EXAMPLES = """
-Examples:
-
-  orbitdb lyapunov
-
-  orbitdb lyapunov --weight det --p 2-10
-
-  orbitdb lyapunov --cut 9
-
-  orbitdb lyapunov --a 1 --a 1.6 --p 2-8
-"""
+EXAMPLES = (
+    "lyapunov",
+    "lyapunov --weight det --p 2-10",
+    "lyapunov --cut 9",
+    "lyapunov --a 1 --a 1.6 --p 2-8",
+)
 
 
 def lyapunov(
@@ -30,16 +25,16 @@ def lyapunov(
     a: options.StoredHalfLengths = None,
     choice: Choice,
     weight: Annotated[
-        str, typer.Option("--weight", help="exp for e^-lambda, as in the paper, or det for 1/|det(1 - M)|.")
+        str, typer.Option(help="exp for e^-lambda, as in the paper, or det for 1/|det(1 - M)|.")
     ] = "exp",
     cut: Annotated[
         float | None,
         options.number_option(
-            "--cut", help="Instead, take one zeta average over all pseudo-cycles with lambda up to this."
+            help="Instead, take one zeta average over all pseudo-cycles with lambda up to this."
         ),
     ] = None,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Compute the average Lyapunov exponents over the chosen orbits, by period.
 
@@ -49,7 +44,7 @@ def lyapunov(
     estimate of its error in brackets behind the last digits. The trajectory values come from
     'orbitdb simulate'.
     """
-    with progress("averaging") as shown, reading_all(db, a, averaged(choice)) as (catalogue, stadiums):
+    with progress("averaging") as shown, reading(db, a, averaged(choice)) as (catalogue, stadiums):
         from orbitdb.catalogue.averaged import lyapunov as average
 
         def tell(done: float) -> None:

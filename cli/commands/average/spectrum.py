@@ -17,15 +17,11 @@ from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
 
-EXAMPLES = """
-Examples:
-
-  orbitdb spectrum --range 3:11 --json
-
-  orbitdb spectrum --parity oo --k-max 25 --format csv
-
-  orbitdb spectrum --levels measured.csv --peaks
-"""
+EXAMPLES = (
+    "spectrum --range 3:11 --json",
+    "spectrum --parity oo --k-max 25 --format csv",
+    "spectrum --levels measured.csv --peaks",
+)
 PEAKS = ("length", "height", "code", "repetitions", "total", "strength")
 
 
@@ -35,16 +31,14 @@ def spectrum(
     lengths: Annotated[
         str, typer.Option("--range", metavar="FROM:TO", help="Range of lengths, in units of the radius.")
     ] = "1:12",
-    points: Annotated[int, options.count_option("--points", help="Number of lengths.", least=2)] = 500,
-    parity: Annotated[str | None, typer.Option("--parity", help="ee, eo, oe or oo [default: all].")] = None,
+    points: Annotated[int, options.count_option(help="Number of lengths.", least=2)] = 500,
+    parity: Annotated[str | None, typer.Option(help="ee, eo, oe or oo [default: all].")] = None,
     k_max: Annotated[
-        float | None,
-        options.number_option("--k-max", help="End of the window [default: where the levels end, or 30]."),
+        float | None, options.number_option(help="End of the window [default: where the levels end, or 30].")
     ] = None,
     levels: Annotated[
         Path | None,
         typer.Option(
-            "--levels",
             metavar="FILE",
             help="File of levels k, one a line, or csv with a column k [default: those of the catalogue].",
         ),
@@ -57,7 +51,7 @@ def spectrum(
     ] = False,
     a: options.StoredHalfLength = None,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Show the length spectrum: the Fourier transform of the density of levels, and the orbits' share in it.
 
@@ -71,7 +65,7 @@ def spectrum(
             raise InputError(f"--parity {parity}: give one, or leave it out for all")
         parity = str(named[0])
     given = None if levels is None else read_file(levels, energies, parity)
-    with progress("summing orbits"), reading(db, a, Choice()) as (catalogue, chosen):
+    with progress("summing orbits"), reading(db, a, Choice()) as (catalogue, (chosen,)):
         found = catalogue.spectrum(
             (low, high), points=points, k_max=k_max, levels=given, parity=parity, a=chosen.a
         )

@@ -4,17 +4,9 @@ from orbitdb.cli import options
 from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import Output, note_results, rows_of
-from orbitdb.cli.reading import reading_all
+from orbitdb.cli.reading import reading
 
-EXAMPLES = """
-Examples:
-
-  orbitdb table
-
-  orbitdb table --a 1 --p 2-8 --json
-
-  orbitdb table --a all --p 11
-"""
+EXAMPLES = ("table", "table --a 1 --p 2-8 --json", "table --a all --p 11")
 
 
 def table(
@@ -22,7 +14,7 @@ def table(
     a: options.StoredHalfLengths = None,
     p: options.Periods = None,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Show the paper's Table 1 for the filled periods: numbers of words and orbits, and the entropy.
 
@@ -30,7 +22,7 @@ def table(
     of p; K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
     Periods that are not filled at this a are counted from births, if 'orbitdb births' has found them.
     """
-    with reading_all(db, a, Choice(p=p)) as (catalogue, stadiums):
+    with reading(db, a, Choice(p=p)) as (catalogue, stadiums):
         found = [catalogue.table(chosen) for chosen in stadiums]
     note_results(found, several(a), output.table)
     output.write(*rows_of(found, several(a)))

@@ -13,9 +13,18 @@ from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import MarkWords, check_marks, with_marks
 from orbitdb.cli.progress.line import Progress, progress
-from orbitdb.cli.reading import note_gaps, note_nothing, provenance, reading_all
+from orbitdb.cli.reading import (
+    KEYS,
+    Row,
+    described,
+    in_order,
+    note_gaps,
+    note_nothing,
+    provenance,
+    reading,
+    with_a,
+)
 from orbitdb.cli.render import note
-from orbitdb.cli.rows import KEYS, Row, in_order, with_a
 from orbitdb.columns import OF_BOUNCES
 from orbitdb.errors import InputError
 
@@ -23,19 +32,13 @@ if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
 
-EXAMPLES = """
-Examples:
-
-  orbitdb export orbits.parquet --status orbit
-
-  orbitdb export short.csv --p 2-8 --range length=:20 --coordinates
-
-  orbitdb export bounces.parquet --p 5 --status orbit --bounces
-
-  orbitdb export --format jsonl --p 11 --status orbit | jq .length
-
-The columns: 'orbitdb columns'.
-"""
+EXAMPLES = (
+    "export orbits.parquet --status orbit",
+    "export short.csv --p 2-8 --range length=:20 --coordinates",
+    "export bounces.parquet --p 5 --status orbit --bounces",
+    "export --format jsonl --p 11 --status orbit | jq .length",
+)
+AFTERWORD = "The columns: 'orbitdb columns'."
 _BLOCK = 4_000
 _BETWEEN_TELLING = 1000
 _PLACED = ("a", "code", "coordinates")
@@ -59,7 +62,7 @@ def export(
     a: options.StoredHalfLengths = None,
     choice: Choice,
     order: options.Order = "p",
-    limit: Annotated[int | None, options.count_option("--limit", least=0, help="Most rows to write.")] = None,
+    limit: Annotated[int | None, options.count_option(least=0, help="Most rows to write.")] = None,
     columns: options.Columns = None,
     coordinates: Annotated[
         bool, typer.Option("--coordinates", help="Also write the coordinates of every bounce.")
@@ -73,7 +76,7 @@ def export(
     ] = None,
     mark_words: MarkWords = False,
     force: options.Force = False,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Write words and all that is known of them to a file, with every digit.
 
@@ -98,7 +101,7 @@ def export(
     otherwise: tuple[str, ...] = ("code",) if bounces else KEYS
     names = otherwise if columns is None else parse_columns(columns)
     names = with_a(names) if several(a) else names
-    with reading_all(db, a, choice) as (catalogue, stadiums):
+    with reading(db, a, choice) as (catalogue, stadiums):
         note_gaps(catalogue, *stadiums, names=names, order=order)
         by_columns = kind != "jsonl" and not (bounces or mark_words or len(stadiums) > 1)
         shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
@@ -123,7 +126,7 @@ def export(
                 files.TEXT_WRITERS[kind](sys.stdout, names, written)
                 return
             files.write_file(file, kind, names, written, provenance(catalogue, stadiums, several(a)))
-    note(f"{_described(stadiums)}, in {file}")
+    note(f"{described(stadiums)}, in {file}")
 
 
 def _note_nothing(catalogue: "Catalogue", stadiums: "Sequence[Selection]", limit: int | None) -> None:
@@ -132,7 +135,7 @@ def _note_nothing(catalogue: "Catalogue", stadiums: "Sequence[Selection]", limit
     if not total:
         note_nothing(catalogue, *stadiums, more=": nothing is written")
         return
-    told = stadiums[0].describe([chosen.a for chosen in stadiums], total)
+    told = described(stadiums, total)
     if limit == 0:
         note(f"{told}, and --limit 0 leaves none of them: nothing is written")
         return
@@ -155,13 +158,7 @@ def _watched(rows: Iterator[Any], shown: Progress) -> Iterator[Any]:
 
 
 def _form_of_stdout(form: str | None) -> str:
-    """Return the format of what is written to stdout.
-
-    Raises
-    ------
-    InputError
-        If it is not named, or cannot be written row by row.
-    """
+    """Return the format of what is written to stdout, which must be named, and written row by row."""
     from orbitdb.export import FORMATS, TEXT_WRITERS
 
     if form in TEXT_WRITERS:
@@ -170,10 +167,6 @@ def _form_of_stdout(form: str | None) -> str:
     raise InputError(
         f"{said}name a file, such as orbits.parquet, or write to stdout with --format csv or jsonl"
     )
-
-
-def _described(stadiums: "Sequence[Selection]") -> str:
-    return stadiums[0].describe([chosen.a for chosen in stadiums])
 
 
 def _bounce_by_bounce(rows: Iterator[Row]) -> Iterator[Row]:

@@ -3,14 +3,14 @@
 import sys
 from collections.abc import Callable
 from dataclasses import replace
-from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.arguments import given_codes, primitive
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.options import USUAL_A
 from orbitdb.cli.progress.line import progress
@@ -25,17 +25,13 @@ if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
 
-EXAMPLES = """
-Examples:
-
-  orbitdb plot orbit 1232131 --a 1.2 -o orbit.pdf
-
-  orbitdb plot entropy --p 2-11 -o entropy.svg
-
-  orbitdb plot life 010203113 -o life.svg
-
-  orbitdb plot phase-space --p 2-8 --reversal self -o phase-space.png
-
+EXAMPLES = (
+    "plot orbit 1232131 --a 1.2 -o orbit.pdf",
+    "plot entropy --p 2-11 -o entropy.svg",
+    "plot life 010203113 -o life.svg",
+    "plot phase-space --p 2-8 --reversal self -o phase-space.png",
+)
+AFTERWORD = """
 \b
 Figures:
   orbit       the path of WORD in the stadium (Fig. 1 of the paper)
@@ -52,32 +48,21 @@ Figures:
 """
 
 
-class Kind(StrEnum):
-    """The figures."""
-
-    ORBIT = "orbit"
-    REVERSE = "reverse"
-    ENTROPY = "entropy"
-    LYAPUNOV = "lyapunov"
-    SHEET = "sheet"
-    PHASE_SPACE = "phase-space"
-    LENGTHS = "lengths"
-    BIRTHS = "births"
-    LIFE = "life"
-    SPECTRUM = "spectrum"
-    STAIRCASE = "staircase"
-
-
-_OF_CLASSES = (Kind.ENTROPY, Kind.LYAPUNOV, Kind.LENGTHS)
+Kind = Literal[
+    "orbit", "reverse", "entropy", "lyapunov", "sheet", "phase-space", "lengths", "births", "life",
+    "spectrum", "staircase",
+]  # fmt: skip
+_OF_WORDS = ("orbit", "reverse", "life")
+_OF_CLASSES = ("entropy", "lyapunov", "lengths")
 """Figures of averages, and of the lengths that they are made of."""
 
 _TAKES = {
-    Kind.ORBIT: ("words", "code", "a"),
-    Kind.REVERSE: ("words", "code", "a"),
-    Kind.LIFE: ("words", "code"),
-    Kind.BIRTHS: ("p",),
-    Kind.SPECTRUM: ("a",),
-    Kind.STAIRCASE: ("a",),
+    "orbit": ("words", "code", "a"),
+    "reverse": ("words", "code", "a"),
+    "life": ("words", "code"),
+    "births": ("p",),
+    "spectrum": ("a",),
+    "staircase": ("a",),
 }
 """What may be said of figures that are of no chosen subset."""
 
@@ -99,14 +84,12 @@ def plot(
     over_a: Annotated[
         bool, typer.Option("--over-a", help="Draw the entropy against a, not against the period.")
     ] = False,
-    limit: Annotated[
-        int, options.count_option("--limit", least=1, help="Most orbits to draw on a sheet.")
-    ] = 120,
+    limit: Annotated[int, options.count_option(least=1, help="Most orbits to draw on a sheet.")] = 120,
     form: Annotated[
         str | None, typer.Option("--format", help="png, svg or pdf, if the name does not end in it.")
     ] = None,
     force: options.Force = False,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Draw an orbit, or a figure of the chosen subset, into a file.
 
@@ -120,27 +103,26 @@ def plot(
     else:
         check_target(output, force)
     ending = form_of(output, form, FIGURES)
-    if over_a and kind is not Kind.ENTROPY:
+    if over_a and kind != "entropy":
         raise InputError(f"--over-a does nothing in plot {kind}: leave it out")
     takes = ("p", "over_a") if over_a else _TAKES.get(kind)
     if takes is not None:
         asked = "with --over-a" if over_a else f"in plot {kind}"
         options.takes_only(context, asked, "kind", "output", *takes)
     else:
-        idle = ("words", "code") if kind is Kind.SHEET else ("words", "code", "limit")
+        idle = ("words", "code") if kind == "sheet" else ("words", "code", "limit")
         options.refuse_idle(context, f"in plot {kind}", *idle)
         choice = averaged(choice) if kind in _OF_CLASSES else choice
         choice = replace(choice, status="orbit" if choice.status is None else choice.status)
     style = load("orbitdb.plots.style", "plot", "plot")  # not before: matplotlib takes its time
 
-    if kind in (Kind.ORBIT, Kind.REVERSE, Kind.LIFE):
-        if kind is Kind.LIFE:
+    if kind in _OF_WORDS:
+        if kind == "life":
             options.refuse_idle(context, f"in plot {kind}", "db")
-        made = _of_word(kind, words, code, a, db)
+        made = _of_word(kind, list(given_codes(words, code)), a, db)
     else:
-        at = USUAL_A if over_a or kind is Kind.BIRTHS else a
-        with progress("drawing"), reading(db, at, choice) as (catalogue, chosen):
-            made = _drawing(kind, over_a, limit)(catalogue, chosen)
+        with progress("drawing"):
+            made = _of_subset("over a" if over_a else kind, choice, a, limit, db)
     said = str(made.get_label())
     if to_stdout:
         sys.stdout.buffer.write(style.as_bytes(made, ending, said))
@@ -150,54 +132,44 @@ def plot(
     note(f"{said}, in {output}")
 
 
-def _drawing(kind: Kind, over_a: bool, limit: int) -> "Callable[[Catalogue, Selection], Figure]":
-    """Return what draws a figure from the catalogue."""
-    from orbitdb.cli.figures import levels, subsets
-    from orbitdb.cli.figures.over_a import draw_births, draw_over_a
+def _of_subset(kind: str, choice: Choice, a: float | None, limit: int, db: Path) -> "Figure":
+    """Draw a figure from the catalogue."""
+    from orbitdb.cli.figures import levels, over_a, subsets
 
-    drawn: dict[Kind, Callable[[Catalogue, Selection], Figure]] = {
-        Kind.ENTROPY: draw_over_a if over_a else subsets.draw_entropy,
-        Kind.LYAPUNOV: subsets.draw_lyapunov,
-        Kind.SHEET: partial(subsets.draw_sheet, limit=limit),
-        Kind.PHASE_SPACE: subsets.draw_phase_space,
-        Kind.LENGTHS: subsets.draw_lengths,
-        Kind.BIRTHS: draw_births,
-        Kind.SPECTRUM: levels.draw_length_spectrum,
-        Kind.STAIRCASE: levels.draw_levels,
+    draw: dict[str, Callable[[Catalogue, Selection], Figure]] = {
+        "entropy": subsets.draw_entropy,
+        "over a": over_a.draw_over_a,
+        "lyapunov": subsets.draw_lyapunov,
+        "sheet": partial(subsets.draw_sheet, limit=limit),
+        "phase-space": subsets.draw_phase_space,
+        "lengths": subsets.draw_lengths,
+        "births": over_a.draw_births,
+        "spectrum": levels.draw_length_spectrum,
+        "staircase": levels.draw_levels,
     }
-    return drawn[kind]
+    with reading(db, USUAL_A if kind in ("over a", "births") else a, choice) as (catalogue, (chosen,)):
+        return draw[kind](catalogue, chosen)
 
 
-def _of_word(
-    kind: Kind, words: list[str] | None, code: list[str] | None, a: float | None, db: Path | None
-) -> "Figure":
-    """Draw the orbit of the only word that is given, stored or solved on the spot.
-
-    Raises
-    ------
-    InputError
-        If there is no word, or another; if it has no orbit, or is too long to be followed.
-    """
-    from orbitdb.cli.arguments import given_codes, primitive
+def _of_word(kind: str, codes: list[str], a: float | None, db: Path) -> "Figure":
+    """Draw the orbit of the only word that is given, stored or solved on the spot."""
     from orbitdb.cli.figures import orbits
     from orbitdb.cli.figures.over_a import draw_life
-    from orbitdb.store.file.database import default_path
+    from orbitdb.orbits.births.lives import solve_word
     from orbitdb.store.reading.lookup import find_or_solve, with_existence
 
-    codes = list(given_codes(words, code))
     if len(codes) != 1:
         raise InputError(f"name one orbit to draw: plot {kind} 1232131")
-    followed = kind is Kind.LIFE
-    at, known = (USUAL_A, None) if followed else (meant(db or default_path(), a), known_catalogue(db))
-    found = find_or_solve(known, primitive(codes[0]), at)
-    if not followed:
+    if kind != "life":
+        (at,) = meant(db, a)
+        found = find_or_solve(known_catalogue(db), primitive(codes[0]), at)
         if found.coordinates is None:
             raise InputError(
                 f"{code_text(found.code)} at a = {at:g} cannot be drawn: {found.status.sentence}"
             )
-        return orbits.draw_orbit(found) if kind is Kind.ORBIT else orbits.draw_reverse(found)
+        return orbits.draw_orbit(found) if kind == "orbit" else orbits.draw_reverse(found)
     with progress("following"):
-        found = with_existence(found)
+        found = with_existence(solve_word(primitive(codes[0]), USUAL_A))
         if found.exists is None:
             raise InputError(f"{code_text(found.code)} is too long to be followed as a changes")
         if not found.exists:

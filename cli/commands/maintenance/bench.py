@@ -2,9 +2,8 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, fields
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -20,41 +19,25 @@ if TYPE_CHECKING:
     from orbitdb.benchmarks.work_precision import WorkPrecision
     from orbitdb.billiard.stadium import Stadium
 
-EXAMPLES = """
-Examples:
-
-  orbitdb bench
-
-  orbitdb bench --p 9 --plot work-precision.svg
-
-  orbitdb bench --kind stages --p 2-12
-
-  orbitdb bench --kind stress --json
-
-  orbitdb bench --kind statuses --a 1 --p 2-6
-"""
+EXAMPLES = (
+    "bench",
+    "bench --p 9 --plot work-precision.svg",
+    "bench --kind stages --p 2-12",
+    "bench --kind stress --json",
+    "bench --kind statuses --a 1 --p 2-6",
+)
 _MOST = 13
-
-
-class Kind(StrEnum):
-    """What is measured."""
-
-    METHODS = "methods"
-    STAGES = "stages"
-    STRESS = "stress"
-    STATUSES = "statuses"
 
 
 def bench(
     *,
     context: typer.Context,
     kind: Annotated[
-        Kind,
+        Literal["methods", "stages", "stress", "statuses"],
         typer.Option(
-            "--kind",
-            help="Compare methods, time the stages of a fill, solve hard cases, or compare statuses.",
+            help="Compare methods, time the stages of a fill, solve hard cases, or compare statuses."
         ),
-    ] = Kind.METHODS,
+    ] = "methods",
     a: options.HalfLength = 1.6,
     p: options.Periods = None,
     picture: Annotated[
@@ -76,19 +59,19 @@ def bench(
     """
     from orbitdb.billiard.stadium import Stadium
 
-    idle = {Kind.METHODS: [], Kind.STRESS: ["a", "p", "picture"]}.get(kind, ["picture"])
+    idle = {"methods": [], "stress": ["a", "p", "picture"]}.get(kind, ["picture"])
     options.refuse_idle(context, f"with --kind {kind}", *idle)
     stadium = Stadium(a)
-    if kind is Kind.STRESS:
+    if kind == "stress":
         from orbitdb.benchmarks.stress import Outcome, stress
 
         _write(output, Outcome, _watched(stress()))
-    elif kind is Kind.STAGES:
+    elif kind == "stages":
         from orbitdb.benchmarks.stage_times import StageTimes, stage_times
 
         periods = _periods(p or "2-11")
         _write(output, StageTimes, _watched(stage_times(period, stadium) for period in periods))
-    elif kind is Kind.STATUSES:
+    elif kind == "statuses":
         from orbitdb.benchmarks.agreement import Agreement
 
         found = _write(output, Agreement, _agreements(_periods(p or "2-8"), stadium))

@@ -1,5 +1,6 @@
 """``orbitdb info``: where and what the database is."""
 
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli import options
@@ -9,25 +10,21 @@ from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.reading.records import Enclosure
-    from orbitdb.store.reading.sweeps import Sweep
+    from orbitdb.entropy.entropy_bounds import EntropyBounds
 
-EXAMPLES = """
-Examples:
-
-  orbitdb info
-
-  orbitdb info --json
-"""
+EXAMPLES = ("info", "info --json")
 COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
            "seconds", "enumerating", "solving", "storing")  # fmt: skip
 _SHOWN = len(COLUMNS) - 3
 """Columns for people, that 80 characters hold: those of processors come in the other formats."""
+_OF_FILL = attrgetter("p", "state", "words", "n_t", "n_c", "boundary", "unresolved",
+                     "seconds", "enumerating", "solving", "storing")  # fmt: skip
+_OF_TALLY = attrgetter("words", "n_c", "boundary", "unresolved")
 _FEW = 4
 """Values of a whose entropies stand in lines of their own."""
 
 
-def info(*, output: Output, db: options.Database = None) -> None:
+def info(*, output: Output, db: options.Database) -> None:
     """Show where the catalogue is, what is filled, and the time and disk space that it took.
 
     stored: words so far; seconds: elapsed time. csv, tsv and json also have enumerating, solving and
@@ -47,45 +44,26 @@ def info(*, output: Output, db: options.Database = None) -> None:
         for subset in subsets:
             print("" if subset is None else f"\nselection  {printable(subset)}")
             output.write(COLUMNS[:shown], [row[:shown] for row in rows if row[-1] == subset])
-    elif any(subsets):
-        output.write((*COLUMNS[:shown], "selection"), [(*row[:shown], row[-1]) for row in rows])
     else:
-        output.write(COLUMNS[:shown], [row[:shown] for row in rows])
+        last = ("selection",) if any(subsets) else ()
+        output.write(
+            (*COLUMNS[:shown], *last), [(*row[:shown], *row[len(row) - len(last) :]) for row in rows]
+        )
 
 
 def _periods(catalogue: "Catalogue", a: float) -> list[tuple[Any, ...]]:
     """Return what is filled at one a, and what is swept besides, a row a period, its subset behind it."""
     fills = catalogue.fills(a)
-    rows: list[tuple[Any, ...]] = [
-        (
-            a, fill.p, fill.state, fill.words, fill.n_t, fill.n_c, fill.boundary, fill.unresolved,
-            fill.seconds, fill.enumerating, fill.solving, fill.storing, None,
-        )
-        for fill in fills
-    ]  # fmt: skip
+    rows = [(a, *_OF_FILL(fill), None) for fill in fills]
     filled = {fill.p for fill in fills if fill.whole}
     for subset in (None, *catalogue.swept_subsets(a)):
-        rows += [_swept(a, each) for each in catalogue.sweeps(a, subset) if each.p not in filled]
+        for each in catalogue.sweeps(a, subset):
+            counts = _OF_TALLY(each.tally) if each.whole else (None,) * 4
+            times = (each.seconds, None, each.processor, None)
+            if each.p not in filled:
+                state = "swept" if each.whole else "sweeping"
+                rows.append((a, each.p, state, 0, *counts, *times, each.selection or None))
     return rows
-
-
-def _swept(a: float, sweep: "Sweep") -> tuple[Any, ...]:
-    """Return the row of a swept period."""
-    tally, nothing = sweep.tally, (None,) * 4
-    counts = (tally.words, tally.n_c, tally.boundary, tally.unresolved) if sweep.whole else nothing
-    state = "swept" if sweep.whole else "sweeping"
-    return (
-        a,
-        sweep.p,
-        state,
-        0,
-        *counts,
-        sweep.seconds,
-        None,
-        sweep.processor,
-        None,
-        sweep.selection or None,
-    )
 
 
 def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
@@ -125,8 +103,8 @@ def _enclosures(catalogue: "Catalogue") -> list[tuple[str, str]]:
     return [("entropy", text) for text in lines]
 
 
-def _windows(found: "Enclosure") -> str:
+def _windows(found: "EntropyBounds") -> str:
     """Say what bounds rest on, more briefly than `basis`: a line with all digits of a has 80 characters."""
-    from orbitdb.store.file.schema import BALLS
+    from orbitdb.entropy.entropy_bounds import BALLS
 
     return f"{found.window} edges" + (", balls" if found.proof == BALLS else "")

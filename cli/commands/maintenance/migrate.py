@@ -4,23 +4,16 @@ from orbitdb.cli import options
 from orbitdb.cli.render import note
 from orbitdb.cli.storing import bring
 
-EXAMPLES = """
-Example:
-
-  orbitdb migrate --db old.db
-"""
+EXAMPLES = ("migrate --db old.db",)
 
 
-def migrate(db: options.Database = None) -> None:
+def migrate(db: options.Database) -> None:
     """Bring a catalogue to the newest schema, or make an empty one.
 
     An older catalogue is copied first; a message says where the copy is.
     """
-    from orbitdb.store.file.database import default_path
-
-    path = db or default_path()
-    before, after, _ = bring(path)
+    before, after, _ = bring(db)
     if before == after:
-        note(f"{path}: schema {after}, the newest; nothing to do")
+        note(f"{db}: schema {after}, the newest; nothing to do")
     elif not before:
-        note(f"{path}: created, schema {after}")
+        note(f"{db}: created, schema {after}")

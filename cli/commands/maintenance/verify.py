@@ -1,6 +1,7 @@
 """``orbitdb verify``: is the catalogue what it says."""
 
 import time
+from collections import Counter
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import astuple, replace
@@ -23,43 +24,42 @@ if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
     from orbitdb.verification.check import Check, Step
 
-EXAMPLES = """
-Examples:
-
-  orbitdb verify
-
-  orbitdb verify --p 2-11 --a 1.6 --rigorous
-
-  orbitdb verify --sample 1000 --restarts 10 --seed 7 --json
-"""
+EXAMPLES = (
+    "verify",
+    "verify --p 2-11 --a 1.6 --rigorous",
+    "verify --sample 1000 --restarts 10 --seed 7 --json",
+)
 
 _WORK = 8
 """Words that are found and solved in the time in which one is checked."""
 
 COLUMNS = ("check", "rows", "failures", "worst", "share", "first")
+_COUNTED = {
+    "values": ("class", "classes"),
+    "births": ("birth or death", "births and deaths"),
+    "sweeps": ("swept period", "swept periods"),
+    "entropy": ("bound on the entropy", "bounds on the entropy"),
+    "levels": ("quantum level", "quantum levels"),
+    "trajectories": ("average over trajectories", "averages over trajectories"),
+}
+"""What the checks are of that have a row for each thing that is checked."""
 
 
 def verify(
     *,
     context: typer.Context,
     a: Annotated[
-        float | None,
-        options.number_option("--a", help="Half length of a straight wall [default: all stored]."),
+        float | None, options.number_option(help="Half length of a straight wall [default: all stored].")
     ] = None,
     choice: Choice,
     sample: Annotated[
-        int | None,
-        options.count_option("--sample", least=1, help="Check only this many classes, drawn at random."),
+        int | None, options.count_option(least=1, help="Check only this many classes, drawn at random.")
     ] = None,
     restarts: Annotated[
         int,
-        options.count_option(
-            "--restarts", least=0, most=1000, help="Solve every word again from this many random starts."
-        ),
+        options.count_option(least=0, most=1000, help="Solve every word again from this many random starts."),
     ] = 0,
-    seed: Annotated[
-        int, options.count_option("--seed", least=0, help="Seed for --sample and --restarts.")
-    ] = 0,
+    seed: Annotated[int, options.count_option(least=0, help="Seed for --sample and --restarts.")] = 0,
     rigorous: Annotated[
         bool,
         typer.Option("--rigorous", help="Prove every row in ball arithmetic and store the certificate."),
@@ -73,7 +73,7 @@ def verify(
     ] = False,
     jobs: Jobs = None,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Compute the catalogue again from its words alone and compare.
 
@@ -84,7 +84,6 @@ def verify(
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.file.database import default_path
     from orbitdb.store.file.guard import TamperedError
     from orbitdb.verification.check import Check
     from orbitdb.verification.verify import report
@@ -100,7 +99,7 @@ def verify(
     except TamperedError as error:
         broken = Check("schema", error.parts, len(error.faults), first=error.faults[0])
         note(str(error))
-        _report([broken], db or default_path(), start, restarts, output)
+        _report([broken], db, start, restarts, output)
         return
     solvers = Solvers(jobs)
     missing: list[str] = []
@@ -134,9 +133,8 @@ def verify(
 def _report(found: "list[Check]", path: Path, start: float, restarts: int, output: Output) -> None:
     """Write what was found, say in one line what came of it, and leave with code 1 if it is not good."""
     output.write(COLUMNS, map(astuple, found))
-    rows = {check.name: check.rows for check in found}
-    classes = rows.get("values", 0)
-    if (unsettled := restarts * rows.get("statuses", 0) - rows.get("restarts", 0)) > 0:
+    rows = Counter({check.name: check.rows for check in found})
+    if (unsettled := restarts * rows["statuses"] - rows["restarts"]) > 0:
         note(f"{unsettled} restarts did not converge and prove nothing")
     broken = [check.name for check in found if check.failures]
     if broken:
@@ -145,30 +143,21 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, outpu
         for name in broken:
             note(f"{name}: it is not true of every row that {PROMISES[name]}")
         raise typer.Exit(1)
-    changes, proved, levels, averages = (
-        rows.get(name, 0) for name in ("births", "entropy", "levels", "trajectories")
-    )
-    if lives := rows.get("lives", 0) + rows.get("undecided", 0):
-        note(f"{rows.get('lives', 0)} of {lives} classes lack no birth or death between a = 0.02 and 1000")
-    swept = rows.get("sweeps", 0)
-    if not any((classes, changes, swept, proved, levels, averages)):
+    if lives := rows["lives"] + rows["undecided"]:
+        note(f"{rows['lives']} of {lives} classes lack no birth or death between a = 0.02 and 1000")
+    told = ", ".join(several(rows[name], *what) for name, what in _COUNTED.items() if rows[name])
+    if not told:
         note(f"nothing to check in {path}: the file is sound, but it has none of the classes that you chose")
         raise typer.Exit(1)
-    if anew := swept - rows.get("sums", 0):
+    if anew := rows["sweeps"] - rows["sums"]:
         from orbitdb.verification.sweeps import SWEPT_ANEW
 
         what = "the sums of a swept period were" if anew == 1 else f"the sums of {anew} swept periods were"
         note(f"{what} not computed again: only whole periods up to {SWEPT_ANEW} are")
-    if (foreign := rows.get("statuses", 0) - rows.get("bits", 0)) > 0:
+    if (foreign := rows["statuses"] - rows["bits"]) > 0:
         note(
             f"{foreign} rows come from another method, version or machine: their last bits were not compared"
         )
-    seen = {("class", "classes"): classes, ("birth or death", "births and deaths"): changes,
-            ("swept period", "swept periods"): swept,
-            ("bound on the entropy", "bounds on the entropy"): proved,
-            ("quantum level", "quantum levels"): levels,
-            ("average over trajectories", "averages over trajectories"): averages}  # fmt: skip
-    told = ", ".join(several(count, *what) for what, count in seen.items() if count)
     note(f"{path}: all is well with {told}, {time.monotonic() - start:.1f} s")
 
 

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Sequence
-from contextlib import closing
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,20 +13,12 @@ from orbitdb.cli.options import count_option
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import note
-from orbitdb.cli.storing import Solvers, asked_periods, bring, show_steps, written
+from orbitdb.cli.storing import Jobs, Solvers, asked_periods, bring, show_steps, written
 
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
 
-EXAMPLES = """
-Examples:
-
-  orbitdb births --p 11
-
-  orbitdb births --json
-
-  orbitdb births --deaths
-"""
+EXAMPLES = ("births --p 11", "births --json", "births --deaths")
 LIFE_COLUMNS = ("p", "word", "class_size", "born", "dies", "dies_error", "reborn")
 COLUMNS = ("p", "classes", "births", "deaths", "always", "least", "largest")
 
@@ -47,12 +39,9 @@ def births(
     deaths: Annotated[
         bool, typer.Option("--deaths", help="Show the lives that end, one a line, instead of the periods.")
     ] = False,
-    jobs: Annotated[
-        int | None,
-        count_option("--jobs", help="Worker processes [default: all cores if there is enough work]."),
-    ] = None,
+    jobs: Jobs = None,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Find the values of a at which each word begins or ceases to be an orbit.
 
@@ -62,30 +51,27 @@ def births(
     stopped. Without --p, you see what is stored.
     """
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.file.database import default_path
     from orbitdb.symbols.enumeration import MAX_PERIOD
 
-    path = db or default_path()
     periods: Sequence[int]
     if asked is None:
         options.refuse_idle(context, "without --p", "jobs")
         periods = range(first, MAX_PERIOD + 1)
     else:
         periods = asked_periods(context, asked, first)
-        _fill(periods, path, Solvers(jobs))
-    with closing(Catalogue(path)) as opened, opened.at_one_moment() as catalogue:
+        _fill(periods, db, Solvers(jobs))
+    with Catalogue(db) as opened, opened.at_one_moment() as catalogue:
         found = [each for each in catalogue.birth_fills() if each.p in periods]
         ended = _ended(catalogue, [each.p for each in found if each.whole]) if deaths else []
     for each in found:
         if not each.whole:
             note(f"births of period {each.p} are partial: 'orbitdb births --p {each.p}' completes them")
-    found = [each for each in found if each.whole]
-    rows = [[getattr(each, name) for name in COLUMNS] for each in found]
-    if deaths and rows:
+    whole = [each for each in found if each.whole]
+    if deaths and whole:
         output.write(LIFE_COLUMNS, ended)
-        note(f"{len(ended)} lives end, among {sum(each.classes or 0 for each in found)} classes")
-    elif not output.write(LIFE_COLUMNS if deaths else COLUMNS, rows):
-        note(f"no births in {path}: 'orbitdb births --p 11' finds them")
+        note(f"{len(ended)} lives end, among {sum(each.classes or 0 for each in whole)} classes")
+    elif not output.write(LIFE_COLUMNS if deaths else COLUMNS, map(attrgetter(*COLUMNS), whole)):
+        note(f"no births in {db}: 'orbitdb births --p 11' finds them")
         raise typer.Exit(1)
 
 
@@ -106,7 +92,7 @@ def _ended(catalogue: "Catalogue", periods: Sequence[int]) -> list[tuple[object,
     return rows
 
 
-def _fill(periods: Sequence[int], path: Path, solvers: Solvers) -> None:
+def _fill(periods: Sequence[int], db: Path, solvers: Solvers) -> None:
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.birth_blocks import BLOCK
     from orbitdb.filling.births import fill_births
@@ -114,11 +100,11 @@ def _fill(periods: Sequence[int], path: Path, solvers: Solvers) -> None:
 
     start, span = time.monotonic(), f"births, p = {written(periods)}"
     totals = {p: count_admissible(p) for p in periods}
-    bring(path)
-    with closing(Catalogue(path)) as catalogue:
+    bring(db)
+    with Catalogue(db) as catalogue:
         stored = {each.p: each.words for each in catalogue.birth_fills()}
     known = sum(stored.get(p, 0) for p in periods)
     work = _WEIGHT * (sum(totals.values()) - known)
     with solvers.at_work(work, _WEIGHT * BLOCK) as workers, progress(span) as shown:
-        show_steps(shown, fill_births(path, periods, workers), "births", totals, known)
-    note(f"{span}: {time.monotonic() - start:.1f} s, in {path}")
+        show_steps(shown, fill_births(db, periods, workers), "births", totals, known)
+    note(f"{span}: {time.monotonic() - start:.1f} s, in {db}")

@@ -1,9 +1,9 @@
 """``orbitdb bounds``: proved bounds on the topological entropy."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import asdict
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,25 +18,20 @@ from orbitdb.cli.storing import Jobs, Solvers, bring
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
-    from orbitdb.entropy.bounds import EntropyBounds
+    from orbitdb.entropy.entropy_bounds import EntropyBounds
     from orbitdb.entropy.proof import Proof
     from orbitdb.filling.enclosures import Enclosed, EnclosureTask
 
     Keep = Callable[[EntropyBounds, str | None], object]
+    Solving = Generator[tuple[EntropyBounds, str | None]]
 
-EXAMPLES = """
-Examples:
-
-  orbitdb bounds
-
-  orbitdb bounds --a 0.5 --width 0.01
-
-  orbitdb bounds --a 3 --time 30 --json
-
-  orbitdb bounds --window 12 --prove
-
-  orbitdb bounds --a 0.3:10:40 --window 12
-"""
+EXAMPLES = (
+    "bounds",
+    "bounds --a 0.5 --width 0.01",
+    "bounds --a 3 --time 30 --json",
+    "bounds --window 12 --prove",
+    "bounds --a 0.3:10:40 --window 12",
+)
 COLUMNS = ("a", "window", "lower", "upper", "windows", "undecided")
 _USUAL_WINDOW = 14
 _WORK = 200_000
@@ -50,7 +45,6 @@ def bounds(
     a: Annotated[
         str,
         typer.Option(
-            "--a",
             metavar="NUMBER|FROM:TO:COUNT",
             help="Half length of a straight wall, or a logarithmic grid of them.",
         ),
@@ -58,15 +52,10 @@ def bounds(
     window: Annotated[
         int | None,
         options.count_option(
-            "--window",
-            help="Edges of the longest windows [default: 14, or as many as needed].",
-            least=2,
-            most=40,
+            help="Edges of the longest windows [default: 14, or as many as needed].", least=2, most=40
         ),
     ] = None,
-    width: Annotated[
-        float | None, options.number_option("--width", help="Stop when the bounds are this close.")
-    ] = None,
+    width: Annotated[float | None, options.number_option(help="Stop when the bounds are this close.")] = None,
     seconds: Annotated[
         float | None, options.number_option("--time", help="Stop after about this many seconds.")
     ] = None,
@@ -80,7 +69,7 @@ def bounds(
         typer.Option(help="Keep the bounds in the catalogue [default: if there is one]."),
     ] = None,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Prove bounds on the topological entropy per bounce; no orbits are needed.
 
@@ -103,18 +92,18 @@ def bounds(
     asked = {"a": a, "window": most, "width": width, "time": seconds, "prove": prove}
     found: list[EntropyBounds] = []
     proofs: list[Proof | Enclosed] = []
+    solving = _at_one(tasks[0], proofs) if len(tasks) == 1 else _at_many(tasks, Solvers(jobs), proofs)
     try:
-        with _keeping(db, store, prove, asked) as keep:
-            if len(tasks) == 1:
-                _at_one(tasks[0], found, proofs, keep)
-            else:
-                _at_many(tasks, Solvers(jobs), found, proofs, keep)
+        with _keeping(db, store, prove, asked) as keep, closing(solving) as levels:
+            for level, computed in levels:
+                found.append(level)
+                keep(level, computed)
     finally:
-        output.write(COLUMNS, [[asdict(level)[name] for name in COLUMNS] for level in found])
+        last = list({level.a: level for level in found}.values())
+        output.write(COLUMNS, map(attrgetter(*COLUMNS), found if len(tasks) == 1 else last))
         if prove:
             note(balls_of(proofs))
-    reached = found if len(tasks) > 1 else found[-1:]
-    apart = [level.upper - level.lower for level in reached]
+    apart = [level.width for level in last]
     if width is not None and max(apart) > width:
         where = f" at {sum(each > width for each in apart)} of {len(apart)} a" if len(tasks) > 1 else ""
         note(f"the bounds are {max(apart):.1e} apart, not {width:g}{where}: {_WHY}")
@@ -130,10 +119,8 @@ def balls_of(proofs: "Sequence[Proof | Enclosed]") -> str:
     )
 
 
-def _at_one(
-    task: "EnclosureTask", found: "list[EntropyBounds]", proofs: "list[Proof | Enclosed]", keep: "Keep"
-) -> None:
-    """Enclose the entropy at one a; every level is found."""
+def _at_one(task: "EnclosureTask", proofs: "list[Proof | Enclosed]") -> "Solving":
+    """Enclose the entropy at one a, with longer and longer windows."""
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.entropy.bounds import search
     from orbitdb.entropy.verdicts import decide
@@ -146,43 +133,36 @@ def _at_one(
         judge = proof.decide
     with progress("windows") as shown:
         for level in search(Stadium(task.a), task.window, task.width, task.seconds, shown.tell, judge):
-            found.append(level)
-            keep(level, None)
+            yield level, None
 
 
 def _at_many(
-    tasks: "Sequence[EnclosureTask]",
-    solvers: Solvers,
-    found: "list[EntropyBounds]",
-    proofs: "list[Proof | Enclosed]",
-    keep: "Keep",
-) -> None:
-    """Enclose the entropy at many a, in processes; the last level of each is found."""
+    tasks: "Sequence[EnclosureTask]", solvers: Solvers, proofs: "list[Proof | Enclosed]"
+) -> "Solving":
+    """Enclose the entropy at many a, in processes."""
     each = _WORK * 1.8 ** ((tasks[0].window or _USUAL_WINDOW) - _USUAL_WINDOW)
     with progress("windows") as shown, solvers.at_work(round(len(tasks) * each), 1) as workers:
         for done, solved in enumerate(workers.solved(tasks), 1):
-            for level in solved.levels:
-                keep(level, solved.arithmetic)
-            found.append(solved.levels[-1])
             proofs.append(solved)
-            shown.tell(f"a = {found[-1].a:g}", done, len(tasks))
+            yield from ((level, solved.arithmetic) for level in solved.levels)
+            shown.tell(f"a = {solved.levels[-1].a:g}", done, len(tasks))
 
 
 @contextmanager
-def _keeping(db: Path | None, store: bool | None, prove: bool, asked: dict[str, Any]) -> "Iterator[Keep]":
+def _keeping(db: Path, store: bool | None, prove: bool, asked: dict[str, Any]) -> "Iterator[Keep]":
     """Give what keeps bounds in the catalogue; it does nothing where there is none, and none is asked for."""
-    from orbitdb.store.file.database import check_file, default_path
-    from orbitdb.store.file.schema import BALLS, DOUBLES, SCHEMA_VERSION
+    from orbitdb.entropy.entropy_bounds import BALLS, DOUBLES
+    from orbitdb.store.file.database import check_file
+    from orbitdb.store.file.schema import SCHEMA_VERSION
 
-    path = db or default_path()
-    version = None if store else check_file(path)
+    version = None if store else check_file(db)
     if store is False or (store is None and version != SCHEMA_VERSION):
         yield lambda level, computed: None
         if store is None and version is None:
-            note(f"not kept: there is no catalogue at {path}; --store makes one")
+            note(f"not kept: there is no catalogue at {db}; --store makes one")
         elif store is None:
             note(
-                f"not kept: {path} has the older schema {version}; --store, or 'orbitdb migrate', "
+                f"not kept: {db} has the older schema {version}; --store, or 'orbitdb migrate', "
                 "brings it to the newest"
             )
         return
@@ -190,7 +170,7 @@ def _keeping(db: Path | None, store: bool | None, prove: bool, asked: dict[str, 
     from orbitdb.store.writing.records import keep_bounds
     from orbitdb.store.writing.writer import Writer
 
-    bring(path)
-    Catalogue(path).close()  # what is wrong with it is to be known before
-    with closing(Writer(path, {"command": "bounds", **asked})) as writer:
+    bring(db)
+    Catalogue(db).close()  # what is wrong with it is to be known before
+    with closing(Writer(db, {"command": "bounds", **asked})) as writer:
         yield lambda level, computed: keep_bounds(writer, level, BALLS if prove else DOUBLES, computed)

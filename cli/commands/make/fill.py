@@ -1,8 +1,7 @@
 """``orbitdb fill``: enumerate, solve and store."""
 
 import time
-from collections.abc import Iterable, Sequence
-from contextlib import closing
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -12,23 +11,17 @@ from orbitdb.cli.arguments import given_codes, primitive
 from orbitdb.cli.options import Database, HalfLength, count_option, takes_only
 from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import code_text, note
-from orbitdb.cli.storing import DryRun, Solvers, asked_periods, bring, show_steps, written
+from orbitdb.cli.storing import DryRun, Solvers, announce, asked_periods, bring, show_steps, written
 from orbitdb.errors import InputError
 from orbitdb.plaintext import several
 
-EXAMPLES = """
-Examples:
-
-  orbitdb fill --p 11
-
-  orbitdb fill --from 12 --p 13 --a 1
-
-  orbitdb fill --p 15 --jobs 4
-
-  orbitdb fill --p 10 --method relaxation --scheduler tcp://node1:8786
-
-  orbitdb fill --code '1^20(02)^5 3'
-"""
+EXAMPLES = (
+    "fill --p 11",
+    "fill --from 12 --p 13 --a 1",
+    "fill --p 15 --jobs 4",
+    "fill --p 10 --method relaxation --scheduler tcp://node1:8786",
+    "fill --code '1^20(02)^5 3'",
+)
 
 
 def fill(
@@ -41,8 +34,7 @@ def fill(
     first: Annotated[int, count_option("--from", help="The lowest period to fill.")] = 2,
     a: HalfLength = 1.6,
     code: Annotated[
-        list[str] | None,
-        typer.Option("--code", help="Store this word only; repeatable; - reads words from stdin."),
+        list[str] | None, typer.Option(help="Store this word only; repeatable; - reads words from stdin.")
     ] = None,
     geometric: Annotated[
         bool,
@@ -50,88 +42,65 @@ def fill(
             "--geometric", help="Also keep the geometrically pruned words, with the rules they break."
         ),
     ] = False,
-    method: Annotated[
-        str, typer.Option("--method", help="newton or relaxation (the paper's, slow).")
-    ] = "newton",
+    method: Annotated[str, typer.Option(help="newton or relaxation (the paper's, slow).")] = "newton",
     solvers: Solvers,
     dry_run: DryRun = False,
-    db: Database = None,
+    db: Database,
 ) -> None:
     """Fill a catalogue: all words of every period, and the orbits among them.
 
     A fill that was interrupted goes on where it stopped; finished periods are skipped.
     """
     from orbitdb.billiard.stadium import Stadium
+    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.blocks import METHODS
+    from orbitdb.filling.estimate import check_room, need
+    from orbitdb.filling.periods import fill_geometric, fill_periods
+    from orbitdb.orbits.orbit import Status
+    from orbitdb.symbols.counting import count_admissible, count_primitive
 
     Stadium(a)
     if method not in METHODS:
         raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
     if code:
         takes_only(context, "with --code", "code", "a", "method", "dry_run")
-        _fill_words(given_codes(code), a, method, db, dry_run)
+        _fill_words([primitive(each) for each in given_codes(code)], a, method, db, dry_run)
         return
     if asked is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
-    _fill_periods(asked_periods(context, asked, first), a, geometric, method, solvers, db, dry_run)
-
-
-def _fill_periods(
-    periods: Sequence[int],
-    a: float,
-    geometric: bool,
-    method: str,
-    solvers: Solvers,
-    db: Path | None,
-    dry_run: bool,
-) -> None:
-    from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.filling.blocks import METHODS
-    from orbitdb.filling.estimate import LARGE, about, check_room, gigabytes, need
-    from orbitdb.filling.periods import fill_geometric, fill_periods
-    from orbitdb.orbits.orbit import Status
-    from orbitdb.store.file.database import default_path
-    from orbitdb.symbols.counting import count_admissible, count_primitive
-
-    path = db or default_path()
-    span = f"p = {written(periods)} at a = {a:g}"
-    coming = need(path, a, periods, solvers.number(), method)
-    if dry_run or coming.words >= LARGE:
-        time_and_room = f"{about(coming.seconds)} and {gigabytes(coming.bytes)}"
-        note(f"{span}: {several(coming.words, 'word')} to come, {time_and_room}, in {path}")
+    periods = asked_periods(context, asked, first)
+    span, coming = f"p = {written(periods)} at a = {a:g}", need(db, a, periods, solvers.number(), method)
+    announce(span, coming, db, dry_run)
     if dry_run:
         return
-    check_room(path, coming)
+    check_room(db, coming)
     start = time.monotonic()
     with solvers.at_work(coming.words, METHODS[method].words) as workers:
-        bring(path)
+        bring(db)
         with progress(span) as shown:
             words = {p: count_admissible(p) for p in periods}
-            steps = fill_periods(path, a, periods, method, workers)
+            steps = fill_periods(db, a, periods, method, workers)
             show_steps(shown, steps, "words", words, sum(words.values()) - coming.words)
             if geometric:
                 words = {p: count_primitive(p) for p in periods}
-                show_steps(shown, fill_geometric(path, periods), "pruned words", words)
-    with closing(Catalogue(path)) as catalogue:
+                show_steps(shown, fill_geometric(db, periods), "pruned words", words)
+    with Catalogue(db) as catalogue:
         fills = [fill for fill in catalogue.fills(a) if fill.p in periods]
-        pruned = catalogue.count(a=a, p=tuple(periods), status=Status.GEOMETRIC) if geometric else 0
+        pruned = catalogue.count(a=a, p=periods, status=Status.GEOMETRIC) if geometric else 0
     n_t, n_c = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))
     stored = f"{several(n_t, 'word')}, {several(n_c, 'orbit')}"
     stored += f", {several(pruned, 'geometrically pruned word')}" if geometric else ""
-    note(f"{span}: {stored}, {time.monotonic() - start:.1f} s, in {path}")
+    note(f"{span}: {stored}, {time.monotonic() - start:.1f} s, in {db}")
 
 
-def _fill_words(codes: Iterable[str], a: float, method: str, db: Path | None, dry_run: bool) -> None:
+def _fill_words(words: Sequence[str], a: float, method: str, db: Path, dry_run: bool) -> None:
     from orbitdb.filling.single_word import fill_word
-    from orbitdb.store.file.database import default_path
 
-    words = [primitive(code) for code in codes]
-    path = db or default_path()
     if dry_run:
-        note(f"{len(words)} words to solve at a = {a:g}, in {path}")
+        note(f"{len(words)} words to solve at a = {a:g}, in {db}")
         return
-    bring(path)
+    bring(db)
     for word in words:
-        found = fill_word(path, word, a, method)
+        found = fill_word(db, word, a, method)
         kept = "" if found.stored else "; not stored"
         note(f"{code_text(word)}: {found.status.sentence}{kept}")

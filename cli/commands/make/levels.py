@@ -11,7 +11,7 @@ from orbitdb.cli import options
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import note
-from orbitdb.cli.storing import WORTH_PROCESSES, Jobs, Solvers, bring
+from orbitdb.cli.storing import Jobs, Solvers, bring
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
 from orbitdb.plaintext import several
@@ -20,34 +20,27 @@ if TYPE_CHECKING:
     from orbitdb.quantum.levels import Levels, LevelTask
     from orbitdb.quantum.weyl import Parity
 
-EXAMPLES = """
-Examples:
-
-  orbitdb levels --k 0:30
-
-  orbitdb levels --k 0:12 --parity oo --a 0.5 --json
-
-  orbitdb levels --k 20:21 --no-store --format csv
-"""
+EXAMPLES = (
+    "levels --k 0:30",
+    "levels --k 0:12 --parity oo --a 0.5 --json",
+    "levels --k 20:21 --no-store --format csv",
+)
 COLUMNS = ("k", "error", "parity")
-_WORTH = 200
-"""Levels from which on further processes pay."""
+_WORK = 80_000
+"""Sequences that a fill solves while the levels of a full window are found, roughly."""
 
 
 def levels(
     *,
-    k: Annotated[
-        str, typer.Option("--k", metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")
-    ],
+    k: Annotated[str, typer.Option(metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")],
     parity: Annotated[
-        str | None,
-        typer.Option("--parity", help="ee, eo, oe or oo, several separated by commas [default: all four]."),
+        str | None, typer.Option(help="ee, eo, oe or oo, several separated by commas [default: all four].")
     ] = None,
     a: options.HalfLength = 1.6,
     jobs: Jobs = None,
     store: Annotated[bool, typer.Option(help="Keep the levels in the catalogue.")] = True,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Find all levels of the quantum stadium in a range of k, each with an estimate of its error.
 
@@ -58,27 +51,27 @@ def levels(
     import numpy as np
 
     from orbitdb.billiard.stadium import Stadium
+    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.catalogue.spectrum import missing_levels, stored_levels
     from orbitdb.quantum.levels import windows
     from orbitdb.quantum.weyl import weyl
-    from orbitdb.store.file.database import default_path
 
     low, high = read_range("--k", k)
     stadium, parities = Stadium(a), read_parities(parity)
     for each in parities:
         list(windows(stadium, each, low, high))  # so that a range that is refused leaves no file
-    path = (db or default_path()) if store else None
-    if path is not None:
-        bring(path)
-    found = {each: _known(path, a, each) for each in parities}
-    from orbitdb.catalogue.spectrum import missing_levels
-
+    found: dict[Parity, list[Levels]] = {each: [] for each in parities}
+    if store:
+        bring(db)
+        with Catalogue(db) as catalogue, catalogue.reading() as connection:
+            found = {each: stored_levels(connection, a, each) for each in parities}
     tasks = [
         task
         for each in parities
         for gap in missing_levels(found[each], low, high)
         for task in windows(stadium, each, *gap)
     ]
-    for solved in _solve(tasks, Solvers(jobs), path, k):
+    for solved in _solve(tasks, Solvers(jobs), db if store else None, k):
         found[solved.parity].append(solved)
     rows = sorted(
         (level, error, str(each))
@@ -92,11 +85,11 @@ def levels(
         below = min(part.below + int((part.k < low).sum()) for part in parts if part.high > low)
         own = [row for row in rows if row[2] == each]
         places = np.linspace(low, high, 2000)
-        count = below + np.searchsorted([row[0] for row in own], places)
-        off = float((count - weyl(stadium, each)(places)).mean())
+        staircase = below + np.searchsorted([row[0] for row in own], places)
+        off = float((staircase - weyl(stadium, each)(places)).mean())
         worst = f", errors up to {max(row[1] for row in own):.0e}" if own else ""
-        levels_of = several(len(own), "level", "levels")
-        note(f"{each}: {levels_of}, none missing; on average {off:+.2f} from Weyl's law{worst}")
+        count = several(len(own), "level")
+        note(f"{each}: {count}, none missing; on average {off:+.2f} from Weyl's law{worst}")
     if not rows:
         raise typer.Exit(1)
 
@@ -137,34 +130,18 @@ def read_parities(text: str | None) -> "list[Parity]":
         raise InputError(f"--parity {text!r:.40}: use ee, eo, oe or oo, separated by commas") from None
 
 
-def _known(path: Path | None, a: float, parity: "Parity") -> "list[Levels]":
-    from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.catalogue.spectrum import stored_levels
-
-    if path is None:
-        return []
-    with closing(Catalogue(path)) as catalogue, catalogue.reading() as connection:
-        return stored_levels(connection, a, parity)
-
-
 def _solve(tasks: "list[LevelTask]", solvers: Solvers, path: Path | None, k: str) -> "Iterator[Levels]":
     """Solve tasks, and keep what they give if there is a catalogue."""
-    from orbitdb.billiard.stadium import Stadium
-    from orbitdb.quantum.weyl import weyl
     from orbitdb.store.writing.records import keep_levels
     from orbitdb.store.writing.writer import Writer
 
     if not tasks:
         return
-    stadium = Stadium(tasks[0].a)
-    smooth = {task: weyl(stadium, task.parity) for task in tasks}
-    expected = sum(number(task.high) - number(task.low) for task, number in smooth.items())
-    worth = WORTH_PROCESSES if expected > _WORTH else 1
-    parameters = {"command": "levels", "k": k, "a": stadium.a}
+    parameters = {"command": "levels", "k": k, "a": tasks[0].a}
     with (
         nullcontext() if path is None else closing(Writer(path, parameters)) as writer,
         progress("levels") as shown,
-        solvers.at_work(worth, 1) as workers,
+        solvers.at_work(_WORK * len(tasks), _WORK) as workers,
     ):
         shown.tell("levels", 0, len(tasks), counted=False)
         for done, solved in enumerate(workers.solved(tasks), 1):

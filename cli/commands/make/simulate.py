@@ -17,15 +17,7 @@ from orbitdb.numerals import with_error
 if TYPE_CHECKING:
     from orbitdb.trajectories.ensemble import Reference
 
-EXAMPLES = """
-Examples:
-
-  orbitdb simulate
-
-  orbitdb simulate --a 1 --bounces 100000000 --seed 7 --json
-
-  orbitdb simulate --legwise
-"""
+EXAMPLES = ("simulate", "simulate --a 1 --bounces 100000000 --seed 7 --json", "simulate --legwise")
 COLUMNS = (
     "a", "lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error", "mean_free_path", "mean_free_path_error",
     "bounces", "seed",
@@ -40,14 +32,14 @@ def simulate(
     wanted: Annotated[
         int, options.count_option("--bounces", help="Bounces in all, such as 1e8.")
     ] = 20_000_000,
-    seed: Annotated[int, options.count_option("--seed", help="The same seed gives the same result.")] = 0,
+    seed: Annotated[int, options.count_option(help="The same seed gives the same result.")] = 0,
     legwise: Annotated[
         bool,
         typer.Option("--legwise", help="Sample leg by leg and use exact means, for much smaller errors."),
     ] = False,
     store: Annotated[bool, typer.Option(help="Keep the result in the catalogue.")] = True,
     output: Output,
-    db: options.Database = None,
+    db: options.Database,
 ) -> None:
     """Average over random trajectories: Lyapunov exponents and mean free path, with standard errors.
 
@@ -57,7 +49,6 @@ def simulate(
     from orbitdb.averages.exact_means import exact_means
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.file.database import default_path
     from orbitdb.store.writing.records import add_reference
     from orbitdb.store.writing.writer import Writer
     from orbitdb.trajectories.ensemble import simulate as simulate_bounces
@@ -67,11 +58,11 @@ def simulate(
         raise InputError(f"bounces {wanted}: give 1 to {_MOST:g}")
     if seed < 0:
         raise InputError(f"seed {seed}: give 0 or more")
-    stadium, path = Stadium(a), db or default_path()
+    stadium = Stadium(a)
     if store:
-        bring(path)
-        Catalogue(path)  # what is wrong with the catalogue is to be known before
-        with closing(Writer(path, {})) as writer:
+        bring(db)
+        Catalogue(db)  # what is wrong with the catalogue is to be known before
+        with closing(Writer(db, {})) as writer:
             writer.try_to_write()
     with progress("trajectories") as shown:
 
@@ -87,7 +78,7 @@ def simulate(
     try:
         if store:
             parameters = {"command": "simulate", "a": a, "bounces": found.bounces, "seed": found.seed}
-            with closing(Writer(path, parameters)) as writer:
+            with closing(Writer(db, parameters)) as writer:
                 add_reference(writer, a, found)
     finally:
         if output.table:

@@ -1,11 +1,8 @@
 """``orbitdb sweep``: enumerate, solve and add up, and keep counts and sums alone."""
 
 import time
-from collections.abc import Sequence
-from contextlib import closing
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -14,23 +11,15 @@ from orbitdb.cli.options import Database, HalfLength, count_option
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import note
-from orbitdb.cli.storing import DryRun, Solvers, asked_periods, bring, show_steps, written
+from orbitdb.cli.storing import DryRun, Solvers, announce, asked_periods, bring, show_steps, written
 from orbitdb.plaintext import several
 
-if TYPE_CHECKING:
-    from orbitdb.store.asking.selection import Selection
-
-EXAMPLES = """
-Examples:
-
-  orbitdb sweep --p 16
-
-  orbitdb sweep --p 12 --a 1 --json
-
-  orbitdb sweep --p 14 --reversal self --range length=:20
-
-  orbitdb sweep --p 19 --scheduler tcp://node1:8786
-"""
+EXAMPLES = (
+    "sweep --p 16",
+    "sweep --p 12 --a 1 --json",
+    "sweep --p 14 --reversal self --range length=:20",
+    "sweep --p 19 --scheduler tcp://node1:8786",
+)
 
 COLUMNS = ("p", "N_t", "N_c", "classes", "boundary", "unresolved", "seconds", "processor_seconds")
 
@@ -48,7 +37,7 @@ def sweep(
     solvers: Solvers,
     dry_run: DryRun = False,
     output: Output,
-    db: Database = None,
+    db: Database,
 ) -> None:
     """Count the orbits of further periods and sum what averages need, without storing rows.
 
@@ -58,50 +47,32 @@ def sweep(
     boundary and unresolved count the chosen words whatever their --range, which applies to orbits only.
     """
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.store.file.database import default_path
-
-    chosen = choice.at(Stadium(a).a)
-    path, periods = db or default_path(), asked_periods(context, asked, first)
-    if _sweep(path, chosen, periods, solvers, dry_run):
-        _write(path, chosen, periods, output)
-
-
-def _sweep(path: Path, chosen: "Selection", periods: Sequence[int], solvers: Solvers, dry_run: bool) -> bool:
-    """Sweep periods, say what that takes and took, and return whether it was done."""
-    from orbitdb.filling.estimate import LARGE, about, sweep_need
-    from orbitdb.filling.sweeps import SMALL, sweep_periods
-    from orbitdb.symbols.counting import count_admissible
-
-    a = chosen.a
-    span = f"p = {written(periods)} at a = {a:g}"
-    coming = sweep_need(path, a, periods, solvers.number(), chosen)
-    asked = several(coming.words, "word")
-    if dry_run or coming.words >= LARGE:
-        note(f"{span}: {asked} to come, {about(coming.seconds)}, in {path}")
-    if dry_run:
-        return False
-    start = time.monotonic()
-    with solvers.at_work(coming.words, SMALL) as workers:
-        bring(path)
-        with progress(span) as shown:
-            words = {p: count_admissible(p) for p in periods}
-            steps = sweep_periods(path, a, periods, workers, chosen)
-            show_steps(shown, steps, "words", words, sum(words.values()) - coming.words)
-    note(f"{span}: {asked}, {time.monotonic() - start:.1f} s, in {path}")
-    return True
-
-
-def _write(path: Path, chosen: "Selection", periods: Sequence[int], output: Output) -> None:
-    """Write one row a period; say of which orbits they are, if not of all."""
     from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.filling.estimate import sweep_need
+    from orbitdb.filling.sweeps import SMALL, sweep_periods
     from orbitdb.orbits.orbit import Status
     from orbitdb.store.asking.sweepable import swept_text
+    from orbitdb.symbols.counting import count_admissible
 
+    chosen, periods = choice.at(Stadium(a).a), asked_periods(context, asked, first)
+    span = f"p = {written(periods)} at a = {a:g}"
+    coming = sweep_need(db, a, periods, solvers.number(), chosen)
+    announce(span, coming, db, dry_run)
+    if dry_run:
+        return
+    start = time.monotonic()
+    with solvers.at_work(coming.words, SMALL) as workers:
+        bring(db)
+        with progress(span) as shown:
+            words = {p: count_admissible(p) for p in periods}
+            steps = sweep_periods(db, a, periods, workers, chosen)
+            show_steps(shown, steps, "words", words, sum(words.values()) - coming.words)
+    note(f"{span}: {several(coming.words, 'word')}, {time.monotonic() - start:.1f} s, in {db}")
     subset = (text,) if (text := swept_text(chosen)) else ()
     if subset:
         note(replace(chosen, statuses=(Status.ORBIT,)).describe())
-    with closing(Catalogue(path)) as catalogue:
-        found = [each for each in catalogue.sweeps(chosen.a, chosen) if each.p in periods]
+    with Catalogue(db) as catalogue:
+        found = [each for each in catalogue.sweeps(a, chosen) if each.p in periods]
     rows = []
     for each in found:
         counts = each.tally

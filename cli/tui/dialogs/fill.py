@@ -1,18 +1,18 @@
 """The dialog that asks what to fill, says what that is going to take, and shows how far it is."""
 
-from collections.abc import Callable
-from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar, cast
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import Button, Input, Label, ProgressBar
 
-from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.dialogs.fill_state import Cost, FillState, Wish, cost_of, parse_wish
-from orbitdb.cli.tui.screens import ESCAPE, Dialog
+from orbitdb.cli.tui.screens import ESCAPE, Dialog, QuestionDialog
 from orbitdb.errors import InputError
+
+if TYPE_CHECKING:
+    from orbitdb.cli.tui.app import BrowseApp
 
 _FIELDS = (
     ("a", "half length a", ""),
@@ -22,30 +22,19 @@ _FIELDS = (
 
 
 class FillDialog(Dialog[None]):
-    """Ask what to fill; while something is filled, show how far it is.
-
-    Parameters
-    ----------
-    path : Path
-        The catalogue; it need not exist.
-    a, periods : str
-        What stands in the fields at the beginning.
-    state : FillState or None
-        The fill that runs, or the last one.
-    begin : callable
-        Begins a fill, unless one runs.
-    """
+    """Ask what to fill, beginning with an a and periods; while something is filled, show how far it is."""
 
     BINDINGS: ClassVar[list[BindingType]] = [ESCAPE]
 
     AUTO_FOCUS = "#periods"  # a focus that is set later comes behind the first keys
 
-    def __init__(
-        self, path: Path, a: str, periods: str, state: FillState | None, begin: Callable[[Wish], None]
-    ) -> None:
+    def __init__(self, a: str, periods: str) -> None:
         super().__init__()
-        self._path, self._state, self._begin = path, state, begin
         self._values = {"a": a, "periods": periods, "codes": ""}
+
+    @property
+    def _browser(self) -> "BrowseApp":
+        return cast("BrowseApp", self.app)
 
     def compose(self) -> ComposeResult:
         """Show the fields, what they take, and the progress."""
@@ -65,26 +54,21 @@ class FillDialog(Dialog[None]):
 
     def on_mount(self) -> None:
         """Follow the fill that may be running."""
-        if self._runs:
+        if self._browser.fills:
             self.query_one("#stop").focus()
         self.watch(self.app, "fill_state", self._follow)
 
-    @property
-    def _runs(self) -> bool:
-        return self._state is not None and self._state.runs
-
     def _follow(self, state: FillState | None) -> None:
-        ended, self._state = self._runs and state is not None and not state.runs, state
-        if ended:
-            self._weigh_fields()
-        self.query_one("#start", Button).disabled = self._runs
-        self.query_one("#stop", Button).disabled = not self._runs
-        self.query_one("#cost").display = not self._runs
+        runs = self._browser.fills
+        self.query_one("#start", Button).disabled = runs
+        self.query_one("#stop", Button).disabled = not runs
+        self.query_one("#cost").display = not runs
         bar = self.query_one("#bar", ProgressBar)
         bar.display = state is not None
         if state is not None:
             bar.update(total=state.total or None, progress=state.done)
             self.query_one("#told", Label).update(state.sentence())
+            self._weigh_fields()
 
     def on_input_changed(self) -> None:
         """Say what the fields are going to take."""
@@ -100,11 +84,11 @@ class FillDialog(Dialog[None]):
         if event.button.id == "start":
             self._weigh_fields(begin=True)
         else:
-            self.run_worker(self.app.run_action("stop_fill"))
+            self._browser.action_stop_fill()
 
     def _weigh_fields(self, begin: bool = False) -> None:
         """Ask what the fields are going to take; begin, if that is wanted, as soon as it is known."""
-        if self._runs:
+        if self._browser.fills:
             return
         try:
             wish = parse_wish(*(self.query_one(f"#{name}", Input).value for name, _, _ in _FIELDS))
@@ -114,7 +98,7 @@ class FillDialog(Dialog[None]):
             return
         self.in_thread(
             "cost",
-            lambda _: cost_of(self._path, wish),
+            lambda _: cost_of(self._browser.path, wish),
             lambda cost: self._take_cost(wish, cost, begin),
             lambda told: self._say(told, wrong=True),
         )
@@ -122,14 +106,14 @@ class FillDialog(Dialog[None]):
     def _take_cost(self, wish: Wish, cost: Cost, begin: bool) -> None:
         """Say what the wish takes; begin, or ask first where that is much."""
         self._say(cost.sentence)
-        if not begin or cost.nothing or self._runs:
+        if not begin or cost.nothing or self._browser.fills:
             return
         if not cost.large:
-            self._begin(wish)
+            self._browser.begin_fill(wish)
             return
         question = f"{cost.sentence}. It can be stopped at any time, and goes on later where it was."
         dialog = QuestionDialog(question, "Fill", "Leave it")
-        self.app.push_screen(dialog, lambda sure: self._begin(wish) if sure else None)
+        self.app.push_screen(dialog, lambda sure: self._browser.begin_fill(wish) if sure else None)
 
     def _say(self, text: str, wrong: bool = False) -> None:
         self.query_one("#cost", Label).set_class(wrong, "-wrong").update(text)

@@ -6,12 +6,17 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.choices import half_length
 from orbitdb.errors import InputError
+from orbitdb.numerals import exact
+from orbitdb.store.asking.parsing import parse_periods
+from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.enumeration import MAX_PERIOD
+from orbitdb.symbols.words import parse, primitive_root
 
 
-@dataclass(frozen=True)
-class Wish:
+class Wish(NamedTuple):
     """What to fill: periods, or words."""
 
     a: float
@@ -74,10 +79,6 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
     InputError
         If a part cannot be read.
     """
-    from orbitdb.store.asking.parsing import parse_periods
-    from orbitdb.symbols.enumeration import MAX_PERIOD
-    from orbitdb.symbols.words import parse, primitive_root
-
     value = half_length(a)
     if codes.strip():
         return Wish(value, words=tuple(primitive_root(parse(code)) for code in codes.split(",")))
@@ -104,7 +105,6 @@ def cost_of(path: Path, wish: Wish) -> Cost:
         If the disk has no room for it, or the catalogue cannot be read.
     """
     from orbitdb.filling.estimate import LARGE, about, check_room, gigabytes, need
-    from orbitdb.numerals import exact
 
     at = f"at a = {exact(wish.a)}"
     if wish.words:
@@ -121,10 +121,8 @@ def cost_of(path: Path, wish: Wish) -> Cost:
 
 def work(path: Path, state: FillState) -> Generator[FillState, None, None]:
     """Fill, and tell how far it is behind every batch that is safely stored."""
-    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.periods import fill_periods
     from orbitdb.filling.single_word import fill_word
-    from orbitdb.symbols.counting import count_admissible
 
     Catalogue.create(path)
     wish = state.wish

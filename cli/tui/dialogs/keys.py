@@ -21,7 +21,7 @@ from orbitdb.columns import IN_CATALOGUE, Column
 Group = tuple[str, Sequence[tuple[str, str]]]
 """A heading, and what stands below it: names and what they mean."""
 
-_WORDS = {"enter": "enter", "escape": "escape", "backspace": "backspace"}
+_WORDS = ("enter", "escape", "backspace")
 
 
 def groups_of(parts: Iterable[Keys]) -> list[Group]:
@@ -32,15 +32,12 @@ def groups_of(parts: Iterable[Keys]) -> list[Group]:
         new = [pressed for pressed in each.key.split(",") if pressed not in heard]
         heard.update(new)  # who comes first hears a key, and nobody else
         if new and (told := each.tooltip or each.description):
-            names = [each.key_display] if each.key_display else map(_name, new)
+            plain = [name if name in _WORDS else format_key(name) for name in new]
+            names = [each.key_display] if each.key_display else plain
             groups.setdefault(title, {}).setdefault(told, []).extend(names)
     return [
         (title, [(" ".join(names), told) for told, names in group.items()]) for title, group in groups.items()
     ]
-
-
-def _name(pressed: str) -> str:
-    return _WORDS.get(pressed) or format_key(pressed)
 
 
 def columns_told() -> Group:

@@ -5,7 +5,9 @@ A cell holds 2 x 4 dots. Dots are square where a cell is twice as high as wide, 
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import groupby
+from operator import itemgetter
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,16 +72,14 @@ def polyline(frame: Frame, points: Floats) -> Dots:
     return dots
 
 
-@dataclass(frozen=True)
-class Layer:
+class Layer(NamedTuple):
     """Dots of one style."""
 
     style: str
     dots: Dots
 
 
-@dataclass(frozen=True)
-class Mark:
+class Mark(NamedTuple):
     """One character, in the cell of a dot."""
 
     style: str
@@ -87,8 +87,7 @@ class Mark:
     text: str
 
 
-@dataclass(frozen=True)
-class Picture:
+class Picture(NamedTuple):
     """Characters and the name of each one's style ('' for none), both of shape (rows, columns)."""
 
     text: NDArray[np.str_]
@@ -96,10 +95,8 @@ class Picture:
 
     def runs(self, row: int) -> list[tuple[str, str]]:
         """Return a row as (text, style), neighbours of one style together."""
-        styles = self.styles[row]
-        starts = [0, *(np.flatnonzero(styles[1:] != styles[:-1]) + 1).tolist(), len(styles)]
-        line = "".join(self.text[row])
-        return [(line[i:j], styles[i]) for i, j in pairwise(starts) if j > i]
+        cells = zip(self.text[row], self.styles[row], strict=True)
+        return [("".join(text for text, _ in run), style) for style, run in groupby(cells, itemgetter(1))]
 
 
 def draw(frame: Frame, layers: Iterable[Layer], marks: Iterable[Mark] = ()) -> Picture:

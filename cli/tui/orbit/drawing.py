@@ -1,7 +1,6 @@
 """Widgets that show pictures: an orbit in its stadium or in phase space, and curves."""
 
 from collections.abc import Sequence
-from enum import StrEnum
 from typing import ClassVar
 
 from rich.style import Style
@@ -27,13 +26,6 @@ _FRAMES_PER_SECOND = 20
 _LEAST = 4, 3
 _SPEED = 2.5
 """Way of the particle in a second, in units of the radius."""
-
-
-class View(StrEnum):
-    """What the drawing shows."""
-
-    STADIUM = "stadium"
-    PHASE = "phase space"
 
 
 class PictureWidget(Widget):
@@ -65,7 +57,7 @@ class OrbitDrawing(PictureWidget):
 
     orbit: reactive[Orbit | None] = reactive(None, always_update=True)
     compared: reactive[tuple[Orbit, ...]] = reactive((), always_update=True)
-    view: reactive[View] = reactive(View.STADIUM)
+    phase: reactive[bool] = reactive(False)
     particle: reactive[float | None] = reactive(None)
 
     def __init__(self, a: float, id: str | None = None) -> None:
@@ -80,13 +72,13 @@ class OrbitDrawing(PictureWidget):
         if self.particle is not None:
             self.particle = 0.0
 
-    def change_view(self) -> None:
+    def toggle_phase(self) -> None:
         """Change between the stadium and phase space."""
-        self.view = View.STADIUM if self.view is View.PHASE else View.PHASE
+        self.phase = not self.phase
 
     def toggle_particle(self) -> None:
         """Send a particle along the orbit, in the stadium, or stop it."""
-        self.view = View.STADIUM
+        self.phase = False
         if self._timer is None:
             self.particle = 0.0
             self._timer = self.set_interval(1 / _FRAMES_PER_SECOND, self.step)
@@ -101,7 +93,7 @@ class OrbitDrawing(PictureWidget):
 
     def picture(self, columns: int, rows: int) -> Picture:
         """Draw the stadium, or phase space."""
-        if self.view is View.PHASE:
+        if self.phase:
             here = [self.orbit] if self.orbit is not None and self.orbit.coordinates is not None else []
             orbits = here + [other for other in self.compared if other.code not in {o.code for o in here}]
             names = [orbit.code if orbit.p <= 20 else f"{orbit.code[:19]}…" for orbit in orbits]

@@ -1,5 +1,6 @@
 """What is known of an orbit, in words."""
 
+import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from textwrap import wrap
@@ -12,7 +13,6 @@ from textual.strip import Strip
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.orbit_facts import facts
-from orbitdb.cli.tui.orbit.lives import bar
 from orbitdb.cli.tui.screens import SCROLLING, Keys, bindings
 from orbitdb.numerals import upwards
 from orbitdb.orbits.bounce_rows import bounce_rows
@@ -22,6 +22,8 @@ from orbitdb.symbols.words import run_notation
 
 _MOST_BOUNCES = 60
 _BAR = 24
+_LEAST, _MOST = 0.05, 20.0
+"""The ends of the bar."""
 _ALL_OF_A_BOUNCE = 66
 """Columns."""
 _SHORT = {"time reversal": "reversal"}
@@ -47,6 +49,15 @@ def facts_of(orbit: Orbit, certificate: Certificate = None, partners: Partners =
         proof = f"radius {upwards(certificate[0])}, {certificate[1]} bits" if certificate else "none stored"
         known.append(("certificate", proof))
     return [(name, printable(sentence)) for name, sentence in known]
+
+
+def bar(lives: Sequence[tuple[float, float | None]], a: float, width: int) -> str:
+    """Return a bar over ln a, from 0.05 to 20, that shows where an orbit exists, and a."""
+    scale = math.log(_MOST / _LEAST)
+    places = [_LEAST * math.exp(scale * (i + 0.5) / width) for i in range(width)]
+    alive = [any(born < at and (dies is None or at < dies) for born, dies in lives) for at in places]
+    here = math.floor(width * math.log(a / _LEAST) / scale)
+    return "".join("┃" if i == here else "━" if alive[i] else "·" for i in range(width))
 
 
 def folded(facts: Sequence[tuple[str, str]], width: int) -> list[Line]:
@@ -87,26 +98,23 @@ class FactsPanel(ScrollView, can_focus=True):
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
-        self._shown: Callable[[int], list[Line]] | None = None
+        self._shown: Callable[[int], list[Line]] = lambda _: []
         self._lines: list[Line] = []
 
     def show(self, orbit: Orbit | None, certificate: Certificate = None) -> None:
         """Show what is known of an orbit."""
-        self.show_lines(None if orbit is None else partial(lines_of, orbit, certificate))
+        self.show_lines(partial(lines_of, orbit, certificate) if orbit is not None else lambda _: [])
 
-    def show_lines(self, lines: Callable[[int], list[Line]] | None) -> None:
+    def show_lines(self, lines: Callable[[int], list[Line]]) -> None:
         """Show some lines, which are asked for with the width there is."""
         self._shown = lines
-        self._fold()
+        self.on_resize()
         self.scroll_to(y=0, animate=False, immediate=True)
 
     def on_resize(self) -> None:
-        """Fold anew."""
-        self._fold()
-
-    def _fold(self) -> None:
+        """Fold the lines to the width there is."""
         width = self.scrollable_content_region.width
-        self._lines = [] if self._shown is None else self._shown(width)
+        self._lines = self._shown(width)
         height = max(len(self._lines), self.size.height)  # a change of it lays the whole screen out
         self.virtual_size = Size(width, height)
         self.refresh()

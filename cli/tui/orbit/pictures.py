@@ -2,17 +2,15 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.orbit.braille import DOTS_X, DOTS_Y, Frame, Layer, Mark, Picture, draw, polyline
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.symbols.words import from_strings
 
 Floats = NDArray[np.float64]
 
@@ -29,10 +27,9 @@ _TRAIL = 0.06
 
 def path_of(orbit: Orbit | None) -> Floats:
     """Return the bounces of an orbit in the plane, the first again at the end, shape (p + 1, 2)."""
-    if orbit is None or orbit.coordinates is None:
+    if orbit is None or orbit.points is None:
         return np.zeros((0, 2))
-    symbols = from_strings([orbit.code])[0]
-    points = Stadium(orbit.a).points(symbols[:MOST_DRAWN], orbit.coordinates[:MOST_DRAWN])
+    points = orbit.points[:MOST_DRAWN]
     return np.concatenate([points, points[:1]]) if orbit.p <= MOST_DRAWN else points
 
 
@@ -60,33 +57,26 @@ def draw_orbit(
     marks = []
     if len(path):
         layers.append(Layer("path", polyline(frame, path)))
-        marks = [Mark("bounce", _dot(frame, point), "•") for point in path]
-        marks += [_arrow(frame, path), Mark("start", _dot(frame, path[0]), "◆")]
+        step = path[1] - path[0]  # which way the word is read
+        arrow = _ARROWS[round(math.atan2(step[1], step[0]) / (math.pi / 4)) % 8]
+        marks = _marks(frame, "bounce", path, "•") + _marks(frame, "arrow", [path[0] + 0.4 * step], arrow)
+        marks += _marks(frame, "start", path[:1], "◆")
     if particle is not None and len(path):
         tail = np.array([along(path, particle - _TRAIL * k / 24) for k in range(25)])
         layers.append(Layer("trail", polyline(frame, tail)))
-        marks.append(Mark("particle", _dot(frame, tail[0]), "●"))
+        marks += _marks(frame, "particle", tail[:1], "●")
     return draw(frame, layers, marks), true
 
 
-def _dot(frame: Frame, point: Floats) -> tuple[int, int]:
-    x, y = frame.dots(point[None])[0]
-    return int(x), int(y)
-
-
-def _arrow(frame: Frame, path: Floats) -> Mark:
-    """Return the arrow on the first link, that shows which way the word is read."""
-    step = path[1] - path[0]
-    octant = round(math.atan2(step[1], step[0]) / (math.pi / 4)) % 8
-    return Mark("arrow", _dot(frame, path[0] + 0.4 * step), _ARROWS[octant])
+def _marks(frame: Frame, style: str, points: ArrayLike, text: str) -> list[Mark]:
+    return [Mark(style, (x, y), text) for x, y in frame.dots(np.asarray(points)).tolist()]
 
 
 def phase_points(orbit: Orbit) -> Floats:
     """Return the bounces of an orbit in phase space, shape (p, 2): arc length and sine (`birkhoff`)."""
-    if orbit.coordinates is None:
+    if orbit.arclength is None or orbit.sine is None:
         return np.zeros((0, 2))
-    words = from_strings([orbit.code])
-    return np.concatenate(birkhoff(Stadium(orbit.a), words, orbit.coordinates[None])).T
+    return np.stack([orbit.arclength, orbit.sine], axis=1)
 
 
 def draw_phase(
@@ -105,11 +95,9 @@ def draw_phase(
     middle = np.linspace(0, length, columns // 2)
     grid.append(np.stack([middle, np.zeros_like(middle)], axis=1))
     layers = [Layer("wall", frame.dots(np.concatenate(grid)))]
-    marks = [
-        Mark(COLOURS[place % len(COLOURS)], _dot(frame, point), "•●"[place == 0])
-        for place, points in reversed(list(enumerate(orbits)))
-        for point in points
-    ]
+    marks = []
+    for place, points in reversed(list(enumerate(orbits))):
+        marks += _marks(frame, COLOURS[place % len(COLOURS)], points, "•●"[place == 0])
     picture = _with_row(draw(frame, layers, marks), (_wall_names(frame, joints), "label"))
     legend = [(f" {'•●'[i == 0]} {name} ", COLOURS[i % len(COLOURS)]) for i, name in enumerate(names)]
     return _with_row(picture, *legend) if legend else picture
@@ -119,7 +107,7 @@ def _wall_names(frame: Frame, joints: Sequence[float]) -> str:
     """Return a line that names the walls below their parts of the axis."""
     line = [" "] * frame.columns
     for name, (low, high) in zip(("0 bottom", "3 right", "2 top", "1 left"), pairwise(joints), strict=True):
-        middle = _dot(frame, np.array([(low + high) / 2, 0.0]))[0] // DOTS_X
+        middle = int(frame.dots(np.array([[(low + high) / 2, 0.0]]))[0, 0]) // DOTS_X
         width = int((high - low) * frame.scale[0] / DOTS_X)
         text = name if len(name) <= width else name[: min(1, width)]
         start = middle - len(text) // 2
@@ -136,8 +124,7 @@ def _with_row(picture: Picture, *pieces: tuple[str, str]) -> Picture:
     return Picture(np.concatenate([picture.text, text]), np.concatenate([picture.styles, styles]))
 
 
-@dataclass(frozen=True)
-class Curve:
+class Curve(NamedTuple):
     """Values over the period; `marker` draws single points, '' a line; without a name it has no legend."""
 
     style: str
@@ -149,43 +136,32 @@ class Curve:
 
 def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> Picture:
     """Draw curves with an axis on the left, the periods below, and a legend in the last row."""
-    blank = Picture(np.full((rows, columns), " "), np.full((rows, columns), "", dtype=object))
-    if not curves:
-        return blank
-    known = [np.isfinite(curve.y) for curve in curves]
-    values = np.concatenate([curve.y[here] for curve, here in zip(curves, known, strict=True)])
-    periods = np.concatenate([curve.x[here] for curve, here in zip(curves, known, strict=True)])
-    margin = 7
-    if not len(values) or columns < margin + 8 or rows < 5:
-        return blank
-    low, high = _padded(float(values.min()), float(values.max()))
-    first, last = float(periods.min()), max(float(periods.max()), float(periods.min()) + 1)
+    drawn = [np.stack([curve.x, curve.y], axis=1)[np.isfinite(curve.y)] for curve in curves]
+    every, margin = np.concatenate([np.zeros((0, 2)), *drawn]), 7
+    if not len(every) or columns < margin + 8 or rows < 5:
+        return Picture(np.full((rows, columns), " "), np.full((rows, columns), "", dtype=object))
+    (first, low), (last, high) = every.min(axis=0).tolist(), every.max(axis=0).tolist()
+    pad = 0.05 * (high - low) or 0.5
+    low, high, last = low - pad, high + pad, max(last, first + 1)
     frame = Frame.around((first, low), (last, high), columns - margin, rows - 2, square=False)
     layers, marks = [], []
-    for curve, here in zip(curves, known, strict=True):
-        points = np.stack([curve.x[here], curve.y[here]], axis=1)
+    for curve, points in zip(curves, drawn, strict=True):
         if curve.marker:
-            marks += [Mark(curve.style, _dot(frame, point), curve.marker) for point in points]
+            marks += _marks(frame, curve.style, points, curve.marker)
         else:
             layers.append(Layer(curve.style, polyline(frame, points)))
     plot = draw(frame, layers, marks)
     axis = np.full((rows - 2, margin), " ")
     for share in (0.0, 0.5, 1.0):
-        row = round(share * (rows - 3))
-        axis[row] = list(f"{high - share * (high - low):>{margin - 1}.3f}"[: margin - 1] + "┤")
+        label = f"{high - share * (high - low):>{margin - 1}.3f}"
+        axis[round(share * (rows - 3))] = list(label[: margin - 1] + "┤")
     text = np.concatenate([axis, plot.text], axis=1)
     styles = np.concatenate([np.full(axis.shape, "label", dtype=object), plot.styles], axis=1)
     ticks = [" "] * columns
     for period in range(math.ceil(first), math.floor(last) + 1):
-        place = margin + _dot(frame, np.array([period, low]))[0] // DOTS_X
-        label = str(period)
         if last - first < columns / 4 or period % 2 == 0:
-            ticks[place - len(label) + 1 : place + 1] = label
+            place = margin + int(frame.dots(np.array([[period, low]]))[0, 0]) // DOTS_X + 1
+            ticks[place - len(str(period)) : place] = str(period)
     picture = _with_row(Picture(text, styles), ("".join(ticks), "label"))
     named = [curve for curve in curves if curve.name]
     return _with_row(picture, *((f" {curve.marker or '─'} {curve.name} ", curve.style) for curve in named))
-
-
-def _padded(low: float, high: float) -> tuple[float, float]:
-    pad = 0.05 * (high - low) or 0.5
-    return low - pad, high + pad

@@ -22,6 +22,7 @@ from orbitdb.cli.tui.orbit.facts import (
 )
 from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, bindings, key
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.store.reading.lookup import born_with, with_existence
 from orbitdb.symbols.symmetry import ELEMENTS, MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
 
@@ -99,15 +100,13 @@ class WholeOrbitScreen(OwnScreen[None]):
 
     def _complete(self, cancelled: Callable[[], bool]) -> tuple[Orbit, Partners]:
         """Return the orbit with its lives, and with whom it is born."""
-        from orbitdb.store.reading.lookup import born_with, with_existence
-
         browser = cast("BrowseApp", self.app)
         orbit = with_existence(self._orbit)
         return orbit, born_with(browser.path if browser.catalogue is not None else None, orbit)
 
     def action_view(self) -> None:
         """Change between the stadium and phase space."""
-        self.query_one(OrbitDrawing).change_view()
+        self.query_one(OrbitDrawing).toggle_phase()
 
     def action_particle(self) -> None:
         """Send a particle along the orbit, or stop it."""

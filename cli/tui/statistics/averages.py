@@ -1,11 +1,10 @@
 """The numbers of the statistics screen: those of the commands, as a table and as curves over the period."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.catalogue.averaged import enclosure, entropy_of_rows, lyapunov_of_rows, outside, read
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.results import PROVED, Result
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.orbit.pictures import Curve
@@ -14,9 +13,6 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.trajectories.ensemble import Reference
 
-if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
-
 COLUMNS = (
     "p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", "lambda_d", "lambda_d_pair", "lambda_d_zeta",
     "lambda_c", "lambda_c_pair", "lambda_c_zeta", "lambda_d_sum_rule", "lambda_d_sum_rule_error",
@@ -24,7 +20,7 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def statistics(catalogue: "Catalogue", selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
+def statistics(catalogue: Catalogue, selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
     """Return counts, entropies and Lyapunov averages of a subset's orbits by whole period.
 
     Raises

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from rich.table import Table
 from textual.app import ComposeResult
@@ -14,6 +14,7 @@ from textual.widgets import Footer, Header, Static
 
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.results import Result
 from orbitdb.cli.tui.orbit.drawing import Plot
 from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings
@@ -22,9 +23,6 @@ from orbitdb.errors import InputError
 from orbitdb.numerals import with_error
 from orbitdb.store.asking.selection import Selection
 from orbitdb.trajectories.ensemble import Reference, references
-
-if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
 
 FIRST_BOUNCES = 6_000_000
 _FIRST = 11
@@ -45,13 +43,13 @@ class StatisticsScreen(OwnScreen[None]):
     }
     BINDINGS = bindings(KEYS)
 
-    def __init__(self, catalogue: "Catalogue", selection: Selection) -> None:
+    def __init__(self, catalogue: Catalogue, selection: Selection) -> None:
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
         self.found: Result | None = None
         self.reference: Reference | None = None
         self._weight = Weight.EXPONENTIAL
-        self._kept = self._followed = ""
+        self._kept = ""
         self._bounces = FIRST_BOUNCES
 
     def compose(self) -> ComposeResult:
@@ -112,16 +110,15 @@ class StatisticsScreen(OwnScreen[None]):
         """Show the better value; until one is whole, of which a share is done, the one so far."""
         old = self.reference
         source = "stored" if stored else f"{new.bounces:.2g} bounces followed here"
-        value = _described(new)
         if done < 1 and self._kept:
-            self._followed = f"following more: {done:.0%}"
+            followed = f"following more: {done:.0%}"
         elif self._kept and old is not None and old.lambda_d_error <= new.lambda_d_error:
-            self._followed = f"{source}, not as good: {value}"
+            followed = f"{source}, not as good: {_described(new)}"
         else:
-            self._kept, self._followed = (source, "") if done >= 1 else ("", f"{done:.0%}")
+            self._kept, followed = (source, "") if done >= 1 else ("", f"{done:.0%}")
             self.reference = old = new
         assert old is not None
-        parts = (f"trajectories: {_described(old)}", self._kept, self._followed)
+        parts = (f"trajectories: {_described(old)}", self._kept, followed)
         self.query_one("#reference", Static).update("; ".join(filter(None, parts)))
         self._show()
 
@@ -142,8 +139,7 @@ class StatisticsScreen(OwnScreen[None]):
 
     def action_weight(self) -> None:
         """Take the other weight."""
-        others = {Weight.EXPONENTIAL: Weight.DETERMINANT, Weight.DETERMINANT: Weight.EXPONENTIAL}
-        self._weight = others[self._weight]
+        self._weight = next(weight for weight in Weight if weight is not self._weight)
         self._compute()
 
     def action_trajectories(self) -> None:

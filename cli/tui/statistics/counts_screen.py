@@ -1,8 +1,11 @@
 """Counts of the chosen subset: by status, period and symmetry, and how the values of any column spread."""
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from itertools import pairwise
+from typing import Any, ClassVar, NamedTuple
 
+from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding
@@ -10,29 +13,77 @@ from textual.containers import Horizontal
 from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
 
-from orbitdb.cli.tui.dialogs.basic import ChoiceDialog
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue.tallies import Histogram, histogram, marginal, tally
+from orbitdb.cli.render import number
+from orbitdb.cli.tui.dialogs.lists import ChoiceDialog
 from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings, key
-from orbitdb.cli.tui.statistics.bars import (
-    DRAWN,
-    Counts,
-    counts_by,
-    counts_in,
-    is_measured,
-    lines_of,
-    title_of,
-)
 from orbitdb.cli.tui.table.columns import EVERY
+from orbitdb.columns import IN_CATALOGUE
 from orbitdb.store.asking.selection import Selection
-
-if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
 
 _BY = ("status", "p", "symmetry", "time_reversal")
 _MOST_BINS = 40
 _LEAST_BINS = 8
+_EIGHTHS = " ▏▎▍▌▋▊▉█"
+_LEAST_BAR = 4
+_FINER = 50.0
+"""How many times finer the edges are written than the bins are wide."""
+_COLUMNS = {column.name: column for column in IN_CATALOGUE}
 
-Spread = tuple[Counts, int, str]
-"""Counts, how many rows have no value, and a note."""
+Counts = Sequence[tuple[str, int]]
+"""Labels, and how many there are of each."""
+
+DRAWN = tuple(name for name in EVERY if name not in ("code", "representative", "cycle"))
+"""The columns of which counts say something: not those that name a word or a class."""
+
+
+class Bars(NamedTuple):
+    """Counts as lines with bars, as wide as there is room, and how many rows have no value."""
+
+    counts: Counts
+    without: int = 0
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        yield Text("\n".join(lines_of(self.counts, options.max_width, self.without)))
+
+
+def counts_by(column: str, counts: Mapping[Any, int]) -> Counts:
+    """Return counts by the value of a column, with labels, in the order of the values."""
+    known = sorted(value for value in counts if value is not None)
+    return [(number(column, value), counts[value]) for value in known]
+
+
+def counts_in(histogram: Histogram) -> Counts:
+    """Return the counts of the bins, each labelled with where it begins."""
+    edges = histogram.edges.tolist()
+    near = min(end - start for start, end in pairwise(edges)) / _FINER
+    digits = next((n for n in range(3, 17) if all(abs(float(f"{x:.{n}g}") - x) <= near for x in edges)), 17)
+    return [(f"{edge:.{digits}g}", n) for edge, n in zip(edges, histogram.counts.tolist(), strict=False)]
+
+
+def lines_of(counts: Counts, width: int, without: int = 0) -> list[str]:
+    """Return a line a count: its label, the number, and a bar as long as there is room for.
+
+    Behind them stands how many are without a value, and so in none of the counts.
+    """
+    every = [*counts, *([("without", without)] if without else [])]
+    if not every:
+        return ["none"]
+    label = max(len(text) for text, _ in every)
+    figures = max(len(f"{count:,}") for _, count in every)
+    most = max((count for _, count in counts), default=0)
+    room = max(width - label - figures - 2, 0)
+    room = room if room >= _LEAST_BAR else 0
+    bars = [*(_bar(count, most, room) for _, count in counts), ""]
+    lines = (f"{text:>{label}} {n:>{figures},} {bar}" for (text, n), bar in zip(every, bars, strict=False))
+    return [line.rstrip() for line in lines]
+
+
+def _bar(count: int, most: int, room: int) -> str:
+    """Return a bar of eighths of cells; what there is can be seen, be it little."""
+    eighths = max(round(8 * room * count / most), 1) if count and room else 0
+    return "█" * (eighths // 8) + (_EIGHTHS[eighths % 8] if eighths % 8 else "")
 
 
 class CountsScreen(OwnScreen[None]):
@@ -51,12 +102,10 @@ class CountsScreen(OwnScreen[None]):
 
     column: reactive[str] = reactive("length", init=False, repaint=False)
 
-    def __init__(self, catalogue: "Catalogue", selection: Selection, column: str) -> None:
+    def __init__(self, catalogue: Catalogue, selection: Selection, column: str) -> None:
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
         self.set_reactive(CountsScreen.column, column if column in DRAWN else "length")
-        self._counts: Sequence[tuple[str, Counts, int]] = ()
-        self._spread: Spread | None = None
         self._bins = 0
 
     def compose(self) -> ComposeResult:
@@ -73,7 +122,7 @@ class CountsScreen(OwnScreen[None]):
         self.sub_title = self._selection.describe()
         self.query_one("#tallies").border_title = "counts"
         self.query_one("#tallies").focus()
-        self.in_thread("counts", self._count, self._take_counts)
+        self.in_thread("counts", self._count, partial(self._take, "#tallies"))
 
     def on_resize(self) -> None:
         """Take as many bins as there are lines."""
@@ -85,69 +134,45 @@ class CountsScreen(OwnScreen[None]):
         if bins != self._bins:
             self._bins = bins
             self.watch_column(self.column)
-        self._show()
 
     def watch_column(self, column: str) -> None:
         """Count the values of another column."""
-        self.query_one("#histogram").border_title = title_of(column)
-        bins = self._bins
-        self.in_thread("values", lambda cancelled: self._values(column, bins, cancelled), self._take_values)
+        known, bins = _COLUMNS[column], self._bins
+        unit = f" ({known.unit})" if known.unit not in ("", "1") else ""
+        self.query_one("#histogram").border_title = f"{column}: {known.brief}{unit}"
+        take = partial(self._take, "#histogram")
+        self.in_thread("values", lambda cancelled: self._values(column, bins, cancelled), take)
 
-    def _count(self, cancelled: Callable[[], bool]) -> tuple[Sequence[tuple[str, Counts, int]], str]:
+    def _count(self, cancelled: Callable[[], bool]) -> tuple[RenderableType, str]:
         """Return the counts by each of some columns, and which periods are stored in part."""
-        from orbitdb.catalogue.tallies import marginal, tally
-
         with self._catalogue.at_one_moment() as still:
             found = tally(still, self._selection, _BY, cancelled)
-            partial = ", ".join(str(fill.p) for fill in still.partial(self._selection))
-        by = [(name, marginal(found, place)) for place, name in enumerate(_BY)]
-        return [(name, counts_by(name, each), each.get(None, 0)) for name, each in by], partial
+            partly = ", ".join(str(fill.p) for fill in still.partial(self._selection))
+        parts: list[RenderableType] = []
+        for place, name in enumerate(_BY):
+            counts = marginal(found, place)
+            parts += [Text(name, "bold"), Bars(counts_by(name, counts), counts.get(None, 0)), ""]
+        return Group(*parts), f"p = {partly}: partial" if partly else ""
 
-    def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> Spread:
-        from orbitdb.catalogue.tallies import histogram, marginal, tally
-
-        if not is_measured(column):
+    def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[Bars, str]:
+        if _COLUMNS[column].kind != "number":  # but whole, or a text
             values = marginal(tally(self._catalogue, self._selection, (column,), cancelled), 0)
-            return counts_by(column, values), values.get(None, 0), ""
+            return Bars(counts_by(column, values), values.get(None, 0)), ""
         found = histogram(self._catalogue, self._selection, column, bins, cancelled)
         if found is None:
-            return (), 0, ""
-        return counts_in(found), found.without, "bins even in the logarithm" if found.logarithmic else ""
+            return Bars(()), ""
+        even = "bins even in the logarithm" if found.logarithmic else ""
+        return Bars(counts_in(found), found.without), even
 
-    def _take_counts(self, found: tuple[Sequence[tuple[str, Counts, int]], str]) -> None:
-        self._counts, partial = found
-        self.query_one("#tallies").border_subtitle = f"p = {partial}: partial" if partial else ""
-        self._show()
-
-    def _take_values(self, found: Spread) -> None:
-        self._spread = found
-        self.query_one("#histogram").border_subtitle = found[2]
-        self._show()
-
-    def _show(self) -> None:
-        """Write all that is known, to the widths that there are."""
-        box = self.query_one("#tallies")
-        text, width = Text(), box.scrollable_content_region.width
-        for name, counts, without in self._counts:
-            text.append(f"{name}\n", "bold")
-            text.append("\n".join(lines_of(counts, width, without)) + "\n\n")
-        if self._counts:
-            box.query_one(Static).update(text)
-        box = self.query_one("#histogram")
-        if self._spread is not None:
-            counts, without, _ = self._spread
-            lines = lines_of(counts, box.scrollable_content_region.width, without)
-            box.query_one(Static).update(Text("\n".join(lines)))
+    def _take(self, box: str, found: tuple[RenderableType, str]) -> None:
+        drawn, self.query_one(box).border_subtitle = found
+        self.query_one(f"{box} Static", Static).update(drawn)
 
     def action_column(self) -> None:
         """Choose the column from a list."""
 
-        def take(column: str | None) -> None:
-            if column is not None:
-                self.column = column
-
         named = {name: EVERY[name].heading for name in DRAWN}
-        self.app.push_screen(ChoiceDialog("histogram of", named, self.column), take)
+        self.ask(ChoiceDialog("histogram of", "", named, self.column), partial(setattr, self, "column"))
 
     def action_next_column(self, step: int) -> None:
         """Take the next column, or the one before."""

@@ -1,13 +1,12 @@
 """The columns that the table can show, and which of them a row has to bring along."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from orbitdb.columns import IN_CATALOGUE
 
 
-@dataclass(frozen=True)
-class Column:
+class Column(NamedTuple):
     """A column: its name in the catalogue, its heading, its least width, whether it is text, its meaning."""
 
     name: str
@@ -29,9 +28,6 @@ _MORE = (
 )  # fmt: skip
 """What comes next in lists; a column that is in neither comes last."""
 
-_LEFT_OUT = ("word", "a")
-"""The first is the same as the code, the other the same in all rows."""
-
 _HEADINGS = {
     "lambda_d": "λ_d", "lambda_c": "λ_c", "time_reversal": "reversal", "class_size": "class",
     "length_error": "length ±", "lyapunov_error": "lyapunov ±", "iterations": "steps",
@@ -45,7 +41,8 @@ _WIDTHS = {
 
 
 def _every() -> dict[str, Column]:
-    known = {each.name: each for each in IN_CATALOGUE if each.name not in _LEFT_OUT}
+    # the word is the same as the code, and a is the same in all rows
+    known = {each.name: each for each in IN_CATALOGUE if each.name not in ("word", "a")}
     found = {}
     for name in dict.fromkeys((*USUAL, *_MORE, *known)):
         heading, text = _HEADINGS.get(name, name), known[name].kind not in ("number", "integer")
@@ -59,9 +56,6 @@ EVERY = _every()
 COLUMNS = tuple(EVERY[name] for name in USUAL)
 """What the table shows where nothing else was chosen."""
 
-_NEEDED = ("code", "status")
-"""What every row brings along: the word that it is of, and whether it is an orbit."""
-
 
 def chosen(names: Iterable[str]) -> tuple[Column, ...]:
     """Return the columns of some names, the code first; those that are not known are left out."""
@@ -70,5 +64,5 @@ def chosen(names: Iterable[str]) -> tuple[Column, ...]:
 
 
 def fields_of(columns: Sequence[Column], sorted_by: str) -> tuple[str, ...]:
-    """Return what is to be read of a row, the code first: what is shown, and what it is sorted by."""
-    return tuple(dict.fromkeys(("code", *(column.name for column in columns), *_NEEDED, sorted_by)))
+    """Return what is to be read of a row, the code first: what is shown, its status, and its sort key."""
+    return tuple(dict.fromkeys(("code", *(column.name for column in columns), "status", sorted_by)))

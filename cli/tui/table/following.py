@@ -1,12 +1,17 @@
 """Following in *a*: the orbit on screen by keys, and the rows with it, as far as births are stored."""
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from orbitdb.cli.tui.orbit.lives import told
+from orbitdb.billiard.stadium import MAX_A, MIN_A
+from orbitdb.catalogue.gaps import describe_lacking
 from orbitdb.cli.tui.table.pages import Pages
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.store.reading.lookup import with_existence
+from orbitdb.symbols.enumeration import MAX_PERIOD
 
 if TYPE_CHECKING:
     from orbitdb.cli.tui.panels import Panels
@@ -14,6 +19,38 @@ if TYPE_CHECKING:
 _ORBIT = "orbit"
 _SECONDS_UNTOLD = 0.08
 """How long following may take before the heading says so."""
+
+STEP = 0.02
+"""Of ln a, at a key."""
+_BESIDE = 1e-9
+_SAME = 1e-12
+"""Steps up and down again end so near to where they began."""
+
+Lives = Sequence[tuple[float, float | None]]
+
+
+def next_a(lives: Lives, a: float, up: bool, home: float | None = None) -> float:
+    """Return the a that follows in steps of `STEP`; a birth or death in between is a stop on both sides.
+
+    So an orbit is seen with its last margin before it is gone. Nor is ``home`` passed over.
+    """
+    way = 1 if up else -1
+    new = min(max(a * math.exp(way * STEP), MIN_A), MAX_A)
+    stops = [end * (1 + side * _BESIDE) for life in lives for end in life if end for side in (-1, 1)]
+    stops += [] if home is None else [home]
+    ahead = (stop for stop in stops if way * (stop - a) > 0 and way * (new - stop) > -_SAME * stop)
+    return min(ahead, key=lambda stop: way * stop, default=new)
+
+
+def told(lives: Lives, before: float, after: float) -> str | None:
+    """Say what happened to an orbit between two values of a; None if nothing did."""
+    low, high = sorted((before, after))
+    for born, dies in lives:
+        for end, begins in ((born, True), (dies, False)):
+            if end and low < end < high:
+                verb = "born" if begins is (after > before) else "gone"
+                return f"{verb} at a = {end:.12g}"
+    return None
 
 
 class Following:
@@ -74,8 +111,12 @@ class Following:
 
     def _follow(self, orbit: Orbit, steps: Sequence[bool], rows: Pages | None) -> tuple[Orbit, Pages | None]:
         """Follow an orbit some steps, and find what the rows are there."""
-        followed = self._screen.browser.follow(orbit, steps, self._screen.selection.a)
-        return followed, None if rows is None else rows.followed(followed.a)
+        if steps:
+            lives, a = with_existence(orbit).exists, orbit.a
+            for up in steps:
+                a = next_a(lives or (), a, up, self._screen.selection.a)
+            orbit = replace(self._screen.browser.find(orbit.code, a), exists=lives)
+        return orbit, None if rows is None else rows.followed(orbit.a)
 
     def _arrive(self, begun: Orbit, found: tuple[Orbit, Pages | None]) -> None:
         """Show the orbit and the rows where they are by now, unless others are on screen by now."""
@@ -92,9 +133,6 @@ class Following:
 
     def _show_rows(self, rows: Pages) -> None:
         """Show the rows as they are elsewhere, or why they stay."""
-        from orbitdb.catalogue.gaps import describe_lacking
-        from orbitdb.symbols.enumeration import MAX_PERIOD
-
         panel, (standings, without) = self._screen.rows, rows.pages.births
         lacking = describe_lacking([p for p in without if p <= MAX_PERIOD])
         if lacking and not standings.known.any():

@@ -4,11 +4,11 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
-from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.table.pages import Pages
 from orbitdb.store.asking.confinement import never
+from orbitdb.store.reading.places import first_beginning, first_of_period, position_of
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
 
 if TYPE_CHECKING:
@@ -34,15 +34,8 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
     typed : str
         Digits.
     cancelled : callable, optional
-        Asked now and then whether nobody waits any more.
-
-    Raises
-    ------
-    CancelledError
-        If nobody does.
+        Asked now and then whether nobody waits any more; then `CancelledError` is raised.
     """
-    from orbitdb.store.reading.places import first_beginning, first_of_period, position_of
-
     assert pages.catalogue is not None
     period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0
     with pages.catalogue.reading() as connection:
@@ -102,12 +95,12 @@ class Jumping:
             self._jump(self._typed)
 
     def _jump(self, typed: str) -> None:
-        table, screen = self._panel.table, cast("OwnScreen[None]", self._panel.screen)
+        table = self._panel.table
         self._typed, self._landed, self._led_to = typed, table.cursor, None
         if not typed:
             self._land((self._begun_at, ""))
         elif table.source.catalogue is not None:  # else the rows are still being read
-            screen.in_thread("jump", partial(place_of, table.source.pages, typed), self._arrive)
+            self._panel.screen.in_thread("jump", partial(place_of, table.source.pages, typed), self._arrive)
         self._panel.say_position()
 
     def _arrive(self, found: Found) -> None:

@@ -3,19 +3,18 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.table.columns import USUAL
 from orbitdb.columns import OF_ORBITS
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.chosen import Chosen
-
-if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.reading.lives import Standings
+from orbitdb.store.reading.lives import Standing, Standings, load_standings, sums
+from orbitdb.store.reading.places import periods_without, position_of
 
 Row = tuple[Any, ...]
 
@@ -56,7 +55,7 @@ class Pages:
         A `Standing` a class of the subset there.
     """
 
-    catalogue: "Catalogue | None"
+    catalogue: Catalogue | None
     chosen: Chosen
     fields: Sequence[str]
     stored: "Pages | None" = None
@@ -95,8 +94,6 @@ class Pages:
 
     def position(self, word: str) -> int | None:
         """Return where a word, as a least rotation, stands."""
-        from orbitdb.store.reading.places import position_of
-
         if self.catalogue is None:
             return None
         with self.catalogue.reading() as connection:
@@ -105,11 +102,8 @@ class Pages:
     # at another a
 
     @cached_property
-    def births(self) -> "tuple[Standings, list[int]]":
+    def births(self) -> tuple[Standings, list[int]]:
         """The births of the classes, and the periods of which none are stored."""
-        from orbitdb.store.reading.lives import load_standings
-        from orbitdb.store.reading.places import periods_without
-
         assert self.catalogue is not None
         with self.catalogue.reading() as connection:
             standings = load_standings(connection, self.chosen.ids)
@@ -121,8 +115,6 @@ class Pages:
 
     def _there(self, row: Row, place: int) -> Row:
         """Return a row as it is at the other a."""
-        from orbitdb.store.reading.lives import Standing
-
         assert self.standing is not None
         standing = Standing(self.standing[self.chosen.classes(place, place + 1)[0]])
         now = dict.fromkeys(_OF_ONE_A) | {"status": standing.words}
@@ -130,8 +122,6 @@ class Pages:
 
     def counts(self) -> dict[str, int]:
         """Return how many rows there are of each standing that occurs."""
-        from orbitdb.store.reading.lives import Standing, sums
-
         assert self.standing is not None
         found = sums(self.standing, self.chosen.counts)
         return {each.words: count for each, count in zip(Standing, found, strict=True) if count}

@@ -1,22 +1,19 @@
 """The panel of the rows: the table, what it lacks, and where its cursor is; it reads what it shows."""
 
-import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.reactive import reactive
 from textual.widgets import Static
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.table.jumping import Jumping
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import NONE, Ordering, Pages
 from orbitdb.store.asking.selection import Selection
-
-if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
 
 _ORBIT = "orbit"
 _AT_WORK = ("reading …", "sorting …")
@@ -27,8 +24,8 @@ Asked = tuple[Selection, Ordering]
 Gaps = tuple[list[int], str]
 """Periods that are stored in part, and a line on others."""
 
-_Found = tuple[Pages, Gaps, int, float]
-"""Rows, what they lack, how many there are without a filter, and the seconds it took to find them."""
+_Found = tuple[Pages, Gaps, int]
+"""Rows, what they lack, and how many there are without a filter."""
 
 
 class RowsPanel(Vertical):
@@ -40,8 +37,6 @@ class RowsPanel(Vertical):
         What is on show, or read at present.
     total : int or None
         How many rows there are without a filter, once they have been counted.
-    seconds_of_reading : float
-        What the last rows took.
     """
 
     report: reactive[str] = reactive("", repaint=False)
@@ -52,7 +47,6 @@ class RowsPanel(Vertical):
         self.border_title = "words"
         self.asked: Asked | None = None
         self.total: int | None = None
-        self.seconds_of_reading = 0.0
 
     def compose(self) -> ComposeResult:
         """Lay out the table, and lines for what there is to say of it."""
@@ -64,11 +58,12 @@ class RowsPanel(Vertical):
     # reading
 
     @property
-    def _own_screen(self) -> "OwnScreen[None]":
-        return cast("OwnScreen[None]", self.screen)
+    def screen(self) -> OwnScreen[object]:
+        """The main screen."""
+        return cast(OwnScreen[object], super().screen)
 
     def read(
-        self, catalogue: "Catalogue", asked: Asked, fields: tuple[str, ...], take: Callable[[Pages], None]
+        self, catalogue: Catalogue, asked: Asked, fields: tuple[str, ...], take: Callable[[Pages], None]
     ) -> None:
         """Read rows in a worker, and give them to whoever wants them if no others are wanted by then."""
         (selection, ordering), total = asked, self.total
@@ -77,7 +72,7 @@ class RowsPanel(Vertical):
         self.say(self.report)
 
         def find(cancelled: Callable[[], bool]) -> _Found:
-            begun, everything = time.monotonic(), Selection(selection.a)
+            everything = Selection(selection.a)
             with catalogue.at_one_moment() as still:
                 gaps = _gaps(still, selection)
                 chosen = still.choose(selection, str(ordering), cancelled=cancelled)
@@ -85,16 +80,16 @@ class RowsPanel(Vertical):
                 if every is None and total is None:
                     every = still.choose(everything, cancelled=cancelled)
             count = total if every is None else len(every)
-            return Pages(catalogue, chosen, fields), gaps, count or 0, time.monotonic() - begun
+            return Pages(catalogue, chosen, fields), gaps, count or 0
 
         def show(found: _Found) -> None:
-            rows, gaps, self.total, self.seconds_of_reading = found
+            rows, gaps, self.total = found
             self.table.ordering = ordering
             self.say_gaps(*gaps)
             take(rows)
             self.report = f"{len(rows):,} of {self.total:,} words"
 
-        self._own_screen.in_thread("rows", find, show, self._fail)
+        self.screen.in_thread("rows", find, show, self._fail)
 
     def _fail(self, reason: str) -> None:
         """Show no rows, as those that are shown are of another subset, and say what went wrong."""
@@ -103,10 +98,15 @@ class RowsPanel(Vertical):
         if self.screen.is_current:  # a filter line says it itself
             self.notify(reason, severity="error")
 
+    @property
+    def reads(self) -> bool:
+        """Whether other rows are being read."""
+        return self.report in _AT_WORK
+
     def stop_reading(self) -> None:
         """Read no further: somebody is about to choose something else."""
-        if self.report in _AT_WORK:
-            self._own_screen.give_up("rows")
+        if self.reads:
+            self.screen.give_up("rows")
             self.report, self.asked = "", None
             self.say()
 
@@ -150,7 +150,7 @@ class RowsPanel(Vertical):
     on_paged_table_moved = say_position
 
 
-def _gaps(catalogue: "Catalogue", selection: Selection) -> Gaps:
+def _gaps(catalogue: Catalogue, selection: Selection) -> Gaps:
     """Return the partial periods, and which are not filled, or lack the births that the subset depends on."""
     unfilled, lacking = catalogue.unfilled(selection), catalogue.lacking_births(selection)
     parts = [f"{unfilled}, and so does the key f" if unfilled else "", lacking or ""]

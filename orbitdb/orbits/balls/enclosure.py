@@ -1,12 +1,8 @@
-"""Ball arithmetic: orbits enclosed with proof, for what doubles cannot decide.
+"""Ball arithmetic: orbits enclosed with proof, for what doubles cannot decide (docs/proof.md).
 
-That an orbit exists inside the enclosure and nowhere else follows from the bound of
-`orbitdb.orbits.error_bounds`, evaluated on balls: L is strictly concave between the direction limits, and
-sum of D_i delta_i^2 <= 4 sum of g_i^2 / D_i holds for its maximum.
-
-An orbit may come as near to a joint as e^(-lambda / 2), where it shadows one that meets it. The
-precision goes on until a slack that balls do not tell from zero is smaller than the square of that;
-then `orbitdb.orbits.balls.joints` may prove it to be zero. What neither shows stays unresolved.
+The precision goes on until a slack that balls do not tell from zero is smaller than an orbit that shadows one
+through a joint can have it; then `orbitdb.orbits.balls.joints` may prove it to be zero. What neither shows
+stays unresolved.
 """
 
 import math
@@ -63,39 +59,28 @@ class Enclosure:
     steps: int
 
 
-def enclose(
-    word: NDArray[np.uint8], stadium: Stadium, start: Floats | None = None, precision: int = PRECISION
-) -> Enclosure:
-    """Enclose the stationary point of one admissible word, with the precision that its status takes.
-
-    Parameters
-    ----------
-    word : ndarray of uint8, shape (p,)
-        An admissible word.
-    stadium : Stadium
-        Its a is taken as the exact value of the double.
-    start : ndarray, shape (m, 1), optional
-        Directions near the maximum, as `orbitdb.orbits.newton.newton` finds them; they save time only.
-    precision : int, optional
-        Bits to begin with; they are doubled until the status is decided, as long as lambda gives hope,
-        up to `MAX_PRECISION`.
-    """
+def enclose(word: NDArray[np.uint8], stadium: Stadium, precision: int = PRECISION) -> Enclosure:
+    """Enclose the stationary point of one admissible word, shape (p,), as `enclose_all` does."""
     ((_, legs),) = cut(word[None, :])
-    (found,) = enclose_all(legs, stadium, start, precision)
+    (found,) = enclose_all(legs, stadium, precision=precision)
     return found
 
 
 def enclose_all(
     legs: Legs, stadium: Stadium, start: Floats | None = None, precision: int = PRECISION
 ) -> Iterator[Enclosure]:
-    """Enclose the stationary points of N cut words one by one, as `enclose` does.
+    """Enclose the stationary points of N cut words one by one, with the precision that their status takes.
 
     Parameters
     ----------
     legs : Legs
     stadium : Stadium
+        Its a is taken as the exact value of the double.
     start : ndarray, shape (m, N), optional
+        Directions near the maxima, as `orbitdb.orbits.newton.newton` finds them; they save time only.
     precision : int, optional
+        Bits to begin with; they are doubled until the status is decided, as long as lambda gives hope,
+        up to `MAX_PRECISION`.
 
     Yields
     ------

@@ -1,18 +1,15 @@
-"""Orbits through a joint of wall and semicircle, proved exactly.
+"""Orbits through a joint of wall and semicircle, proved exactly (docs/proof.md).
 
-No ball, however small, shows that a number is zero. At rational a (every double is) the joint orbits
-that occur are algebraic of low degree, and their equations can be checked exactly. Balls suggest a
-field Q(gamma), gamma a real root of a polynomial f, and in it cosine and sine of every leg direction
-and of every half turn. The suggestion proves nothing; then it is checked, in polynomials modulo f, that
+No ball shows that a number is zero. But at rational a (every double is) the joint orbits that occur are
+algebraic of low degree. Balls suggest a field Q(gamma), gamma a real root of a polynomial f, and in it cosine
+and sine of every leg direction and of every half turn. Modulo f it is checked that
 
     cos^2 + sin^2 = 1                         for each of these angles,
     e^{2 k i half} = -e^{-i d (in + out)}     for every run,
     dL/dalpha = 0                             for every leg,
-    e^{2 i slack} = 1                         for every slack that should be zero.
+    e^{2 i slack} = 1                         for every slack that should be zero;
 
-What holds modulo f holds at every root of f, so at the gamma that is meant; balls only tell an angle
-from its multiples of pi. So the angles are those of a stationary point of L between the limits, which
-is its one maximum (`orbitdb.billiard.legs`), and there these slacks are exactly zero.
+balls only tell an angle from its multiples of pi.
 """
 
 from collections.abc import Iterator, Sequence

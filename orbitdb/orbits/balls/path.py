@@ -5,11 +5,13 @@ Every number is an interval that holds the true value (Arb, through python-flint
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
+import numpy as np
 from flint import arb, ctx
 
 from orbitdb.billiard.legs import Legs
+from orbitdb.orbits.cyclic import solve_cyclic
 
 Balls = list[arb]
 
@@ -17,25 +19,14 @@ _MAX_STEPS = 100
 _SMALL = 1e-8
 
 
-@dataclass(frozen=True, slots=True)
-class Condition:
-    """One of the slacks, pi/2 - sign t - 2 tilt alpha, t the angle of an end of a run.
-
-    Attributes
-    ----------
-    run, end : int
-        Which run, and which of its ends: -1 the first bounce, +1 the last.
-    sign : int
-        +1 or -1.
-    leg, tilt : int
-        Which leg, and +1 or -1, its first wall; 0 where the bounce is on the semicircle.
-    """
+class Condition(NamedTuple):
+    """One of the slacks, pi/2 - sign t - 2 tilt alpha, t the angle of an end of a run."""
 
     run: int
-    end: int
-    sign: int
+    end: int  # of the run: -1 its first bounce, +1 its last
+    sign: int  # +1 or -1
     leg: int = 0
-    tilt: int = 0
+    tilt: int = 0  # +1 or -1, the leg's first wall; 0 where the bounce is on the semicircle
 
 
 def _largest(change: Balls) -> arb:
@@ -132,32 +123,16 @@ class BallPath:
 
     def newton_step(self) -> Balls:
         """Solve the cyclic tridiagonal system for the step; pressed directions stay."""
-        m, w, zero, pressed = self.m, self.stiffness, arb(0), self.pressed()
-        diagonal = [(self.beyond[i] + w[i] + w[(i + 1) % m]).mid() for i in range(m)]
-        beside = [
-            zero if pressed[i] or pressed[i - 1] else (w[i] * self.parity[i - 1]).mid() for i in range(m)
+        m, w, pressed = self.m, self.stiffness, self.pressed()
+        held = [pressed[i] or pressed[i - 1] for i in range(m)]
+        rows = [
+            [(self.beyond[i] + w[i] + w[(i + 1) % m]).mid() for i in range(m)],
+            [arb(0) if held[i] else (w[i] * self.parity[i - 1]).mid() for i in range(m)],
+            [arb(0) if p else x.mid() for x, p in zip(self.gradient, pressed, strict=True)],
         ]
-        g = [zero if p else x.mid() for x, p in zip(self.gradient, pressed, strict=True)]
-        column = [zero] * (m - 1)
-        column[0] += beside[0]
-        column[-1] += beside[-1]
-        plain, through = g[:-1], column[:]
-        pivots = diagonal[:-1]
-        for i in range(1, m - 1):
-            factor = beside[i] / pivots[i - 1]
-            pivots[i] -= factor * beside[i]
-            plain[i] -= factor * plain[i - 1]
-            through[i] -= factor * through[i - 1]
-        for i in range(m - 2, -1, -1):
-            if i < m - 2:
-                plain[i] -= beside[i + 1] * plain[i + 1]
-                through[i] -= beside[i + 1] * through[i + 1]
-            plain[i] /= pivots[i]
-            through[i] /= pivots[i]
-        top = g[-1] - sum((c * x for c, x in zip(column, plain, strict=True)), zero)
-        bottom = diagonal[-1] - sum((c * x for c, x in zip(column, through, strict=True)), zero)
-        last = top / bottom
-        return [x - y * last for x, y in zip(plain, through, strict=True)] + [last]
+        diagonal, beside, gradient = np.array(rows, dtype=object)[:, :, None]
+        step: Balls = solve_cyclic(diagonal, beside, gradient[None])[0, :, 0].tolist()
+        return step
 
     def widen(self) -> None:
         """Give the directions the radius inside which the maximum is proved to lie."""

@@ -1,24 +1,23 @@
 """Proof that a word begins or ceases to be an orbit inside a narrow bracket of a.
 
-At a (1 - delta) and a (1 + delta) the word's maximum is bounded as in `orbitdb.orbits.error_bounds`: on one
-side every slack is above its error and no direction at a limit, so that the word is an orbit there; on
-the other some slack is below minus its error, so that it is none. Slacks being continuous in a, the
-change lies between, whatever found it. Where rounding hides the sides the bracket is made wider, and
-then decided in ball arithmetic.
+At both ends of the bracket the error bounds show what the word is; slacks being continuous in a, the change
+lies between, whatever found it. Where rounding hides the sides the bracket is made wider, and then decided in
+ball arithmetic.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.bounces import slack_errors
-from orbitdb.billiard.legs import Chain, derivatives, direction_limits
-from orbitdb.equality import ByValue
+from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import Columns
 from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
 from orbitdb.orbits.births.crossings import Zeros
 from orbitdb.orbits.error_bounds import direction_errors
+from orbitdb.orbits.newton import newton
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.status import decide
 
@@ -34,39 +33,45 @@ _SAFETY = 1.05
 _POLISH = 1e-9
 """A zero that is found needs no larger step in ln a."""
 
+_SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}
+
 
 @dataclass(frozen=True, eq=False)
-class Bracketed(ByValue):
-    """Zeros of slacks and what is proved of the words on both sides, as a structure of arrays.
+class Bracketed(Columns):
+    """K proved changes of words, as a structure of arrays of shape (K,).
 
     Attributes
     ----------
-    a, low, high : ndarray, shape (K,)
-        The zero, and the ends of its bracket.
-    slope : ndarray, shape (K,)
+    word : ndarray of int
+        Which word changes.
+    a, error : ndarray
+        Where, and how far from there it may be, proved.
+    born : ndarray of bool
+        Whether it begins to be an orbit as a grows, or ceases to be one.
+    slack : ndarray of int
+        Which of its smooth slacks changes sign (`orbitdb.orbits.births.crossings.Zeros`).
+    slope : ndarray
         Of the slack in ln a (radians).
-    before, after : ndarray of int8, shape (K,)
-        At the ends: 1 where the word is an orbit, -1 where it is not, 0 where that is not decided.
     """
 
+    word: Integers
     a: Floats
-    low: Floats
-    high: Floats
+    error: Floats
+    born: NDArray[np.bool_]
+    slack: Integers
     slope: Floats
-    before: Signs
-    after: Signs
 
 
-def bracket(legs: Chain, zeros: Zeros, surely: Callable[[Integers, Floats], Signs]) -> Bracketed:
-    """Put brackets around zeros and prove what their words are at the ends.
+def bracket(words: NDArray[np.uint8], legs: Chain, zeros: Zeros) -> Bracketed:
+    """Put brackets around zeros; return those in which words are proved to change.
 
     Parameters
     ----------
+    words : ndarray of uint8, shape (N, p)
     legs : Chain
+        Theirs.
     zeros : Zeros
-        K zeros of some of the words' slacks.
-    surely : callable
-        Tells in ball arithmetic which of some words, given by their places, are orbits, each at its a.
+        Of some of the words' slacks.
     """
     part, own = legs.chain(zeros.word), (zeros.slack, np.arange(len(zeros)))
     x, alpha = np.exp(zeros.x), zeros.alpha
@@ -98,8 +103,9 @@ def bracket(legs: Chain, zeros: Zeros, surely: Callable[[Integers, Floats], Sign
     for side, ends in ((before, low), (after, high)):
         unknown = np.flatnonzero(side == 0)
         if len(unknown):
-            side[unknown] = surely(zeros.word[unknown], ends[unknown])
-    return Bracketed(x, low, high, slope, before, after)
+            side[unknown] = proved_signs(words[zeros.word[unknown]], ends[unknown])
+    found = Bracketed(zeros.word, x, np.maximum(high - x, x - low), after > 0, zeros.slack, slope)
+    return found.rows(np.flatnonzero(before * after == -1))
 
 
 def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
@@ -119,5 +125,27 @@ def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
     return (status == Status.ORBIT).astype(np.int8) - (status == Status.DYNAMICAL).astype(np.int8)
 
 
-PROVED_SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}
-"""What statuses say of a word as an orbit."""
+def signs(words: NDArray[np.uint8], legs: Chain, a: Floats, alpha: Floats) -> Signs:
+    """Tell which words are orbits as `statuses` does, in ball arithmetic where doubles leave it open."""
+    found = statuses(legs, a, alpha)
+    unknown = np.flatnonzero(found == 0)
+    if len(unknown):
+        found[unknown] = proved_signs(words[unknown], a[unknown])
+    return found
+
+
+def proved_signs(words: NDArray[np.uint8], a: Floats) -> Signs:
+    """Tell in ball arithmetic which words are orbits, each at its own a, shape (N,).
+
+    1 for an orbit, -1 for none, 0 for one exactly through a joint, or undecided.
+    """
+    from orbitdb.orbits.balls.enclosure import enclose_all  # 30 ms to load, and seldom needed
+
+    found = np.zeros(len(words), np.int8)
+    for rows, legs in cut(words):
+        start = newton(legs, a[rows]).alpha
+        for at in np.unique(a[rows]).tolist():
+            same = np.flatnonzero(a[rows] == at)
+            proved = enclose_all(legs.rows(same), Stadium(at), start[:, same])
+            found[rows[same]] = [_SIGNS.get(each.status, 0) for each in proved]
+    return found

@@ -10,8 +10,8 @@ What rounding does to sums and products is far below the 1e-10 and the parts in 
 by. What it does to solutions is not: they are put into their equations, and what is left over counts.
 """
 
-from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,11 +26,11 @@ from orbitdb.billiard.legs import (
     half_turns,
     preceding,
 )
-from orbitdb.equality import ByValue
 from orbitdb.orbits.births.continuation import motion
 from orbitdb.orbits.births.reaches import ROUNDING, WIDER, displaced, firmness, forcing, reach_of
+from orbitdb.orbits.cyclic import solve_cyclic
 from orbitdb.orbits.error_bounds import direction_errors
-from orbitdb.orbits.newton import minus_hessian, newton, solve_cyclic
+from orbitdb.orbits.newton import minus_hessian, newton
 
 Floats = NDArray[np.float64]
 
@@ -56,34 +56,17 @@ class Kind(IntEnum):
     FALLING = 4
 
 
-@dataclass(frozen=True, eq=False)
-class Cells(ByValue):
-    """Cells of N words, each around its own x.
-
-    Attributes
-    ----------
-    word : ndarray of int, shape (N,)
-        Which word.
-    x, radius : ndarray, shape (N,)
-        The middle in ln a, and how far the cell reaches to both sides.
-    start : ndarray, shape (m, N)
-        Directions to look from (radians).
-    """
-
-    word: NDArray[np.intp]
-    x: Floats
-    radius: Floats
-    start: Floats
-
-
-def judge(legs: Chain, cells: Cells) -> tuple[NDArray[np.int8], Floats, Floats]:
-    """Tell what is proved of words in their cells.
+def judge(legs: Chain, x: Floats, radius: Floats, start: Floats) -> tuple[NDArray[np.int8], Floats, Floats]:
+    """Tell what is proved of N words in their cells.
 
     Parameters
     ----------
     legs : Chain
         The words, one column a cell.
-    cells : Cells
+    x, radius : ndarray, shape (N,)
+        The middle of each cell in ln a, and how far it reaches to both sides.
+    start : ndarray, shape (m, N)
+        Directions to look from (radians).
 
     Returns
     -------
@@ -92,55 +75,31 @@ def judge(legs: Chain, cells: Cells) -> tuple[NDArray[np.int8], Floats, Floats]:
     alpha, drift : ndarray, shape (m, N)
         Directions in the middle, and d alpha/dx there where nothing is pressed.
     """
-    a, r = np.exp(cells.x), cells.radius + _EDGE
+    a, r = np.exp(x), radius + _EDGE
     box = _box(legs, a, r)
-    middle = _middle(legs, a, cells.start, box)
+    middle = _middle(legs, a, start, box)
     return _kinds(legs, r, middle, _bounded(legs, a, r, box, middle)), middle.alpha, middle.drift
 
 
-@dataclass(frozen=True, eq=False)
-class _Middle(ByValue):
-    """Words in the middle of their cells, shape (m, N) each.
-
-    Attributes
-    ----------
-    alpha, off : ndarray
-        Directions, and how far the maximum may be from them.
-    drift : ndarray
-        d alpha/dx where nothing is pressed.
-    left_over : ndarray
-        How far that is from solving its equations, at most.
-    v, u : ndarray
-        Positive vectors for the bounds on the first and the second derivative.
-    """
+class _Middle(NamedTuple):
+    """Words in the middle of their cells, shape (m, N) each."""
 
     alpha: Floats
-    off: Floats
-    drift: Floats
-    left_over: Floats
-    v: Floats
-    u: Floats
+    off: Floats  # how far the maximum may be from there
+    drift: Floats  # d alpha/dx where nothing is pressed
+    left_over: Floats  # how far that is from solving its equations, at most
+    v: Floats  # positive vectors for the bounds on the first derivative
+    u: Floats  # and the second
 
 
-@dataclass(frozen=True, eq=False)
-class _Bounds(ByValue):
-    """How the maximum moves all over a cell.
+class _Bounds(NamedTuple):
+    """How the maximum moves all over a cell."""
 
-    Attributes
-    ----------
-    sound, free : ndarray of bool, shape (N,)
-        Whether the bounds hold, and whether no direction is pressed anywhere in the cell.
-    speed, second : ndarray, shape (m, N)
-        Most of the first derivative of the directions in x, and, where free, of the second.
-    wrong : ndarray, shape (m, N)
-        How far off the drift in the middle may be, where free.
-    """
-
-    sound: NDArray[np.bool_]
-    free: NDArray[np.bool_]
-    speed: Floats
-    second: Floats
-    wrong: Floats
+    sound: NDArray[np.bool_]  # whether the bounds hold, shape (N,)
+    free: NDArray[np.bool_]  # whether no direction is pressed anywhere in the cell
+    speed: Floats  # most of the first derivative of the directions in x, shape (m, N)
+    second: Floats  # and, where free, of the second
+    wrong: Floats  # how far off the drift in the middle may be, where free
 
 
 def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -> _Middle:
@@ -151,8 +110,8 @@ def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -
     pull = 2 * a * np.sin(alpha)
     diagonal, beside = minus_hessian(legs, slopes, np.zeros(alpha.shape, np.bool_))
     drift = solve_cyclic(diagonal, beside, -pull[None])[0]
-    sigma, bend = _turning(legs, drift), np.cos(half_turns(legs, alpha)) / (4 * legs.k**2)
-    kicks = np.abs(bend) * sigma**2
+    turning = preceding(legs.parity * drift) + drift
+    kicks = np.abs(np.cos(half_turns(legs, alpha)) / (4 * legs.k**2)) * turning**2
     forcing = np.abs(pull) + 4 * a * np.cos(alpha) * np.abs(drift) + np.abs(slopes.lean) * drift**2
     forcing += kicks + following(kicks)
     rhs = np.stack([_lifted(np.abs(pull), slopes), _lifted(forcing, slopes)])
@@ -239,12 +198,6 @@ def _box(legs: Chain, a: Floats, r: Floats) -> tuple[Floats, Floats]:
     """Return limits that hold every direction that an orbit can have at any a in the cell."""
     near, far = direction_limits(legs, a * np.exp(-r)), direction_limits(legs, a * np.exp(r))
     return np.minimum(near[0], far[0]), np.maximum(near[1], far[1])
-
-
-def _turning(legs: Chain, change: Floats) -> Floats:
-    """Return the change of alpha_in + alpha_out of each run."""
-    total: Floats = preceding(legs.parity * change) + change
-    return total
 
 
 def _spread(legs: Chain, bound: Floats) -> Floats:

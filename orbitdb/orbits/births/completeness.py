@@ -11,13 +11,15 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.orbits.births.batches import Batch
-from orbitdb.orbits.births.cells import Kind
-from orbitdb.orbits.births.stretches import stretches
+from orbitdb.billiard.legs import Chain, centre_directions, cut
+from orbitdb.orbits.births.brackets import signs
+from orbitdb.orbits.births.cells import Kind, judge
 from orbitdb.orbits.newton import newton
 
 LOW, HIGH = 0.02, 1000.0
-"""Between these it is tried: some slacks go like a^5 as a goes to 0, and there no cell is small enough."""
+"""Between these it is tried."""
+
+Floats = NDArray[np.float64]
 
 Segment = tuple[int, float, float]
 """What is proved, of values of `Kind`, and from where to where in ln a."""
@@ -26,6 +28,12 @@ KnownChange = tuple[float, float, bool]
 """The ends of a bracket in ln a, and whether the word is born there."""
 
 _CONSTANT = (Kind.ALIVE, Kind.DEAD)
+
+_FIRST, _HALVINGS, _MOST = 0.07, 24, 1500
+"""Radius of the first cells in ln a, how often a cell is halved, and how many of a word are at most.
+
+As a goes to 0 some slacks go like a^5: there cells would be as small as a^(5/2), and are given up.
+"""
 
 
 class Verdict(IntEnum):
@@ -55,19 +63,56 @@ def prove_all(
     cells : int
         How many cells were looked at.
     """
-    batch = Batch([words])
     verdict, cells = np.zeros(len(words), np.int8), 0
-    for rows, legs in batch.groups(np.arange(len(words))):
-        at = np.full(len(rows), LOW)
-        first = batch.signs(rows, legs, at, newton(legs, LOW).alpha)
-        found = stretches(legs, float(np.log(LOW)), float(np.log(HIGH)))
-        cells += found.cells
-        ends = np.searchsorted(found.word, np.arange(len(rows) + 1)).tolist()
-        segments = list(zip(found.kind.tolist(), found.low.tolist(), found.high.tolist(), strict=True))
+    for rows, legs in cut(words):
+        first = signs(words[rows], legs, np.full(len(rows), LOW), newton(legs, LOW).alpha)
+        word, kind, low, high, looked = stretches(legs, float(np.log(LOW)), float(np.log(HIGH)))
+        cells += looked
+        ends = np.searchsorted(word, np.arange(len(rows) + 1)).tolist()
+        segments = list(zip(kind.tolist(), low.tolist(), high.tolist(), strict=True))
         for row, sign, start, end in zip(rows.tolist(), first.tolist(), ends, ends[1:], strict=False):
             state = None if sign == 0 else sign > 0
             verdict[row] = walk(segments[start:end], changes[row], state)
     return verdict, cells
+
+
+def stretches(
+    legs: Chain, low: float, high: float
+) -> tuple[NDArray[np.intp], NDArray[np.int8], Floats, Floats, int]:
+    """Cut [low, high] in ln a into cells in which something is proved of each word, as far as that goes.
+
+    Returns
+    -------
+    word, kind, low, high : ndarray, shape (K,)
+        Stretches by word and rising a: which word, values of `Kind`, from where to where in ln a.
+    cells : int
+        How many cells were looked at.
+    """
+    count, cells = int(np.ceil((high - low) / (2 * _FIRST))), 0
+    x = np.tile(low + (np.arange(count) + 0.5) * (high - low) / count, len(legs))
+    word, r = np.repeat(np.arange(len(legs)), count), np.full(len(x), (high - low) / (2 * count))
+    start = centre_directions(legs.chain(word), np.exp(x))
+    known = []
+    for halved in range(_HALVINGS + 1):
+        kind, alpha, drift = judge(legs.chain(word), x, r, start)
+        cells += len(kind)
+        many = np.bincount(word, kind == Kind.OPEN, minlength=len(legs)) > _MOST
+        told = (kind != Kind.OPEN) | many[word] | (halved == _HALVINGS)
+        known.append((word[told], x[told] - r[told], x[told] + r[told], kind[told]))
+        left = np.flatnonzero(~told)
+        if not len(left):
+            break
+        r = r[left] / 2
+        shift, here = np.clip(drift.take(left, axis=1), -1, 1) * r, alpha.take(left, axis=1)
+        start = np.concatenate([here - shift, here + shift], axis=1)
+        word, x, r = np.tile(word[left], 2), np.concatenate([x[left] - r, x[left] + r]), np.tile(r, 2)
+    word, begin, end, kind = map(np.concatenate, zip(*known, strict=True))
+    order = np.lexsort((begin, word))
+    word, begin, end, kind = word[order], begin[order], end[order], kind[order]
+    fresh = np.ones(len(word), bool)
+    fresh[1:] = (word[1:] != word[:-1]) | (kind[1:] != kind[:-1])  # neighbours of one kind are joined
+    first = np.flatnonzero(fresh)
+    return word[first], kind[first], begin[first], end[np.append(first[1:], len(word)) - 1], cells
 
 
 def walk(segments: Sequence[Segment], changes: Sequence[KnownChange], alive: bool | None) -> Verdict:

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from orbitdb.billiard.bounces import slack_changes, smooth_slacks
 from orbitdb.billiard.legs import Chain, derivatives, direction_limits, pressed_directions
 from orbitdb.equality import Columns
-from orbitdb.orbits.newton import minus_hessian, newton, solve_cyclic
+from orbitdb.orbits.cyclic import solve_cyclic
+from orbitdb.orbits.newton import minus_hessian, newton
 
 Floats = NDArray[np.float64]
 

@@ -1,14 +1,15 @@
 """The lives of one word: the ranges of a in which it is an orbit."""
 
 from dataclasses import replace
+from typing import Any
 
-from orbitdb.billiard.stadium import MIN_A, Stadium
+from orbitdb.billiard.stadium import MIN_A, Stadium, as_stadium
 from orbitdb.errors import InputError
-from orbitdb.orbits import newton
 from orbitdb.orbits.births.changes import Life, find_changes
-from orbitdb.orbits.orbit import Orbit, pruned_word
-from orbitdb.symbols.symmetry import class_of
-from orbitdb.symbols.words import from_strings, is_primitive, parse
+from orbitdb.orbits.newton import solve_admissible
+from orbitdb.orbits.orbit import NUMBERS, Orbit, Status, finite, pruned_word
+from orbitdb.symbols.symmetry import class_of, class_size, label, time_reversal
+from orbitdb.symbols.words import from_strings, is_primitive, parse, parse_primitive
 
 LONGEST = 200
 """Bounces of a word that is followed in a, at most."""
@@ -79,5 +80,25 @@ def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orb
     >>> solve_word("013", 1.6, exists=True).exists
     ((0.0, None),)
     """
-    found = newton.solve_word(word, stadium)
-    return replace(found, exists=tuple(existence(found.code))) if exists else found
+    word, stadium = parse_primitive(word), as_stadium(stadium)
+    lives = tuple(existence(word)) if exists else None
+    if (pruned := pruned_word(word, stadium.a)) is not None:
+        return replace(pruned, exists=lives)
+    family = class_of(word)
+    found = solve_admissible(from_strings([word]), stadium)
+    numbers: dict[str, Any] = {name: finite(getattr(found, name)[0]) for name in NUMBERS}
+    status = Status(str(found.status[0]))
+    there = status in (Status.ORBIT, Status.BOUNDARY)
+    return Orbit(
+        code=word,
+        representative=family.representative,
+        a=stadium.a,
+        status=status,
+        time_reversal=time_reversal(family.stabiliser),
+        symmetry=label(family.stabiliser),
+        class_size=class_size(family.stabiliser),
+        coordinates=found.coordinates[0] if there else None,
+        solver="newton",
+        exists=lives,
+        **(numbers if there else {"margin": numbers["margin"]}),
+    )

@@ -16,14 +16,13 @@ range over which the worst was taken, by the bound itself and continuity. v may 
 not matter.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Chain, following, half_turns, preceding
 from orbitdb.billiard.stadium import HALF_PI
-from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
 
@@ -31,27 +30,16 @@ ROUNDING = 1e-10
 WIDER = 1 + 1e-9
 
 
-@dataclass(frozen=True, eq=False)
-class Reach(ByValue):
-    """What may be said of all points of a cell, shape (m, N) each.
+class Reach(NamedTuple):
+    """What may be said of all points of a cell, shape (m, N) each."""
 
-    Attributes
-    ----------
-    beyond, stiff, soft : ndarray
-        Least D, and most and least w.
-    lean, pull, drag : ndarray
-        Most of \\|dD/dalpha\\|, of 2 a \\|sin alpha\\| and of 2 a cos alpha.
-    bend : ndarray
-        Most of \\|d w/d(alpha_in + alpha_out)\\|.
-    """
-
-    beyond: Floats
-    stiff: Floats
-    soft: Floats
-    lean: Floats
-    pull: Floats
-    drag: Floats
-    bend: Floats
+    beyond: Floats  # least D
+    stiff: Floats  # most w
+    soft: Floats  # least w
+    lean: Floats  # most of |dD/dalpha|
+    pull: Floats  # of 2 a |sin alpha|
+    drag: Floats  # of 2 a cos alpha
+    bend: Floats  # and of |dw/d(alpha_in + alpha_out)|
 
 
 def reach_of(legs: Chain, a: Floats, r: Floats, alpha: Floats, room: Floats) -> Reach:

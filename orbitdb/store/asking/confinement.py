@@ -16,7 +16,7 @@ LONGEST_PATTERN = 500
 _LONGEST_TEXT = 10_000_000
 """Room for a row with every text of a word of a million symbols."""
 
-_STEPS_BETWEEN_LOOKS = 10_000
+_STEPS_BETWEEN_LOOKS = 20_000
 _STEPS_BETWEEN_SIGNALS = 1_000_000
 TABLES_OF_VIEW = {"cycle", "element", "stadium", "orbit", "change", "pruned"}
 

@@ -31,9 +31,6 @@ DONE, FILLING = "done", "filling"
 BORN, DIED = "born", "died"
 """The kinds of a change."""
 
-DOUBLES, BALLS = "doubles", "balls"
-"""What proves a bound on the entropy: doubles with bounds on their errors, or ball arithmetic, too."""
-
 SWEPT = ("words", "n_c", "classes", "boundary", "unresolved")
 """What a sweep counts (`orbitdb.orbits.tally.Tally`)."""
 
@@ -73,8 +70,7 @@ CREATE TABLE cycle (
     time_reversal TEXT NOT NULL,
     symmetry TEXT NOT NULL,
     words TEXT NOT NULL,
-    PRIMARY KEY (id),
-    CONSTRAINT uq_cycle_p UNIQUE (p, word)
+    PRIMARY KEY (id)
 ) STRICT;
 
 -- Which element leads to the n-th word of a class with this symmetry, counted from 0; the same rows in every

@@ -16,13 +16,11 @@ from orbitdb.equality import ByValue
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.reading.soundness import unsound
+from orbitdb.symbols.members import BITS_OF
 from orbitdb.symbols.words import BITS, MAX_KEYED
 
 Integers = NDArray[np.int64]
 Masks = NDArray[np.uint8]
-
-BITS_OF = np.arange(256, dtype=np.uint8)[:, None] >> np.arange(8, dtype=np.uint8) & 1
-"""The bits of each byte, the lowest first, shape (256, 8)."""
 
 COUNTS = BITS_OF.sum(axis=1, dtype=np.uint8)
 """How many bits are set in each byte."""

@@ -15,6 +15,7 @@ from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import NUMBERS, Orbit, Status, pruned_word
 from orbitdb.store.asking.selection import USUAL_A
 from orbitdb.store.file.database import asking
+from orbitdb.store.file.schema import LONG
 from orbitdb.store.reading.soundness import is_whole, unsound
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import MAX_KEYED, key, keys_of_period
@@ -27,7 +28,7 @@ _FIND = """\
 SELECT {columns} FROM cycle
 JOIN {table} AS found ON found.cycle = cycle.id
 JOIN stadium ON stadium.id = found.stadium
-WHERE cycle.p = ? AND cycle.word = ? AND stadium.a = ?"""
+WHERE cycle.id BETWEEN ? AND ? AND cycle.p = ? AND cycle.word = ? AND stadium.a = ?"""
 
 _PARTNERS = """\
 SELECT own.a, cycle.word FROM change AS own
@@ -43,7 +44,7 @@ def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | No
         return _find_pruned(connection, pruned)
     family = symmetry.class_of(word)
     query = _FIND.format(columns=", ".join(_KNOWN), table="orbit")
-    found = connection.execute(query, (len(word), family.representative, a)).fetchone()
+    found = connection.execute(query, (*_ids_of(family.representative), a)).fetchone()
     if found is None:
         return None
     row = dict(zip(_KNOWN, found, strict=True))
@@ -70,6 +71,13 @@ def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | No
     )
 
 
+def _ids_of(representative: str) -> tuple[int, int, int, str]:
+    """Return between which ids the class of a least word stands, its order and the word."""
+    p = len(representative)
+    ids = (key(representative),) * 2 if p <= MAX_KEYED else (LONG, 2**63 - 1)
+    return *ids, p, representative
+
+
 def _find_pruned(connection: sqlite3.Connection, pruned: Orbit) -> Orbit | None:
     key = (pruned.p, pruned.representative)
     known = connection.execute("SELECT 1 FROM pruned WHERE p = ? AND word = ?", key).fetchone()
@@ -87,9 +95,7 @@ def lives_of(connection: sqlite3.Connection, representative: str) -> Lives | Non
 def certificate_of(connection: sqlite3.Connection, representative: str, a: float) -> tuple[float, int] | None:
     """Return the radius and the bits of the proof of a class's orbit, or None if there is none."""
     query = _FIND.format(columns="found.radius, found.bits", table="certificate")
-    found: tuple[float, int] | None = connection.execute(
-        query, (len(representative), representative, a)
-    ).fetchone()
+    found: tuple[float, int] | None = connection.execute(query, (*_ids_of(representative), a)).fetchone()
     return found
 
 
@@ -135,7 +141,7 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
             stored = find_word(connection, word, a)
     if stored is not None:
         return stored
-    from orbitdb.orbits.newton import solve_word
+    from orbitdb.orbits.births.lives import solve_word
 
     return solve_word(word, a)
 

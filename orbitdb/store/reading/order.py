@@ -1,6 +1,7 @@
 """The order of rows: of classes in SQL; of single words by their text, or the element that leads to them."""
 
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -8,15 +9,15 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.store.file.schema import LONG
-from orbitdb.store.reading.chosen import ALL, BITS_OF, Chosen, orders_of
+from orbitdb.store.reading.chosen import ALL, Chosen, orders_of
 from orbitdb.store.reading.fitting import long_words, stabilisers_of_classes
-from orbitdb.symbols.members import ELEMENT_OF, packed_members
+from orbitdb.symbols.members import BITS_OF, ELEMENT_OF, packed_members
 from orbitdb.symbols.symmetry import ELEMENTS
 from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
 
 _TEXTS = ("code", "word")
-_HEAD = 3
-"""First symbols of words that are sorted together, so that the order of all is never there at once."""
+_SAMPLED, _PIECE = 64, 8192
+"""One text in so many is looked at, to divide all of them into ranges of so many times as many."""
 
 Texts = NDArray[np.int64]
 
@@ -86,13 +87,13 @@ def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
 
 
 def _by_text(texts: Texts) -> NDArray[np.uint32]:
-    """Return the order of words by their texts, a piece at a time."""
-    heads = np.empty(len(texts), dtype=np.int16)
-    np.right_shift(texts, BITS * (MAX_KEYED - _HEAD), out=heads, casting="unsafe")
+    """Return the order of words by their texts, a range at a time, so that little is there twice."""
+    bounds = [0, *np.sort(texts[::_SAMPLED])[_PIECE::_PIECE].tolist(), np.iinfo(np.int64).max]
     order = np.empty(len(texts), dtype=np.uint32)
     done = 0
-    for head in np.unique(heads).tolist():
-        here = np.flatnonzero(heads == head).astype(np.uint32)
+    for low, high in pairwise(bounds):
+        # stable, for texts come in rising runs, of which this kind makes the most
+        here = np.flatnonzero((texts >= low) & (texts < high)).astype(np.uint32)
         order[done : done + len(here)] = here[np.argsort(texts[here], kind="stable")]
         done += len(here)
     return order

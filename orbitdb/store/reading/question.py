@@ -90,8 +90,8 @@ def choose(
     sorted_far = order != "p" and (most or 0) > _FEW
     if most is not None and not (by_words or divided.patterns or sorted_far):
         query = query.limit(most)  # every class has a row
-    with answering(connection, selection, cancelled):
-        coded, *more = _arrays(connection, query, columns, divided.of_words)
+    with answering(connection, divided.conditions, cancelled):
+        coded, *more = _arrays(connection, query, columns, divided.conditions.where is not None)
     ids, sizes = coded >> 2, np.int64(1) << (coded & 3)
     masks = ((1 << sizes) - 1).astype(np.uint8)
     if divided.of_words:
@@ -171,18 +171,22 @@ def _has_long(connection: sa.Connection) -> bool:
 
 
 def _arrays(
-    connection: sa.Connection, query: sa.Select[Any], columns: Sequence[str], masked: bool
+    connection: sa.Connection, query: sa.Select[Any], columns: Sequence[str], free: bool
 ) -> list[NDArray[Any]]:
-    """Return the columns of a query as arrays, some rows at a time so that few are there as objects."""
-    count = 1 + masked
-    cursor = cast(sqlite3.Cursor, connection.execute(query).cursor)
-    if not columns:
-        kinds = np.dtype([(str(place), np.int64) for place in range(count)])
-        found = np.fromiter(cursor, kinds)
-        return [found[name].copy() if count > 1 else found.view(np.int64) for name in kinds.names or ()]
+    """Return the columns of a query as arrays.
+
+    Integers alone come as one text: SQLite, asked row by row, keeps Python from all else. Where an expression
+    is free, texts have a limit.
+    """
+    if not (columns or free):
+        rows = query.subquery().c  # in the order of the subquery, which SQLite keeps for this function
+        text = connection.scalar(sa.select(sa.func.group_concat(rows.coded)))
+        return [np.fromstring(text or "", dtype=np.int64, sep=",")]
+    count = len(query.selected_columns) - len(columns)
     parts: list[list[NDArray[Any]]] = []
-    while rows := cursor.fetchmany(_BLOCK):
-        each = zip(*rows, strict=True)
+    cursor = cast(sqlite3.Cursor, connection.execute(query).cursor)
+    while rows_of_block := cursor.fetchmany(_BLOCK):  # few are there as objects
+        each = zip(*rows_of_block, strict=True)
         numbers = [np.array(values, np.int64) for _, values in zip(range(count), each, strict=False)]
         parts.append(numbers + [as_array(name, values) for name, values in zip(columns, each, strict=True)])
     if not parts:

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import MAX_A, MIN_A
+from orbitdb.entropy.entropy_bounds import BALLS, DOUBLES, EntropyBounds
 from orbitdb.errors import InputError
-from orbitdb.numerals import between
-from orbitdb.store.file.schema import BALLS, DOUBLES
 from orbitdb.store.file.tables import cycle, entropy_bound, orbit, stadium, trajectory
 from orbitdb.store.reading.soundness import unsound
 
@@ -20,66 +19,23 @@ _HIGHEST = 1.22
 """Above the geometric rules' entropy, 1.218756: no window proves so much."""
 
 
-@dataclass(frozen=True)
-class Enclosure:
-    """Proved bounds on the topological entropy at one a, per bounce.
-
-    Attributes
-    ----------
-    a : float
-        Half length of a straight wall.
-    lower, upper : float
-        The entropy lies between them.
-    window : int
-        Edges of the longest windows.
-    windows : int
-        Windows decided, up to mirror and reversal.
-    undecided : int
-        Windows of that length that are not decided.
-    proof : str
-        What has decided the windows: ``doubles`` with bounds on their errors, or ``balls``, too.
-    """
-
-    a: float
-    lower: float
-    upper: float
-    window: int
-    windows: int
-    undecided: int
-    proof: str
-
-    @property
-    def width(self) -> float:
-        """How far the bounds are apart."""
-        return self.upper - self.lower
-
-    @property
-    def between(self) -> str:
-        """The bounds in words, rounded outward."""
-        return between(self.lower, "h", self.upper)
-
-    @property
-    def basis(self) -> str:
-        """What the bounds rest on, in words."""
-        how = "in balls" if self.proof == BALLS else "in doubles with error bounds"
-        return f"windows of {self.window} edges {how}"
-
-
 def bounds_stored(
     connection: sa.Connection, proof: str | None = None, a: float | None = None
-) -> list[Enclosure]:
+) -> list[EntropyBounds]:
     """Return all stored bounds, or those of one kind or at one a, as they are, by a and length of windows."""
     table = entropy_bound.c
-    names = (table.a, table.lower, table.upper, table.edges, table.windows, table.undecided, table.proof)
+    names = (table.a, table.edges, table.lower, table.upper, table.windows, table.undecided, table.proof)
     query = sa.select(*names).order_by(table.a, table.edges, table.proof)
     if proof is not None:
         query = query.where(table.proof == proof)
     if a is not None:
         query = query.where(table.a == a)
-    return [Enclosure(*row) for row in connection.execute(query)]
+    return [EntropyBounds(*row) for row in connection.execute(query)]
 
 
-def closest(connection: sa.Connection, proof: str | None = None, a: float | None = None) -> list[Enclosure]:
+def closest(
+    connection: sa.Connection, proof: str | None = None, a: float | None = None
+) -> list[EntropyBounds]:
     """Return the closest bounds at each a; of two that are as close, those in balls.
 
     Raises
@@ -99,7 +55,7 @@ def closest(connection: sa.Connection, proof: str | None = None, a: float | None
     return [min(group, key=lambda each: (each.width, each.proof)) for _, group in by_a]
 
 
-def is_sound(found: Enclosure) -> bool:
+def is_sound(found: EntropyBounds) -> bool:
     """Tell whether a row could come from windows."""
     return (
         MIN_A <= found.a <= MAX_A

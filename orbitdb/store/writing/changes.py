@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 import sqlalchemy as sa
 
-from orbitdb.orbits.births.batches import JOINTS
-from orbitdb.orbits.births.changes import Changes, events
+from orbitdb.orbits.births.changes import JOINTS, Changes, events
 from orbitdb.store.file.schema import BORN, DIED
 from orbitdb.store.file.tables import change
 from orbitdb.store.writing.classes import insert

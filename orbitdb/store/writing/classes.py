@@ -67,7 +67,7 @@ def add_class(connection: sa.Connection, family: symmetry.SymmetryClass) -> int:
     if len(word) <= MAX_KEYED:
         number = key(word)
     else:
-        stored = sa.select(cycle.c.id).where(cycle.c.p == len(word), cycle.c.word == word)
+        stored = sa.select(cycle.c.id).where(cycle.c.id >= LONG, cycle.c.p == len(word), cycle.c.word == word)
         last = connection.scalar(sa.select(sa.func.max(cycle.c.id))) or 0
         number = connection.scalar(stored) or max(LONG, last + 1)
     stabilisers = np.array([family.stabiliser], dtype=np.uint8)

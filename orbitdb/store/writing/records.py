@@ -10,7 +10,7 @@ from orbitdb.store.file.tables import entropy_bound, level, level_fill, trajecto
 from orbitdb.store.writing.writer import Writer
 
 if TYPE_CHECKING:
-    from orbitdb.entropy.bounds import EntropyBounds
+    from orbitdb.entropy.entropy_bounds import EntropyBounds
     from orbitdb.quantum.levels import Levels
     from orbitdb.trajectories.ensemble import Reference
 
@@ -62,7 +62,7 @@ def keep_bounds(writer: Writer, found: "EntropyBounds", proof: str, computed: st
     writer : Writer
     found : EntropyBounds
     proof : str
-        What has decided the windows: `orbitdb.store.file.schema.DOUBLES` or `BALLS`.
+        What has decided the windows: `orbitdb.entropy.entropy_bounds.DOUBLES` or `BALLS`.
     computed : str, optional
         The arithmetic that has found it, if it was another process (`Writer.run_id`).
     """

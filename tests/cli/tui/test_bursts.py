@@ -12,8 +12,8 @@ import pytest
 from quick import fuzz_but
 from terminal import ended, spawn
 
-DIALOGS = ["s", "a", "F", "e", "/", "c", "C", "O", "f", "?", "S", "d", "ds", "\r", "\x10"]
-"""Keys that open a dialog or a screen; the last is ctrl+p."""
+DIALOGS = ["s", "a", "F", "e", "/", "c", "C", "O", "f", "?", "S", "d", "ds", "\r", *["\x10"] * 4]
+"""Keys that open a dialog or a screen; the last is ctrl+p, with each of the keys that follow."""
 
 KEYS = [
     *"sSaFe/cCOf?dvmMrRoTXYjkhlgGJKxwtn <>[]*'0123451",

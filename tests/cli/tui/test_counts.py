@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from screens import TINY, drive, press, screen_lines, shown
+from screens import drive, press, screen_lines, shown
 
 from orbitdb.catalogue.tallies import Histogram
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.statistics.bars import counts_in, lines_of
-from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
+from orbitdb.cli.tui.statistics.counts_screen import CountsScreen, counts_in, lines_of
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 
@@ -55,12 +54,3 @@ def test_counts_and_histograms_of_the_subset_on_show(filled_once):
         assert isinstance(app.screen, MainScreen)
 
     drive(filled_once, steps)
-
-
-@pytest.mark.slow
-def test_counts_of_nothing_and_of_what_has_no_values(filled_once):
-    async def steps(app, pilot):
-        await press(pilot, "d")
-        assert "none" in shown(app)
-
-    drive(filled_once, steps, TINY, selection=Selection(where="length < 0"))

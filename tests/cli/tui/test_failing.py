@@ -1,18 +1,17 @@
 """What the screen says when something fails: a catalogue that is removed or altered, a folder, an extra."""
 
 import json
-import sqlite3
 import sys
-from contextlib import closing
 
 import pytest
+from contents import alter
 from screens import ask, drive, press, settle, shown, until
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
-from orbitdb.cli.tui.state_file import Kept, toggled
+from orbitdb.cli.tui.state_file import Kept
 from orbitdb.cli.tui.statistics import averages_screen as statistics
 from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
@@ -45,9 +44,10 @@ def test_choices_that_cannot_be_written_hold_for_now(tmp_path):
     (tmp_path / "link").symlink_to(tmp_path / "nowhere")
     told = []
     kept = Kept(tmp_path / "link" / "browse.json", told.append)
-    kept.change(lambda state: toggled(state, "13"))
+    with kept.changing() as state:
+        state.marked.append("13")
     assert "what is chosen holds for now only" in told[0]
-    assert kept.state.marked == ("13",)
+    assert kept.state.marked == ["13"]
 
 
 @pytest.mark.slow
@@ -61,8 +61,7 @@ def test_screens_say_that_the_catalogue_was_altered_or_damaged(filled, monkeypat
             await until(lambda: errors(app))  # on a loaded machine it is said when all seems settled
             return errors(app)
 
-        with closing(sqlite3.connect(filled)) as other, other:
-            other.execute("DROP TABLE change")
+        alter(filled, "DROP TABLE change")
         [altered] = await told("enter")
         assert isinstance(app.screen, WholeOrbitScreen)
         assert altered.startswith(f"{filled} is not as orbitdb made it (table change)")

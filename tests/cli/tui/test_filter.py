@@ -5,7 +5,7 @@ import time
 import pytest
 from screens import ask, drive, press, settle, shown, table_of, until
 
-from orbitdb.cli.tui.dialogs.basic import LineDialog
+from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.confinement import Patience
 from orbitdb.store.asking.expressions import check, unfinished
@@ -212,6 +212,8 @@ def test_statuses_are_picked_from_a_list(filled_once):
         main, everything = app.screen, len(table_of(app).source)
         await press(pilot, "O")
         assert "[x]" not in shown(app)
+        places = [shown(app).index(text) for text in ("statuses", "[ ] an unstable", "space marks")]
+        assert places == sorted(places)  # title, names, hint
         await press(pilot, "space", "j", "j", "space")
         assert "its fixed point leaves the stadium at this a" in shown(app)
         assert "[x] an unstable periodic orbit" in shown(app)

@@ -2,7 +2,6 @@
 
 import asyncio
 import threading
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,15 +9,11 @@ from screens import LARGE, drive, press, settle, shown, table_of, until
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
-from orbitdb.cli.tui.dialogs.keys import KeysDialog
-from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
-from orbitdb.cli.tui.orbit.lives import bar, next_a, told
-from orbitdb.cli.tui.statistics import averages_screen as statistics
-from orbitdb.cli.tui.table.pages import Ordering
+from orbitdb.cli.tui.orbit.facts import bar
+from orbitdb.cli.tui.table.following import next_a, told
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_geometric, fill_periods
-from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.lives import counts_at, load_standings
 from orbitdb.store.reading.places import periods_without
@@ -84,52 +79,6 @@ def test_periods_of_which_no_births_are_stored_are_named(born):
             assert periods_without(connection, chosen.ids, standings) == without
 
 
-@pytest.mark.slow
-def test_other_screens_and_the_way_in_a(born, monkeypatch):
-    monkeypatch.setattr(statistics, "FIRST_BOUNCES", 1000)
-    chosen = Selection(periods=((2, 5),), statuses=(Status.ORBIT,))
-
-    async def averaging(app, pilot):
-        await press(pilot, "S")
-        found, first = app.screen.found, app.screen.reference
-        assert found["N_c"] == [app.catalogue.count(p=p, status="orbit") for p in range(2, 6)]
-        assert first.bounces > 800  # as many as they happen to be, near 1000
-        assert "bounces followed here" in str(app.screen.query_one("#reference").render())
-        await press(pilot, "w", "t")
-        assert app.screen.found["lambda_d"][-1] != found["lambda_d"][-1]
-        assert app.screen.found["N"] == found["N"]
-        assert app.screen.reference.lambda_d_error <= first.lambda_d_error
-        await press(pilot, "question_mark")
-        assert isinstance(app.screen, KeysDialog)
-        assert "the other weight" in shown(app)
-        await press(pilot, "q", "q")
-
-    async def following(app, pilot):
-        main, table = app.screen, table_of(app)
-        main.orbit = replace(app.find("13", 0.7), exists=[(0.0, None)])
-        await press(pilot, "less_than_sign")
-        assert table.source.a is not None
-        assert table.source.a == main.orbit.a == main.here == pytest.approx(0.7 / 1.0202, rel=1e-4)
-        table.ordering = Ordering("length")  # which nobody knows here
-        assert "length" not in table.render_line(0).text
-        table.ordering = Ordering()
-        alive = table.source.counts()["orbit"]
-        with app.catalogue.reading() as connection:
-            assert alive == counts_at(connection, main.here, 5).n_c
-        assert f"{alive} orbits at a = {main.here:.9g}" in shown(app)
-        await press(pilot, "escape")
-        assert table.source.a is None
-        assert main.orbit.a == main.here == 1.6
-
-    async def steps(app, pilot):
-        for visit in (averaging, following):
-            await visit(app, pilot)
-            assert isinstance(app.screen, MainScreen)
-            assert app.screen.has_class("-tall", "-narrow")
-
-    drive(born, steps, (80, 36), chosen)
-
-
 @pytest.mark.parametrize("size", [(80, 24), pytest.param(LARGE, marks=pytest.mark.fuzz)])
 @pytest.mark.slow
 def test_the_table_follows_the_orbit_in_a_and_comes_back(born, size):
@@ -180,12 +129,13 @@ def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, monkey
     """Steps that come meanwhile are taken together; a key that leaves the orbit forgets them."""
     sought, go_on = threading.Event(), threading.Event()
 
-    def slow(app, orbit, steps, home, follow=BrowseApp.follow):
-        sought.set()
-        assert go_on.wait(60)
-        return follow(app, orbit, steps, home)
+    def slow(app, word, a, find=BrowseApp.find):
+        if threading.current_thread() is not threading.main_thread():
+            sought.set()
+            assert go_on.wait(60)
+        return find(app, word, a)
 
-    monkeypatch.setattr(BrowseApp, "follow", slow)
+    monkeypatch.setattr(BrowseApp, "find", slow)
 
     def of_one_a(app):
         main, table = app.screen, table_of(app)

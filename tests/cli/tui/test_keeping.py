@@ -7,7 +7,7 @@ from screens import ask, drive, press, screen_lines, shown, table_of
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.export import export
-from orbitdb.cli.tui.state_file import Kept, State, among_marked, criteria_of, selection_of, toggled
+from orbitdb.cli.tui.state_file import Kept, State, among_marked, criteria_of, selection_of
 from orbitdb.cli.tui.table.columns import COLUMNS, EVERY, USUAL
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.columns import IN_CATALOGUE
@@ -101,6 +101,11 @@ def test_a_kept_filter_comes_back_as_it_was():
             selection_of(wrong, 1.6)
 
 
+def mark(kept, word):
+    with kept.changing() as state:
+        state.marked.append(word)
+
+
 def test_a_state_file_that_is_none_is_left_as_it_is(tmp_path):
     path = tmp_path / "browse.json"
     for text in ("[", "[]", "[" * 9999, '{"marked": ["9"]}', '{"filters": {"x": 3}}', "\xff"):
@@ -108,9 +113,9 @@ def test_a_state_file_that_is_none_is_left_as_it_is(tmp_path):
         told = []
         kept = Kept(path, told.append)
         assert not kept.load()
-        kept.change(lambda state: toggled(state, "13"))
+        mark(kept, "13")
         assert ["move it away" in line for line in told] == [True, True]
-        assert kept.state.marked == ("13",)
+        assert kept.state.marked == ["13"]
         assert path.read_bytes() == text.encode("latin-1")
 
 
@@ -128,13 +133,13 @@ def test_a_state_file_that_is_none_is_told(tmp_path, filled_once):
 def test_two_sessions_keep_each_others_marks(tmp_path):
     told = []
     one, other = (Kept(tmp_path / "browse.json", told.append) for _ in range(2))
-    one.change(lambda state: toggled(state, "13"))
-    other.change(lambda state: toggled(state, "013"))
-    one.change(lambda state: toggled(state, "031"))
-    assert one.state == State(marked=("13", "013", "031"))
+    mark(one, "13")
+    mark(other, "013")
+    mark(one, "031")
+    assert one.state == State(marked=["13", "013", "031"])
     (tmp_path / "file").touch()
     assert not told
-    Kept(tmp_path / "file" / "browse.json", told.append).change(lambda state: toggled(state, "13"))
+    mark(Kept(tmp_path / "file" / "browse.json", told.append), "13")
     assert "cannot be read" in told[0]
 
 

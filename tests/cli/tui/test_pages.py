@@ -1,12 +1,11 @@
 """Pages of a chosen subset, and where words stand in it: as a list in plain Python has them."""
 
-import contextlib
-import sqlite3
 from collections import Counter
 
 import model
 import pytest
 import sqlalchemy as sa
+from contents import alter
 from hypothesis import example, given
 from hypothesis import strategies as st
 from questions import CRITERIA, EDGES, KEYS, NAMES, catalogue_to_ask, expected
@@ -15,7 +14,7 @@ from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.table.jumping import place_of
 from orbitdb.cli.tui.table.pages import Ordering, Pages
 from orbitdb.errors import StoreError
-from orbitdb.orbits.newton import solve_word
+from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.criteria import choose
@@ -124,8 +123,7 @@ def test_a_row_that_has_gone_is_told(catalogue, tmp_path):
     path = tmp_path / "altered.db"
     path.write_bytes(catalogue.path.read_bytes())
     pages = pages_of(Catalogue(path), Selection(), Ordering())
-    with contextlib.closing(sqlite3.connect(path)) as plain, plain:
-        plain.execute("DELETE FROM orbit")
+    alter(path, "DELETE FROM orbit")
     with pytest.raises(StoreError, match="altered"):
         pages.row(0)
 

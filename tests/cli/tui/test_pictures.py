@@ -16,7 +16,7 @@ from orbitdb.cli.tui.orbit.pictures import (
     path_of,
     phase_points,
 )
-from orbitdb.orbits.newton import solve_word
+from orbitdb.orbits.births.lives import solve_word
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
 
 A = 1.6
@@ -130,11 +130,6 @@ def test_mirrors_turn_the_sense_of_the_boundary(element):
     axis = 2 * A if element == MIRROR_X else 2 * (2 * A) + math.pi
     turns = (image[:, 0] + points[:, 0] - axis) / perimeter
     assert turns == pytest.approx(np.rint(turns), abs=1e-9)
-
-
-def test_a_run_along_a_semicircle_keeps_its_sine():
-    points = phase_points(solved("1111113"))
-    assert np.ptp(points[:-2, 1]) == pytest.approx(0, abs=1e-9)
 
 
 def test_phase_space_names_walls_and_orbits():

@@ -3,46 +3,21 @@
 import shutil
 
 import pytest
-from screens import ask, drive, press, settle, shown, table_of
+from screens import drive, press, settle, shown, table_of
 from textual.widgets import OptionList
 
-from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.pictures import phase_points
+from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 from orbitdb.cli.tui.table import jumping
-from orbitdb.cli.tui.table.jumping import place_of
-from orbitdb.cli.tui.table.pages import NONE, Pages
+from orbitdb.cli.tui.table.pages import NONE
 from orbitdb.orbits.births.lives import solve_word
 from orbitdb.store.asking.selection import Selection
 
 
-def test_digits_that_repeat_a_shorter_word_lead_nowhere_by_themselves(varied):
-    catalogue = Catalogue(varied)
-    pages = Pages(catalogue, catalogue.choose(Selection()), ("code",))
-    assert place_of(pages, "131313") == (None, "no code 131313")
-
-
 def test_a_word_without_an_orbit_has_no_bounces_to_draw():
     assert phase_points(solve_word("00123", 1.6)).shape == (0, 2)
-
-
-@pytest.mark.slow
-def test_codes_and_particles_that_begin_anew(filled):
-    async def steps(app, pilot):
-        main = app.screen
-        # a code that repeats a shorter word
-        await ask(pilot, "c", "1313")
-        assert main.orbit.code == "13"
-        assert any("1313 repeats 13" in note.message for note in app._notifications)
-        # a new orbit takes the particle that runs to its beginning
-        drawing = main.query_one(OrbitDrawing)
-        drawing.particle = 3.0
-        await press(pilot, "j")
-        assert drawing.particle == 0.0
-
-    drive(filled, steps)
 
 
 @pytest.mark.slow
@@ -119,23 +94,6 @@ def test_dialogs_and_counts_by_keys_and_mouse(filled):
         await settle(pilot)
         assert "[x] element" in shown(app)
         await press(pilot, "escape")
-
-    drive(filled, steps)
-
-
-@pytest.mark.slow
-def test_where_nothing_is_chosen_nothing_is_marked_or_followed(filled):
-    async def steps(app, pilot):
-        main, table = app.screen, table_of(app)
-        # nothing is chosen, so that there is nothing to mark or to follow
-        main.selection = Selection(where="p < 0")
-        await settle(pilot)
-        before = main.marked
-        main.orbit = None
-        await press(pilot, "asterisk", "greater_than_sign", "less_than_sign")
-        assert main.orbit is None
-        assert main.marked == before
-        assert len(table.source) == 0
 
     drive(filled, steps)
 

@@ -1,7 +1,6 @@
 """Keys and what they do, many of them in one session of the terminal UI."""
 
 import os
-import re
 import shutil
 
 import pytest
@@ -10,23 +9,21 @@ from textual import events
 from textual.widgets import Input
 
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.app import BrowseApp
-from orbitdb.cli.tui.dialogs.basic import LineDialog, QuestionDialog
 from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish, cost_of, work
 from orbitdb.cli.tui.dialogs.keys import columns_told, groups_of
+from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, folded, lines_of
+from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.table import jumping, pages
 from orbitdb.cli.tui.table.columns import USUAL
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.columns import IN_CATALOGUE
-from orbitdb.filling.single_word import fill_word
 from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Status
-from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
@@ -46,57 +43,6 @@ def headings(app):
 async def click(pilot, x, y):
     await pilot.click(PagedTable, offset=(x, y))
     await settle(pilot)
-
-
-def test_choices_go_round():
-    chosen, seen = Selection(), []
-    for _ in range(6):
-        chosen = choices.next_status(chosen)
-        seen.append(chosen.statuses)
-    assert seen == [(Status.ORBIT,), (Status.DYNAMICAL,), (Status.BOUNDARY,), (Status.GEOMETRIC,),
-                    (Status.UNRESOLVED,), ()]  # fmt: skip
-    several = Selection(statuses=(Status.ORBIT, Status.BOUNDARY))
-    assert choices.next_status(several).statuses == (Status.ORBIT,)
-    for reversal in ("self", "pair", None):
-        chosen = choices.next_reversal(chosen)
-        assert chosen.time_reversal == reversal
-    for step, periods in ((1, [2, 4, 5]), (-1, [5, 4, 2])):
-        for p in periods:
-            chosen = choices.other_period(chosen, [2, 4, 5], step)
-            assert chosen.periods == ((p, p),)
-        chosen = choices.other_period(chosen, [2, 4, 5], step)
-        assert chosen.periods == ()
-    for others in (((2, 4), (5, 5)), ((3, 3),)):  # none of the periods alone
-        assert choices.other_period(Selection(periods=others), [2, 4, 5], 1).periods == ((2, 2),)
-
-
-def test_choices_are_links_to_what_changes_them():
-    plain = choices.chips(Selection(), 1)
-    assert re.sub(r"\[@click=screen\.([^\]]*)\]|\[/\]", "", plain) == (
-        "a = 1.6 │ p all │ every status │ any reversal │ no filter"
-    )
-    statuses = (Status.ORBIT, Status.BOUNDARY)
-    chosen = Selection(1.0, ((2, 4), (7, 7)), statuses, "self", where="code like '[1]'")
-    links = re.findall(r"\[@click=screen\.([^\]]*)\](.*?)\[/\]", choices.chips(chosen, 2))
-    assert links == [
-        ("choose_a", "a = 1 of 2"), ("period(1)", "p 2-4, 7"), ("status", "orbit, boundary"),
-        ("reversal", "self-retracing"), ("filter", r"where code like '\[1]'"),
-    ]  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("chosen", "told"),
-    [
-        ({"length": (None, 15)}, "with length <= 15"),
-        ({"contains": "11", "symmetry": "x,T,xT"}, "with symmetry x,T,xT containing 11"),
-        ({"exists": 1.0, "not_at": 0.5}, "that exist at a = 1 and not at a = 0.5"),
-        ({"margin": (0.1, None), "where": "p < :top", "parameters": {"top": 5}},
-         "with margin >= 0.1 where p < :top (top = 5)"),
-    ],
-)  # fmt: skip
-def test_choices_without_a_field_of_their_own_stand_at_the_end(chosen, told):
-    shown = choices.chips(choose(**chosen), 1)
-    assert shown.endswith(f"[@click=screen.filter]{told}[/]")
 
 
 def test_columns_are_told_with_their_headings():
@@ -225,9 +171,9 @@ def test_the_cursor_and_the_orbit_move_by_keys(path):
         main.orbit = app.find("301", 1.6)
         await hurry(pilot, "m", "k", "m", "j", "k", "m", "m", "v")
         assert [orbit.code for orbit in main.compared] == ["301", words[0]]
-        assert main.query_one(OrbitDrawing).view is View.PHASE
+        assert main.query_one(OrbitDrawing).phase
         await press(pilot, "space")
-        assert main.query_one(OrbitDrawing).view is View.STADIUM
+        assert not main.query_one(OrbitDrawing).phase
         assert main.query_one(OrbitDrawing).particle is not None
         await press(pilot, "space")
         assert main.query_one(OrbitDrawing).particle is None
@@ -303,17 +249,6 @@ def test_what_the_screen_does_not_do_is_told(path, monkeypatch):
         await press(pilot, "n")
         assert app.fill_state.state == "running"
         assert isinstance(app.screen, MainScreen)
-
-    drive(path, steps)
-
-
-@pytest.mark.slow
-def test_a_look_at_the_file_shows_what_was_stored_meanwhile(path):
-    async def steps(app, pilot):
-        table, before = table_of(app), len(table_of(app).source)
-        fill_word(path, "1" * 29 + "3", 1.6)
-        await press(pilot, "ctrl+r")
-        assert len(table.source) == app.catalogue.count(Selection()) > before
 
     drive(path, steps)
 

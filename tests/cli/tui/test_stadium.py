@@ -5,11 +5,11 @@ from screens import drive, press, settle, shown, table_of
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.cli.tui.dialogs.basic import LineDialog
 from orbitdb.cli.tui.dialogs.fill import FillDialog
+from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.filling.periods import fill_periods
-from orbitdb.orbits.newton import solve_word
+from orbitdb.orbits.births.lives import solve_word
 from orbitdb.store.asking.selection import Selection
 
 LARGE = (160, 48)
@@ -32,19 +32,6 @@ def at_one(tmp_path_factory):
     for _ in fill_periods(path, 1.0, range(2, 6)):
         pass
     return path
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("code", [None, "123"])
-def test_a_file_of_one_stadium_is_drawn_in_it(at_one, code):
-    async def steps(app, pilot):
-        assert stadiums_of(app) == {1.0}
-        assert len(table_of(app).source) == 137
-        text = shown(app)
-        assert "stadium, a = 1 " in text
-        assert "a = 1.6" not in text
-
-    drive(at_one, steps, LARGE, Selection(a=Catalogue(at_one).a), code)
 
 
 @pytest.mark.slow
@@ -113,15 +100,6 @@ def test_a_first_fill_shows_the_stadium_that_it_fills(tmp_path):
         assert app.screen.query_one("#a").value == "0.7500000001"  # not 0.75, another stadium
 
     drive(tmp_path / "new.db", steps)
-
-
-@pytest.mark.slow
-def test_rows_that_want_births_say_that_there_are_none(at_one):
-    async def steps(app, pilot):
-        assert len(table_of(app).source) == 0
-        assert "births of periods 2-" in shown(app)
-
-    drive(at_one, steps, (220, 48), Selection(a=1.0, exists=(2.0,)))
 
 
 @pytest.mark.slow

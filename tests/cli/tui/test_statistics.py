@@ -1,7 +1,7 @@
 """The trajectory value of the statistics screen: the better one stays, and it is said which it is."""
 
 import pytest
-from screens import drive, press, screen_lines, shown
+from screens import drive, press, shown
 
 from orbitdb.cli.tui.statistics import averages_screen as statistics
 from orbitdb.numerals import with_error
@@ -56,31 +56,3 @@ def test_without_a_stored_value_trajectories_are_followed_and_then_others(filled
         assert second.bounces > 3 * first.bounces
 
     drive(filled_once, steps, LARGE, Selection(periods=((2, 3),)))
-
-
-@pytest.mark.slow
-def test_a_stadium_that_is_not_filled_says_so(filled_once, monkeypatch):
-    monkeypatch.setattr(statistics, "FIRST_BOUNCES", 100_000)
-
-    async def steps(app, pilot):
-        await press(pilot, "S")
-        assert app._notifications
-        assert all("nothing is filled at a = 2" in note.message for note in app._notifications)
-
-    drive(filled_once, steps, LARGE, Selection(a=2.0))
-
-
-@pytest.mark.slow
-def test_every_heading_is_seen_at_160_columns(filled_once, monkeypatch):
-    monkeypatch.setattr(statistics, "FIRST_BOUNCES", 1000)
-
-    async def steps(app, pilot):
-        await press(pilot, "S")
-        assert screen_lines(app)[2].replace("│", " ").split()[-4:] == [
-            "λ_d_sum_rule",
-            "±",
-            "λ_c_sum_rule",
-            "±",
-        ]
-
-    drive(filled_once, steps, (160, 48))

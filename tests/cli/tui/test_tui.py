@@ -10,24 +10,22 @@ from pathlib import Path
 import pytest
 from screens import LARGE, SMALL, ask, drive, press, screenshot, send, settle, shown, table_of, until
 from solutions import entropy, lyapunov
-from textual import events
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
-from orbitdb.cli.tui.dialogs.basic import QuestionDialog
 from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.fill_state import parse_wish
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.orbit.drawing import OrbitDrawing, View
+from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel
+from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import InputError
 from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
-from orbitdb.symbols.symmetry import REVERSE, images_of
 from orbitdb.symbols.words import parse
 from orbitdb.trajectories.ensemble import simulate
 
@@ -50,38 +48,6 @@ def filled(tmp_path_factory):
         for _ in fill_periods(path, a, range(2, highest + 1)):
             pass
     return path
-
-
-@pytest.mark.slow
-def test_keys_that_come_faster_than_the_screen_are_not_lost(filled):
-    async def steps(app, pilot):
-        for key in "jjjjmjjm":
-            app.post_message(events.Key(key, key))
-        await settle(pilot)
-        words = [code for (code,) in app.catalogue.rows(Selection(), ("code",), limit=7)]
-        assert [orbit.code for orbit in app.screen.compared] == [words[4], words[6]]
-
-    drive(filled, steps)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("code", "told"),
-    [
-        pytest.param("1^20 3", "1^20 3", marks=pytest.mark.fuzz),
-        ("00123", "hits one straight wall twice"),
-        pytest.param("02", "bouncing-ball", marks=pytest.mark.fuzz),
-        ("1123123", "solved on the spot"),
-    ],
-)
-def test_a_word_that_is_not_stored_is_solved_and_says_why(filled, code, told):
-    async def steps(app, pilot):
-        await ask(pilot, "c", code)
-        assert not app.screen.orbit.stored
-        assert told in shown(app)
-
-    selection = Selection(a=1.0) if code == "1123123" else Selection()
-    drive(filled, steps, LARGE, selection)
 
 
 @pytest.mark.slow
@@ -131,35 +97,6 @@ def test_it_opens_at_a_code_that_is_not_chosen(filled, code, chosen, rows, told)
 
 
 @pytest.mark.slow
-def test_a_code_that_is_found_just_behind_the_rows_stays_on_show(filled):
-    async def steps(app, pilot):
-        main, table = app.screen, table_of(app)
-        rows, found = table.source, app.screen.orbit
-        main.left = None
-        main.rows.show(rows, 1)  # the message that the cursor is there is still on its way
-        main.take_found(found)
-        await settle(pilot)
-        assert main.orbit == found
-        await press(pilot, "j")
-        assert main.orbit.code == table.row[0] == rows.row(2)[0]
-
-    drive(filled, steps, code="1232131", selection=Selection(periods=((2, 4),)))
-
-
-@pytest.mark.slow
-def test_an_orbit_that_is_its_own_reverse_runs_the_other_way(filled):
-    async def steps(app, pilot):
-        await ask(pilot, "c", "0103")
-        before = app.screen.orbit
-        await press(pilot, "T")
-        assert app.screen.orbit.code == images_of("0103")[REVERSE]
-        assert app.screen.orbit.coordinates == pytest.approx(before.coordinates[::-1])
-        assert app.screen.query_one(FactsPanel).border_title == "its own time reverse"
-
-    drive(filled, steps)
-
-
-@pytest.mark.slow
 @both_sizes
 def test_a_particle_runs_and_phase_space_compares(filled, size):
     async def steps(app, pilot):
@@ -174,12 +111,12 @@ def test_a_particle_runs_and_phase_space_compares(filled, size):
         await pilot.press("space")
         assert drawing.particle is None
         await press(pilot, "m", "j", "m", "j", "v")
-        assert drawing.view is View.PHASE
+        assert drawing.phase
         assert [orbit.code for orbit in app.screen.compared] == ["13", "013"]
         assert "● 031  • 13  • 013" in shown(app)
         await press(pilot, "M", "v")
         assert app.screen.compared == ()
-        assert drawing.view is View.STADIUM
+        assert not drawing.phase
 
     drive(filled, steps, size)
 
@@ -249,23 +186,6 @@ def test_an_empty_place_greets_and_is_filled(tmp_path, size):
 
     drive(path, steps, size)
     assert [fill.n_c for fill in Catalogue(path).fills(1.6)] == [1, 8, 32, 80]
-
-
-@pytest.mark.slow
-def test_single_words_are_filled_by_a_click(filled, tmp_path):
-    path = tmp_path / "orbits.db"
-    path.write_bytes(filled.read_bytes())
-
-    async def steps(app, pilot):
-        before = len(table_of(app).source)
-        await press(pilot, "f")
-        app.screen.query_one("#codes").value = "1^10 3, 0132"
-        await pilot.click("#start")
-        await settle(pilot)
-        await press(pilot, "escape")
-        assert len(table_of(app).source) > before
-
-    drive(path, steps)
 
 
 @pytest.mark.slow

@@ -1,74 +1,26 @@
-"""Dialogs: a choice from a list, a line of text, and the question before quitting."""
+"""Dialogs with a line of text: it is checked as it is typed, and the rows behind a filter follow it."""
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import ClassVar
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, ClassVar
 
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import BindingType
-from textual.containers import Horizontal, Vertical
-from textual.widgets import Button, Input, Label, OptionList
+from textual.containers import Vertical
+from textual.timer import Timer
+from textual.widgets import Input, Label, OptionList
 
+from orbitdb.cli.tui.dialogs.lists import NameList
 from orbitdb.cli.tui.screens import ESCAPE, Dialog, key
 from orbitdb.errors import InputError, StoreError
-from orbitdb.plaintext import printable
+from orbitdb.store.asking.expressions import unfinished
 
+if TYPE_CHECKING:
+    from orbitdb.cli.tui.panels import Panels
 
-class NameList(OptionList):
-    """A list in which one moves as in the table."""
-
-    BINDINGS: ClassVar[list[BindingType]] = [key("j", "cursor_down"), key("k", "cursor_up")]
-
-
-class ChoiceDialog(Dialog[str | None]):
-    """Choose one of some names.
-
-    Parameters
-    ----------
-    title : str
-    choices : mapping of str to str
-        What is shown of each name.
-    current : str
-        The one to begin at.
-    notes : mapping of str to str, optional
-        What is said of the name under the cursor.
-    """
-
-    BINDINGS: ClassVar[list[BindingType]] = [ESCAPE]
-
-    def __init__(
-        self, title: str, choices: Mapping[str, str], current: str, notes: Mapping[str, str] | None = None
-    ) -> None:
-        super().__init__()
-        self._title, self._choices, self._current, self._notes = title, choices, current, notes
-        self.names = list(choices)
-
-    def compose(self) -> ComposeResult:
-        """Show the choices."""
-        with Vertical(classes="dialog " + ("small" if self._notes is None else "bottom")) as box:
-            box.border_title = self._title
-            yield NameList(*(Text(printable(text)) for text in self._choices.values()))
-            if self._notes is not None:
-                yield Label("", classes="complaint -note", markup=False)
-
-    def on_mount(self) -> None:
-        """Begin at what holds now."""
-        place = self.names.index(self._current) if self._current in self.names else 0
-        self.query_one(OptionList).highlighted = place
-
-    @property
-    def under_cursor(self) -> str:
-        """The name under the cursor."""
-        return self.names[self.query_one(OptionList).highlighted or 0]
-
-    def on_option_list_option_highlighted(self) -> None:
-        """Say what there is to say of it."""
-        if self._notes is not None:
-            self.query_one(Label).update(self._notes[self.under_cursor])
-
-    def on_option_list_option_selected(self) -> None:
-        """Take it."""
-        self.dismiss(self.under_cursor)
+_PAUSE = 0.25
+"""Seconds without a key before rows are read."""
 
 
 class LineDialog(Dialog[str | None]):
@@ -84,6 +36,8 @@ class LineDialog(Dialog[str | None]):
     """
 
     AUTO_FOCUS = "Input"
+    EMPTY: str | None = None
+    """What an empty line stands for."""
     BINDINGS: ClassVar[list[BindingType]] = [ESCAPE, key("up", "older(1)"), key("down", "older(-1)")]
 
     def __init__(
@@ -137,7 +91,7 @@ class LineDialog(Dialog[str | None]):
         if wrong:
             self.tell(told, wrong)
         else:
-            self.dismiss(event.value.strip())
+            self.dismiss(event.value.strip() or self.EMPTY)
 
     def action_older(self, steps: int) -> None:
         """Go up and down in the lines, the one that is typed being the last."""
@@ -156,26 +110,57 @@ class LineDialog(Dialog[str | None]):
             listed.highlighted = place if place < listed.option_count else None
 
 
-class QuestionDialog(Dialog[bool]):
-    """Ask whether to do something that cannot be taken back."""
+class FilterDialog(LineDialog):
+    """Ask for a filter, and try it as it is typed.
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        key("y", "dismiss(True)"),
-        key("n,escape", "dismiss(False)"),
-    ]
+    Parameters
+    ----------
+    main : Panels
+        It shows the rows of a filter, and reports how many they are or what went wrong with them.
+    where : str
+        The filter that holds now.
+    others : sequence of str
+        Filters that were typed before.
 
-    def __init__(self, question: str, yes: str, no: str) -> None:
-        super().__init__()
-        self._question, self._yes, self._no = question, yes, no
+    Attributes
+    ----------
+    word : str or None
+        What the cursor was on, and goes to where it is among the rows; at the top it stays there.
+    """
 
-    def compose(self) -> ComposeResult:
-        """Show the question."""
-        with Vertical(classes="dialog"):
-            yield Label(self._question, markup=False)
-            with Horizontal(classes="buttons"):
-                yield Button(f"{self._no} (n)", id="no", variant="primary")
-                yield Button(f"{self._yes} (y)", id="yes", variant="error")
+    EMPTY = ""
 
-    def on_button_pressed(self, event: Button.Pressed) -> None:
-        """Take the answer."""
-        self.dismiss(event.button.id == "yes")
+    def __init__(self, main: "Panels", where: str, others: Sequence[str]) -> None:
+        placeholder = "lambda_c < 0.5 and time_reversal = 'self'"
+        super().__init__("filter, as in --where", where, placeholder, main.check_filter, others)
+        row = main.rows.table.row if main.rows.table.cursor else None
+        self._main, self.word = main, row[0] if row else None
+        self._tried, self._note = where.strip(), ""
+        self._timer: Timer | None = None
+
+    def on_mount(self) -> None:
+        """Follow the rows that are shown."""
+        self.watch(self._main.rows, "report", self._say)
+
+    def _say(self) -> None:
+        self.tell("; ".join(filter(None, (self._main.rows.report, self._note))))
+
+    def follow(self, text: str) -> None:
+        """Try the line when no key has come for a moment; till then the rows are the last good ones."""
+        if self._timer is not None:
+            self._timer.stop()
+            self._timer = None
+        if text.strip() != self._tried:
+            self._main.rows.stop_reading()
+        told, wrong = self.checked(text)
+        if wrong and not unfinished(text, told):
+            self.tell(told, wrong)
+            return
+        self._note = "the line is not complete yet" if wrong else told
+        self._say()
+        if not wrong:
+            self._timer = self.set_timer(_PAUSE, partial(self._try, text.strip()))
+
+    def _try(self, where: str) -> None:
+        self._timer, self._tried = None, where
+        self._main.try_filter(where, self.word)

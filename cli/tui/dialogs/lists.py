@@ -1,0 +1,163 @@
+"""Dialogs with a list: one name is chosen, as a column or a kept filter, or several are marked and moved."""
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import ClassVar
+
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import BindingType
+from textual.containers import Vertical
+from textual.widgets import OptionList
+
+from orbitdb.cli.tui.screens import ESCAPE, Dialog, Result, key
+from orbitdb.cli.tui.table.columns import EVERY, USUAL
+from orbitdb.plaintext import printable
+
+KEEP = ""
+"""The answer that the present filter is to be kept; no filter has this name."""
+
+Names = tuple[str, ...]
+
+
+class NameList(OptionList):
+    """A list in which one moves as in the table."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [key("j", "cursor_down"), key("k", "cursor_up")]
+
+
+class ListDialog(Dialog[Result]):
+    """A list of names, each with the text that is shown of it; the cursor begins at one of them."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [ESCAPE]
+
+    def __init__(self, title: str, hint: str, texts: Mapping[str, str], current: str | None = None) -> None:
+        super().__init__()
+        self._title, self._hint, self._texts, self._current = title, hint, texts, current
+        self._names = list(texts)
+
+    def compose(self) -> ComposeResult:
+        """Show the names."""
+        with Vertical(classes="dialog bottom" if self._hint else "dialog small") as box:
+            box.border_title, box.border_subtitle = self._title, self._hint
+            yield NameList(*map(self._told, self._names))
+
+    def on_mount(self) -> None:
+        """Begin at what holds now."""
+        self._list.highlighted = self._names.index(self._current) if self._current in self._names else 0
+
+    def _told(self, name: str) -> Text:
+        return Text(printable(self._texts[name]))
+
+    @property
+    def _list(self) -> OptionList:
+        return self.query_one(OptionList)
+
+    @property
+    def _place(self) -> int:
+        return self._list.highlighted or 0
+
+
+class ChoiceDialog(ListDialog[str | None]):
+    """Choose one of some names."""
+
+    def on_option_list_option_selected(self) -> None:
+        """Take it."""
+        self.dismiss(self._names[self._place])
+
+
+class FiltersDialog(ChoiceDialog):
+    """Choose a filter by its name.
+
+    Parameters
+    ----------
+    filters : mapping of str to str
+        What each one chooses, in words.
+    forget : callable
+        Forgets one for good.
+    present : str
+        What is chosen now.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [key("x,delete", "forget")]
+
+    def __init__(self, filters: Mapping[str, str], forget: Callable[[str], None], present: str) -> None:
+        width = max(map(len, filters), default=0)
+        texts = {name: f"{name:{width}}  {told}" for name, told in filters.items()}
+        texts = {KEEP: f"keep the present one … ({present})"} | texts
+        super().__init__("filters", "enter takes it, x forgets it", texts, next(iter(filters), KEEP))
+        self._forget = forget
+
+    def action_forget(self) -> None:
+        """Forget the filter under the cursor."""
+        place = self._place
+        if self._names[place] != KEEP:
+            self._forget(self._names.pop(place))
+            self._list.remove_option_at_index(place)
+            self._list.highlighted = min(place, len(self._names) - 1)
+
+
+class MarksDialog(ListDialog[Names | None]):
+    """Mark some of several names; some are marked at the beginning."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        key("space", "mark", priority=True),
+        key("enter", "take", priority=True),
+    ]
+
+    def __init__(self, title: str, hint: str, texts: Mapping[str, str], marked: Collection[str]) -> None:
+        super().__init__(title, hint, texts)
+        self._marked = set(marked)
+
+    def _told(self, name: str) -> Text:
+        return Text(f"[{'x' if name in self._marked else ' '}] {self._texts[name]}")
+
+    def _show(self, *places: int) -> None:
+        for place in places:
+            self._list.replace_option_prompt_at_index(place, self._told(self._names[place]))
+
+    def action_mark(self) -> None:
+        """Mark the name, or unmark it."""
+        self._marked ^= {self._names[self._place]}
+        self._show(self._place)
+
+    on_option_list_option_selected = action_mark  # with the mouse, too
+
+    def action_take(self) -> None:
+        """Take the names that are marked, in their order."""
+        self.dismiss(tuple(name for name in self._names if name in self._marked))
+
+
+class ColumnDialog(MarksDialog):
+    """Mark the columns to be shown, and move them; the code is always the first."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        key("J", "shift(1)"),
+        key("K", "shift(-1)"),
+        key("r", "usual"),
+    ]
+
+    def __init__(self, shown: Sequence[str]) -> None:
+        width = max(map(len, EVERY))
+        texts = {name: f"{name:{width}}  {column.brief}" for name, column in EVERY.items()}
+        super().__init__("columns", "space marks, J K move, r: the usual, enter takes", texts, ())
+        self._arrange(shown)
+
+    def _arrange(self, shown: Sequence[str]) -> None:
+        first = [name for name in shown if name != "code"]
+        self._marked = set(first)
+        self._names = first + [name for name in EVERY if name not in (*first, "code")]
+
+    def action_shift(self, step: int) -> None:
+        """Move the column, which is shown then."""
+        place, other = self._place, self._place + step
+        if 0 <= other < len(self._names):
+            self._names[place], self._names[other] = self._names[other], self._names[place]
+            self._marked.add(self._names[other])
+            self._show(place, other)
+            self._list.highlighted = other
+
+    def action_usual(self) -> None:
+        """Show what is shown where nothing was chosen."""
+        self._arrange(USUAL)
+        self._show(*range(len(self._names)))
+        self._list.highlighted = 0

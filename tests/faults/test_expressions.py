@@ -1,0 +1,259 @@
+"""Free expressions can only choose rows, whatever they hold, and are stopped in time."""
+
+import contextlib
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+
+import pytest
+from contents import alter
+from processes import COMMAND
+from quick import slow_but
+
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.store.asking import confinement
+from orbitdb.store.asking.confinement import CancelledError
+from orbitdb.store.asking.selection import Selection, SelectionError
+from orbitdb.store.file.schema import LONG
+from orbitdb.store.file.tokens import tokens
+
+ENDLESS = "WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n) SELECT count(*) FROM n"
+GROWING = "WITH a AS (SELECT 1 x)" + "".join(
+    f", {name} AS (SELECT 1 x FROM {before} u, {before} v)"
+    for before, name in zip("abcdefghijklmnopqrst", "bcdefghijklmnopqrstu", strict=True)
+)
+ATTACKS = {
+    # reading something else
+    "another table": "(SELECT max(parameters) FROM run) <> ''",
+    "the schema": "(SELECT max(sql) FROM sqlite_master) <> ''",
+    "a table called catalogue": "(WITH catalogue AS (SELECT sql FROM sqlite_master) SELECT 1 FROM catalogue)",
+    "a subquery called catalogue": "(SELECT 1 FROM (SELECT sql FROM sqlite_master) AS catalogue)",
+    "a table by alias": "(SELECT max(sql) FROM sqlite_master AS catalogue) <> ''",
+    "main": "(SELECT max(sql) FROM main.sqlite_master) <> ''",
+    "a pragma": "(SELECT count(*) FROM pragma_table_info('orbit')) > 0",
+    "a pragma called catalogue": "(SELECT max(file) FROM pragma_database_list AS catalogue) <> ''",
+    "json_each": "(SELECT count(*) FROM json_each('[1]')) = 1",
+    "a row number": "rowid = 1",
+    "a file": "readfile('/etc/passwd') <> ''",
+    "an extension": "load_extension('evil') IS NULL",
+    "the build": "sqlite_source_id() <> ''",
+    # writing
+    "a second statement": "1; DELETE FROM orbit",
+    "closing the bracket": "1) OR (1",
+    "another query behind brackets": "1) UNION SELECT sql FROM sqlite_master WHERE (1",
+    "attach": "(ATTACH 'x.db' AS y)",
+    "a comment without end": "1 /*",
+    "a row limit": "1 LIMIT 1",
+    "an order": "1 ORDER BY p",
+    "returning": "1 RETURNING 1",
+    # growing, or running for ever
+    "an endless recursion": f"({ENDLESS}) > 0",
+    "a recursion in a subquery": f"p IN (SELECT p FROM catalogue WHERE ({ENDLESS}) > 0)",
+    "names of names": f"({GROWING} SELECT count(*) FROM u) > 0",
+    "a subquery of a subquery": "p IN (SELECT b + b FROM (SELECT p + p AS b FROM catalogue))",
+    "a join": "(SELECT count(*) FROM catalogue AS b, catalogue AS c) > 0",
+    "a join in brackets": "(SELECT count(*) FROM (catalogue AS b JOIN catalogue AS c)) > 0",
+    "a join in quotes": """(SELECT count(*) FROM "catalogue" AS b, 'catalogue' AS c) > 0""",
+    "a natural join": "(SELECT count(*) FROM catalogue NATURAL JOIN catalogue AS b) > 0",
+    "printf": "length(printf('%*c', 1000000000, 'x')) > 0",
+    "zeroblob": "length(zeroblob(1000000000)) > 0",
+    "group_concat": "length((SELECT group_concat(code) FROM catalogue)) > 0",
+    "char": "char(65, 65) = 'AA'",
+    "replace that grows": "length(replace(code, '1', '11')) > 0",
+    "replace that grows often": "length(" + "replace(" * 30 + "code" + ", '1', '1111')" * 30 + ") > 0",
+    "a long pattern": f"code LIKE '{'%1' * 2000}'",
+    "a long expression": " OR ".join(["p = 1"] * 200_000),
+    "a long list": f"p IN ({', '.join(['1'] * 400_000)})",
+    "a long name": f"(SELECT {' + '.join(['p'] * 900)} AS x FROM catalogue WHERE {' + '.join(['x'] * 900)})",
+    "many brackets": "(" * 10_000 + "1" + ")" * 10_000,
+    "many brackets that fit": "(" * 4_000 + "1" + ")" * 4_000,
+    "many signs": "- " * 9_000 + "1",
+    "much denied": "NOT " * 4_000 + "1",
+    "a value in a value's name": ":x(SELECT 1)",
+    "a value by number": "p = ?1",
+    "a NUL": "p = '\x00'",
+}  # fmt: skip
+
+
+LONG_ONES = {"much denied", "many signs", "many brackets that fit", "a long name"}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *slow_but([*ATTACKS][::5], [name for name in ATTACKS if name not in LONG_ONES]),
+        *(pytest.param(name, marks=pytest.mark.fuzz) for name in sorted(LONG_ONES)),
+    ],
+)
+def test_an_expression_does_nothing_but_choose(varied, name):
+    before = varied.read_bytes()
+    catalogue, chosen = Catalogue(varied), Selection(where=ATTACKS[name])
+    uses: list[Callable[[], object]] = [
+        lambda: catalogue.count(chosen),
+        lambda: catalogue.select(chosen),
+        lambda: catalogue.classes(chosen),
+        lambda: list(catalogue.rows(chosen, ("code",), order="length desc", limit=1)),
+    ]
+    for use in uses:
+        with pytest.raises(SelectionError) as caught:
+            use()
+        assert len(str(caught.value)) < 1100
+        assert "\n" not in str(caught.value)
+    assert varied.read_bytes() == before
+
+
+COMMANDS = ["query", "entropy", "lyapunov", "verify", "export", "plot"]
+SUPPLIED = {"export": ["--format", "csv"], "plot": ["lengths", "-o", "lengths.svg"]}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize(
+    "name",
+    slow_but(
+        ["a second statement"], ["a table called catalogue", "a pragma", "a second statement", "zeroblob"]
+    ),
+)
+def test_every_command_refuses(own, cli, command, name):
+    outcome = cli(command, *SUPPLIED.get(command, []), "--where", ATTACKS[name])
+    assert outcome.code == 2
+    assert outcome.out == ""
+    assert len(outcome.err.splitlines()) == 1
+
+
+@pytest.mark.parametrize("option", ["--order", "-c"])
+@pytest.mark.parametrize(
+    "value",
+    slow_but(
+        ["(SELECT 1)", "p; DROP TABLE run", "*"],
+        ["(SELECT 1)", "p; DROP TABLE run", "length(code)", "rowid", "1", "p--", "*"],
+    ),
+)
+def test_orders_and_columns_are_names(own, cli, option, value):
+    assert cli("query", option, value).code == 2
+
+
+def test_values_are_values(own):
+    """What is bound is never read as SQL, whatever it holds."""
+    catalogue = Catalogue(own)
+    for value in ("1 OR 1", "'; DELETE FROM orbit; --", ":x", "(SELECT 1)"):
+        assert catalogue.count(Selection(where="code = :x", parameters={"x": value})) == 0
+    with pytest.raises(SelectionError, match="characters"):
+        catalogue.count(Selection(where="code = :x", parameters={"x": "1" * 100_000}))
+    with pytest.raises(SelectionError, match="type"):
+        catalogue.count(Selection(where="code = :x", parameters={"x": ["1"]}))
+    assert catalogue.count(Selection(where="code = ':x'")) == 0
+    with pytest.raises(SelectionError, match="it has no :x"):
+        catalogue.count(Selection(where="code = ':x'", parameters={"x": 1}))
+    with pytest.raises(SelectionError, match="it has no :ength"):
+        catalogue.count(Selection(where="length > 9", parameters={"ength": 1}))
+
+
+ALLOWED = {
+    "length < (SELECT avg(length) FROM catalogue WHERE p = 5)": 100,
+    "length(code) - length(replace(code, '0', '')) = 1": 50,
+    "EXISTS (SELECT 1 FROM catalogue AS b WHERE b.length = catalogue.length AND b.p > 5)": 100,
+    "code IN (SELECT representative FROM catalogue WHERE p < 5) AND a = 1.6": 5,
+    "(p, code) IN (VALUES (2, '13'), (3, '113'))": 1,
+    "code GLOB '01*' OR code LIKE '%3_'": 50,
+    "round(lambda_c, 2) BETWEEN 0.3 AND 0.4 -- the weak ones": 20,
+    "random() % 2 IN (0, 1, -1)": 300,
+    "'a:b' = 'a:b' AND code <> 'x -- y' AND \"p\" > 2 /* not the shortest */": 300,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("text", ALLOWED)
+def test_what_users_want_is_allowed(own, text):
+    assert Catalogue(own).count(Selection(where=text)) >= ALLOWED[text]
+
+
+@pytest.mark.parametrize("use", ["count", "rows", "sorted", "classes", "select"])
+def test_every_use_is_stopped_in_time(own, monkeypatch, use):
+    from orbitdb.store.asking import expressions
+
+    monkeypatch.setattr(expressions, "SECONDS", 0.02)
+    rest = " + ".join(f"b.length * catalogue.lyapunov * {n}" for n in range(40))
+    catalogue = Catalogue(own)
+    chosen = Selection(where=f"(SELECT sum({rest}) FROM catalogue AS b WHERE b.code <> catalogue.code) < 0")
+    uses: dict[str, Callable[[], object]] = {
+        "count": lambda: catalogue.count(chosen),
+        "rows": lambda: list(catalogue.rows(chosen)),
+        "sorted": lambda: list(catalogue.rows(chosen, order="length desc")),
+        "classes": lambda: catalogue.classes(chosen),
+        "select": lambda: catalogue.select(chosen),
+    }
+    with pytest.raises(SelectionError, match=r"more than 0\.02 s"):
+        uses[use]()
+    assert catalogue.count(Selection()) > 300  # the connection is as it was
+
+
+def test_the_time_of_those_who_use_the_rows_does_not_count(own, monkeypatch):
+    from orbitdb.store.asking import expressions
+
+    monkeypatch.setattr(expressions, "SECONDS", 1.0)
+    clock = iter(float(10 * n) for n in range(1000))
+    monkeypatch.setattr(confinement.time, "monotonic", lambda: next(clock))
+    patience = confinement.Patience(35.0)  # at 0
+    with patience.working():  # from 10 to 30: 15 are left from 40 on
+        pass
+    assert not patience.ended  # at 50
+    assert patience.ended  # at 60
+
+
+def slow_filter() -> Selection:
+    """Return a choice that takes a minute or more on the filled catalogue."""
+    rest = " + ".join(f"b.length * catalogue.lyapunov * {n}" for n in range(60))
+    return Selection(where=f"(SELECT sum({rest}) FROM catalogue AS b WHERE b.code <> catalogue.code) < 0")
+
+
+@pytest.mark.slow
+def test_a_filter_that_nobody_waits_for_any_more_is_stopped(filled):
+    catalogue = Catalogue(filled)
+    asked = iter([False] * 50)
+    with pytest.raises(CancelledError):
+        catalogue.choose(slow_filter(), cancelled=lambda: next(asked, True))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+def test_ctrl_c_is_no_refusal(filled):
+    """SQLite, asked for the time, swallows the interrupt; it must not be told as a slow expression."""
+    process = subprocess.Popen(
+        [*COMMAND, "query", "--where", str(slow_filter().where), "--db", str(filled)],
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        process.wait(3)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert err.startswith("orbitdb: interrupted")
+
+
+def test_words_of_a_million_bounces_can_be_asked_for(tmp_path):
+    """No limit on texts stands in the way of the longest words there are, in any column or order."""
+    path = tmp_path / "orbits.db"
+    catalogue = Catalogue.create(path)
+    word, reverse = "1" * 500_000 + "3" * 500_000, "1" * 500_000 + "5" * 500_000
+    alter(
+        path,
+        "INSERT INTO run VALUES (1, '', '', '')",
+        "INSERT INTO stadium VALUES (1, 1.6)",
+        f"INSERT INTO cycle VALUES ({LONG}, 1000000, '{word}', 2, 0, 'pair', '1', '{word}{reverse}')",
+        f"INSERT INTO orbit VALUES (1, {LONG}, 'orbit', zeroblob(8000000), 9, 9, 1, 0, 0, 0, 0, 4, "
+        "'newton', 1)",
+    )
+    chosen = Selection(contains="13", where="length > 8 AND code <> representative || 'x'")
+    columns = ("code", "word", "representative", "length")
+    (row,) = catalogue.rows(chosen, columns, order="representative desc,code")
+    assert row == (word, word, word, 9.0)
+
+
+def test_tokens_are_all_that_was_given():
+    text = "a='x''y' -- c\n/* d */ \"n\" [m] `k` :v :: x'00' 1.5e3 ½ $ \x00"
+    assert "".join(token.text for token in tokens(text)) == text
+    kinds = [(token.kind, token.text) for token in tokens(text) if token.kind not in ("blank", "sign")]
+    assert kinds == [("word", "a"), ("string", "'x''y'"), ("name", '"n"'), ("name", "[m]"), ("name", "`k`"),
+                     ("value", ":v"), ("word", "x"), ("string", "'00'"), ("number", "1.5e3"),
+                     ("word", "½")]  # fmt: skip

@@ -1,0 +1,148 @@
+"""Texts from a file are no formulas, no control characters and no markup wherever they are shown."""
+
+import csv
+import io
+import json
+import os
+from pathlib import Path
+
+import pytest
+from contents import alter
+from quick import slow_but
+from screens import drive, press, settle, shown, table_of
+
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.cli.tui.export import export as export_shown
+from orbitdb.cli.tui.table.pages import Ordering
+from orbitdb.plaintext import cell, printable
+from orbitdb.store.asking.selection import Selection
+
+FORMULAS = ["=1+1", "+1", "-1+cmd", "@SUM(1)", "\t=1", "\r=1", '=HYPERLINK("x")', "＝1", "－1"]
+
+ESCAPES = ["\x1b[31mred", "\x1b]0;title\x07", "\x9b2J", "a\rb", "a\nb", "\u202egnp", "\x00", "\x7f", "\u2028"]
+
+
+@pytest.mark.parametrize("text", [*FORMULAS, *ESCAPES])
+def test_cells_are_no_formulas(text):
+    found = cell(text)
+    assert isinstance(found, str)
+    assert found.isprintable()
+    assert found[0] not in "=+-@＝＋－＠"
+
+
+def test_cells_that_are_numbers_stay():
+    assert [cell(value) for value in (-1.5, -3, None, "orbit", [1, 3], [-0.5, 2e-9], "1^20 3")] == [
+        -1.5, -3, None, "orbit", "1 3", "-0.5 2e-09", "1^20 3",
+    ]  # fmt: skip
+    assert printable("½ λ_d ± 1") == "½ λ_d ± 1"
+    assert printable("a\x1b[31m\udcff") == "a\\x1b[31m\\udcff"
+
+
+def evil(path: Path) -> None:
+    """Give rows the texts of a maker who wants them run by what shows them."""
+    quoted = [text.replace("'", "''").replace("\x00", "' || char(0) || '") for text in FORMULAS + ESCAPES]
+    case = " ".join(f"WHEN {n} THEN '{text}'" for n, text in enumerate(quoted))
+    rank = "(SELECT count(*) FROM cycle AS other WHERE other.id < cycle.id)"
+    chosen = f"CASE {rank} % {len(quoted)} {case} END"
+    alter(
+        path,
+        f"UPDATE cycle SET symmetry = {chosen}, time_reversal = {chosen}",
+        "UPDATE orbit SET solver = (SELECT symmetry FROM cycle WHERE id = cycle), status = solver",
+    )
+    alter(path, "UPDATE orbit SET solver = (SELECT symmetry FROM cycle WHERE id = orbit.cycle)")
+    alter(path, "UPDATE orbit SET status = solver WHERE cycle % 2")
+
+
+def texts_of(rows: list[dict[str, str]]) -> list[str]:
+    names = ("status", "symmetry", "time_reversal", "solver")
+    return [row[name] for row in rows for name in names]
+
+
+def safe(texts: list[str]) -> None:
+    assert any("1+1" in text for text in texts)
+    assert any("red" in text for text in texts)
+    assert all(text.isprintable() for text in texts)
+    assert not [text for text in texts if text.startswith(tuple("=+-@＝＋－＠"))]
+
+
+@pytest.mark.parametrize("form", slow_but(["csv"], ["csv", "tsv"]))
+@pytest.mark.slow
+def test_tables_for_spreadsheets_hold_no_formulas(own, cli, tmp_path, form):
+    import pandas as pd
+
+    evil(own)
+    columns = "code,status,symmetry,time_reversal,solver,margin"
+    outcome = cli("query", "--format", form, "-c", columns)
+    assert outcome.code == 0
+    delimiter = "," if form == "csv" else "\t"
+    rows = list(csv.DictReader(io.StringIO(outcome.out), delimiter=delimiter))
+    safe(texts_of(rows))
+    frame = pd.read_csv(io.StringIO(outcome.out), sep=delimiter, dtype={"code": str}, keep_default_na=False)
+    safe([str(text) for text in frame[["status", "symmetry", "time_reversal", "solver"]].to_numpy().ravel()])
+    assert min(float(row["margin"] or 0) for row in rows) < 0
+    if form == "csv":
+        assert cli("export", str(tmp_path / "rows.csv"), "-c", columns).code == 0
+        with (tmp_path / "rows.csv").open(newline="") as file:
+            assert list(csv.DictReader(file)) == rows
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".tsv", ".json", ".jsonl"])
+@pytest.mark.slow
+def test_what_the_terminal_ui_writes_is_as_safe(own, tmp_path, suffix):
+    evil(own)
+    path = tmp_path / f"shown{suffix}"
+    export_shown(path, Catalogue(own), Selection(), Ordering(), None)
+    text = path.read_text()
+    assert all(symbol.isprintable() or symbol in "\t\n" for symbol in text)
+    if suffix in (".csv", ".tsv"):
+        rows = list(csv.DictReader(io.StringIO(text), delimiter="," if suffix == ".csv" else "\t"))
+        texts = [row[name] for row in rows for name in ("status", "time_reversal")]
+        assert not [text for text in texts if text.startswith(tuple("=+-@＝＋－＠"))]
+    assert not [name for name in os.listdir(tmp_path) if name.endswith(".part")]
+
+
+@pytest.mark.parametrize("form", slow_but(["table"], ["table", "csv", "tsv", "json", "jsonl"]))
+def test_no_control_characters_reach_a_terminal(own, cli, form):
+    evil(own)
+    columns = "code,status,symmetry,time_reversal,solver"
+    for arguments in (
+        ["query", "--format", form, "-c", columns, "--limit", "500"],
+        ["verify", "--format", form],
+    ):
+        outcome = cli(*arguments)
+        assert outcome.code in (0, 1)
+        assert all(symbol.isprintable() or symbol in "\t\n" for symbol in outcome.out + outcome.err)
+
+
+def test_json_gives_back_what_is_stored(own, cli):
+    """JSON needs no changes to be safe: it escapes, and a program gets the very text."""
+    evil(own)
+    rows = json.loads(cli("query", "--json", "-c", "symmetry").out)
+    assert {row["symmetry"] for row in rows} >= {*FORMULAS, *ESCAPES} - {"\x00"}
+
+
+@pytest.mark.slow
+def test_the_terminal_ui_shows_no_control_characters(own):
+    evil(own)
+    alter(own, "UPDATE orbit SET status = 'orbit'")  # with others there is no index, and no row is shown
+
+    async def steps(app, pilot):
+        for key in ("j", "j", "down", "pagedown", "end", "l", "l", "l", "l"):
+            await press(pilot, key)
+            text = shown(app)
+            assert all(symbol.isprintable() or symbol == "\n" for symbol in text)
+        assert table_of(app).row is not None
+
+    drive(own, steps, size=(160, 48))
+
+
+@pytest.mark.parametrize("name", slow_but(["a[/b]c"], ["a[b", "a[/b]c", "[red]", "a\\[b"]))
+def test_the_terminal_ui_takes_any_name_of_a_file(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)  # a long path would be wrapped, anywhere in the name
+
+    async def steps(app, pilot):
+        assert name[:3] in shown(app)
+        app.notify(f"[/b] {name}")
+        await settle(pilot)
+
+    drive(Path(f"{name}.db"), steps, size=(160, 48))

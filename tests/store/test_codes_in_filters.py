@@ -1,0 +1,101 @@
+"""Codes in expressions, and classes that somebody has altered: what they find, and what is told."""
+
+import shutil
+
+import pytest
+from contents import alter
+
+from orbitdb import Catalogue
+from orbitdb.errors import StoreError
+from orbitdb.store.asking.codes import hint
+from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.selection import SelectionError
+
+
+@pytest.fixture
+def catalogue(varied):
+    return Catalogue(varied)
+
+
+def test_a_class_by_a_word_that_is_none_is_refused(varied, tmp_path):
+    path = shutil.copy(varied, tmp_path / "altered.db")
+    alter(path, "UPDATE cycle SET word = '0x3' WHERE word = '013'")
+    with pytest.raises(StoreError, match=r"altered: .*'0x3'"):
+        Catalogue(path).select(p=3)
+
+
+@pytest.mark.parametrize(
+    ("where", "found"),
+    [
+        ("code('3123')", {"1233"}),
+        ("CODE ( '3 1 2 3' )", {"1233"}),
+        ("not code('31') and p < 4 and not code(:w, '(1)^2 3') and status = 'orbit'",
+         {"031", "123", "132", "133", "155", "344"}),
+        ("iif(p = 2, code('31'), code('w013', '3123'))", {"13", "013", "1233"}),
+        ("p = 3 and length in (SELECT length FROM catalogue WHERE code('310'))",
+         {"013", "031", "123", "132"}),
+        ("code('001') or p = 2", {"13"}),
+        ("code('001') and status = 'geometric'", set()),
+        ("code('13', '310', '3123')", {"13", "031", "1233"}),
+        ("code = 'code(''31'')'", set()),
+    ],
+)  # fmt: skip
+def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, found):
+    chosen = choose(where=where, parameters={"w": "130"} if ":w" in where else {})
+    assert {word for (word,) in catalogue.rows(chosen, ("code",))} == found
+    assert catalogue.count(chosen) == len(found)
+    assert sum(catalogue.classes(chosen).chosen) == len(found)
+
+
+def test_a_pruned_word_is_found_where_its_status_is_named(catalogue):
+    for where in ("code('001')", "code('010', '13')"):
+        assert [orbit.code for orbit in catalogue.select(where=where, status="geometric")] == ["001"]
+
+
+@pytest.mark.parametrize(
+    ("where", "said"),
+    [
+        ("code = code('13')", "a condition by itself"),
+        ("code('13') is null", "a condition by itself"),
+        ("code('1313')", "give '13'"),
+        ("code('19')", "symbol '9'"),
+        ("code()", "takes words in quotes"),
+        ("code('13' '31')", "takes words in quotes"),
+        ("code('13', '31' or '013')", "takes words in quotes"),
+        ("code(word)", "in quotes"),
+        ("code('1^20001 3')", "20000 are allowed"),
+        ("code('13'", "incomplete input"),
+        ("code(:w)", "-P name=value"),
+    ],
+)
+def test_what_is_no_code_in_a_filter_is_refused(catalogue, where, said):
+    with pytest.raises(SelectionError, match=said):
+        catalogue.count(where=where)
+
+
+@pytest.mark.parametrize(
+    ("where", "told"),
+    [
+        ("p = 2 and code = '31'", "no row has code = '31', only least rotations: write code('31')"),
+        (
+            "\"code\" == 3 or word IN ('13', '1313')",
+            "no row has word = '1313', only least rotations: write code('13')",
+        ),
+        ("code = '13' and word < '31' and '31' <> code and code = 'x' or code('31')", None),
+    ],
+)
+def test_a_comparison_with_a_rotation_that_names_no_row_is_told(where, told):
+    assert hint(where) == told
+
+
+def test_a_class_by_a_number_that_is_no_key_is_refused(varied, tmp_path):
+    path = shutil.copy(varied, tmp_path / "altered.db")
+    alter(
+        path,
+        "UPDATE orbit SET cycle = 1 WHERE cycle = (SELECT id FROM cycle WHERE word = '013')",
+        "UPDATE cycle SET id = 1 WHERE word = '013'",
+    )
+    for asked in ({"contains": "13"}, {"order": "code"}):
+        order = asked.pop("order", "p")
+        with pytest.raises(StoreError, match="altered: a class with the number '1'"):
+            Catalogue(path).select(**asked, order=order)

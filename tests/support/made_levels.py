@@ -1,0 +1,28 @@
+"""Levels that are spaced as Weyl's law has it, stored as if they had been found."""
+
+from pathlib import Path
+
+import numpy as np
+
+from orbitdb import Stadium
+from orbitdb.quantum.levels import Levels
+from orbitdb.quantum.weyl import Parity, wavenumber, weyl
+from orbitdb.store.writing.records import keep_levels
+from orbitdb.store.writing.writer import Writer
+
+WINDOWS = ((0.0, 5.0), (5.0, 9.0), (10.0, 11.0))
+"""Of k; between 9 and 10 there is a gap."""
+
+
+def keep_made_levels(path: Path) -> dict[str, list[float]]:
+    """Store levels of each parity at a = 1.6 in some windows of k; return those below the gap."""
+    writer, found = Writer(path, {"command": "levels"}), {}
+    for parity in Parity:
+        smooth = weyl(Stadium(1.6), parity)
+        k = np.array([wavenumber(smooth, n - 0.5) for n in range(1, 40)])
+        for low, high in WINDOWS:
+            own = k[(low <= k) & (k < high)]
+            keep_levels(writer, Levels(1.6, parity, low, high, int((k < low).sum()), own, own * 1e-12))
+        found[str(parity)] = k[k < WINDOWS[1][1]].tolist()
+    writer.close()
+    return found

@@ -1,0 +1,94 @@
+"""Files of columns: whole or not there, and the same by rows as by columns."""
+
+import errno
+import os
+import resource
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from quick import slow_but
+
+from orbitdb import column_files
+from orbitdb import export as files
+from orbitdb.column_files import ColumnBlock
+from orbitdb.errors import InputError
+
+
+@pytest.mark.slow
+def test_more_rows_than_a_block(tmp_path):
+    from pyarrow import parquet
+
+    rows = [[str(n), n / 7, [n / 3]] for n in range(45_000)]
+    for form in files.FORMATS:
+        files.write_file(tmp_path / f"x.{form}", form, ("code", "length", "coordinates"), rows, {})
+    table = parquet.read_table(tmp_path / "x.parquet")
+    with np.load(tmp_path / "x.npz") as archive:
+        np.testing.assert_array_equal(table["length"].to_numpy(), archive["length"])
+        np.testing.assert_array_equal(archive["coordinates"], np.arange(45_000) / 3)
+
+
+@pytest.mark.parametrize("form", files.FORMATS)
+@pytest.mark.parametrize("trouble", slow_but([KeyboardInterrupt], [KeyboardInterrupt, ZeroDivisionError]))
+def test_an_interrupted_export_leaves_what_was_there(tmp_path, form, trouble):
+    def rows():
+        yield from (["13", float(n)] for n in range(10_000))
+        raise trouble
+
+    target = tmp_path / f"orbits.{form}"
+    target.write_text("old")
+    with pytest.raises(trouble):
+        files.write_file(target, form, ("code", "length"), rows(), {})
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [(target.name, "old")]
+
+
+WRITE = """
+import random, sys
+from importlib.metadata import version
+from pathlib import Path
+from orbitdb import errors, export
+random.seed(1)
+rows = [["13", random.random()] for _ in range(50_000)]
+try:
+    export.write_file(Path(sys.argv[1]), sys.argv[2], ("code", "length"), rows, {})
+except errors.StoreError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize("form", slow_but(["csv"], files.FORMATS))
+def test_a_full_disk_leaves_nothing_and_says_so(tmp_path, form):
+    target = tmp_path / f"orbits.{form}"
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", WRITE, str(target), form],
+        capture_output=True,
+        text=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000)),
+    )
+    assert done.stdout == f"{target} cannot be written ({os.strerror(errno.EFBIG)}); nothing was kept\n"
+    assert done.stderr == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_npz_refuses_texts_that_would_not_fit(tmp_path):
+    with pytest.raises(InputError, match="parquet"), open(tmp_path / "orbits.npz", "wb") as file:
+        column_files.write_npz(file, ("code",), [["1" * 10**6]] * 1000, {})
+
+
+def test_npz_is_written_piece_by_piece(tmp_path):
+    texts, integers, rules = ["13", "0123", ""], [2, None, 4], [[], [1], [2, 3]]
+    numbers, places = [1.5, None, -1.0], [[0.5, 1.0], None, np.ones(3)]
+    columns = (texts, integers, numbers, rules, places)
+    blocks = [ColumnBlock([each[here] for each in columns]) for here in (slice(0, 2), slice(2, 3))]
+    with open(tmp_path / "orbits.npz", "wb") as file:
+        names = ("code", "p", "length", "rules", "coordinates")
+        column_files.write_npz(file, names, blocks, {"a": 1.6})
+    found = np.load(tmp_path / "orbits.npz")
+    assert found["code"].tolist() == ["13", "0123", ""]
+    assert found["p"].tolist() == [2, -1, 4]
+    np.testing.assert_array_equal(found["length"], [1.5, np.nan, -1.0])
+    assert (found["rules"].tolist(), found["rules_start"].tolist()) == ([1, 2, 3], [0, 0, 1, 3])
+    assert found["coordinates"].tolist() == [0.5, 1.0, 1, 1, 1]
+    assert found["coordinates_start"].tolist() == [0, 2, 2, 5]
+    assert str(found["metadata"]) == '{"a": 1.6}'

@@ -1,0 +1,182 @@
+"""Rays bounce by bounce: the law of reflection, the invariant measure, symbols, and followed paths."""
+
+import itertools
+import math
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from itineraries import itineraries
+from quick import slow_but
+from solutions import words_of
+from uniform import is_uniform
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError
+from orbitdb.orbits.newton import solve
+from orbitdb.symbols.words import to_strings
+from orbitdb.trajectories.arcs import Arcs, advance
+from orbitdb.trajectories.rays import Rays, bounce, random_rays
+from orbitdb.trajectories.traces import trace_points, trace_start
+
+widths = st.floats(-3, 3).map(lambda power: 10.0**power)
+seeds = st.integers(0, 2**32 - 1)
+
+
+def normals(rays, a):
+    return np.where(rays.side == 0, 0.0, rays.x - rays.side * a), rays.y
+
+
+def reflected(rays, a):
+    """Return the direction in which the rays came to their bounce."""
+    nx, ny = normals(rays, a)
+    out = 2 * (rays.vx * nx + rays.vy * ny)
+    return rays.vx - out * nx, rays.vy - out * ny
+
+
+@given(widths, seeds)
+@settings(max_examples=settings().max_examples // 2)
+def test_every_bounce_obeys_the_law_of_reflection_on_the_boundary(a, seed):
+    before = random_rays(Stadium(a), 50, np.random.default_rng(seed))
+    for _ in range(20):
+        hit = bounce(before, a)
+        after = hit.rays
+        on_wall = after.side == 0
+        assert np.all(np.abs(after.x[on_wall]) <= a)
+        assert np.all(np.abs(after.y[on_wall]) == 1)
+        beyond = (after.x - after.side * a)[~on_wall]
+        assert np.all(beyond * after.side[~on_wall] > -1e-12 * (1 + a))
+        np.testing.assert_allclose(beyond**2 + after.y[~on_wall] ** 2, 1, atol=1e-14 * (1 + a))
+        arrived = reflected(after, a)
+        np.testing.assert_allclose(arrived, (before.vx, before.vy), atol=1e-13 * (1 + a))
+        x, y = before.x + hit.path * before.vx, before.y + hit.path * before.vy
+        np.testing.assert_allclose(x, after.x, rtol=1e-13, atol=1e-13 * (1 + a))
+        np.testing.assert_allclose(y, after.y, atol=1e-13 * (1 + a))
+        assert np.all(hit.path >= 0)
+        nx, ny = normals(after, a)
+        sine = -(after.vx * nx + after.vy * ny)
+        np.testing.assert_allclose((hit.kick * sine)[~on_wall], 2, rtol=1e-6)
+        assert not hit.kick[on_wall].any()
+        before = after
+
+
+@given(widths, seeds)
+def test_reversed_rays_go_the_same_way_back(a, seed):
+    start = random_rays(Stadium(a), 200, np.random.default_rng(seed))
+    back = bounce(bounce(start, a).rays, a).rays
+    vx, vy = reflected(back, a)
+    back = Rays(back.x, back.y, -vx, -vy, back.side)
+    back = bounce(bounce(back, a).rays, a).rays
+    shift = np.hypot(back.x - start.x, back.y - start.y)
+    assert np.quantile(shift, 0.9) < 1e-11 * (1 + a)  # the rest grazes, where errors grow without bound
+
+
+@pytest.mark.parametrize("a", slow_but([0.3, 1.6], [1e-3, 0.3, 1.6, 20.0]))
+@pytest.mark.slow
+def test_invariant_measure_is_invariant(a):
+    """After 30 bounces places are still uniform in arclength, and sines of the angle uniform."""
+    stadium = Stadium(a)
+    rays = random_rays(stadium, 20_000, np.random.default_rng(11))
+    for _ in range(30):
+        rays = bounce(rays, a).rays
+    nx, ny = normals(rays, a)
+    assert is_uniform(nx * rays.vy - ny * rays.vx, -1, 1)
+    on_wall = rays.side == 0
+    assert on_wall.mean() == pytest.approx(4 * a / stadium.perimeter, abs=0.015)
+    if on_wall.sum() > 100:
+        assert is_uniform(rays.x[on_wall], -a, a)
+    assert is_uniform(np.arctan2(rays.y, rays.side * rays.x - a)[~on_wall], -math.pi / 2, math.pi / 2)
+
+
+def test_what_is_off_the_circle_is_put_back_by_one_bounce():
+    t, graze, off, a = np.linspace(-1.4, 1.4, 9), 1e-3, 1 + 1e-7, 1.6
+    way = t + math.pi / 2 + graze
+    rays = Rays(a + off * np.cos(t), off * np.sin(t), off * np.cos(way), off * np.sin(way), np.ones(9))
+    after = bounce(rays, a).rays
+    assert np.hypot(after.x - a, after.y) == pytest.approx(1, abs=1e-12)
+    assert np.hypot(after.vx, after.vy) == pytest.approx(1, abs=1e-12)
+
+
+def test_bouncing_ball_goes_on_for_ever_and_a_steep_path_in_one_step():
+    upright = Rays(*(np.array([v]) for v in (0.3, -1.0, 0.0, 1.0, 0.0)))
+    found = itineraries(Stadium(1.6), upright, 1001)
+    assert to_strings(found.symbols)[0] == "20" * 500 + "2"
+    assert np.all(found.coordinates == 0.3)
+    assert np.all(found.path == 2)
+    slow = 1e-9
+    arcs = Arcs(*(np.array([v]) for v in (1.0, slow, 1.0, -slow, -1.0)))
+    step = advance(arcs, 1.6)
+    assert step.walls[0] == pytest.approx(1.6 / slow, rel=1e-6)
+    assert step.path[0] == pytest.approx(2 * step.walls[0], rel=1e-6)
+
+
+@pytest.mark.parametrize(("p", "a"), [(2, 1.6), (3, 0.4), (5, 1.6), (6, 4.0), (7, 1.6), (8, 0.7)])
+def test_orbits_of_the_catalogue_are_followed_and_read_back(p, a):
+    """Rays started on all solved orbits write down their words and coordinates."""
+    stadium = Stadium(a)
+    orbits = solve(words_of(p), stadium)
+    real = orbits.status == "orbit"
+    words, coordinates = orbits.words[real], orbits.coordinates[real]
+    points = stadium.points(words, coordinates)
+    ahead = points[:, 1] - points[:, 0]
+    ahead /= np.hypot(ahead[:, :1], ahead[:, 1:])
+    side = np.array([0.0, -1, 0, 1, -1, 1])[words[:, 0]]
+    rays = Rays(points[:, 0, 0], points[:, 0, 1], ahead[:, 0], ahead[:, 1], side)
+    found = itineraries(stadium, rays, p)
+    assert to_strings(found.symbols) == to_strings(np.roll(words, -1, axis=1))
+    error = 1e-13 * np.exp(orbits.lyapunov[real])
+    worst = np.abs(found.coordinates - np.roll(coordinates, -1, axis=1)).max(axis=1)
+    assert np.all(worst < error)
+    assert np.all(np.abs(found.path.sum(axis=1) - orbits.length[real]) < p * error)
+
+
+FORBIDDEN = [
+    "00", "22", "14", "41", "35", "53",
+    *(a + b + c for a, b, c in itertools.product("14", "02", "14")),
+    *(a + b + c for a, b, c in itertools.product("35", "02", "35")),
+    "[14](02|20)[02]*[14]", "[35](02|20)[02]*[35]",
+    "[^4]4[^4]", "[^5]5[^5]",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("a", slow_but([0.5, 1.6], [1e-3, 0.5, 1.6, 30.0]))
+def test_trajectories_obey_the_geometric_rules(a):
+    """Rules 1, 2, 4, 5 and 6 of the paper hold for any path, not for closed ones alone."""
+    rays = random_rays(Stadium(a), 300, np.random.default_rng(6))
+    found = itineraries(Stadium(a), rays, 300)
+    for text in to_strings(found.symbols):
+        for factor in FORBIDDEN:
+            assert not re.search(factor, text[1:-1]), (factor, text)
+    assert set("".join(to_strings(found.symbols))) == set("012345")
+
+
+def test_runs_go_the_way_their_symbols_say():
+    found = itineraries(Stadium(1.6), random_rays(Stadium(1.6), 500, np.random.default_rng(8)), 50)
+    s, t = found.symbols, found.coordinates
+    for symbol, sign in ((1, 1), (3, 1), (4, -1), (5, -1)):
+        run = (s[:, 1:] == symbol) & (s[:, :-1] == symbol)
+        assert run.sum() > 100
+        assert np.all(np.sign(t[:, 1:] - t[:, :-1])[run] == sign)
+
+
+def test_a_path_into_a_joint_may_be_followed_up_to_it():
+    def followed(height, **most):
+        return trace_start(Stadium(1.6), (0, 0, math.atan2(height, 1.6)), 1e-3, **most)
+
+    for number, height in enumerate((1, -3), 1):  # to the joint, and to its image in the bottom wall
+        with pytest.raises(InputError, match=rf"at bounce {number}, .*: move the start$"):
+            followed(height)
+    with pytest.raises(InputError, match=r"at bounce 3, .*: move the start, or follow fewer than 2 bounces$"):
+        followed(-5)
+    with pytest.raises(InputError, match="at bounce 3"):
+        followed(-5, bounces=2)
+    assert to_strings(followed(-5, bounces=1).symbols[None]) == ["20"]
+
+
+def test_a_polygon_that_ends_where_it_began_is_closed():
+    points = [(0, -1), (0.5, 1), (0.3, -1), (0, -1)]
+    assert to_strings(trace_points(Stadium(1.6), points, 0.0).symbols[None]) == ["020"]
+    joint = [(1.6, 1), (0.5, -1), (0.3, 1)]  # the end of a wall
+    assert to_strings(trace_points(Stadium(1.6), joint, 0.0).symbols[None]) == ["202"]

@@ -1,0 +1,30 @@
+"""A small catalogue of two a that several modules verify, each its own copy."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from orbitdb.filling.periods import fill_geometric, fill_periods
+from orbitdb.filling.single_word import fill_word
+from orbitdb.store.file.migrate import migrate
+from orbitdb.symbols.words import parse
+
+
+@pytest.fixture(scope="session")
+def small_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("small") / "orbits.db"
+    migrate(path)
+    for a, periods in ((1.6, (5, 6)), (1.0, (6,))):
+        for _ in fill_periods(path, a, periods):
+            pass
+    for _ in fill_geometric(path, range(2, 4)):
+        pass
+    fill_word(path, parse("1^30 5^29"), 1.6)
+    return path
+
+
+@pytest.fixture
+def small(small_once: Path, tmp_path: Path) -> Path:
+    """A catalogue with p = 5 and 6 at two a, pruned words and a long one, the test's own."""
+    return Path(shutil.copy(small_once, tmp_path / "orbits.db"))

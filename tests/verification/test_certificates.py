@@ -1,0 +1,79 @@
+"""Certificates: what they promise, who gets none, and how certification goes on."""
+
+import json
+
+import numpy as np
+import pytest
+from contents import alter, ask
+from quick import slow_but
+from reference import refine
+
+from orbitdb.store.asking.selection import Selection
+from orbitdb.verification.rigorous import certify
+from orbitdb.verification.verify import report
+
+CLASSES = 498
+"""Of p = 2..8."""
+
+
+@pytest.mark.parametrize("step", slow_but([3], [1, 3]))
+def test_certificates_hold_what_they_promise(small, cli, step):
+    """The radius lies between the true error, by 50 digits from plane geometry, and the stored bound."""
+    outcome = cli("verify", "--rigorous", "--a", "1.6", "--json")
+    assert outcome.code == 0
+    (certificates,) = (row for row in json.loads(outcome.out) if row["check"] == "certificates")
+    rows = ask(
+        small,
+        "SELECT word, coordinates, radius, error, bits, status FROM certificate JOIN orbit USING"
+        " (stadium, cycle) JOIN cycle ON cycle.id = orbit.cycle WHERE stadium = 1",
+    )
+    assert certificates["rows"] == len(rows)
+    assert ask(small, "SELECT count(*) FROM orbit WHERE stadium = 1") == [(len(rows),)]
+    orbits = [row for row in rows if row[5] == "orbit" and len(row[0]) <= 5]
+    assert len(orbits) > 5
+    for word, blob, radius, error, bits, _ in orbits[::step]:
+        places = np.frombuffer(blob, dtype="<f8").tolist()
+        truth = refine(word, 1.6, places).coordinates
+        true = max(float(abs(x - y)) for x, y in zip(truth, places, strict=True))
+        assert true <= radius * (1 + 1e-12)
+        assert radius <= error
+        assert radius <= true * (1 + 1e-6) + 1e-30
+        assert bits >= 128
+    assert cli("verify").code == 0
+
+
+def test_orbits_through_a_joint_are_certified(small, cli):
+    assert cli("verify", "--rigorous", "--a", "1").code == 0
+    query = "SELECT count(*) FROM orbit JOIN certificate USING (stadium, cycle) WHERE status = 'boundary'"
+    assert ask(small, query)[0][0] > 0
+
+
+@pytest.mark.slow
+def test_certification_goes_on_where_it_was_stopped(filled):
+    steps = certify(filled, Selection())
+    first = next(steps)
+    steps.close()
+    kept = ask(filled, "SELECT cycle, radius, run FROM certificate ORDER BY cycle")
+    assert len(kept) == first.done == first.checks[0].rows
+    assert 0 < len(kept) < CLASSES
+    (rest,) = report(certify(filled, Selection()))
+    assert rest.rows == CLASSES - len(kept)
+    assert report(certify(filled, Selection())) == []
+    (again,) = report(certify(filled, Selection(), again=True))
+    assert again.rows == CLASSES
+    found = ask(filled, "SELECT cycle, radius FROM certificate ORDER BY cycle")
+    assert [row for row in found if row[0] in dict.fromkeys(k[0] for k in kept)] == [k[:2] for k in kept]
+    assert ask(filled, "SELECT count(DISTINCT run) FROM certificate") == [(1,)]
+
+
+def test_an_altered_row_gets_no_certificate_and_loses_the_one_it_had(small, cli):
+    assert cli("verify", "--rigorous", "--p", "5", "--a", "1.6").code == 0
+    ((cycle, word),) = ask(small, "SELECT id, word FROM cycle WHERE p = 5 ORDER BY id LIMIT 1")
+    assert ask(small, f"SELECT count(*) FROM certificate WHERE cycle = {cycle}") == [(1,)]
+    alter(small, f"UPDATE orbit SET lyapunov = lyapunov + 3 * lyapunov_error WHERE cycle = {cycle}")
+    outcome = cli("verify", "--rigorous", "--again", "--p", "5", "--a", "1.6", "--json")
+    assert outcome.code == 1
+    failing = {row["check"]: row for row in json.loads(outcome.out) if row["failures"]}
+    assert failing["certificates"]["failures"] == 1
+    assert failing["certificates"]["first"] == f"{word} at a = 1.6"
+    assert ask(small, f"SELECT count(*) FROM certificate WHERE cycle = {cycle}") == [(0,)]

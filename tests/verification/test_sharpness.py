@@ -1,0 +1,143 @@
+"""How sharp the checks of orbits are: none that is sound is suspected, a bit that is off is found."""
+
+import sqlite3
+import struct
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from contents import ask
+from quick import slow_but
+from solutions import representatives
+from verified import checks
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.newton import solve
+from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
+from orbitdb.symbols.words import from_strings, parse, to_strings
+from orbitdb.verification.invariants import check_consistency
+from orbitdb.verification.recomputation import restart
+
+STADIUMS = (1e-6, 1e-3, 0.2, 0.5, 1.0, 1.6, 2.5, 10.0, 1e4, 1e6)
+
+
+@pytest.mark.parametrize("a", slow_but([1e-6, 1.6], STADIUMS))
+def test_no_sound_orbit_is_suspected_at_any_a(a):
+    stadium = Stadium(a)
+    for p in (2, 3, 6, 7):
+        orbits = solve(representatives(p), stadium)
+        for check in check_consistency(orbits.rows(np.isin(orbits.status, EXISTING)), stadium):
+            assert not check.failures, check
+        assert not restart(orbits.words, stadium, 2, np.random.default_rng(p)).failures
+
+
+def test_of_many_rows_the_wrong_one_alone_is_named():
+    """An orbit whose run goes back, one with a bounce beyond its wall, one with another margin."""
+    orbits = solve(representatives(7), Stadium())
+    orbits = orbits.rows(orbits.status == Status.ORBIT)
+    codes, words, x = to_strings(orbits.words), orbits.words, orbits.coordinates.copy()
+    back = next(i for i, code in enumerate(codes) if "11" in code)
+    first = codes[back].index("11")
+    x[back, [first, first + 1]] = x[back, [first + 1, first]]
+    beyond = next(i for i, code in enumerate(codes) if "0" in code and i != back)
+    x[beyond, codes[beyond].index("0")] = Stadium().a + 1e-9
+    margin = np.where(np.arange(len(words)) == len(words) - 1, orbits.margin * (1 + 1e-9), orbits.margin)
+    found = {
+        check.name: check
+        for check in check_consistency(replace(orbits, coordinates=x, margin=margin), Stadium())
+    }
+    assert (found["walls"].rows, found["walls"].failures) == (len(words), 2)
+    assert found["walls"].first == codes[min(back, beyond)]
+    assert found["reflection"].failures == 2
+    assert found["margins"].failures in (2, 3)  # a run that goes back may have the margin that is stored
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("code", ["1^1000 5^1000", "1 2 (02)^300 3 2 (02)^300", "1^7 5^6"])
+def test_long_orbits_are_not_suspected(code):
+    orbits = solve(from_strings([parse(code)]), Stadium())
+    assert orbits.status.tolist() == ["orbit"]
+    found = {check.name: check for check in check_consistency(orbits, Stadium())}
+    assert found["reflection"].rows == found["lambda"].rows == 1
+    assert not any(check.failures for check in found.values())
+
+
+def flipped(blob: bytes, coordinate: int, bit: int) -> bytes:
+    places = list(struct.unpack(f"<{len(blob) // 8}q", blob))
+    places[coordinate] ^= -(2**63) if bit == 63 else 1 << bit
+    return struct.pack(f"<{len(places)}q", *places)
+
+
+def flip_every_bit(path: Path) -> None:
+    """Flip another bit in the first coordinate of each of 64 orbits.
+
+    Coordinates of 0 are left, for flips of their sign or lowest bits make no other orbit.
+    """
+    rows = ask(
+        path,
+        "SELECT stadium, cycle, coordinates FROM orbit JOIN cycle ON cycle.id = orbit.cycle"
+        " WHERE p = 8 AND status = 'orbit' ORDER BY cycle",
+    )
+    moved = [row for row in rows if abs(struct.unpack("<d", row[2][:8])[0]) > 0.01][:64]
+    assert len(moved) == 64
+    with closing(sqlite3.connect(path)) as plain, plain:
+        plain.executemany(
+            "UPDATE orbit SET coordinates = ? WHERE stadium = ? AND cycle = ?",
+            [(flipped(blob, 0, bit), *key) for bit, (*key, blob) in enumerate(moved)],
+        )
+
+
+@pytest.mark.slow
+def test_every_single_bit_of_a_coordinate_is_found(filled):
+    flip_every_bit(filled)
+    found = checks(filled)
+    assert found["values"].failures + found["bits"].failures == 64
+
+
+@pytest.mark.parametrize("a", slow_but([1.6], [0.2, 1.0, 1.6, 10.0]))
+@pytest.mark.parametrize("p", [8, 40, 100])
+def test_a_solution_has_the_same_bits_in_any_batch(a, p):
+    rng = np.random.default_rng(p)
+    if p == 8:
+        words = representatives(8)
+    else:
+        runs = rng.integers(1, 4, size=(60, p))
+        texts = ["".join("1" * k if i % 2 == 0 else "3" * k for i, k in enumerate(row)) for row in runs]
+        words = from_strings(sorted({text[: p - 1] + "3" for text in texts if text[p - 2] in "13"}))
+    orbits = solve(words, Stadium(a))
+    for size in (1, 2, 5, 30):
+        rows = rng.permutation(len(words))[:size]
+        again = solve(words[rows], Stadium(a))
+        for name in ("coordinates", "iterations", *NUMBERS):
+            assert getattr(again, name).tobytes() == getattr(orbits.rows(rows), name).tobytes()
+
+
+def moved(orbits: Orbits, name: str, by: float) -> Orbits:
+    """Move one number of the first row by so many times its error bound."""
+    bound = {"coordinates": "error", "length": "length_error", "lyapunov": "lyapunov_error"}[name]
+    values = getattr(orbits, name).copy()
+    values[0] += by * getattr(orbits, bound)[0]
+    return replace(orbits, **{name: values})
+
+
+@pytest.mark.parametrize(
+    ("name", "suspected"),
+    [
+        ("coordinates", {"reflection", "margins"}),
+        ("length", {"lengths"}),
+        ("lyapunov", {"lambda", "Hessian"}),
+    ],
+)
+@pytest.mark.parametrize("a", [0.5, 1.6])
+def test_consistency_alone_finds_a_moved_number(a, name, suspected):
+    """A thousand bounds are enough: the checks by plane geometry are that sharp."""
+    stadium = Stadium(a)
+    orbits = solve(representatives(7), stadium)
+    orbits = orbits.rows(orbits.status == "orbit")
+    for by, expected in ((1e3, suspected), (0.1, set())):
+        found = {c.name: c for c in check_consistency(moved(orbits, name, by), stadium)}
+        failing = {check for check in found if found[check].failures}
+        assert bool(failing & suspected) == bool(expected)
+        assert all(found[check].first == to_strings(orbits.words[:1])[0] for check in failing)
