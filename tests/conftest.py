@@ -57,7 +57,7 @@ def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def small_sweeps(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut periods into many blocks, for which other processes are begun."""
-    monkeypatch.setattr("orbitdb.filling.swept_blocks.CLASSES", 16)
+    monkeypatch.setattr("orbitdb.filling.sweeps.CLASSES", 16)
     monkeypatch.setattr("orbitdb.filling.sweeps.SMALL", 1)
 
 

@@ -1,24 +1,31 @@
 """Storing the births and deaths of all classes of a period."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import sqlalchemy as sa
 
-from orbitdb.errors import StoreError
-from orbitdb.filling.birth_blocks import BLOCK, BirthBlock, SolvedSpan, birth_blocks
+from orbitdb.filling.blocks import BirthBlock, SolvedBirths, block_size
 from orbitdb.filling.resuming import Progress, resume
 from orbitdb.filling.workers import HERE, Workers
 from orbitdb.store.file.tables import birth_fill
 from orbitdb.store.reading.fills import words_up_to
 from orbitdb.store.writing.changes import add_changes, number_events
 from orbitdb.store.writing.classes import add_classes
-from orbitdb.store.writing.cursors import Cursor, close, open_cursor
+from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
-from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.least_words import class_spans
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import keys, pack
+
+BLOCK = 1 << 17
+"""Words of a block, about: some seconds of work."""
+
+_WORDS_A_CLASS = 8
+_SMALLEST = 2
+"""Where several processes work, a period is cut into blocks down to this part of a full one."""
 
 
 def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Iterator[Progress]:
@@ -52,23 +59,16 @@ class _Births:
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         return open_cursor(connection, birth_fill, p=p)
 
-    def blocks(self, cursors: Mapping[int, Cursor], jobs: int) -> Iterator[BirthBlock]:
-        for p, cursor in cursors.items():
-            yield from birth_blocks(p, cursor.after, BLOCK, jobs)
+    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[BirthBlock]:
+        size = block_size(BLOCK, cursor.p, jobs, _SMALLEST) // _WORDS_A_CLASS
+        return map(BirthBlock, class_spans(cursor.p, max(size, 1), cursor.after))
 
-    def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedSpan) -> dict[str, float]:
+    def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedBirths) -> dict[str, float]:
         numbers = keys(pack(part.least), cursor.p).tolist()
         add_classes(connection, numbers, part.least, part.stabiliser, part.words)
         add_changes(self.writer, connection, numbers, part.changes, part.arithmetic)
         return {"words": int(SIZES[part.stabiliser].sum())}
 
-    def close(self, cursor: Cursor) -> None:
-        p = cursor.p
-        with self.writer.writing() as connection:
-            found, total = words_up_to(connection, None, p, "5" * p), count_admissible(p)
-            if found != total:
-                raise StoreError(
-                    f"period {p} has births of {found} words instead of {total}: "
-                    f"{self.writer.path} is damaged"
-                )
-            close(connection, cursor, number_events(connection, p))
+    def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
+        words = words_up_to(connection, None, cursor.p, "5" * cursor.p)
+        return words, number_events(connection, cursor.p)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.births.changes import Changes, find_changes
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Orbits
 from orbitdb.orbits.relaxation import relax
@@ -105,6 +106,47 @@ class SolvedBlock:
     orbits: Orbits
     enumerating: float
     solving: float
+    arithmetic: str
+
+
+@dataclass(frozen=True)
+class BirthBlock:
+    """Classes of one period of which the changes are to be found.
+
+    Attributes
+    ----------
+    span : Span
+        Their least words.
+    """
+
+    span: Span
+
+    def solved(self) -> "SolvedBirths":
+        """Find its classes and their changes."""
+        p, (codes, stabiliser) = self.span.p, all_least_words(self.span)
+        least, words = unpack(codes, p), joined_words(codes, stabiliser, p)
+        return SolvedBirths(self.span, least, stabiliser, words, find_changes(least), arithmetic())
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedBirths:
+    """What became of a block of births.
+
+    Attributes
+    ----------
+    span, stabiliser, words, arithmetic
+        As of a `SolvedBlock`.
+    least : ndarray of uint8, shape (N, p)
+        The least words of its classes, in order.
+    changes : Changes
+        Their births and deaths.
+    """
+
+    span: Span
+    least: NDArray[np.uint8]
+    stabiliser: NDArray[np.uint8]
+    words: list[str]
+    changes: Changes
     arithmetic: str
 
 

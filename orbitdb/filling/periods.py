@@ -1,21 +1,21 @@
 """Filling a catalogue: all classes of some periods, and what becomes of them at one a."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import closing
 from pathlib import Path
 from time import thread_time
+from typing import Any
 
 import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import StoreError
 from orbitdb.filling.blocks import METHODS, Block, SolvedBlock, cut_into_blocks
 from orbitdb.filling.resuming import Progress, resume
 from orbitdb.filling.workers import HERE, Workers
 from orbitdb.store.file.tables import fill
 from orbitdb.store.reading.fills import counts_when_done, status_counts
 from orbitdb.store.writing import classes
-from orbitdb.store.writing.cursors import Cursor, close, open_cursor
+from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.counting import count_admissible, count_primitive
 from orbitdb.symbols.enumeration import primitive_words
@@ -70,9 +70,9 @@ class _Fill:
             self.known.add(p)
         return open_cursor(connection, fill, stadium=self.writer.stadium_id(connection, self.a), p=p)
 
-    def blocks(self, cursors: Mapping[int, Cursor], jobs: int) -> Iterator[Block]:
-        for p, cursor in cursors.items():
-            yield from cut_into_blocks(self.a, self.method, p, cursor.after, jobs, p in self.known)
+    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Block]:
+        p = cursor.p
+        return cut_into_blocks(self.a, self.method, p, cursor.after, jobs, p in self.known)
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedBlock) -> dict[str, float]:
         begun, orbits = thread_time(), part.orbits
@@ -88,17 +88,10 @@ class _Fill:
             "storing": thread_time() - begun,
         }
 
-    def close(self, cursor: Cursor) -> None:
-        p, total = cursor.p, count_admissible(cursor.p)
-        with self.writer.reading() as connection:  # it takes long: others may write meanwhile
-            found = status_counts(connection, cursor.row["stadium"], p).get(p, {})
+    def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
+        found = status_counts(connection, cursor.row["stadium"], cursor.p).get(cursor.p, {})
         words = sum(count for count, _ in found.values())
-        if words != total:
-            raise StoreError(
-                f"period {p} holds {words} words instead of {total}: {self.writer.path} is damaged"
-            )
-        with self.writer.writing() as connection:
-            close(connection, cursor, counts_when_done(p, found) | {"words": words})
+        return words, counts_when_done(cursor.p, found) | {"words": words}
 
 
 def fill_geometric(path: Path, periods: Iterable[int]) -> Iterator[Progress]:

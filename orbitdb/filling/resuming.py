@@ -6,15 +6,16 @@ goes on there.
 """
 
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import sqlalchemy as sa
 
+from orbitdb.errors import StoreError
 from orbitdb.filling.workers import Task, Workers
-from orbitdb.store.writing.cursors import Cursor, OvertakenError, hold, move
+from orbitdb.store.writing.cursors import Cursor, OvertakenError, close, hold, is_open, move
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
@@ -56,14 +57,14 @@ class Work(Protocol[Part]):
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         """Return how far a period has come."""
 
-    def blocks(self, cursors: Mapping[int, Cursor], jobs: int) -> Iterator[Task[Part]]:
-        """Cut what is behind some cursors into blocks, in order; each tells what becomes of its span."""
+    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[Part]]:
+        """Cut what is behind a cursor into blocks, in order; each tells what becomes of its span."""
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: Part) -> dict[str, float]:
         """Store what became of the span behind a cursor; return what its row adds up, words among it."""
 
-    def close(self, cursor: Cursor) -> None:
-        """Check a period of which all is stored, and note that it is complete."""
+    def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, Mapping[str, Any]]:
+        """Return of how many words of a period something is stored, and what its row is to say in the end."""
 
 
 def resume(writer: Writer, work: Work[Part], periods: Iterable[int], workers: Workers) -> Iterator[Progress]:
@@ -82,16 +83,14 @@ def resume(writer: Writer, work: Work[Part], periods: Iterable[int], workers: Wo
         If the workers fail.
     """
     periods = sorted(set(periods))
-    while cursors := _open(writer, work, periods):
+    while True:
+        with writer.writing() as connection:
+            cursors = {p: work.open(connection, p) for p in periods}
+        missing = {p: cursor for p, cursor in cursors.items() if not cursor.done}
+        if not missing:
+            return
         with suppress(OvertakenError):
-            yield from _blocks(writer, work, cursors, workers)
-
-
-def _open(writer: Writer, work: Work[Part], periods: Sequence[int]) -> dict[int, Cursor]:
-    """Return how far the periods are that are not done, by period."""
-    with writer.writing() as connection:
-        cursors = {p: work.open(connection, p) for p in periods}
-    return {p: cursor for p, cursor in cursors.items() if not cursor.done}
+            yield from _blocks(writer, work, missing, workers)
 
 
 def _blocks(
@@ -99,7 +98,8 @@ def _blocks(
 ) -> Iterator[Progress]:
     """Store the blocks behind the cursors, and close every period behind its last one."""
     clock = time.monotonic()
-    for part in workers.solved(work.blocks(cursors, workers.jobs)):
+    begun = list(cursors.values())
+    for part in workers.solved(block for each in begun for block in work.blocks(each, workers.jobs)):
         before, clock = clock, time.monotonic()
         p = part.span.p
         with writer.writing() as connection:
@@ -107,5 +107,17 @@ def _blocks(
             spent = work.store(connection, cursors[p], part) | {"seconds": clock - before}
             cursors[p] = move(connection, cursors[p], part.span, spent)
         if part.span.upto == Span.whole(p).upto:
-            work.close(cursors[p])
+            _close(writer, work, cursors[p])
         yield Progress(p, cursors[p].words, count_admissible(p))
+
+
+def _close(writer: Writer, work: Work[Part], cursor: Cursor) -> None:
+    """Check that a period is whole, and note it, unless another process that did the same was faster."""
+    with writer.writing() as connection:
+        if is_open(connection, cursor):
+            words, values = work.counted(connection, cursor)
+            if words != (total := count_admissible(cursor.p)):
+                raise StoreError(
+                    f"period {cursor.p} holds {words} words instead of {total}: {writer.path} is damaged"
+                )
+            close(connection, cursor, values)

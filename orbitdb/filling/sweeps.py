@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import sqlalchemy as sa
@@ -12,17 +13,20 @@ from numpy.typing import NDArray
 from orbitdb.averages.sum_rules import EXACT, next_tilts
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.errors import StoreError
 from orbitdb.filling.resuming import Progress, resume
-from orbitdb.filling.swept_blocks import SweptBlock, SweptSums, cut_into_swept_blocks
+from orbitdb.filling.swept_blocks import SweptBlock, SweptSums
 from orbitdb.filling.workers import HERE, Workers
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.reading.sweeps import moments_of
-from orbitdb.store.writing.cursors import Cursor, close, is_open
+from orbitdb.store.writing.cursors import Cursor
 from orbitdb.store.writing.sweeps import add_sums, add_up, open_sweep, tilts_of
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.least_words import class_spans
+
+CLASSES = 1 << 15
+"""Of a block, at most: it bounds the memory."""
 
 SMALL = 200_000
 """Words up to which a period is swept here: other processes would begin to work when it is over."""
@@ -82,24 +86,17 @@ class _Sweep:
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         return open_sweep(self.writer, connection, self.a, p, self.tilts, self.selection)
 
-    def blocks(self, cursors: Mapping[int, Cursor], jobs: int) -> Iterator[SweptBlock]:
-        for p, cursor in cursors.items():
-            yield from cut_into_swept_blocks(self.a, p, cursor.after, tilts_of(cursor), self.selection)
+    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[SweptBlock]:
+        """Cut a period as nothing else decides: sums over blocks are the same however they come about."""
+        spans, tilts = class_spans(cursor.p, CLASSES, cursor.after), tilts_of(cursor)
+        return (SweptBlock(self.a, span, tilts, self.selection) for span in spans)
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: SweptSums) -> dict[str, float]:
         add_sums(self.writer, connection, cursor, part.sums, part.moments, part.arithmetic)
         return {**asdict(part.tally), "blocks": 1, "processor": part.processor}
 
-    def close(self, cursor: Cursor) -> None:
-        total = count_admissible(cursor.p)
-        if cursor.words != total:
-            raise StoreError(
-                f"the sweep of period {cursor.p} has counted {cursor.words} words instead of {total}: "
-                f"{self.writer.path} is damaged"
-            )
-        with self.writer.writing() as connection:
-            if is_open(connection, cursor):  # else another process that has swept the same was faster
-                close(connection, cursor, add_up(self.writer, connection, cursor))
+    def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
+        return cursor.words, add_up(self.writer, connection, cursor)
 
 
 def _tilts(path: Path, a: float, p: int) -> dict[int, NDArray[np.float64]]:

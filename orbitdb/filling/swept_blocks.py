@@ -1,7 +1,7 @@
 """Blocks of a sweep: classes of a period that are enumerated, solved and added up apart from one another."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from time import thread_time
 
 import numpy as np
@@ -19,13 +19,10 @@ from orbitdb.store.asking.choosing import chosen_words, within_ranges
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import selection_of
 from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import LeastWords, all_least_words, class_spans
+from orbitdb.symbols.least_words import LeastWords, all_least_words
 from orbitdb.symbols.symmetry import SIZES
 
 Floats = NDArray[np.float64]
-
-CLASSES = 1 << 15
-"""Of a block, at most: it bounds the memory."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +35,7 @@ class SweptBlock:
         The stadium.
     span : Span
         The least words of the classes.
-    tilts : tuple of (int, tuple of float)
+    tilts : dict of int to ndarray
         By level, those that moments are wanted around (`orbitdb.averages.sum_rules`).
     selection : str
         Of which orbits the sums are: the canonical text of a subset, empty for all orbits.
@@ -46,15 +43,14 @@ class SweptBlock:
 
     a: float
     span: Span
-    tilts: tuple[tuple[int, tuple[float, ...]], ...] = ()
+    tilts: Mapping[int, Floats] = field(default_factory=dict)
     selection: str = ""
 
     def solved(self) -> "SweptSums":
         """Find its classes, what becomes of them, and the sums over their orbits."""
         clock = thread_time()
-        centres = {level: np.array(mu) for level, mu in self.tilts}
         classes, chosen = all_least_words(self.span), selection_of(self.selection, self.a)
-        summed = _summed(classes, self.span.p, chosen, centres)
+        summed = _summed(classes, self.span.p, chosen, self.tilts)
         return SweptSums(self.span, *summed, thread_time() - clock, arithmetic())
 
 
@@ -83,17 +79,6 @@ class SweptSums:
     moments: dict[int, TiltMoments]
     processor: float
     arithmetic: str
-
-
-def cut_into_swept_blocks(
-    a: float, p: int, after: int = -1, tilts: Mapping[int, Floats] | None = None, selection: str = ""
-) -> Iterator[SweptBlock]:
-    """Cut a period, or what of it is behind a block, into blocks, in order.
-
-    How it is cut depends on nothing else, so that sums over blocks are the same however they come about.
-    """
-    named = tuple((level, tuple(mu.tolist())) for level, mu in sorted((tilts or {}).items()))
-    return (SweptBlock(a, span, named, selection) for span in class_spans(p, CLASSES, after))
 
 
 def _summed(

@@ -1,8 +1,9 @@
 """Parts of a catalogue that are checked apart, by whatever process: what is found depends on nothing else."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
@@ -16,8 +17,9 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.audit import Ids
 from orbitdb.verification.check import Check, Step
 
-_SYMBOLS = 1 << 17
 _CLASSES = 4096
+_NUMBERS = 1 << 20
+"""Of all p x p matrices of a block."""
 
 
 @dataclass(frozen=True)
@@ -59,13 +61,8 @@ class Apart:
 
     def solved(self) -> Step:
         """Return what is found in the catalogue as it is now: the rows of a class stay what they are."""
-        with _opened(self.path).reading() as connection:
+        with closing(Catalogue(self.path)) as catalogue, catalogue.reading() as connection:
             return self.part.checked(connection)
-
-
-@lru_cache(maxsize=1)
-def _opened(path: Path) -> Catalogue:
-    return Catalogue(path)
 
 
 class Workers(Protocol):
@@ -99,10 +96,10 @@ class Block:
 
 
 def blocks(ids: Ids, size: int = _CLASSES) -> Iterator[Block]:
-    """Cut classes into blocks of at most so many, and of fewer long words."""
+    """Cut classes into blocks of at most so many, and of fewer long words, whose Hessians fill the memory."""
     done, total = 0, sum(map(len, ids.values()))
     for p, those in ids.items():
-        step = max(1, min(size, _SYMBOLS // p))
+        step = max(1, min(size, _NUMBERS // p**2))
         for start in range(0, len(those), step):
             block = those[start : start + step]
             done += len(block)

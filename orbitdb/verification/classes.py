@@ -6,7 +6,7 @@ twice, and no word in two classes. `orbitdb.verification.completeness` tells how
 """
 
 from collections.abc import Iterator, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import sqlalchemy as sa
@@ -39,23 +39,17 @@ def class_parts(connection: sa.Connection, selections: Sequence[Selection]) -> I
     for table in (cycle, pruned):
         found = by_period(connection, ids_in(connection, table.c.id), table)
         for block in blocks({p: ids for p, ids in found.items() if is_chosen(p, selections)}):
-            yield block.part(*(("pruned words", _rules) if table is pruned else ("classes", _classes)))
+            stage, name = ("classes",) * 2 if table is cycle else ("pruned words", "rules")
+            yield block.part(stage, partial(_compared, name))
 
 
-def _classes(block: Block, connection: sa.Connection) -> Iterator[Check]:
-    yield _compared("classes", block.p, load_rows(connection, cycle, block.ids))
-
-
-def _rules(block: Block, connection: sa.Connection) -> Iterator[Check]:
-    yield _compared("rules", block.p, load_rows(connection, pruned, block.ids))
-
-
-def _compared(name: str, p: int, rows: Sequence[Row]) -> Check:
+def _compared(name: str, block: Block, connection: sa.Connection) -> Iterator[Check]:
     """Check rows of `cycle`, or of `pruned`."""
-    expected = _expected(rows, p, name == "rules")
-    return judged(
-        name, [row[2] for row in rows], [row != must for row, must in zip(rows, expected, strict=True)]
-    )
+    of_pruned = name == "rules"
+    rows = load_rows(connection, pruned if of_pruned else cycle, block.ids)
+    expected = _expected(rows, block.p, of_pruned)
+    wrong = [row != must for row, must in zip(rows, expected, strict=True)]
+    yield judged(name, [row[2] for row in rows], wrong)
 
 
 def _expected(rows: Sequence[Row], p: int, of_pruned: bool) -> list[Row | None]:

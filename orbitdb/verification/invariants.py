@@ -26,7 +26,6 @@ EPSILON = float(np.finfo(float).eps)
 MAX_DENSE = 512
 """Words of more bounces are not checked by their p x p Hessian."""
 
-_DENSE_NUMBERS = 1 << 20
 _VAGUE = 1e-2
 
 
@@ -149,13 +148,8 @@ def check_consistency(orbits: Orbits, stadium: Stadium) -> Iterator[Check]:
     yield from _reflection(orbits, path, labels)
     yield _length(orbits, path, labels)
     yield _lambda(orbits, path, labels)
-    p = orbits.words.shape[1]
-    if p <= MAX_DENSE:
-        step = max(1, _DENSE_NUMBERS // p**2)
-        for start in range(0, len(orbits), step):
-            part = orbits.rows(np.arange(start, min(start + step, len(orbits))))
-            own = path if len(part) == len(orbits) else _Path.of(part, stadium)
-            yield from _hessian(part, stadium, own, labels[start : start + step])
+    if orbits.words.shape[1] <= MAX_DENSE:
+        yield from _hessian(orbits, stadium, path, labels)
 
 
 def _walls(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str]) -> Iterator[Check]:

@@ -1,26 +1,15 @@
 """How periods are cut into blocks: every word once, in order, smaller ones where several processes wait."""
 
-from itertools import pairwise
-
 import pytest
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import search
-from orbitdb.filling.birth_blocks import BirthBlock, birth_blocks
-from orbitdb.filling.blocks import Block, cut_into_blocks
+from orbitdb.filling.blocks import BirthBlock, Block, cut_into_blocks
 from orbitdb.filling.enclosures import EnclosureTask
 from orbitdb.filling.swept_blocks import SweptBlock
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
-
-
-@pytest.mark.parametrize("jobs", [1, 2, 4])
-def test_blocks_of_births_hold_every_class_once(jobs):
-    spans = [block.span for block in birth_blocks(9, 200, 800, jobs)]
-    assert len(spans) > jobs
-    assert (spans[0].after, spans[-1].upto) == (200, Span.whole(9).upto)
-    assert all(one.upto == other.after for one, other in pairwise(spans))
 
 
 def test_for_several_jobs_a_period_is_cut_smaller_down_to_a_quarter():

@@ -14,7 +14,7 @@ from contents import is_sound, rows
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from orbitdb.filling import births, blocks, sweeps, swept_blocks
+from orbitdb.filling import births, blocks, sweeps
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.filling.resuming import Progress
 from orbitdb.orbits.newton import solve_admissible
@@ -55,7 +55,7 @@ def many_blocks() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(blocks.METHODS, "newton", blocks.Method(solve_admissible, 8))
         patch.setattr(births, "BLOCK", 64)
-        patch.setattr(swept_blocks, "CLASSES", 8)
+        patch.setattr(sweeps, "CLASSES", 8)
         yield
 
 

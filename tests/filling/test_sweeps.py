@@ -14,13 +14,14 @@ from orbitdb.averages.sum_rules import beginning
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.errors import StoreError
-from orbitdb.filling import swept_blocks
+from orbitdb.filling import sweeps
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.filling.workers import HERE, Processes, Workers
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.sweeps import Sweep
+from orbitdb.symbols.least_words import class_spans
 
 PERIODS = range(2, 7)
 
@@ -142,20 +143,19 @@ def test_who_is_overtaken_goes_on_alone(tmp_path):
 
 @pytest.mark.usefixtures("small_sweeps")
 def test_blocks_are_cut_the_same_behind_any_of_them():
-    blocks = [block.span for block in swept_blocks.cut_into_swept_blocks(1.6, 9)]
+    blocks = list(class_spans(9, sweeps.CLASSES))
     assert len(blocks) > 20
     assert all(one.upto == other.after for one, other in pairwise(blocks))
     for number in (1, len(blocks) // 2, len(blocks) - 1):
-        behind = swept_blocks.cut_into_swept_blocks(1.6, 9, blocks[number].after)
-        assert [block.span for block in behind] == blocks[number:]
+        assert list(class_spans(9, sweeps.CLASSES, blocks[number].after)) == blocks[number:]
 
 
 def test_a_low_period_is_one_block():
-    assert [len(list(swept_blocks.cut_into_swept_blocks(1.6, p))) for p in (3, 9)] == [1, 1]
+    assert [len(list(class_spans(p, sweeps.CLASSES))) for p in (3, 9)] == [1, 1]
 
 
 def test_a_sweep_that_lost_words_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("orbitdb.symbols.least_words.least_words", lambda span: iter(()))
     migrate(tmp_path / "orbits.db")
-    with pytest.raises(StoreError, match="has counted 0 words instead of 8"):
+    with pytest.raises(StoreError, match="period 3 holds 0 words instead of 8"):
         list(sweep_periods(tmp_path / "orbits.db", 1.6, [3]))

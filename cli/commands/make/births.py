@@ -94,8 +94,7 @@ def _ended(catalogue: "Catalogue", periods: Sequence[int]) -> list[tuple[object,
 
 def _fill(periods: Sequence[int], db: Path, solvers: Solvers) -> None:
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.filling.birth_blocks import BLOCK
-    from orbitdb.filling.births import fill_births
+    from orbitdb.filling.births import BLOCK, fill_births
     from orbitdb.symbols.counting import count_admissible
 
     start, span = time.monotonic(), f"births, p = {written(periods)}"
