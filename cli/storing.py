@@ -95,14 +95,12 @@ def show_steps(
         shown.tell(f"{what}, p = {step.p:>2} of {max(totals)}", before + step.words, total)
 
 
-MOST_JOBS = 1024
-WORTH_PROCESSES = 400_000
+_MOST_JOBS = 1024
+_WORTH_PROCESSES = 400_000
 """Words from which on starting further processes pays."""
 
-
-Jobs = Annotated[
-    int | None, count_option("--jobs", help="Worker processes [default: all cores if there is enough work].")
-]
+_JOBS = "Worker processes [default: all cores if there is enough work]."
+Jobs = Annotated[int | None, count_option("--jobs", least=1, most=_MOST_JOBS, help=_JOBS)]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would be done.")]
 
 
@@ -136,14 +134,12 @@ class Solvers:
             )
         if self.scheduler is not None and self.jobs is not None:
             raise InputError("--jobs counts processes here, a dask cluster has its own: leave out --jobs")
-        if self.jobs is not None and not 1 <= self.jobs <= MOST_JOBS:
-            raise InputError(f"{self.jobs} jobs: give a number from 1 to {MOST_JOBS}")
 
     def number(self) -> int:
         """Return how many processes a fill may count on; a cluster has always enough of them."""
         from orbitdb.filling.workers import cores
 
-        return MOST_JOBS if self.scheduler else self.jobs or cores()
+        return _MOST_JOBS if self.scheduler else self.jobs or cores()
 
     @contextmanager
     def at_work(self, words: int, a_block: int) -> "Iterator[Workers]":
@@ -160,7 +156,7 @@ class Solvers:
                 note(f"{self.scheduler}: {_told(cluster.size())}")
                 yield cluster
             return
-        count = self.jobs or (cores() if words >= WORTH_PROCESSES else 1)
+        count = self.jobs or (cores() if words >= _WORTH_PROCESSES else 1)
         if count == 1 or words <= a_block:
             yield HERE
             return

@@ -23,26 +23,18 @@ from orbitdb.plaintext import cell
 Row = Sequence[Any]
 Metadata = Mapping[str, Any]
 
-_LINES = 16
-"""Rows that are written together where they come one by one: a word may have a million symbols."""
-
 
 def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Any], delimiter: str = ",") -> int:
     """Write one line a row under a line of names, and return how many rows there were.
 
-    Lists have blanks between, None is empty, and no text is a formula (`orbitdb.plaintext.cell`). Rows may
-    come as blocks of columns (`orbitdb.column_files.ColumnBlock`).
+    Lists have blanks between, None is empty, and no text is a formula (`orbitdb.plaintext.cell`).
     """
-    from orbitdb.column_files import in_columns, plain  # with NumPy, which other texts do without
-
     writer = csv.writer(file, delimiter=delimiter, lineterminator="\n")
     writer.writerow(columns)
     count = 0
-    for block in in_columns(rows, _LINES):
-        fields = (map(cell, plain(each)) for each in block)
-        lines = list(zip(*fields, strict=True))
-        writer.writerows(lines)
-        count += len(lines)
+    for row in rows:
+        writer.writerow(map(cell, row))
+        count += 1
     return count
 
 

@@ -12,7 +12,6 @@ from quick import slow_but
 
 from orbitdb import column_files
 from orbitdb import export as files
-from orbitdb.column_files import ColumnBlock
 from orbitdb.errors import InputError
 
 
@@ -80,10 +79,9 @@ def test_npz_is_written_piece_by_piece(tmp_path):
     texts, integers, rules = ["13", "0123", ""], [2, None, 4], [[], [1], [2, 3]]
     numbers, places = [1.5, None, -1.0], [[0.5, 1.0], None, np.ones(3)]
     columns = (texts, integers, numbers, rules, places)
-    blocks = [ColumnBlock([each[here] for each in columns]) for here in (slice(0, 2), slice(2, 3))]
     with open(tmp_path / "orbits.npz", "wb") as file:
         names = ("code", "p", "length", "rules", "coordinates")
-        column_files.write_npz(file, names, blocks, {"a": 1.6})
+        column_files.write_npz(file, names, zip(*columns, strict=True), {"a": 1.6})
     found = np.load(tmp_path / "orbits.npz")
     assert found["code"].tolist() == ["13", "0123", ""]
     assert found["p"].tolist() == [2, -1, 4]

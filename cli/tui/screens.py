@@ -1,6 +1,7 @@
 """What all screens and dialogs are made of: keys in groups, work in threads, and closing once."""
 
 from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import Any, ClassVar, TypeVar
 
@@ -159,3 +160,8 @@ class QuestionDialog(Dialog[bool]):
 
 class ActionsDialog(CommandPalette, OwnScreen[None]):
     """All actions by name: Textual's own list of commands, which would close twice."""
+
+    def _action_command_list(self, action: str) -> None:
+        """Move in the list, if it has been laid out: else Textual does not know its pages."""
+        with suppress(KeyError):
+            super()._action_command_list(action)

@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from orbitdb.averages.fixed_points import ClassRows
 from orbitdb.averages.period_sums import HIGHEST, PeriodSums
-from orbitdb.billiard.stadium import Stadium
-from orbitdb.billiard.writing import written
+from orbitdb.billiard.stadium import Stadium, written
 from orbitdb.orbits.newton import certificates, solve
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.symbols.least_words import representatives
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import from_strings, parse
-from orbitdb.trajectories.rays import bounce, random_rays
+from orbitdb.trajectories.arcs import random_arcs
+from orbitdb.trajectories.rays import Rays, bounce
 
 Words = NDArray[np.uint8]
 
@@ -148,7 +148,8 @@ def closed_words(stadium: Stadium, p: int, count: int, seed: int = 1) -> Words:
     A segment from the beginning of a run on the left to just before the beginning of another closes to
     a word; a part of these words, that broken rules and the solver tell, cannot close in the stadium.
     """
-    rays = [random_rays(stadium, 8 * count, np.random.default_rng(seed))]
+    arcs = random_arcs(8 * count, np.random.default_rng(seed))
+    rays = [Rays(arcs.x + arcs.side * stadium.a, arcs.y, arcs.vx, arcs.vy, arcs.side)]
     for _ in range(p + _WINDOW + 1):
         rays.append(bounce(rays[-1], stadium.a).rays)
     x, y, side = (np.stack([getattr(each, name) for each in rays], axis=1) for name in ("x", "y", "side"))

@@ -208,24 +208,12 @@ def summation_rounding(m: int) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Derivatives(Columns):
-    """First and second derivatives of L at some directions, all of shape (m, N).
+    """First and second derivatives of L at some directions, all of shape (m, N)."""
 
-    Attributes
-    ----------
-    gradient : ndarray
-        dL/dalpha: the offset, across the leg, of the points that its ends should meet.
-    lean : ndarray
-        The part of the gradient that is the leg's own term; also dD/dalpha.
-    beyond : ndarray
-        D, minus the curvature of each leg's own term: its length beyond the feet of the centres.
-    stiffness : ndarray
-        sin(psi/2k) / 2k, minus the curvature of each run's term in alpha_in + alpha_out.
-    """
-
-    gradient: Floats
-    lean: Floats
-    beyond: Floats
-    stiffness: Floats
+    gradient: Floats  # dL/dalpha: the offset, across the leg, of the points that its ends should meet
+    lean: Floats  # the part of the gradient that is the leg's own term; also dD/dalpha
+    beyond: Floats  # D, minus the curvature of each leg's own term: its length beyond the feet of the centres
+    stiffness: Floats  # sin(psi/2k) / 2k, minus the curvature of each run's term in alpha_in + alpha_out
 
 
 def derivatives(legs: Chain, a: float | Floats, alpha: Floats) -> Derivatives:

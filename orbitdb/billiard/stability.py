@@ -129,20 +129,12 @@ def couplings_of(links: "Links", tangents: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Links(ByValue):
-    """The straight pieces of closed paths, seen from each bounce; all of shape (N, p).
+    """The straight pieces of closed paths, seen from each bounce; all of shape (N, p)."""
 
-    Attributes
-    ----------
-    before, after : ndarray
-        Length of the path that arrives at the bounce and of the one that leaves it.
-    cos_in, cos_out : ndarray
-        Cosine of the angle between the tangent and the arriving and the leaving direction.
-    """
-
-    before: Floats
-    after: Floats
-    cos_in: Floats
-    cos_out: Floats
+    before: Floats  # length of the path that arrives at the bounce
+    after: Floats  # and of the one that leaves it
+    cos_in: Floats  # cosine of the angle between the tangent and the arriving direction
+    cos_out: Floats  # and of that with the leaving one
 
     @classmethod
     def of(cls, stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> "Links":

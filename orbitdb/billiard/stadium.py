@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from orbitdb.errors import InputError
 
-Pair = tuple[NDArray[np.float64], NDArray[np.float64]]
+Floats = NDArray[np.float64]
+Pair = tuple[Floats, Floats]
 
 MIN_A, MAX_A = 1e-6, 1e6
 HALF_PI = math.pi / 2
@@ -77,7 +78,7 @@ class Stadium:
         """Mean path between two bounces in the invariant measure, pi Area / Perimeter."""
         return math.pi * self.area / self.perimeter
 
-    def points(self, symbols: NDArray[np.uint8], coordinates: NDArray[np.float64]) -> NDArray[np.float64]:
+    def points(self, symbols: NDArray[np.uint8], coordinates: Floats) -> Floats:
         """Return the Cartesian points of bounces.
 
         Parameters
@@ -93,11 +94,11 @@ class Stadium:
         """
         return np.stack(self.frames(symbols, coordinates)[0], axis=-1)
 
-    def tangents(self, symbols: NDArray[np.uint8], coordinates: NDArray[np.float64]) -> NDArray[np.float64]:
+    def tangents(self, symbols: NDArray[np.uint8], coordinates: Floats) -> Floats:
         """Return the unit tangents, shape (..., 2), in the direction of growing coordinate."""
         return np.stack(self.frames(symbols, coordinates)[1], axis=-1)
 
-    def frames(self, symbols: NDArray[np.uint8], coordinates: NDArray[np.float64]) -> tuple[Pair, Pair]:
+    def frames(self, symbols: NDArray[np.uint8], coordinates: Floats) -> tuple[Pair, Pair]:
         """Return the components x, y of `points` and those of `tangents`, each of the symbols' shape."""
         straight, outward = STRAIGHT[symbols], SIDE[symbols]
         cos, sin = np.cos(coordinates), np.sin(coordinates)
@@ -108,7 +109,7 @@ class Stadium:
         tangent = (np.where(straight, 1.0, -outward * sin), np.where(straight, 0.0, cos))
         return point, tangent
 
-    def arclength(self, symbols: NDArray[np.uint8], coordinates: NDArray[np.float64]) -> NDArray[np.float64]:
+    def arclength(self, symbols: NDArray[np.uint8], coordinates: Floats) -> Floats:
         """Return the place of bounces along the boundary, in units of the radius, from 0 to the perimeter.
 
         Anticlockwise from the left end of the bottom wall: bottom, right, top, left; the joints lie at
@@ -118,7 +119,7 @@ class Stadium:
         middle = np.array([a, 4 * a + 1.5 * math.pi, 3 * a + math.pi, 2 * a + HALF_PI])
         return middle[_SEGMENT[symbols]] + ANTICLOCKWISE[symbols] * coordinates
 
-    def outline(self, n: int = 64) -> NDArray[np.float64]:
+    def outline(self, n: int = 64) -> Floats:
         """Return the boundary as a closed polygon, n points a semicircle, shape (2n + 1, 2)."""
         angles = np.linspace(-HALF_PI, HALF_PI, n)
         right = np.stack([self.a + np.cos(angles), np.sin(angles)], axis=1)
@@ -134,3 +135,27 @@ def as_stadium(stadium: Stadium | float) -> Stadium:
         If it is neither a stadium nor the half length of one.
     """
     return stadium if isinstance(stadium, Stadium) else Stadium(stadium)
+
+
+def written(stadium: Stadium, x: Floats, y: Floats, side: Floats) -> tuple[NDArray[np.uint8], Floats]:
+    """Write bounces in the symbols and coordinates of the catalogue, but the first and the last of each row.
+
+    Parameters
+    ----------
+    stadium : Stadium
+    x, y, side : ndarray, shape (N, p + 2)
+        The points, and where they are: side -1 left semicircle, +1 right semicircle, 0 a straight wall,
+        where y is -1 or 1.
+
+    Returns
+    -------
+    symbols : ndarray of uint8, shape (N, p)
+    coordinates : ndarray, shape (N, p)
+    """
+    coordinates = np.where(side == 0, x, np.arctan2(y, side * x - stadium.a))
+    same = (side[:, 1:] == side[:, :-1]) & (side[:, 1:] != 0)
+    falls = same & (coordinates[:, 1:] < coordinates[:, :-1])
+    down = falls[:, 1:] | falls[:, :-1]
+    here, height = side[:, 1:-1], y[:, 1:-1]
+    curved = np.where(here < 0, 1 + 3 * down, 3 + 2 * down)
+    return np.where(here == 0, 1 + height, curved).astype(np.uint8), coordinates[:, 1:-1]

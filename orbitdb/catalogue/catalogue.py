@@ -96,27 +96,6 @@ class Catalogue(OpenedCatalogue):
         with self.reading() as connection:
             yield from row_blocks.blocks_of(connection, chosen, names, first, last)
 
-    def row_blocks(
-        self,
-        selection: Selection,
-        columns: Sequence[str] = COLUMNS,
-        order: str = "p",
-        limit: int | None = None,
-        offset: int = 0,
-        cancelled: Callable[[], bool] = never,
-    ) -> Iterator[ColumnBlock]:
-        """Yield what `rows` yields, but many rows at a time, by columns."""
-        for name in columns:
-            if name not in row_blocks.COLUMNS:
-                raise unknown_column(name, COLUMNS)
-        most = None if limit is None else min(limit + offset, _ALL)
-        with self.at_one_moment() as still:
-            chosen = still.choose(selection, order, most=most, cancelled=cancelled)
-            for block in still.blocks(chosen, columns, offset, most):
-                if cancelled():
-                    raise CancelledError
-                yield block
-
     @with_criteria
     def rows(
         self,
@@ -149,9 +128,16 @@ class Catalogue(OpenedCatalogue):
         SelectionError
             If a column is not known or ``where`` is refused.
         """
-        chosen = self._chosen(selection, criteria)
-        for block in self.row_blocks(chosen, columns, order, limit, offset, cancelled):
-            yield from block.rows()
+        for name in columns:
+            if name not in row_blocks.COLUMNS:
+                raise unknown_column(name, COLUMNS)
+        most = None if limit is None else min(limit + offset, _ALL)
+        with self.at_one_moment() as still:
+            chosen = still.choose(self._chosen(selection, criteria), order, most=most, cancelled=cancelled)
+            for block in still.blocks(chosen, columns, offset, most):
+                if cancelled():
+                    raise CancelledError
+                yield from block.rows()
 
     @with_criteria
     def partial(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> list[Fill]:

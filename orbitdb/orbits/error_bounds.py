@@ -106,13 +106,12 @@ def lambda_error(
     sin(h +- e) >= sin(h) - e a kick by at most q = e / sin(h), and a logarithm by q / (1 - q); infinite
     where q >= 1. Rounding takes 6 eps a run and leg, and lambda itself 3 eps.
     """
-    epsilon = float(np.finfo(float).eps)
     drift = (np.abs(slopes.lean) / slopes.beyond + alpha_error / 2) * alpha_error
-    bend = alpha_error + preceding(alpha_error) + 4 * np.pi * epsilon
+    bend = alpha_error + preceding(alpha_error) + 4 * np.pi * EPSILON
     kick = bend / (4 * legs.k**2 * slopes.stiffness)
-    relative = add_up(_of_logarithm(drift) + _of_logarithm(kick)) + 12 * len(legs.k) * epsilon
+    relative = add_up(_of_logarithm(drift) + _of_logarithm(kick)) + 12 * len(legs.k) * EPSILON
     value = exponent(slopes) if value is None else value
-    bound: Floats = relative * np.tanh((value + relative) / 2) + 3 * epsilon * value
+    bound: Floats = relative * np.tanh((value + relative) / 2) + 3 * EPSILON * value
     return ABOVE * bound
 
 

@@ -162,7 +162,8 @@ def newton(
         here = here + step
         size = np.abs(step).max(axis=0)
         iterations[active] += 1
-        done = (size <= tolerance) | (size**3 <= tolerance * last**2) | _stalled(size, last)
+        stalled = (size < 1e-6) & (size >= last / 2)  # small steps no longer shrink: what is left is rounding
+        done = (size <= tolerance) | (size**3 <= tolerance * last**2) | stalled
         done &= (last < _SMALL) | ~_held(here, limits)
         if done.any():
             alpha[:, active[done]] = here[:, done]
@@ -193,12 +194,6 @@ def _held(alpha: Floats, limits: tuple[Floats, Floats]) -> NDArray[np.bool_]:
     """Tell which words have a direction at a limit: it may leave once the others have come to rest."""
     low, high = limits
     return np.any((alpha <= low) | (alpha >= high), axis=0)
-
-
-def _stalled(size: Floats, last: Floats) -> NDArray[np.bool_]:
-    """Tell where small steps no longer shrink: what is left is rounding."""
-    stalled: NDArray[np.bool_] = (size < 1e-6) & (size >= last / 2)
-    return stalled
 
 
 def newton_step(legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:

@@ -14,7 +14,7 @@ from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
-from orbitdb.symbols.members import FIRST, STABILISER_OF
+from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF
 from orbitdb.symbols.pruning import FAMILY, rules_of
 from orbitdb.symbols.symmetry import REVERSE, act_on_coordinates, act_on_words
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
@@ -310,7 +310,8 @@ class Orbit:
         """Return the orbits of its symmetry class, itself first; for a pruned word only itself."""
         if not self.symmetry:
             return (self,)
-        return tuple(self._image(g) for g in np.flatnonzero(FIRST[STABILISER_OF[self.symmetry]]).tolist())
+        elements = ELEMENT_OF[STABILISER_OF[self.symmetry], : self.class_size]
+        return tuple(self._image(g) for g in elements.tolist())
 
     def _image(self, element: int) -> "Orbit":
         word, places = from_strings([self.code]), self.coordinates

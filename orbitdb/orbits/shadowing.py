@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.billiard.stadium import SIDE, STRAIGHT, Stadium
-from orbitdb.billiard.writing import written
+from orbitdb.billiard.stadium import SIDE, STRAIGHT, Stadium, written
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import EXISTING
 from orbitdb.symbols.pruning import rules_broken

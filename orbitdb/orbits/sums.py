@@ -1,6 +1,7 @@
 """Lengths and exponents of many orbits, and no coordinates: what sums over whole periods need.
 
-The statuses are proved as those of `orbitdb.orbits.newton.solve_admissible`.
+The statuses are proved as those of `orbitdb.orbits.newton.solve_admissible`. But most words that are no
+orbits show it after one step of Newton's method, and that is where they are left.
 """
 
 from collections.abc import Iterator
@@ -9,19 +10,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arithmetic import check_functions
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
-    Legs,
+    centre_directions,
     cut,
+    derivatives,
+    direction_limits,
     length,
 )
 from orbitdb.billiard.stability import exponent
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.newton import newton
+from orbitdb.orbits.newton import newton, newton_step
 from orbitdb.orbits.orbit import Status
-from orbitdb.orbits.status import decide
+from orbitdb.orbits.status import decide, surely_outside
 from orbitdb.symbols.words import unpack
 
 Floats = NDArray[np.float64]
@@ -32,27 +36,15 @@ _BATCH = 1 << 12
 
 @dataclass(frozen=True, eq=False)
 class Exponents(ByValue):
-    """Words of one number of runs: what has become of them, and the numbers of the orbits among them.
+    """Words of one number of runs: what has become of them, and the numbers of the orbits among them."""
 
-    Attributes
-    ----------
-    orbits, boundary, unresolved : ndarray of intp
-        Their places among all words that were given; all others are dynamical.
-    length, lyapunov : ndarray, shape (N,)
-        Of the orbits.
-    legs : Chain
-        The runs and legs of the orbits.
-    slopes : Derivatives
-        The derivatives of their lengths.
-    """
-
-    orbits: NDArray[np.intp]
-    boundary: NDArray[np.intp]
-    unresolved: NDArray[np.intp]
-    length: Floats
+    orbits: NDArray[np.intp]  # their places among all words that were given
+    boundary: NDArray[np.intp]  # those of words through a joint
+    unresolved: NDArray[np.intp]  # and of undecided ones; all others are dynamical
+    length: Floats  # of the orbits, shape (N,)
     lyapunov: Floats
-    legs: Chain
-    slopes: Derivatives
+    legs: Chain  # their runs and legs
+    slopes: Derivatives  # the derivatives of their lengths
 
     def of_orbits(self, chosen: NDArray[np.intp]) -> "Exponents":
         """Return them with some of the orbits alone."""
@@ -80,18 +72,27 @@ def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Ex
     Exponents
         Of some of the words at a time, in the end of all.
     """
+    check_functions()
+    a = stadium.a
     for rows, legs in cut(unpack(codes, p)):
         for start in range(0, len(rows), _BATCH):
-            here = slice(start, start + _BATCH)
-            yield _decided(codes[rows[here]], p, rows[here], legs.rows(here), stadium)
+            here = np.arange(start, min(start + _BATCH, len(rows)))
+            part = legs.chain(here)
+            alpha, limits = centre_directions(part, a), direction_limits(part, a)
+            alpha = np.clip(alpha + newton_step(part, a, alpha, limits), *limits)  # it may round beyond
+            outside = surely_outside(part, a, alpha, derivatives(part, a, alpha))
+            left = np.flatnonzero(~outside)
+            if len(left):
+                own = rows[here[left]]
+                yield _decided(codes[own], p, own, part.chain(left), stadium, alpha.take(left, axis=1))
 
 
 def _decided(
-    codes: NDArray[np.int64], p: int, rows: NDArray[np.intp], legs: Legs, stadium: Stadium
+    codes: NDArray[np.int64], p: int, rows: NDArray[np.intp], legs: Chain, stadium: Stadium, start: Floats
 ) -> Exponents:
-    """Solve some words, and prove what becomes of them."""
+    """Solve some words from directions that are near, and prove what becomes of them."""
     a = stadium.a
-    alpha = newton(legs, a).alpha
+    alpha = newton(legs, a, start=start).alpha
     verdict = decide(legs, a, alpha)
     slopes, status = verdict.slopes, verdict.status
     lengths, exponents_ = length(legs, a, alpha), exponent(slopes)

@@ -25,20 +25,11 @@ _ANY = np.tile(np.arange(6, dtype=np.int8), (6, 1))
 
 
 class Span(NamedTuple):
-    """The words of order p behind one packed word and up to another.
-
-    Attributes
-    ----------
-    p : int
-    after : int
-        The packed word behind which the span begins; -1 for the first word of all.
-    upto : int
-        The packed word at which it ends, included.
-    """
+    """The words of order p behind one packed word and up to another."""
 
     p: int
-    after: int
-    upto: int
+    after: int  # the packed word behind which the span begins; -1 for the first word of all
+    upto: int  # the packed word at which it ends, included
 
     @classmethod
     def whole(cls, p: int, after: int = -1) -> "Span":

@@ -26,18 +26,10 @@ _CLASSES = 60
 
 
 class LeastWords(NamedTuple):
-    """Classes by their least words.
+    """Classes by their least words."""
 
-    Attributes
-    ----------
-    codes : ndarray of int64, shape (N,)
-        The packed words.
-    stabiliser : ndarray of uint8, shape (N,)
-        Bit g is set where element g maps the cyclic word to itself.
-    """
-
-    codes: Integers
-    stabiliser: NDArray[np.uint8]
+    codes: Integers  # the packed words, shape (N,)
+    stabiliser: NDArray[np.uint8]  # bit g is set where element g maps the cyclic word to itself
 
 
 def least_words(span: Span) -> Iterator[LeastWords]:

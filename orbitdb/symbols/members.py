@@ -21,22 +21,11 @@ _BATCH = 1 << 14
 """Classes that are looked at at a time: what is in work fits into the processor's cache."""
 
 
-def _first_elements() -> NDArray[np.bool_]:
-    first = np.zeros((256, len(ELEMENTS)), dtype=np.bool_)
-    for mask in GROUPS:
-        kept = [s for s in ELEMENTS if mask >> s & 1]
-        first[mask] = [g == min(g ^ s for s in kept) for g in ELEMENTS]
-    return first
-
-
-FIRST = _first_elements()
-"""For each stabiliser, which elements are the first ones to lead to their word, shape (256, 8)."""
-
-
 def _elements() -> NDArray[np.uint8]:
     found = np.zeros((256, len(ELEMENTS)), dtype=np.uint8)
     for mask in GROUPS:
-        found[mask, : SIZES[mask]] = np.flatnonzero(FIRST[mask])
+        kept = [s for s in ELEMENTS if mask >> s & 1]
+        found[mask, : SIZES[mask]] = [g for g in ELEMENTS if g == min(g ^ s for s in kept)]
     return found
 
 

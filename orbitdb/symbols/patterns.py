@@ -6,7 +6,6 @@ symbol of the pattern after the other moves the sets of all words on, in a few o
 
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,25 +19,12 @@ Found = NDArray[np.bool_]
 _UNITS = int("1" * MAX_KEYED, 8)
 
 
-class Pattern(Protocol):
-    """What words may fit."""
-
-    @property
-    def cyclic(self) -> bool:
-        """Whether all rotations of a word fit if one does."""
-
-    def fits(self, word: str) -> bool:
-        """Tell whether a least rotation fits."""
-
-    def fitting(self, codes: Integers, p: int) -> Found:
-        """Return which packed words of order p <= `MAX_KEYED` fit."""
-
-
 @dataclass(frozen=True)
 class Factor:
     """A factor that a word has in some rotation.
 
-    One longer than the word is looked for in two rounds from the least rotation on.
+    One longer than the word is looked for in two rounds from the least rotation on. If a word fits, all its
+    rotations do.
     """
 
     factor: str
@@ -91,6 +77,9 @@ class Like:
             if symbol != "_":
                 places &= where[symbol]
         return (places & 1 != 0) == self.wanted
+
+
+Pattern = Factor | Like
 
 
 def _where(symbol: str, codes: Integers, p: int) -> Integers:

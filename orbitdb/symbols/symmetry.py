@@ -155,21 +155,11 @@ def image_coordinates(
 
 @dataclass(frozen=True, eq=False)
 class Classes(ByValue):
-    """The symmetry classes of N cyclic words, as a structure of arrays.
+    """The symmetry classes of N cyclic words, as a structure of arrays of shape (N,)."""
 
-    Attributes
-    ----------
-    representative : ndarray of int64, shape (N,)
-        Packed least word of all images and rotations.
-    element : ndarray of uint8, shape (N,)
-        The first element that carries the representative to the word.
-    stabiliser : ndarray of uint8, shape (N,)
-        Bit g is set where element g maps the cyclic word to itself.
-    """
-
-    representative: NDArray[np.int64]
-    element: NDArray[np.uint8]
-    stabiliser: NDArray[np.uint8]
+    representative: NDArray[np.int64]  # packed least word of all images and rotations
+    element: NDArray[np.uint8]  # the first element that carries the representative to the word
+    stabiliser: NDArray[np.uint8]  # bit g is set where element g maps the cyclic word to itself
 
 
 def classify(codes: NDArray[np.int64], p: int) -> Classes:
@@ -240,21 +230,11 @@ def reversed_words(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
 
 @dataclass(frozen=True)
 class SymmetryClass:
-    """The symmetry class of one cyclic word.
+    """The symmetry class of one cyclic word."""
 
-    Attributes
-    ----------
-    representative : str
-        The least word of all images and rotations.
-    element : int
-        The first element that carries the representative to the word.
-    stabiliser : int
-        Bit mask of the elements that map the cyclic word to itself.
-    """
-
-    representative: str
-    element: int
-    stabiliser: int
+    representative: str  # the least word of all images and rotations
+    element: int  # the first element that carries the representative to the word
+    stabiliser: int  # bit mask of the elements that map the cyclic word to itself
 
 
 def class_of(word: str) -> SymmetryClass:

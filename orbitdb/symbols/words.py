@@ -24,6 +24,7 @@ BITS = 3
 MARK = "w"
 """What may stand before a word, so that no program takes it for a number."""
 
+_RUN = re.compile(r"(.{1,8}?)\1{2,}")
 _TOKEN = re.compile(r"\s*(?:([0-5]+(?!\s*\^)|[0-5])|(\()|(\))|\^\s*([0-9]+))")
 
 
@@ -127,8 +128,9 @@ def run_notation(word: str) -> str:
     plain = ""
     place = 0
     while place < len(word):
-        unit, count = _repetition(word, place)
-        if count >= 3:
+        if found := _RUN.match(word, place):
+            unit = found[1]
+            count = len(found[0]) // len(unit)
             terms += [plain] if plain else []
             terms.append(f"{unit}^{count}" if len(unit) == 1 else f"({unit})^{count}")
             plain = ""
@@ -137,16 +139,6 @@ def run_notation(word: str) -> str:
             plain += word[place]
             place += 1
     return " ".join(terms + ([plain] if plain else []))
-
-
-_RUN = re.compile(r"(.{1,8}?)\1{2,}")
-
-
-def _repetition(word: str, place: int) -> tuple[str, int]:
-    found = _RUN.match(word, place)
-    if found is None:
-        return word[place], 1
-    return found[1], len(found[0]) // len(found[1])
 
 
 def least_rotation(word: str) -> str:

@@ -6,38 +6,25 @@ the thousands of bounces of a path that runs up and down between the walls cost 
 rounding adds up in them. All is vectorised over trajectories.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import HALF_PI
-from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
 
 _TINY = 1e-150
 
 
-@dataclass(frozen=True, eq=False)
-class Arcs(ByValue):
-    """N trajectories just behind a bounce on a semicircle; all arrays of shape (N,).
+class Arcs(NamedTuple):
+    """N trajectories just behind a bounce on a semicircle; all arrays of shape (N,)."""
 
-    Attributes
-    ----------
-    side : ndarray
-        -1 left, +1 right semicircle.
-    x, y : ndarray
-        The point of the bounce, from the centre of its circle.
-    vx, vy : ndarray
-        Direction of the path that leaves it, a unit vector.
-    """
-
-    side: Floats
-    x: Floats
+    side: Floats  # -1 left, +1 right semicircle
+    x: Floats  # the point of the bounce, from the centre of its circle
     y: Floats
-    vx: Floats
+    vx: Floats  # direction of the path that leaves it, a unit vector
     vy: Floats
 
 

@@ -1,71 +1,27 @@
-"""Single trajectories, bounce by bounce: random starts, and the next bounce.
+"""Single trajectories, bounce by bounce.
 
 Everything is vectorised over trajectories: one ray each. `orbitdb.trajectories.ensemble` goes faster, from
 semicircle to semicircle, where only averages are wanted.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from orbitdb.billiard.stadium import HALF_PI, Stadium
-from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
 
 _TINY = 1e-300
 
 
-@dataclass(frozen=True, eq=False)
-class Rays(ByValue):
-    """N trajectories just behind a bounce; all arrays of shape (N,).
+class Rays(NamedTuple):
+    """N trajectories just behind a bounce; all arrays of shape (N,)."""
 
-    Attributes
-    ----------
-    x, y : ndarray
-        The point of the bounce, x from the middle of the stadium.
-    vx, vy : ndarray
-        Direction of the path that leaves it, a unit vector.
-    side : ndarray
-        Where the bounce was: -1 left semicircle, +1 right semicircle, 0 a straight wall.
-    """
-
-    x: Floats
+    x: Floats  # the point of the bounce, from the middle of the stadium
     y: Floats
-    vx: Floats
+    vx: Floats  # direction of the path that leaves it, a unit vector
     vy: Floats
-    side: Floats
-
-    def __len__(self) -> int:
-        return len(self.x)
-
-
-def random_rays(stadium: Stadium, n: int, rng: np.random.Generator) -> Rays:
-    """Draw n rays from the invariant measure of the bounces.
-
-    The position is uniform in arclength, the sine of the angle to the normal uniform, so that every
-    later bounce is as fair a sample as the first.
-
-    Parameters
-    ----------
-    stadium : Stadium
-    n : int
-    rng : numpy.random.Generator
-    """
-    a = stadium.a
-    on_wall = rng.random(n) < 4 * a / stadium.perimeter
-    place = rng.uniform(-1, 1, n)
-    sine = rng.uniform(-1, 1, n)
-    half = np.where(rng.random(n) < 0.5, -1.0, 1.0)  # top or bottom, right or left
-    t = place * HALF_PI
-    nx = np.where(on_wall, 0.0, half * np.cos(t))
-    ny = np.where(on_wall, half, np.sin(t))
-    x = np.where(on_wall, place * a, half * a + nx)
-    cosine = np.sqrt(1 - sine**2)
-    vx, vy = -cosine * nx - sine * ny, -cosine * ny + sine * nx
-    return Rays(x, ny, vx, vy, np.where(on_wall, 0.0, half))
+    side: Floats  # where the bounce was: -1 left semicircle, +1 right semicircle, 0 a straight wall
 
 
 class Bounce(NamedTuple):

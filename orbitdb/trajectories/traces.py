@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.billiard.stadium import HALF_PI, Stadium
-from orbitdb.billiard.writing import written
+from orbitdb.billiard.stadium import HALF_PI, Stadium, written
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.trajectories.rays import Rays, bounce
@@ -36,20 +35,11 @@ _EXACT = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Trace(ByValue):
-    """The bounces of one trajectory.
+    """The bounces of one trajectory."""
 
-    Attributes
-    ----------
-    first : int
-        Number of its first bounce; number 1 is the first one behind a start, or the first point.
-    symbols : ndarray of uint8, shape (T,)
-    points : ndarray, shape (T, 2)
-        Cartesian, from the middle of the stadium, in units of the radius.
-    """
-
-    first: int
-    symbols: NDArray[np.uint8]
-    points: Floats
+    first: int  # number of its first bounce; number 1 is the first one behind a start, or the first point
+    symbols: NDArray[np.uint8]  # shape (T,)
+    points: Floats  # Cartesian, from the middle of the stadium, in units of the radius, shape (T, 2)
 
     def __len__(self) -> int:
         return len(self.symbols)
@@ -131,7 +121,7 @@ def _follow(stadium: Stadium, rays: Rays, bounces: int) -> tuple[Floats, Floats,
     An error across the path and one of its direction grow as tangent vectors do
     (`orbitdb.trajectories.ensemble.follow`); what later bounces add grows less.
     """
-    offset, slope = np.eye(2)[:, :, None] * np.ones(len(rays))
+    offset, slope = np.eye(2)[:, :, None] * np.ones(len(rays.x))
     rows = []
     for _ in range(bounces + 1):
         hit = bounce(rays, stadium.a)

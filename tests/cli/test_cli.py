@@ -280,7 +280,7 @@ def test_a_geometric_fill_keeps_the_pruned_words(cli):
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
-        ("fill --p 3 --jobs 0", 2, "0 jobs: give a number from 1 to "),
+        ("fill --p 3 --jobs 0", 2, "'--jobs': 0 is less than 1 "),
         ("fill --code 13 --code 0132 --dry-run", 0, "2 words to solve at a = 1.6, in {db}\n"),
         ("query --code 1232131 --db {db}.2", 0, "no catalogue at {db}.2: solved on the spot\n"),
         ("browse", 2, "browse needs a terminal: use 'orbitdb query' where there is none\n"),

@@ -47,7 +47,13 @@ def test_levels_are_kept_and_the_missing_ones_are_added(cli, tmp_path):
 
 @pytest.mark.parametrize(
     ("parity", "span"),
-    [(None, (2.5, 6)), ("ee", (4.9, 5.1)), ("oo,eo", (0, 1)), ("eo,oe", "from a level to a level")],
+    [
+        (None, (2.5, 6)),
+        ("ee", (4.9, 5.1)),
+        ("ee,oo", (6, 8.5)),
+        ("oo,eo", (0, 1)),
+        ("eo,oe", "from a level to a level"),
+    ],
 )
 def test_stored_levels_are_shown_and_counted(cli, filled, parity, span):
     stored, names = keep_made_levels(filled), (parity or "ee,eo,oe,oo").split(",")

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from solutions import representatives
 
+from orbitdb.billiard.legs import cut, derivatives, direction_limits
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
+from orbitdb.orbits.status import surely_outside
 from orbitdb.orbits.sums import exponents
 from orbitdb.symbols.words import pack
 
@@ -24,3 +26,18 @@ def test_they_are_those_of_the_full_solution(a):
         for part in found:
             np.testing.assert_allclose(part.length, orbits.length[part.orbits], rtol=1e-14)
             np.testing.assert_allclose(part.lyapunov, orbits.lyapunov[part.orbits], rtol=1e-13)
+
+
+@pytest.mark.parametrize("a", A)
+def test_no_orbit_is_outside_wherever_the_directions_are(a):
+    rng, told = np.random.default_rng(7), 0
+    words = representatives(7)
+    status = solve(words, a).status
+    for rows, legs in cut(words):
+        low, high = direction_limits(legs, a)
+        for share in (0.0, 0.5, 1.0, *rng.random((20, *low.shape))):
+            alpha = low + share * (high - low)
+            outside = surely_outside(legs, a, alpha, derivatives(legs, a, alpha))
+            assert (status[rows][outside] == "dynamical").all()
+            told += outside.sum()
+    assert told or a == 20.0

@@ -6,7 +6,7 @@ from contextlib import nullcontext
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from orbitdb import InputError, Stadium
@@ -98,19 +98,23 @@ def test_weyls_law_of_edges_and_corners(a, parity, number):
     assert stadium.area == pytest.approx(4 * a + math.pi)
 
 
-@given(
-    a=st.floats(0.05, 20), parity=st.sampled_from(list(Parity)), low=st.floats(0, 30), more=st.floats(0.1, 9)
-)
-def test_windows_cut_a_range_evenly(a, parity, low, more):
-    found = list(windows(Stadium(a), parity, low, low + more))
+@given(a=st.floats(0.05, 20), parity=st.sampled_from(list(Parity)), low=st.floats(3, 30),
+       whole=st.integers(1, 3), rest=st.floats(0.1, 63.9))  # fmt: skip
+@example(1.6, Parity.OE, 5.0, 2, 15.9)
+@example(1.6, Parity.OE, 5.0, 2, 16.1)
+def test_windows_cut_a_range_evenly(a, parity, low, whole, rest):
+    """Each has 64 levels; what is left is a window of its own if it has a quarter of them."""
+    smooth = weyl(Stadium(a), parity)
+    first = max(smooth(low), 0.0)
+    high = wavenumber(smooth, first + 64 * whole + rest)
+    assume(abs(rest - 16) > 0.01)
+    found = list(windows(Stadium(a), parity, low, high))
     assert all((each.a, each.parity) == (a, parity) for each in found)
     assert [each.low for each in found] == [low, *(each.high for each in found[:-1])]
-    assert found[-1].high == low + more
-    smooth = weyl(Stadium(a), parity)
-    sizes = [float(smooth(each.high) - max(smooth(each.low), 0)) for each in found]
-    assert sizes[:-1] == pytest.approx([64] * (len(found) - 1))
-    assert sizes[-1] <= 80 + 1e-6
-    assert len(found) == 1 or sizes[-1] >= 16 - 1e-6
+    assert found[-1].high == high
+    sizes = [smooth(each.high) - max(smooth(each.low), 0.0) for each in found]
+    expected = [64] * whole + [rest] if rest > 16 else [64] * (whole - 1) + [64 + rest]
+    assert sizes == pytest.approx(expected, abs=1e-6)
 
 
 @pytest.mark.parametrize("parity", Parity)

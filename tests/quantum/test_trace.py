@@ -94,6 +94,14 @@ def test_edges_are_traces_of_a_map_with_half_a_parabola(times):
     assert abs(2 * fine - rough - EDGE[times - 1]) < 3e-3
 
 
+def test_edges_go_evenly_on_with_the_times():
+    rise = np.diff(EDGE)
+    for part in (-rise.real, rise.imag):
+        assert (part[1:] > 0).all()
+        assert (np.diff(part) < 0).all()
+        assert (part[2:] / part[1:-1] > 0.5).all()
+
+
 @pytest.mark.slow
 def test_levels_show_the_orbits_and_the_bouncing_balls(catalogue):
     windows = {parity: levels(1.6, 16.0, parities=(parity,)) for parity in Parity}

@@ -4,14 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from itineraries import itineraries
+from itineraries import itineraries, random_rays
 from quick import slow_but
 
 from orbitdb import Catalogue, InputError, Stadium, solve_word
 from orbitdb.orbits.shadowing import LONGEST, shadows
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
-from orbitdb.trajectories.rays import random_rays
 from orbitdb.trajectories.traces import trace_start
 
 STADIUM = Stadium(1.6)

@@ -1,12 +1,37 @@
-"""Trajectories written down bounce by bounce."""
+"""Trajectories that start at random, written down bounce by bounce."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from orbitdb.billiard.stadium import Stadium
-from orbitdb.billiard.writing import written
+from orbitdb.billiard.stadium import HALF_PI, Stadium, written
 from orbitdb.trajectories.rays import Rays, bounce
+
+
+def random_rays(stadium: Stadium, n: int, rng: np.random.Generator) -> Rays:
+    """Draw n rays from the invariant measure of the bounces.
+
+    The position is uniform in arclength, the sine of the angle to the normal uniform, so that every
+    later bounce is as fair a sample as the first.
+
+    Parameters
+    ----------
+    stadium : Stadium
+    n : int
+    rng : numpy.random.Generator
+    """
+    a = stadium.a
+    on_wall = rng.random(n) < 4 * a / stadium.perimeter
+    place = rng.uniform(-1, 1, n)
+    sine = rng.uniform(-1, 1, n)
+    half = np.where(rng.random(n) < 0.5, -1.0, 1.0)  # top or bottom, right or left
+    t = place * HALF_PI
+    nx = np.where(on_wall, 0.0, half * np.cos(t))
+    ny = np.where(on_wall, half, np.sin(t))
+    x = np.where(on_wall, place * a, half * a + nx)
+    cosine = np.sqrt(1 - sine**2)
+    vx, vy = -cosine * nx - sine * ny, -cosine * ny + sine * nx
+    return Rays(x, ny, vx, vy, np.where(on_wall, 0.0, half))
 
 
 @dataclass(frozen=True)

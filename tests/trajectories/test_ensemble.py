@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from itineraries import random_rays
 from quick import slow_but
 from uniform import is_uniform
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
 from orbitdb.trajectories.ensemble import Beam, follow, references, simulate
-from orbitdb.trajectories.rays import Rays, bounce, random_rays
+from orbitdb.trajectories.rays import Rays, bounce
 
 WIDTHS = [1e-6, 1e-3, 0.3, 1.6, 1e3, 1e6]
 widths = st.floats(-3, 3).map(lambda power: 10.0**power)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from itineraries import itineraries
+from itineraries import itineraries, random_rays
 from quick import slow_but
 from solutions import words_of
 from uniform import is_uniform
@@ -18,7 +18,7 @@ from orbitdb.errors import InputError
 from orbitdb.orbits.newton import solve
 from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.arcs import Arcs, advance
-from orbitdb.trajectories.rays import Rays, bounce, random_rays
+from orbitdb.trajectories.rays import Rays, bounce
 from orbitdb.trajectories.traces import trace_points, trace_start
 
 widths = st.floats(-3, 3).map(lambda power: 10.0**power)

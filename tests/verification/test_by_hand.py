@@ -258,6 +258,7 @@ def test_each_check_finds_what_it_must_among_others(sound, tmp_path):
     wrong = found_wrong(path)
     assert {ALTERATIONS[name][1] for name in TOGETHER} <= set(wrong)
     assert all(wrong.values())
+    assert str(wrong["bounds"]).endswith((" at a = 1.6", " at a = 0.5"))
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from itertools import chain, groupby, islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -103,14 +103,8 @@ def export(
     names = with_a(names) if several(a) else names
     with reading(db, a, choice) as (catalogue, stadiums):
         note_gaps(catalogue, *stadiums, names=names, order=order)
-        by_columns = kind != "jsonl" and not (bounces or mark_words or len(stadiums) > 1)
         shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
-        wanted = (*names, *shown_last)
-        rows: Iterator[Any] = (
-            catalogue.row_blocks(stadiums[0], wanted, order, limit)
-            if by_columns
-            else in_order(catalogue, stadiums, wanted, order, limit)
-        )
+        rows = in_order(catalogue, stadiums, (*names, *shown_last), order, limit)
         rows = _bounce_by_bounce(rows) if bounces else rows
         names += BOUNCE_COLUMNS if bounces else shown_last
         rows = with_marks(names, rows) if mark_words else rows
@@ -119,9 +113,8 @@ def export(
         if first is None:
             _note_nothing(catalogue, stadiums, limit)
             raise typer.Exit(1)
-        everything = chain([first], rows)
         with progress("writing", to_stdout=file is None) as shown:
-            written = _watched(everything, shown)
+            written = _watched(chain([first], rows), shown)
             if file is None:
                 files.TEXT_WRITERS[kind](sys.stdout, names, written)
                 return
@@ -144,17 +137,12 @@ def _note_nothing(catalogue: "Catalogue", stadiums: "Sequence[Selection]", limit
     note(f"{first}{told} {have} no bounces, only orbits do (--status orbit): nothing is written")
 
 
-def _watched(rows: Iterator[Any], shown: Progress) -> Iterator[Any]:
-    """Pass rows on, or blocks of them, and show how many they are."""
-    from orbitdb.column_files import ColumnBlock
-
-    count, told = 0, -_BETWEEN_TELLING
-    for row in rows:
-        if count >= told + _BETWEEN_TELLING:
+def _watched(rows: Iterator[Row], shown: Progress) -> Iterator[Row]:
+    """Pass rows on, and show how many they are."""
+    for count, row in enumerate(rows):
+        if count % _BETWEEN_TELLING == 0:
             shown.tell(f"{count:,} rows written")
-            told = count
         yield row
-        count += len(row) if isinstance(row, ColumnBlock) else 1
 
 
 def _form_of_stdout(form: str | None) -> str:

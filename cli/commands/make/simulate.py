@@ -11,7 +11,6 @@ from orbitdb.cli.output import Output
 from orbitdb.cli.progress.line import progress
 from orbitdb.cli.render import note, write_facts
 from orbitdb.cli.storing import bring
-from orbitdb.errors import InputError
 from orbitdb.numerals import with_error
 
 if TYPE_CHECKING:
@@ -22,7 +21,6 @@ COLUMNS = (
     "a", "lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error", "mean_free_path", "mean_free_path_error",
     "bounces", "seed",
 )  # fmt: skip
-_MOST = 10**12
 _NEAR = 0.05
 
 
@@ -30,9 +28,9 @@ def simulate(
     *,
     a: options.HalfLength = 1.6,
     wanted: Annotated[
-        int, options.count_option("--bounces", help="Bounces in all, such as 1e8.")
+        int, options.count_option("--bounces", least=1, most=10**12, help="Bounces in all, such as 1e8.")
     ] = 20_000_000,
-    seed: Annotated[int, options.count_option(help="The same seed gives the same result.")] = 0,
+    seed: Annotated[int, options.count_option(least=0, help="The same seed gives the same result.")] = 0,
     legwise: Annotated[
         bool,
         typer.Option("--legwise", help="Sample leg by leg and use exact means, for much smaller errors."),
@@ -54,10 +52,6 @@ def simulate(
     from orbitdb.trajectories.ensemble import simulate as simulate_bounces
     from orbitdb.trajectories.legwise import simulate_legs
 
-    if not 1 <= wanted <= _MOST:
-        raise InputError(f"bounces {wanted}: give 1 to {_MOST:g}")
-    if seed < 0:
-        raise InputError(f"seed {seed}: give 0 or more")
     stadium = Stadium(a)
     if store:
         bring(db)

@@ -34,29 +34,15 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Enclosure:
-    """One word's orbit in balls.
+    """One word's orbit in balls."""
 
-    Attributes
-    ----------
-    status : Status
-        `Status.BOUNDARY` where slacks are proved to be 0 and the others to be positive.
-    precision : int
-        Bits of the arithmetic that decided it.
-    coordinates : list of arb
-        In the order of the word.
-    length, lyapunov, margin : arb
-        Length, lambda, and least distance from a joint in coordinate units.
-    steps : int
-        Newton steps taken.
-    """
-
-    status: Status
-    precision: int
-    coordinates: Balls
+    status: Status  # `Status.BOUNDARY` where slacks are proved to be 0 and the others to be positive
+    precision: int  # bits of the arithmetic that decided it
+    coordinates: Balls  # in the order of the word
     length: arb
-    lyapunov: arb
-    margin: arb
-    steps: int
+    lyapunov: arb  # lambda
+    margin: arb  # least distance from a joint in coordinate units
+    steps: int  # Newton steps taken
 
 
 def enclose(word: NDArray[np.uint8], stadium: Stadium, precision: int = PRECISION) -> Enclosure:

@@ -36,18 +36,10 @@ _HALF_TURN: Turn = fmpq_poly([-1]), _ZERO
 
 @dataclass(frozen=True)
 class Field:
-    """The rational numbers with one real number gamma.
+    """The rational numbers with one real number gamma."""
 
-    Attributes
-    ----------
-    f : fmpq_poly
-        A polynomial of which gamma is a root; it need not be irreducible.
-    gamma : arb
-        A ball across which f changes its sign.
-    """
-
-    f: fmpq_poly
-    gamma: arb
+    f: fmpq_poly  # a polynomial of which gamma is a root; it need not be irreducible
+    gamma: arb  # a ball across which f changes its sign
 
     def ball(self, x: fmpq_poly) -> arb:
         """Return a ball that holds an element."""
@@ -73,21 +65,12 @@ class Field:
 
 @dataclass(frozen=True)
 class ExactPath:
-    """A path whose angles are exact, as far as the balls of another path suggest them.
+    """A path whose angles are exact, as far as the balls of another path suggest them."""
 
-    Attributes
-    ----------
-    path : BallPath
-        The word, the stadium, and the limits.
-    field : Field
-    alpha, half : list of Turn
-        Directions of the legs, and half turns of the runs.
-    """
-
-    path: BallPath
+    path: BallPath  # the word, the stadium, and the limits
     field: Field
-    alpha: list[Turn]
-    half: list[Turn]
+    alpha: list[Turn]  # directions of the legs
+    half: list[Turn]  # half turns of the runs
 
     def arriving(self, run: int) -> Turn:
         """Return the slope at its end of the leg before a run."""

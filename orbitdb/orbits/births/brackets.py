@@ -38,28 +38,14 @@ _SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}
 
 @dataclass(frozen=True, eq=False)
 class Bracketed(Columns):
-    """K proved changes of words, as a structure of arrays of shape (K,).
+    """K proved changes of words, as a structure of arrays of shape (K,)."""
 
-    Attributes
-    ----------
-    word : ndarray of int
-        Which word changes.
-    a, error : ndarray
-        Where, and how far from there it may be, proved.
-    born : ndarray of bool
-        Whether it begins to be an orbit as a grows, or ceases to be one.
-    slack : ndarray of int
-        Which of its smooth slacks changes sign (`orbitdb.orbits.births.crossings.Zeros`).
-    slope : ndarray
-        Of the slack in ln a (radians).
-    """
-
-    word: Integers
-    a: Floats
-    error: Floats
-    born: NDArray[np.bool_]
-    slack: Integers
-    slope: Floats
+    word: Integers  # which word changes
+    a: Floats  # where
+    error: Floats  # how far from there it may be, proved
+    born: NDArray[np.bool_]  # whether it begins to be an orbit as a grows, or ceases to be one
+    slack: Integers  # which of its smooth slacks changes sign (`orbitdb.orbits.births.crossings.Zeros`)
+    slope: Floats  # of the slack in ln a (radians)
 
 
 def bracket(words: NDArray[np.uint8], legs: Chain, zeros: Zeros) -> Bracketed:

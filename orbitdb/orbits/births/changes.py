@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.billiard.legs import cut
+from orbitdb.billiard.legs import Chain, centre_directions, cut, direction_limits
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.equality import ByValue
 from orbitdb.errors import WorkError
@@ -95,10 +95,15 @@ def find_changes(words: NDArray[np.uint8]) -> Changes:
     WorkError
         If births and deaths of a word do not follow one another on the finest grid either.
     """
-    least, low = (_signs(words, a) > 0 for a in (MIN_A, LOW))
+    least, low = np.zeros((2, len(words)), dtype=bool)
     high = max(_HIGH, _HIGH_A_SQUARE * words.shape[1] ** 2)
-    while high < MAX_A and (_signs(words, high) < 1).any():
-        high *= 2
+    for rows, legs in cut(words):
+        own, alpha = words[rows], centre_directions(legs, LOW)
+        for alive, a in ((low, LOW), (least, MIN_A)):
+            sign, alpha = _signs(own, legs, a, alpha)
+            alive[rows] = sign > 0
+        while high < MAX_A and (_signs(own, legs, high, centre_directions(legs, high))[0] < 1).any():
+            high *= 2
     foot = np.where(low != least, MIN_A, LOW)
     rows = np.arange(len(words))
     parts = [
@@ -111,12 +116,10 @@ def find_changes(words: NDArray[np.uint8]) -> Changes:
     return Changes(least, found.word, found.a, found.error, found.born, *places, found.slope)
 
 
-def _signs(words: NDArray[np.uint8], a: float) -> Signs:
-    """Tell which words are orbits at one a."""
-    found = np.zeros(len(words), np.int8)
-    for rows, legs in cut(words):
-        found[rows] = signs(words[rows], legs, np.full(len(rows), a), newton(legs, a).alpha)
-    return found
+def _signs(words: NDArray[np.uint8], legs: Chain, a: float, start: Floats) -> tuple[Signs, Floats]:
+    """Tell which words are orbits at one a; return their directions there, too, found from others."""
+    alpha = newton(legs, a, start=np.clip(start, *direction_limits(legs, a))).alpha
+    return signs(words, legs, np.full(len(words), a), alpha), alpha
 
 
 def joints(words: NDArray[np.uint8], slack: Integers) -> tuple[Integers, Integers]:

@@ -8,7 +8,7 @@ alpha and free of a, so that their slopes in x are the same map applied to d alp
 Everything here is numerical; what follows from it is proved in `orbitdb.orbits.births.brackets`.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,23 +29,26 @@ _PLAIN_STEPS = 4
 
 @dataclass(frozen=True, eq=False)
 class Station(Columns):
-    """N words at one a on their way.
+    """N words at one a on their way."""
 
-    Attributes
-    ----------
-    x : float
-        ln a.
-    alpha, drift : ndarray, shape (m, N)
-        Directions of the legs (radians), and d alpha/dx.
-    slack, slope : ndarray, shape (6 m, N)
-        The smooth slacks (radians), infinite where there is none, and their slopes in x.
-    """
+    x: float  # ln a
+    alpha: Floats  # directions of the legs (radians), shape (m, N)
+    drift: Floats  # d alpha/dx
+    slack: Floats  # the smooth slacks (radians), shape (6 m, N), infinite where there is none
+    slope: Floats  # their slopes in x
 
-    x: float
-    alpha: Floats
-    drift: Floats
-    slack: Floats
-    slope: Floats
+    @classmethod
+    def at(cls, legs: Chain, x: float, alpha: Floats, drift: Floats) -> "Station":
+        """Return it with the slacks of its directions."""
+        return cls(x, alpha, drift, *slacks_and_slopes(legs, alpha, drift))
+
+
+def hermite(t: float | Floats, h: float, ends: Sequence[Floats], slopes: Sequence[Floats]) -> Floats:
+    """Return a cubic at the share t of an interval of width h, given its values and slopes at the ends."""
+    near, far = (1 + 2 * t) * (1 - t) ** 2, t**2 * (3 - 2 * t)
+    bent = h * t * (1 - t) * ((1 - t) * slopes[0] - t * slopes[1])
+    value: Floats = near * ends[0] + far * ends[1] + bent
+    return value
 
 
 def motion(
@@ -79,14 +82,14 @@ def follow(legs: Chain, grid: Floats) -> Iterator[Station]:
     alpha = newton(legs, first).alpha
     _, drift = motion(legs, first, alpha, direction_limits(legs, first))
     bend = np.zeros_like(drift)
-    yield Station(float(grid[0]), alpha, drift, *slacks_and_slopes(legs, alpha, drift))
+    yield Station.at(legs, float(grid[0]), alpha, drift)
     for x, h in zip(grid[1:].tolist(), np.diff(grid).tolist(), strict=True):
         a = float(np.exp(x))
         limits = direction_limits(legs, a)
         before, start = drift, np.clip(alpha + h * (drift + h / 2 * bend), *limits)
         alpha, drift = _settle(legs, a, start, limits)
         bend = (drift - before) / h
-        yield Station(x, alpha, drift, *slacks_and_slopes(legs, alpha, drift))
+        yield Station.at(legs, x, alpha, drift)
 
 
 def _settle(legs: Chain, a: float, start: Floats, limits: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
@@ -121,4 +124,4 @@ def between(legs: Chain, start: Station, end: Station) -> Station:
     limits = direction_limits(legs, a)
     guess = (start.alpha + end.alpha) / 2 + h / 8 * (start.drift - end.drift)
     alpha, drift = _settle(legs, a, np.clip(guess, *limits), limits)
-    return Station(x, alpha, drift, *slacks_and_slopes(legs, alpha, drift))
+    return Station.at(legs, x, alpha, drift)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.equality import Columns
-from orbitdb.orbits.births.continuation import Station, between, motion, slacks_and_slopes
+from orbitdb.orbits.births.continuation import Station, between, hermite, motion, slacks_and_slopes
 from orbitdb.orbits.newton import newton
 
 Floats = NDArray[np.float64]
@@ -35,28 +35,14 @@ _CLOSE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Zeros(Columns):
-    """Zeros of single slacks, as a structure of arrays.
+    """K zeros of single slacks, as a structure of arrays of shape (K,)."""
 
-    Attributes
-    ----------
-    word : ndarray of intp, shape (K,)
-        Which word.
-    slack : ndarray of intp, shape (K,)
-        Which of its smooth slacks, as a row of `Station.slack`.
-    low, high : ndarray, shape (K,)
-        The cell in x = ln a.
-    x : ndarray, shape (K,)
-        The zero.
-    alpha : ndarray, shape (m, K)
-        Directions there (radians).
-    """
-
-    word: Indices
-    slack: Indices
-    low: Floats
+    word: Indices  # which word
+    slack: Indices  # which of its smooth slacks, as a row of `Station.slack`
+    low: Floats  # the cell in x = ln a
     high: Floats
-    x: Floats
-    alpha: Floats
+    x: Floats  # the zero
+    alpha: Floats  # directions there (radians), shape (m, K)
 
     def __len__(self) -> int:
         return len(self.word)
@@ -115,7 +101,7 @@ def _judge(start: Station, end: Station) -> tuple[NDArray[np.bool_], NDArray[np.
     f0, f1 = start.slack, end.slack
     crossings = (f0 < 0) != (f1 < 0)
     with np.errstate(invalid="ignore"):
-        cubic = _cubic(start, end)
+        cubic = hermite(_PLACES, end.x - start.x, (f0, f1), (start.slope, end.slope))
         signs = (np.diff(cubic > 0, axis=0) != 0).sum(axis=0)
         least, most = cubic.min(axis=0), cubic.max(axis=0)
     turning = start.slope * end.slope < 0
@@ -127,23 +113,12 @@ def _judge(start: Station, end: Station) -> tuple[NDArray[np.bool_], NDArray[np.
     return crossings, dead, doubtful.any(axis=0)
 
 
-def _cubic(start: Station, end: Station) -> Floats:
-    """Return the slacks at some places of a cell, as the cubics with their values and slopes have them."""
-    h, t = end.x - start.x, _PLACES
-    near, far = (1 + 2 * t) * (1 - t) ** 2, t**2 * (3 - 2 * t)
-    bent = h * t * (1 - t) * ((1 - t) * start.slope - t * end.slope)
-    value: Floats = near * start.slack + far * end.slack + bent
-    return value
-
-
 def _guess(word: Indices, slack: Indices, column: Indices, start: Station, end: Station) -> Zeros:
     """Guess zeros by the chord, and the directions there by the cubics between the stations."""
     f0, f1 = start.slack[slack, column], end.slack[slack, column]
     t = f0 / (f0 - f1)
-    h = end.x - start.x
-    near, far = (1 + 2 * t) * (1 - t) ** 2, t**2 * (3 - 2 * t)
-    bent = h * t * (1 - t) * ((1 - t) * start.drift[:, column] - t * end.drift[:, column])
-    alpha = near * start.alpha[:, column] + far * end.alpha[:, column] + bent
+    h, ends = end.x - start.x, (start.alpha[:, column], end.alpha[:, column])
+    alpha = hermite(t, h, ends, (start.drift[:, column], end.drift[:, column]))
     low, high = (np.full(len(word), edge) for edge in sorted((start.x, end.x)))
     return Zeros(word, slack, low, high, start.x + t * h, alpha)
 
