@@ -14,7 +14,7 @@ from orbitdb.symbols.least_words import all_least_words, class_spans
 from orbitdb.symbols.members import joined_words
 from orbitdb.symbols.words import unpack
 
-BLOCK = 1 << 17
+BLOCK = 1 << 18
 """Words of a block: some seconds of work."""
 
 _WORDS_A_CLASS = 8
