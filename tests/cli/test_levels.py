@@ -6,7 +6,6 @@ from itertools import chain
 
 import numpy as np
 import pytest
-from contents import alter
 from made_levels import keep_made_levels
 
 from orbitdb import Stadium
@@ -73,16 +72,6 @@ def test_stored_levels_are_shown_and_counted(cli, filled, parity, span):
         worst = f", errors up to {max(own) * 1e-12:.0e}" if own else ""
         count = "1 level" if len(own) == 1 else f"{len(own)} levels"
         assert line == f"{name}: {count}, none missing; on average {off:+.2f} from Weyl's law{worst}"
-
-
-@pytest.mark.slow
-def test_levels_altered_by_hand_are_refused(cli, tmp_path):
-    path = str(tmp_path / "levels.db")
-    cli("levels", "--k", "0:4", "--parity", "ee", "--db", path)
-    alter(path, "DELETE FROM level WHERE number = 2")
-    found = cli("levels", "--k", "0:4", "--parity", "ee", "--db", path)
-    assert found.code == 3
-    assert "altered" in found.err
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 
 ROOMS = [
     "numpy", "sqlalchemy", "alembic", "scipy", "flint", "textual", "matplotlib", "asyncio", "multiprocessing",
-    "orbitdb.averages", "orbitdb.averages.sum_rules", "orbitdb.entropy", "orbitdb.filling",
+    "orbitdb.averages", "orbitdb.averages.sum_rules", "orbitdb.entropy.bounds", "orbitdb.filling",
     "orbitdb.orbits.births", "orbitdb.orbits.newton", "orbitdb.plots",
     "orbitdb.cli.commands.maintenance.bench",
 ]  # fmt: skip

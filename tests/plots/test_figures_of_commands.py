@@ -133,9 +133,6 @@ LONG = "time_reversal = 'self' and class_size > 0 and margin > 1e-9 and lambda_c
     [
         ("sheet", LONG),
         ("sheet", None),
-        ("phase-space", "length < " + "9" * 200),
-        ("lengths", LONG),
-        ("entropy", None),
         ("lyapunov", LONG),
     ],
 )
