@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-from orbitdb.averages.drift_and_kick import Mean, bounces_per_leg, length_per_leg, log_drift, log_kick
+from orbitdb.averages.drift_and_kick import LOG_KICK, Mean, log_drift
 from orbitdb.averages.mean_coupling import mean_coupling
 
 
@@ -50,16 +50,16 @@ class ExactMeans:
 
     @property
     def per_bounce(self) -> float:
-        """What lambda of a leg is multiplied by to have lambda_d."""
-        return 1 / bounces_per_leg(self.a)
+        """What lambda of a leg is multiplied by to have lambda_d: a leg and its run have a + pi/2 bounces."""
+        return 1 / (self.a + math.pi / 2)
 
     @property
     def per_length(self) -> float:
-        """What lambda of a leg is multiplied by to have lambda_c."""
-        return 1 / length_per_leg(self.a)
+        """What lambda of a leg is multiplied by to have lambda_c: the path to the next run is so long."""
+        return 1 / (math.pi * (math.pi + 4 * self.a) / 4)
 
 
 @lru_cache(maxsize=32)
 def exact_means(a: float) -> ExactMeans:
     """Return the exact means at half length a."""
-    return ExactMeans(a, log_drift(a), log_kick(), mean_coupling(a))
+    return ExactMeans(a, log_drift(a), LOG_KICK, mean_coupling(a))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from orbitdb.averages.by_period import Entropy, Lyapunov
-from orbitdb.averages.fixed_points import missing_divisors, missing_periods
+from orbitdb.averages.fixed_points import divisors, missing_periods
 from orbitdb.averages.sum_rules import SumRules
 
 _FIXED_POINTS = {"N", "K_0", "lambda_d", "lambda_c"}
@@ -40,21 +40,18 @@ def standing(found: Entropy | Lyapunov | SumRules, filled: Iterable[int]) -> dic
         values = getattr(found, field.name)
         if isinstance(values, np.ndarray) and field.name != "p":
             columns[field.name] = [
-                None if _lacks(field.name, p, have) or value != value else value
+                value if value == value and have >= _needs(field.name, p) else None
                 for p, value in zip(found.p.tolist(), values.tolist(), strict=True)
             ]
     return {"p": found.p.tolist(), **columns}
 
 
-def _lacks(name: str, p: int, have: set[int]) -> bool:
-    """Tell whether an average of period p lacks orbits of periods that are not there."""
-    if p not in have:
-        return True
-    if name in _FIXED_POINTS:
-        return bool(missing_divisors(p, have))
-    if name in _PAIRS:
-        return bool(missing_divisors(p, have) or missing_divisors(p - 1, have))
-    return bool(missing_periods(p, have))
+def _needs(name: str, p: int) -> set[int]:
+    """Return the periods that an average of order p is over."""
+    if name in _FIXED_POINTS | _PAIRS:
+        orders = (p - 1, p) if name in _PAIRS else (p,)
+        return {d for order in orders for d in divisors(order) if d > 1}
+    return set(range(2, p + 1))
 
 
 def faults_of(found: Entropy | Lyapunov, filled: Iterable[int]) -> str:
@@ -65,9 +62,5 @@ def faults_of(found: Entropy | Lyapunov, filled: Iterable[int]) -> str:
     for p, fault in zip(found.p.tolist(), found.faults, strict=True):
         if fault and p in have and not missing_periods(p, have):
             periods.setdefault(fault, []).append(p)
-    said = "; ".join(f"at p = {_listed(orders)} {fault}" for fault, orders in periods.items())
+    said = "; ".join(f"at p = {', '.join(map(str, orders))} {fault}" for fault, orders in periods.items())
     return said and f"the zeta function gives no average {said}"
-
-
-def _listed(periods: Iterable[int]) -> str:
-    return ", ".join(map(str, periods))
