@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from quick import slow_but
 
-from orbitdb.averages.drift_and_kick import LOG_KICK, log_drift
-from orbitdb.averages.exact_means import exact_means
+from orbitdb.averages.exact_means import LOG_KICK, exact_means, log_drift
 from orbitdb.averages.mean_coupling import mean_coupling
 from orbitdb.trajectories.leg_map import next_leg, random_runs
 
