@@ -72,7 +72,7 @@ def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Itera
     begun = sa.select(birth_fill).where(birth_fill.c.state != DONE).order_by(birth_fill.c.p)
     for row in connection.execute(begun).mappings().all():
         if is_chosen(row["p"], selections):
-            yield single("births", f"p = {row['p']}", _wrong_cursor(connection, row, None))
+            yield single("births", f"p = {row['p']}", _wrong_cursor(connection, dict(row), None))
 
 
 def _count(p: int, words: int, whole: bool) -> Check:
