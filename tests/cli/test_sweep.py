@@ -54,38 +54,6 @@ def test_a_sweep_of_a_subset_that_is_not_done_counts_nothing(cli, tmp_path):
     assert "births tell" not in cli("entropy", *chosen).err
 
 
-@pytest.mark.slow
-def test_averages_over_a_subset_answer_from_its_sweep(cli):
-    """They are those of stored rows, beside which they also stand; no other subset answers."""
-    subset = ("--reversal", "self", "--range", "length=:20")
-    swept = cli("sweep", "--p", "6", "--json", *subset)
-    assert [[row[key] for key in KEYS[:4]] for row in json.loads(swept.out)[-2:]] == [
-        [5, 96, 0, 0], [6, 252, 2, 1]
-    ]  # fmt: skip
-    assert swept.err.endswith("\norbits at a = 1.6 that retrace their path with length <= 20\n")
-    for more, coming in ((), 389), (subset, 0):
-        assert f": {coming} words to come" in cli("sweep", "--p", "6", "--dry-run", *more).err
-    commands = [(name, "--json", *subset[2:], *subset[:2]) for name in ("entropy", "lyapunov")]
-    before = [cli(*command) for command in commands]
-    source = "periods 2-6 at a = 1.6: from a sweep, their rows are not stored\n"
-    assert all(outcome.code == 0 and source in outcome.err for outcome in before)
-    for other in ((), subset[:2], subset[2:]):
-        assert cli("lyapunov", *other).err.startswith("nothing is filled at a = 1.6")
-    cli("sweep", "--p", "6", "--contains", "020202")
-    empty = "no orbits at a = 1.6 containing 020202 in what is stored"
-    assert (cli("entropy", "--contains", "020202").err.splitlines()[-1]) == empty
-    cli("fill", "--p", "4")
-    mixed = [cli(*command) for command in commands]
-    assert all("periods 5-6 at a = 1.6: from a sweep" in outcome.err for outcome in mixed)
-    cli("fill", "--p", "6")
-    for command, *others in zip(commands, before, mixed, strict=True):
-        new = cli(*command)
-        assert "sweep" not in new.err
-        for outcome in others:
-            for row, stored in zip(json.loads(outcome.out), json.loads(new.out), strict=True):
-                assert row == {key: value and near(value) for key, value in stored.items()}
-
-
 def test_swept_subsets_are_told_and_verified(cli, tmp_path, monkeypatch):
     """What is told of a subset names it; its sums are solved anew, its counts compared with stored rows."""
     first = json.loads(cli("sweep", "--p", "2-3,5", "--contains", "13", "--json").out)

@@ -1,7 +1,6 @@
 """Commands in a real terminal, as people use them."""
 
 import re
-import signal
 import sys
 from itertools import chain
 from pathlib import Path
@@ -15,8 +14,6 @@ from terminal import Run, Session, ended, run_in_terminal, run_several_in_termin
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
 
 INTERRUPTED = "orbitdb: interrupted; nothing that was stored is lost, the same command goes on from there"
-TERMINATED = INTERRUPTED.replace("interrupted", "terminated")
-GOES_ON = ", the same command goes on from there"
 NEW = ("--db", "{folder}/new.db")
 FILLING = [
     ("fill", "--p", "6", *NEW),
@@ -280,29 +277,3 @@ def test_odd_terminals(varied, tmp_path, commands, columns, variables):
         assert (session.code == 0) == (run.arguments not in [list(each) for each in QUIET[-5:]]), session.text
         if "TERM" in variables:
             assert not session.had_bar
-
-
-@pytest.mark.parametrize(
-    ("leave", "code", "said", "columns"),
-    [
-        pytest.param("q", 0, "", 200, marks=pytest.mark.slow),
-        pytest.param("\x03", 0, "", 80, marks=pytest.mark.slow),
-        pytest.param(signal.SIGTERM, 143, TERMINATED.removesuffix(GOES_ON), 80, marks=pytest.mark.slow),
-        pytest.param(signal.SIGINT, 130, INTERRUPTED.removesuffix(GOES_ON), 200, marks=pytest.mark.slow),
-        pytest.param(signal.SIGHUP, 129, TERMINATED.removesuffix(GOES_ON), 80, marks=pytest.mark.fuzz),
-    ],
-)
-def test_browse_leaves_the_terminal_as_it_was(varied, leave, code, said, columns):
-    child = spawn("browse", "--db", varied, columns=columns)
-    child.expect("quit")
-    shown = child.before + child.after
-    if isinstance(leave, str):
-        child.send(leave)
-    else:
-        child.kill(leave)
-    child.expect(pexpect.EOF)
-    session = ended(child, (shown + child.before, columns))
-    assert session.code == code, session.text
-    assert session.restored
-    assert "Traceback" not in session.text
-    assert same("".join(session.lines)) == same(said)

@@ -9,8 +9,6 @@ import pages
 import pictures
 import pytest
 
-from orbitdb import Stadium, solve_word
-
 SCREENSHOTS_OF = "8.2"
 """The Textual that took the pictures of the terminal UI; another may draw borders in other ways."""
 
@@ -175,23 +173,6 @@ def numbered(svg):
     for number, name in enumerate(names):
         svg = re.sub(rf"\b{name}\b", f"name {number}", svg)
     return svg
-
-
-def test_the_numbers_on_the_screenshot_are_those_of_the_orbits():
-    """Every row of the table, and the facts, against orbits solved from their words."""
-    lines = pictures.texts((pictures.PICTURES / "browse.svg").read_text(encoding="utf-8"))
-    rows = re.findall(r"(?m)^│+([0-5]+) +(\d+) +([\d.]+) orbit +([\d.]+) +([\d.]+)", "\n".join(lines))
-    assert len(rows) > 20
-    for code, p, *numbers in rows:
-        orbit = solve_word(code, Stadium(1.6))
-        assert [p, *numbers] == [
-            str(orbit.p), f"{orbit.length:.7f}", f"{orbit.lambda_d:.6f}", f"{orbit.lambda_c:.6f}",
-        ]  # fmt: skip
-    shown = solve_word(pictures.SHOWN, Stadium(1.6))
-    facts = " ".join(lines)
-    for name, value in (("length", shown.length), ("lyapunov", shown.lyapunov)):
-        ((found, bound),) = re.findall(rf"{name} +([\d.]+) ± ([\d.e-]+)", facts)
-        assert abs(float(found) - value) <= float(bound) < 1e-13
 
 
 @pytest.mark.slow

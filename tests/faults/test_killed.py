@@ -92,20 +92,6 @@ def test_ctrl_c_at_any_moment(tmp_path, turn):
 
 
 @pytest.mark.slow
-def test_a_signal_to_terminate_leaves_nobody_behind(tmp_path):
-    path = tmp_path / "orbits.db"
-    process = start("fill", "--p", "13", "--jobs", "2", "--db", path, command=small_blocks(512))
-    wait_until_ready(process)
-    while not workers_of(process):
-        assert process.poll() is None
-    err = stop(process, "SIGTERM", group=False)
-    assert process.returncode == 128 + signal.SIGTERM
-    assert err.splitlines() == [f"orbitdb: terminated; {GOES_ON}"]
-    assert nobody_left(process)
-    agrees(path)
-
-
-@pytest.mark.slow
 def test_workers_end_with_the_process_that_stores(tmp_path):
     process = start("fill", "--p", "13", "--jobs", "2", "--db", tmp_path / "orbits.db")
     while len(workers_of(process)) < 2:

@@ -121,26 +121,6 @@ def test_of_a_cell_without_width_all_is_said(a):
         assert (kind == np.where(status[rows] == "orbit", Kind.ALIVE, Kind.DEAD)).all()
 
 
-def test_segments_are_walked_by_rising_a():
-    dead, rising, alive, falling, open_ = Kind.DEAD, Kind.RISING, Kind.ALIVE, Kind.FALLING, Kind.OPEN
-
-    def verdict(kinds: list[Kind], changes: list[tuple[float, bool]], start: bool | None = False) -> Verdict:
-        segments = [(int(kind), float(i), i + 1.0) for i, kind in enumerate(kinds)]
-        return walk(segments, [(x - 0.01, x + 0.01, born) for x, born in changes], start)
-
-    assert verdict([dead, rising, alive], [(1.5, True)]) is Verdict.PROVED
-    assert verdict([dead, rising, alive], [(2.005, True)]) is Verdict.PROVED  # its bracket reaches into both
-    assert verdict([dead, rising, alive], []) is Verdict.WRONG
-    assert verdict([dead, rising, dead], []) is Verdict.PROVED
-    assert verdict([dead, rising, falling, dead], [(1.5, True), (2.5, False)]) is Verdict.PROVED
-    assert verdict([dead, rising, falling, dead], []) is Verdict.UNDECIDED
-    assert verdict([dead, rising, falling, dead], [(1.5, True)]) is Verdict.WRONG
-    assert verdict([dead, open_, alive], [(1.5, True)]) is Verdict.UNDECIDED
-    assert verdict([dead, rising, alive], [(0.5, True)]) is Verdict.WRONG
-    assert verdict([alive], [], None) is Verdict.PROVED
-    assert verdict([alive], []) is Verdict.WRONG
-
-
 def test_a_run_that_may_be_hit_head_on_is_as_stiff_as_one_that_is():
     """The sine of the turn is largest inside the range, at neither of its ends."""
     ((_, legs),) = cut(from_strings(["13"]))

@@ -185,7 +185,7 @@ def test_enclosures_hold_the_mpmath_solution(p, a):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("a", [0.2, 0.5, 1.0, 1.6, 2.5, 10.0])
+@pytest.mark.parametrize("a", [0.2, 1.0, 2.5])
 def test_doubles_never_contradict_balls(a):
     """All classes to p = 7, and a third of those of p = 8."""
     for p in range(2, 9):

@@ -11,8 +11,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.app import call
 from orbitdb.entropy.bounds import search
-from orbitdb.errors import InputError, StoreError
-from orbitdb.verification.records import record_parts
+from orbitdb.errors import InputError
 
 
 def altered(path: Path, statement: str) -> list[tuple]:
@@ -56,35 +55,3 @@ def test_what_is_proved_is_kept_once_and_read_back(enclosed, cli):
     altered(enclosed, "UPDATE entropy_bound SET lower = 0 WHERE edges = 6")
     cli("bounds", "--window", "6", "--db", str(enclosed))
     assert catalogue.entropy_bounds() == closest
-
-
-@pytest.mark.slow
-def test_altered_bounds_are_refused_and_found_by_verify(enclosed, monkeypatch):
-    catalogue = Catalogue(enclosed)
-
-    def found() -> list[tuple]:
-        with catalogue.reading() as connection:
-            parts = record_parts(connection)
-            checks = [check for part in parts for check in part.checked(connection).checks]
-        return [(check.rows, check.failures, check.first) for check in checks]
-
-    assert found() == [(3, 0, None), (8, 0, None)]
-    monkeypatch.setattr("orbitdb.verification.records.RECOUNTED", 0)
-    closest = catalogue.entropy_bounds()
-    where = "WHERE proof = 'balls' AND edges = 3"
-    (kept,) = altered(enclosed, f"SELECT lower, upper FROM entropy_bound {where}")
-    for lower, upper in ((closest.upper, 1.2), (1.1, closest.lower)):  # with one number in common
-        altered(enclosed, f"UPDATE entropy_bound SET lower = {lower!r}, upper = {upper!r} {where}")
-        touching = found()[1]
-        altered(enclosed, f"UPDATE entropy_bound SET lower = {kept[0]!r}, upper = {kept[1]!r} {where}")
-        assert touching == (8, 0, None)
-    monkeypatch.undo()
-    altered(
-        enclosed, "UPDATE entropy_bound SET lower = 0.9, upper = 1.11 WHERE proof = 'balls' AND edges = 3"
-    )
-    assert found()[1] == (8, 1, "windows of 3 edges at a = 1.6")
-    for edges, change in enumerate(("lower = -1", "upper = 9e999", "proof = 'x'", "undecided = 9999"), 3):
-        altered(enclosed, f"UPDATE entropy_bound SET {change} WHERE proof = 'doubles' AND edges = {edges}")
-    assert found()[1][1] == 5
-    with pytest.raises(StoreError, match=r"altered: a bound on the entropy at a = '1\.6'"):
-        catalogue.entropy_bounds()

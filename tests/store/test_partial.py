@@ -79,27 +79,6 @@ def test_a_file_keeps_what_was_partial(cli, partial, tmp_path):
         assert kept["partial"] == expected
 
 
-@pytest.mark.slow
-def test_one_moment_stays_while_a_fill_goes_on(filled, begin_fill):
-    catalogue = Catalogue(filled)
-    going = begin_fill(filled, 9, batches=1)
-    free = Selection(where="length > 0 and margin > 0")
-    with catalogue.at_one_moment() as still:
-        fills, count, classes = still.partial(NINE), still.count(NINE), len(still.classes(NINE))
-        rows = still.rows(free, ("code",))
-        first = [next(rows)]
-        for _ in range(3):
-            next(going)
-        assert still.partial(NINE) == fills
-        assert still.count(NINE) == count == len(still.select(NINE))  # beside an expression that is at work
-        assert len([*first, *rows]) == still.count(free)
-        assert len(still.classes(NINE)) == classes
-    assert catalogue.count(NINE) > count
-    for _ in going:
-        pass
-    assert catalogue.partial(p=9) == []
-
-
 @pytest.fixture(params=["not begun", "begun"])
 def busy(request, filled, begin_fill):
     """A catalogue with p = 2..8 in which a fill of p = 9 goes a batch further behind every question."""

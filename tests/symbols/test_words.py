@@ -39,13 +39,10 @@ def rotations(word: str) -> list[str]:
         ("1232131", "1232131"),
         (" 12 32\t131\n", "1232131"),
         ("1^20 (02)^5 3", "1" * 20 + "02" * 5 + "3"),
-        ("1^2", "11"),
         ("1 ^ 2", "11"),
-        ("(13)", "13"),
         ("((1^2 0)^2 3)^2", "1101103" * 2),
         ("12^3", "1222"),
         ("1^2^3", "1" * 6),
-        ("(1)(2)^2(3)", "1223"),
         (f"(13)^{MAX_ORDER // 2}", "13" * (MAX_ORDER // 2)),
     ],
 )
@@ -57,11 +54,9 @@ def test_parse_reads(text, word):
     ("text", "message"),
     [
         ("1717", "symbol '7' at place 2 of '1717' is not one of 0 1 2 3 4 5"),
-        ("12 x3", "symbol 'x' at place 4 of '12 x3' is not one of 0 1 2 3 4 5"),
         ("13\u00b2", "symbol '\u00b2' at place 3 of "),
         ("13^\u0663", "'^' at place 3 of "),
         ("13^", "'^' at place 3 of '13^' needs a number after it"),
-        ("13 ^a", "'^' at place 4 of '13 ^a' needs a number after it"),
         ("^3", "'^' at place 1 of '^3' has nothing before it to repeat"),
         ("1(^3)", "'^' at place 3 of '1(^3)' has nothing before it to repeat"),
         ("13  ^0", "'^0' at place 5 of '13  ^0': repeat at least once"),
@@ -69,9 +64,6 @@ def test_parse_reads(text, word):
         ("1(3", "unmatched '(' in '1(3'"),
         ("1()3", "empty brackets at place 3 of '1()3'"),
         ("", "the code is empty"),
-        ("  ", "the code is empty"),
-        ("-1", "symbol '-' at place 1 of '-1'"),
-        ("1.3", "symbol '.' at place 2 of '1.3'"),
     ],
 )
 def test_parse_names_symbol_and_place(text, message):

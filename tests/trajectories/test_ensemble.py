@@ -138,31 +138,6 @@ def test_growth_is_that_of_the_product_of_bounce_matrices():
     assert np.median(np.abs(across / along)[few]) < 1e-10
 
 
-def test_growth_is_that_of_the_distance_of_two_near_trajectories():
-    """Lambda from the other direction: no tangent vector, two rays that start 1e-9 apart."""
-    a, n, steps, near = 1.6, 400, 4, 1e-9
-    start = random_arcs(n, np.random.default_rng(4))
-    cosine, sine = math.cos(near), math.sin(near)
-    turned = Arcs(
-        start.side,
-        start.x,
-        start.y,
-        start.vx * cosine - start.vy * sine,
-        start.vx * sine + start.vy * cosine,
-    )
-    one, beam = follow(start, Beam.begin(np.zeros(n), np.ones(n)), a, steps)
-    two, _ = follow(turned, Beam.begin(np.zeros(n), np.ones(n)), a, steps)
-    dx, dy = two.x - one.x, two.y - one.y
-    y = (one.vx * dy - one.vy * dx) / near
-    slope = (one.vx * two.vy - one.vy * two.vx) / near
-    together = (one.side == two.side) & (np.hypot(dx, dy) < 1e-4)
-    assert together.mean() > 0.9
-    scale = np.exp(beam.growth)
-    np.testing.assert_allclose(np.abs(y)[together], (np.abs(beam.y) * scale)[together], rtol=0.02, atol=0.1)
-    measured = np.log(np.abs(y) + np.abs(slope))
-    assert np.median(np.abs(measured - beam.growth)[together]) < 1e-4
-
-
 @pytest.mark.parametrize(
     ("a", "lambda_d", "lambda_c"),
     [(1.6, 0.887, 0.3753), pytest.param(1.0, 0.937, 0.4295, marks=pytest.mark.slow)],

@@ -25,9 +25,8 @@ async def typed(pilot, line):
     await settle(pilot)
 
 
-@pytest.mark.parametrize("size", [(80, 24), pytest.param((160, 48), marks=pytest.mark.fuzz)])
 @pytest.mark.slow
-def test_rows_and_count_follow_what_is_typed(filled_once, size):
+def test_rows_and_count_follow_what_is_typed(filled_once):
     async def steps(app, pilot):
         main, catalogue = app.screen, app.catalogue
         everything = catalogue.count(Selection())
@@ -61,7 +60,7 @@ def test_rows_and_count_follow_what_is_typed(filled_once, size):
         main.go_along(2.5)  # that nothing is shown is what the filter does, not this a
         assert main.selection.a == 1.6
 
-    drive(filled_once, steps, size)
+    drive(filled_once, steps)
 
 
 @pytest.mark.slow

@@ -79,9 +79,8 @@ def test_periods_of_which_no_births_are_stored_are_named(born):
             assert periods_without(connection, chosen.ids, standings) == without
 
 
-@pytest.mark.parametrize("size", [(80, 24), pytest.param(LARGE, marks=pytest.mark.fuzz)])
 @pytest.mark.slow
-def test_the_table_follows_the_orbit_in_a_and_comes_back(born, size):
+def test_the_table_follows_the_orbit_in_a_and_comes_back(born):
     async def steps(app, pilot):
         screen, table, catalogue = app.screen, table_of(app), app.catalogue
         stored = [table.source.row(place) for place in range(len(table.source))]
@@ -121,7 +120,7 @@ def test_the_table_follows_the_orbit_in_a_and_comes_back(born, size):
         assert screen.orbit.a == 1.6
         assert "the rows stay" not in shown(app)
 
-    drive(born, steps, size)
+    drive(born, steps)
 
 
 @pytest.mark.slow

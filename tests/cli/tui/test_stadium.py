@@ -88,21 +88,6 @@ def test_periods_that_are_not_filled_are_told_beside_those_that_are(varied):
 
 
 @pytest.mark.slow
-def test_a_first_fill_shows_the_stadium_that_it_fills(tmp_path):
-    async def steps(app, pilot):
-        await press(pilot, "f")
-        app.screen.query_one("#a").value = "0.7500000001"
-        app.screen.query_one("#periods").value = "2-4"
-        await press(pilot, "enter", "escape")
-        assert stadiums_of(app) == {0.7500000001}
-        assert len(table_of(app).source) == 41
-        await press(pilot, "f")
-        assert app.screen.query_one("#a").value == "0.7500000001"  # not 0.75, another stadium
-
-    drive(tmp_path / "new.db", steps)
-
-
-@pytest.mark.slow
 def test_any_stadium_can_be_typed(varied):
     async def steps(app, pilot):
         await press(pilot, "a", "2", "full_stop", "5")
