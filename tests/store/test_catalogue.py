@@ -15,8 +15,8 @@ from quick import slow_but
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
-from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.single_word import solve_word
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.expressions import names_in
 from orbitdb.store.asking.selection import Selection, SelectionError
