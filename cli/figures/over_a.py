@@ -14,7 +14,6 @@ from orbitdb.errors import InputError
 from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots import births
-from orbitdb.plots.enclosures import draw_entropy_over_a
 from orbitdb.plots.paths import draw_orbit
 from orbitdb.plots.style import BLUE, ORANGE, explain, figure
 from orbitdb.store.asking.selection import Selection
@@ -122,6 +121,6 @@ def draw_over_a(catalogue: Catalogue, chosen: Selection) -> Figure:
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
         made.set_label("topological entropy over a")
-        draw_entropy_over_a(ax, a, lower, upper, curves, geometric_entropy())
+        births.draw_entropy_over_a(ax, a, lower, upper, curves, geometric_entropy())
         explain(made, ax)
     return made

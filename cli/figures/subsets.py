@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from orbitdb.averages.fixed_points import missing_periods
-from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.gaps import joined_spans
@@ -43,22 +42,11 @@ def draw_lyapunov(catalogue: Catalogue, chosen: Selection) -> Figure:
     """Draw the exponents per bounce and per length by period, by every method."""
     found = _told(catalogue.lyapunov(chosen))
     p, shown = _series(found)
-    held = not np.isnan(shown["lambda_d_sum_rule"]).all()
-    discrete, continuous = (
-        curves.LyapunovRows(
-            shown[name],
-            shown[f"{name}_pair"],
-            shown[f"{name}_zeta"],
-            _line(found, name),
-            sum_rule=shown[f"{name}_sum_rule"] if held else None,
-            sum_rule_error=shown[f"{name}_sum_rule_error"] if held else None,
-        )
-        for name in ("lambda_d", "lambda_c")
-    )
     with figure(6.4, 6.4) as made:
         above, below = made.subplots(2, 1, sharex=True)
-        curves.draw_lyapunov(above, p, discrete, r"\lambda_d", "per bounce")
-        curves.draw_lyapunov(below, p, continuous, r"\lambda_c", "per length $R$")
+        labels = r"$\langle \lambda_d \rangle$ (per bounce)", r"$\langle \lambda_c \rangle$ (per length $R$)"
+        for ax, name, label in zip((above, below), ("lambda_d", "lambda_c"), labels, strict=True):
+            curves.draw_lyapunov(ax, p, shown, name, label, _line(found, name))
         above.set(xlabel="")
         entitle(made, _described(chosen, found["p"]))
         explain(made, above)
@@ -141,15 +129,10 @@ def draw_phase_space(catalogue: Catalogue, chosen: Selection) -> Figure:
     subset = catalogue.select(chosen, coordinates=True)
     if not len(subset):
         raise _nothing(catalogue, chosen)
-    place, sine, colour = [], [], []
-    for p in np.unique(subset.p).tolist():
-        along, sines = birkhoff(stadium, *subset.of_period(p))
-        place.append(along.ravel())
-        sine.append(sines.ravel())
-        colour.append(np.repeat(subset.lambda_d[subset.p == p], p))
+    periods = ((*subset.of_period(p), subset.lambda_d[subset.p == p]) for p in np.unique(subset.p).tolist())
     with figure(7.2, 4.4) as made:
         ax = made.add_subplot()
-        dots = curves.draw_phase_space(ax, stadium, *map(np.concatenate, (place, sine, colour)))
+        dots = curves.draw_phase_space(ax, stadium, *curves.bounces(stadium, periods))
         made.colorbar(dots, ax=ax, label=r"$\lambda_d$ (per bounce)", pad=0.01, extend="both")
         entitle(made, chosen.describe())
     return made

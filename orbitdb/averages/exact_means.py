@@ -1,11 +1,111 @@
-"""The exact means of a stadium, and bounds on lambda that need no orbit and no trajectory."""
+"""Exact means over the invariant measure, leg by leg, and what they say of lambda without any orbit.
+
+A leg here is one run of k bounces on a semicircle and the n straight bounces up to the next run. With
+its drift D and its kick K (`orbitdb.billiard.stability`), a beam grows over it by
+
+    lambda = ln D + ln K + ln(1 + (1/D + 1/(D' + 1/(K' + ...)))/K),
+
+D' and K' those of the leg before, and so on. The means of the first two terms over the invariant measure
+are sums of elementary integrals, for the measure is uniform in the lines that a leg can take: of all
+lines between two circles of radius 1 at a distance, those of each offset and direction count the same.
+
+The lines from a semicircle to copy n of the other one, at height 2 n, have a rise h = 2 n + u over the
+distance 2 a, and of each slope a share (2 - |u|) meets both circles in order; alpha = arctan(h / 2a) is
+the direction, R = sqrt(4 a^2 + h^2), D = (4 a^2 + 2 n h) / R.
+"""
 
 import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-from orbitdb.averages.drift_and_kick import Mean, bounces_per_leg, length_per_leg, log_drift, log_kick
-from orbitdb.averages.mean_coupling import mean_coupling
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.averages.mean_coupling import Mean, mean_coupling
+
+Floats = NDArray[np.float64]
+
+_LEGS = 300
+_LEGS_PER_A = 20
+_MOST_LEGS = 4000
+_COARSE, _FINE = 10, 14
+"""Nodes of a panel; what they differ by is the error."""
+
+
+LOG_KICK = Mean(1.1985591860593168, 1.0063987387440932e-13)
+"""The mean of ln K, K = 2 k / sin(t) the kick of a run of k bounces at the angle t, whatever a is.
+
+t has the density t sin t, and the integral of t sin t ln(2 / sin t) up to pi/2 is ln 2 + 2 - 2 C with
+Catalan's constant C. To this comes sum P_k ln k, the probability of k bounces in a run being
+P_k = -[S_(k+1) - 2 S_k + S_(k-1)] / 2 with S_k = 2 k sin(pi / 2k) and S_0 = 0: 2000 terms, and an integral.
+"""
+
+
+def log_drift(a: float) -> Mean:
+    """Return the mean of ln D at half length a, D the part of a leg beyond the feet of the centres.
+
+    Notes
+    -----
+    ln D = ln R + ln(1 - h u / R^2). The copies of the other circle share out every slope evenly, so
+    the mean of ln R needs no sum: it is half the integral of cos(alpha) ln(2 a / cos(alpha)), 1 + ln a.
+    The rest is a sum over n that falls off like a^2 / n^5, its end by the leading term.
+    """
+    last = min(_LEGS + math.ceil(_LEGS_PER_A * a), _MOST_LEGS)
+    coarse, fine = (_near_legs(a, nodes) + _far_legs(a, last, nodes) for nodes in (_COARSE, _FINE))
+    tail = _last_legs(a, 2 * last + 1)
+    neglected = abs(tail) / min(last, max(a, 1.0) * last) + abs(tail) / last
+    return Mean(1 + math.log(a) + fine + tail, abs(fine - coarse) + neglected + 1e-13)
+
+
+def _near_legs(a: float, nodes: int) -> float:
+    """Return the part of n = 0 and 1 in the mean of ln(1 - h u / R^2), integrated over alpha.
+
+    At small a everything happens near alpha = 0 and pi/2, so panels shrink by halves towards both.
+    """
+    turn, end = math.atan(1 / a), math.atan(2 / a)
+    total = 0.0
+    for n, low, high in ((0, 0.0, turn), (1, 0.0, turn), (1, turn, end)):
+        alpha, weight = _graded(low, high, nodes)
+        u = 2 * a * np.tan(alpha) - 2 * n
+        share = weight * np.cos(alpha) * (2 - np.abs(u)) / 2
+        h = 2 * a * np.tan(alpha)
+        if n:  # 1 - h u / R^2 from terms of one sign
+            total += float(share @ np.log((4 * a * a + 2 * h) * np.cos(alpha) ** 2 / (4 * a * a)))
+        else:
+            total += float(share @ (2 * np.log(np.cos(alpha))))
+    return total
+
+
+def _far_legs(a: float, last: int, nodes: int) -> float:
+    """Return the part of n = 2 .. last, integrated over u on both sides of 0."""
+    x, weight = np.polynomial.legendre.leggauss(nodes)
+    u = np.concatenate([x - 1, x + 1])[:, None]
+    h = 2.0 * np.arange(2, last + 1) + u
+    square = 4 * a * a + h * h
+    terms = (2 - np.abs(u)) * 4 * a * a / square**1.5 * np.log1p(-h * u / square)
+    return float(np.tile(weight, 2) @ terms.sum(axis=1)) / 2
+
+
+def _last_legs(a: float, h: float) -> float:
+    """Return the part of the legs with a rise above h, to leading order in 1/R.
+
+    The mean of u is zero over the copies; to second order a leg gives
+    (4/3) (4 a^2 / R^3) (4.5 h^2 / R^4 - 1 / R^2), and the sum over n is half the integral over h, here
+    with s = h / R = 1 - m.
+    """
+    r = math.hypot(2 * a, h)
+    m = (2 * a / r) ** 2 / (1 + h / r)
+    return (3.5 * m**2 - 21.5 / 3 * m**3 + 4.5 * m**4 - 0.9 * m**5) / (6 * a * a)
+
+
+def _graded(low: float, high: float, nodes: int) -> tuple[Floats, Floats]:
+    """Return Gauss-Legendre nodes and weights on panels that halve towards both ends."""
+    inside = 0.5 ** np.arange(40, 0, -1)
+    ends = low + (high - low) * np.concatenate([[0.0], inside, 1 - inside[-2::-1], [1.0]])
+    x, weight = np.polynomial.legendre.leggauss(nodes)
+    half = np.diff(ends)[:, None] / 2
+    middle = (ends[1:] + ends[:-1])[:, None] / 2
+    return (middle + half * x).ravel(), (half * weight).ravel()
 
 
 @dataclass(frozen=True)
@@ -50,16 +150,16 @@ class ExactMeans:
 
     @property
     def per_bounce(self) -> float:
-        """What lambda of a leg is multiplied by to have lambda_d."""
-        return 1 / bounces_per_leg(self.a)
+        """What lambda of a leg is multiplied by to have lambda_d: a leg and its run have a + pi/2 bounces."""
+        return 1 / (self.a + math.pi / 2)
 
     @property
     def per_length(self) -> float:
-        """What lambda of a leg is multiplied by to have lambda_c."""
-        return 1 / length_per_leg(self.a)
+        """What lambda of a leg is multiplied by to have lambda_c: the path to the next run is so long."""
+        return 1 / (math.pi * (math.pi + 4 * self.a) / 4)
 
 
 @lru_cache(maxsize=32)
 def exact_means(a: float) -> ExactMeans:
     """Return the exact means at half length a."""
-    return ExactMeans(a, log_drift(a), log_kick(), mean_coupling(a))
+    return ExactMeans(a, log_drift(a), LOG_KICK, mean_coupling(a))

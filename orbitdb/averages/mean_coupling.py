@@ -19,11 +19,10 @@ shorter pieces of phi lead to where it is.
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
-from orbitdb.averages.drift_and_kick import Mean
 
 Floats = NDArray[np.float64]
 
@@ -52,6 +51,14 @@ _BATCH = 4096
 _STEEPEST = math.pi / 2 - 1e-9
 _ROUNDING = 1e-13
 _CAUTION = 8
+
+
+@dataclass(frozen=True)
+class Mean:
+    """A mean over the invariant measure and a bound on its error, as far as quadratures can tell."""
+
+    value: float
+    error: float
 
 
 def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:

@@ -97,54 +97,30 @@ class SumRules(ByValue):
     lambda_c_sum_rule_error: Floats
 
 
-class OrbitTerms(NamedTuple):
-    """N classes of orbits of one period.
-
-    Attributes
-    ----------
-    p : int
-    size : ndarray of int, shape (N,)
-        How many cyclic words count.
-    lyapunov : ndarray, shape (N,)
-    legs : ndarray, shape (4, N)
-        The number of legs, and the sums of ln D, ln K and c2 over them.
-    """
-
-    p: int
-    size: NDArray[np.int64]
-    lyapunov: Floats
-    legs: Floats
-
-    @classmethod
-    def of(cls, p: int, size: NDArray[np.int64], found: Exponents) -> "OrbitTerms":
-        """Return those of orbits that are solved."""
-        return cls(p, size, found.lyapunov, _terms(found.slopes))
-
-
-def leg_terms(words: NDArray[np.uint8], a: float) -> Floats:
-    """Return what `OrbitTerms.legs` are of admissible words, shape (N, p), that are orbits at half length a.
+def orbits_of_words(
+    words: NDArray[np.uint8], size: NDArray[np.int64], lyapunov: Floats, a: float
+) -> TiltedOrbits:
+    """Return orbits by admissible words, shape (N, p), of which so many others count, and by their lambdas.
 
     Newton's method finds the directions of the legs in less time than a database gives coordinates.
     """
-    found = np.empty((4, len(words)))
+    terms = np.empty((4, len(words)))
     for rows, legs in cut(words):
-        found[:, rows] = _terms(derivatives(legs, a, newton(legs, a).alpha))
-    return found
+        terms[:, rows] = _terms(derivatives(legs, a, newton(legs, a).alpha))
+    return TiltedOrbits.of(size, lyapunov, terms, exact_means(a))
+
+
+def orbits_of_exponents(size: NDArray[np.int64], found: Exponents, a: float) -> TiltedOrbits:
+    """Return orbits that are solved, given the sizes of their classes."""
+    return TiltedOrbits.of(size, found.lyapunov, _terms(found.slopes), exact_means(a))
 
 
 def _terms(slopes: Derivatives) -> Floats:
+    """Return the number of legs and the sums of ln D, ln K and c2 of words of m runs, shape (4, N)."""
     drift, kick = slopes.beyond, 1 / slopes.stiffness
     coupling = np.log1p((1 / drift + 1 / preceding(drift)) / kick)
     m = np.full(drift.shape[1], float(len(drift)))
     return np.stack([m, np.log(drift).sum(axis=0), np.log(kick).sum(axis=0), coupling.sum(axis=0)])
-
-
-def tilted_orbits(parts: Iterable[OrbitTerms], means: ExactMeans) -> TiltedOrbits:
-    """Return what tilts need of orbits."""
-    columns = [np.zeros((6, 0)), *(np.stack([part.size, part.lyapunov, *part.legs]) for part in parts)]
-    size, lyapunov, legs, *terms = np.concatenate(columns, axis=1)
-    held = np.stack([term - mean.value * legs for term, mean in zip(terms, means.terms, strict=True)])
-    return TiltedOrbits(np.log(size) - lyapunov, held, lyapunov - np.sum(terms, axis=0), legs)
 
 
 class Beginning(NamedTuple):
@@ -166,19 +142,18 @@ class Beginning(NamedTuple):
     tilts: dict[int, Floats]
 
     @classmethod
-    def of(cls, a: float, parts: Iterable[OrbitTerms], last: int) -> "Beginning":
-        """Tilt all orbits up to each period, given by rising period."""
-        parts = list(parts)
-        orbits = tilted_orbits(parts, exact_means(a))
-        upto = [sum(len(part.size) for part in parts if part.p <= p) for p in range(2, last + 1)]
+    def of(cls, parts: Iterable[tuple[int, TiltedOrbits]], last: int) -> "Beginning":
+        """Tilt all orbits up to each period, given with their periods by rising period."""
+        given = list(parts)
+        orbits = TiltedOrbits.joined(part for _, part in given)
+        upto = [sum(len(part.legs) for p, part in given if p <= end) for end in range(2, last + 1)]
         scale = orbits.legs.mean() if len(orbits.legs) else 1.0
         x, found, known = orbits.x / scale, np.full((3, last - 1), np.nan), dict[int, tuple[Floats, Floats]]()
         for place, count in enumerate(upto):
             if count:
                 known = _highest_two(orbits.log_weights[:count], x[:, :count], known)
-                values = [
-                    float(w @ orbits.rest[:count] / (w @ orbits.legs[:count])) for _, w in known.values()
-                ]
+                rest, legs = orbits.rest[:count], orbits.legs[:count]
+                values = [float(w @ rest / (w @ legs)) for _, w in known.values()]
                 found[:, place] = max(known), values[-1], values[-2] if len(values) > 1 else np.nan
         return cls(orbits, found, {level: mu / scale for level, (mu, _) in known.items()})
 
@@ -186,18 +161,18 @@ class Beginning(NamedTuple):
 @lru_cache(maxsize=4)
 def beginning(a: float, last: int) -> Beginning:
     """Find the orbits up to a period anew, and their tilts."""
-    parts = [
-        OrbitTerms.of(p, SIZES[words.stabiliser[part.orbits]], part)
+    parts = (
+        (p, orbits_of_exponents(SIZES[words.stabiliser[part.orbits]], part, a))
         for p in range(2, last + 1)
         for words in least_words(Span.whole(p))
         for part in exponents(words.codes, p, Stadium(a))
-    ]
-    return Beginning.of(a, parts, last)
+    )
+    return Beginning.of(parts, last)
 
 
-def sum_rules(a: float, parts: Iterable[OrbitTerms], highest: int) -> SumRules:
-    """Return the averages of all orbits up to period p, p = 2 .. highest, given by rising period."""
-    return _averages(Beginning.of(a, parts, highest).found, exact_means(a))
+def sum_rules(a: float, parts: Iterable[tuple[int, TiltedOrbits]], highest: int) -> SumRules:
+    """Return the averages of all orbits up to period p, p = 2 .. highest (`Beginning.of`)."""
+    return _averages(Beginning.of(parts, highest).found, exact_means(a))
 
 
 def swept_sum_rules(a: float, moments: Sequence[Moments], highest: int) -> SumRules:

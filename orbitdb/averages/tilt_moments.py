@@ -8,7 +8,7 @@ missing.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations_with_replacement
@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.averages.exact_means import ExactMeans
 from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
@@ -72,6 +73,26 @@ class TiltedOrbits(ByValue):
     x: Floats
     rest: Floats
     legs: Floats
+
+    @classmethod
+    def of(
+        cls, size: NDArray[np.int64], lyapunov: Floats, terms: Floats, means: ExactMeans
+    ) -> "TiltedOrbits":
+        """Return orbits with all three quantities.
+
+        Given are the sizes of their classes, their lambdas, shape (N,), and the number of their legs with the
+        sums of ln D, ln K and c2 over these, shape (4, N).
+        """
+        legs, *sums = terms
+        held = np.stack([term - mean.value * legs for term, mean in zip(sums, means.terms, strict=True)])
+        return cls(np.log(size) - lyapunov, held, lyapunov - np.sum(sums, axis=0), legs)
+
+    @classmethod
+    def joined(cls, parts: "Iterable[TiltedOrbits]") -> "TiltedOrbits":
+        """Return several as one."""
+        none = cls(*(np.zeros(shape) for shape in (0, (3, 0), 0, 0)))
+        columns = zip(*(vars(part).values() for part in (none, *parts)), strict=True)
+        return cls(*(np.concatenate(column, axis=-1) for column in columns))
 
     def held(self, level: int) -> "TiltedOrbits":
         """Return them with the quantities alone that are held at a level."""

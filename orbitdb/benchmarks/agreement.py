@@ -12,58 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.benchmarks.representatives import representatives
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import certificates, solve_in_doubles
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.relaxation import EPSILON, relax, slowest_rates
+from orbitdb.symbols.least_words import representatives
 from orbitdb.symbols.words import to_strings
 
 MAX_STEPS = 20_000_000
 """Steps after which the relaxation gives a word up; they grow like a^3, and a = 10 takes 3 million."""
-
-
-@dataclass(frozen=True)
-class Disagreement:
-    """A word that doubles or the relaxation give another status than ball arithmetic proves.
-
-    Attributes
-    ----------
-    a : float
-    word : str
-        The least word of its class.
-    doubles, relaxed, proved : str
-        The three statuses.
-    margin : float
-        Proved distance from the nearest joint, in coordinate units.
-    error : float
-        How far from the orbit the relaxation may have stopped: its force over its slowest rate.
-    """
-
-    a: float
-    word: str
-    doubles: str
-    relaxed: str
-    proved: str
-    margin: float
-    error: float
-
-    @property
-    def explained(self) -> bool:
-        """Whether only the relaxation is wrong, and no better than it can."""
-        near = self.proved == Status.BOUNDARY or abs(self.margin) < self.error
-        return near and self.doubles in (self.proved, Status.UNRESOLVED)
-
-    def sentence(self) -> str:
-        """Return it in words."""
-        why = (
-            "it runs through a joint"
-            if self.proved == Status.BOUNDARY
-            else f"margin {self.margin:.1e}, and the force leaves an error of {self.error:.1e}"
-        )
-        said = f"{self.word} at a = {self.a:g}: {self.proved} by proof, {self.relaxed} by the relaxation"
-        doubles = "" if self.doubles in (self.proved, Status.UNRESOLVED) else f", {self.doubles} in doubles"
-        return f"{said}{doubles}; {why}{'' if self.explained else ': NOT EXPLAINED'}"
 
 
 @dataclass(frozen=True)
@@ -81,7 +38,8 @@ class Agreement:
     relaxation : int
         Classes that the relaxation gives the proved status.
     disagreements, unexplained : int
-        Classes that one of the two gives another status, and those of them that are not `explained`.
+        Classes that one of the two gives another status, and those of them where that is not just the
+        relaxation, no better than it can be: its force over its slowest rate is more than the margin.
     unresolved : int
         Classes that the relaxation has not brought to rest.
     steps : int
@@ -103,15 +61,13 @@ class Agreement:
 
 def agreement(
     p: int, stadium: Stadium, progress: Callable[[int, int], None] | None = None
-) -> tuple[Agreement, list[Disagreement]]:
+) -> tuple[Agreement, list[str]]:
     """Relax all classes of one period and `compare`; `relax` reports the progress."""
     words, _ = representatives(p)
     return compare(relax(words, stadium, max_steps=MAX_STEPS, progress=progress), stadium)
 
 
-def compare(
-    relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON
-) -> tuple[Agreement, list[Disagreement]]:
+def compare(relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON) -> tuple[Agreement, list[str]]:
     """Compare relaxed words of one period with Newton's method in doubles and with ball arithmetic.
 
     Parameters
@@ -125,29 +81,30 @@ def compare(
     Returns
     -------
     Agreement
-    list of Disagreement
-        In the order of the words.
+    list of str
+        A sentence on each word to which one method gives another status, in the order of the words.
     """
     words = relaxed.words
     found = certificates(words, stadium)
     proved = np.array([each.status.value for each in found])
+    margin = np.array([float(each.margin.mid()) for each in found])
     doubles = solve_in_doubles(words, stadium).status
     settled = relaxed.status != Status.UNRESOLVED
-    wrong = (settled & (relaxed.status != proved)) | ((doubles != Status.UNRESOLVED) & (doubles != proved))
-    rows = np.flatnonzero(wrong)
+    newton_is_wrong = (doubles != Status.UNRESOLVED) & (doubles != proved)
+    rows = np.flatnonzero((settled & (relaxed.status != proved)) | newton_is_wrong)
     errors = _errors(relaxed.rows(rows), stadium, epsilon)
-    differing = [
-        Disagreement(
-            a=stadium.a,
-            word=to_strings(words[row : row + 1])[0],
-            doubles=str(doubles[row]),
-            relaxed=str(relaxed.status[row]),
-            proved=str(proved[row]),
-            margin=float(found[row].margin.mid()),
-            error=error,
+    joint = proved[rows] == Status.BOUNDARY
+    explained = (joint | (np.abs(margin[rows]) < errors)) & ~newton_is_wrong[rows]
+    said = []
+    for row, error, clear in zip(rows.tolist(), errors.tolist(), explained.tolist(), strict=True):
+        why = f"margin {margin[row]:.1e}, and the force leaves an error of {error:.1e}"
+        said.append(
+            f"{to_strings(words[row : row + 1])[0]} at a = {stadium.a:g}: {proved[row]} by proof, "
+            f"{relaxed.status[row]} by the relaxation"
+            f"{f', {doubles[row]} in doubles' if newton_is_wrong[row] else ''}; "
+            f"{'it runs through a joint' if proved[row] == Status.BOUNDARY else why}"
+            f"{'' if clear else ': NOT EXPLAINED'}"
         )
-        for row, error in zip(rows.tolist(), errors.tolist(), strict=True)
-    ]
     counts = Agreement(
         a=stadium.a,
         p=words.shape[1],
@@ -156,12 +113,12 @@ def compare(
         boundary=int((proved == Status.BOUNDARY).sum()),
         doubles=int((doubles == proved).sum()),
         relaxation=int((relaxed.status == proved).sum()),
-        disagreements=len(differing),
-        unexplained=sum(not each.explained for each in differing),
+        disagreements=len(rows),
+        unexplained=int((~explained).sum()),
         unresolved=int((~settled).sum()),
         steps=int(relaxed.iterations.max(initial=0)),
     )
-    return counts, differing
+    return counts, said
 
 
 def _errors(relaxed: Orbits, stadium: Stadium, epsilon: float) -> NDArray[np.float64]:

@@ -5,12 +5,12 @@ from time import perf_counter
 
 import numpy as np
 
-from orbitdb.benchmarks.representatives import representatives
 from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import certificates, newton
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.status import assess
+from orbitdb.symbols.least_words import representatives
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.benchmarks.representatives import representatives
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.orbits.newton import certificates, solve_in_doubles
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.relaxation import relax, starting_points
+from orbitdb.symbols.least_words import representatives
 
 if TYPE_CHECKING:
     from orbitdb.orbits.balls.enclosure import Enclosure

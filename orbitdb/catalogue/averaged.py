@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.averages import by_period, by_stability
+from orbitdb.averages.by_period import faults_of, standing
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import Weight, divisors, missing_divisors, missing_periods
-from orbitdb.averages.validity import faults_of, standing
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.gaps import gaps, nothing, written_periods
 from orbitdb.catalogue.results import AVERAGES, PROVED, SUM_RULES, TABLE, TRAJECTORIES, UP_TO_CUT, Result

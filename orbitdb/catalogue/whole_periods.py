@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from orbitdb.averages.fixed_points import missing_periods
 from orbitdb.averages.period_sums import PeriodSums
-from orbitdb.averages.sum_rules import EXACT, OrbitTerms, SumRules, leg_terms, sum_rules, swept_sum_rules
-from orbitdb.averages.tilt_moments import TiltMoments
+from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rules, swept_sum_rules
+from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments
 from orbitdb.catalogue.chosen_classes import ChosenClasses
 from orbitdb.catalogue.counted import Counted
 from orbitdb.orbits.orbit import Status
@@ -191,7 +191,7 @@ def sum_rules_of(subset: WholePeriods) -> SumRules | None:
     return sum_rules(a, read_terms(subset.classes, a), subset.highest)
 
 
-def read_terms(classes: ChosenClasses, a: float) -> Iterator[OrbitTerms]:
+def read_terms(classes: ChosenClasses, a: float) -> Iterator[tuple[int, TiltedOrbits]]:
     """Yield what sum rules need of chosen classes of periods that are filled, by period.
 
     Raises
@@ -208,4 +208,4 @@ def read_terms(classes: ChosenClasses, a: float) -> Iterator[OrbitTerms]:
         sound[sound] = rules_broken(words[sound]) == 0
         if not sound.all():
             raise unsound("a class number that is no admissible word's:", number[~sound][0])
-        yield OrbitTerms(p, classes.chosen[here], classes.lyapunov[here], leg_terms(words, a))
+        yield p, orbits_of_words(words, classes.chosen[here], classes.lyapunov[here], a)

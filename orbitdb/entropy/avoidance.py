@@ -8,7 +8,6 @@ many paths leave a state as words go on from it, so the growth rate is that of t
 Source: Aho and Corasick, "Efficient string matching", Commun. ACM 18 (1975) 333.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,9 +25,6 @@ _PLACE = np.array([[max(WAYS[one].find(two), 0) for two in LETTERS] for one in L
 _FOLLOWER = np.array([[LETTERS.index((WAYS[one] * 3)[k]) for k in range(_MOST_WAYS)] for one in LETTERS])
 _X_MIRRORED = _PLACE[X, MIRROR[_FOLLOWER[X]]]
 """Where the images of the letters behind X stand."""
-
-_LETTERS_A_COLUMN = 16
-_SHIFTS = np.arange(60, -1, -4, dtype=np.uint64)
 
 _CHUNK = 1 << 18
 """States that are looked at together, for the memory."""
@@ -146,7 +142,7 @@ class _Tree:
         node, plain = np.zeros(len(kinds), dtype=np.int32), np.ones(len(kinds), dtype=np.bool_)
         fresh = np.zeros(len(kinds), dtype=np.bool_)
         size = 1
-        for letter in _unpacked(words):
+        for letter in words.T:
             fresh |= np.append(True, letter[1:] != letter[:-1])
             there = letter != _NOTHING
             new = np.flatnonzero(fresh & there)
@@ -170,33 +166,18 @@ class _Tree:
         )
 
 
-def _sorted(patterns: list[tuple[Letters, int]]) -> tuple[list[NDArray[np.uint64]], NDArray[np.uint8]]:
-    """Return all patterns upright and run both ways, packed, in order; and their kinds."""
+def _sorted(patterns: list[tuple[Letters, int]]) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Return all patterns upright, run both ways, in order, 255 behind the last letter; and their kinds."""
     # a state knows its last letter at least
     given = [(_UPRIGHT[:, None], 0), *patterns]
     longest = max(words.shape[1] for words, _ in given)
-    both = [_packed(upright(way), longest) for words, _ in given for way in (words, reverse(words))]
-    columns = [np.concatenate(column) for column in zip(*both, strict=True)]
+    # letters from 1 on and 0 behind them, so that a beginning comes before what it begins
+    words = np.concatenate([
+        np.pad(upright(way) + np.uint8(1), ((0, 0), (0, longest - words.shape[1])))
+        for words, _ in given for way in (words, reverse(words))
+    ])  # fmt: skip
     kinds = np.repeat(
         np.array([kind for _, kind in given], dtype=np.uint8), [2 * len(words) for words, _ in given]
     )
-    order = np.lexsort(columns[::-1])
-    return [column[order] for column in columns], kinds[order]
-
-
-def _packed(words: Letters, longest: int) -> list[NDArray[np.uint64]]:
-    """Return words as integers that sort as they do: 16 letters each, of 4 bits; 0 behind the last one."""
-    columns = []
-    for start in range(0, longest, _LETTERS_A_COLUMN):
-        column = np.zeros(len(words), dtype=np.uint64)
-        for place, letter in enumerate(words.T[start : start + _LETTERS_A_COLUMN]):
-            column |= (letter + np.uint64(1)) << _SHIFTS[place]
-        columns.append(column)
-    return columns
-
-
-def _unpacked(columns: list[NDArray[np.uint64]]) -> Iterator[Letters]:
-    """Yield the letters of packed words, one place at a time; 255 behind the last one."""
-    for column in columns:
-        for shift in _SHIFTS:
-            yield ((column >> shift & np.uint64(15)).astype(np.uint8) - np.uint8(1)).astype(np.uint8)
+    order = np.lexsort(words.T[::-1])
+    return words[order] - np.uint8(1), kinds[order]

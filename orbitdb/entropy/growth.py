@@ -33,9 +33,6 @@ _ROUNDING = 2.0**-48
 _SHIFT = 0.5
 """Added to the diagonal in the power iteration, so that cycles of one length do not swing."""
 
-_FEW_LEFT_OUT = 0.9
-"""Share of the steps that are left at which looking for more dead ends does not pay."""
-
 _LEAST = 1e-280
 """v stays positive."""
 
@@ -82,11 +79,10 @@ def _components(
     origin: NDArray[np.int32], target: NDArray[np.int32], states: int
 ) -> tuple[csr_array, NDArray[np.intp]]:
     """Return the matrix of all strongly connected components with a cycle, and where each begins in it."""
-    origin, target, kept = _trimmed(origin, target, states)
-    _, label = connected_components(_matrix(origin, target, len(kept)), connection="strong")
+    _, label = connected_components(_matrix(origin, target, states), connection="strong")
     inside = label[origin] == label[target]
     origin, target = origin[inside], target[inside]
-    cyclic = np.zeros(len(kept), dtype=np.bool_)
+    cyclic = np.zeros(states, dtype=np.bool_)
     cyclic[origin] = True  # every state of a component with a cycle has a step inside it
     kept = np.flatnonzero(cyclic)
     kept = kept[np.argsort(label[kept], kind="stable")]
@@ -94,25 +90,6 @@ def _components(
     place[kept] = np.arange(len(kept), dtype=np.int32)
     first = np.flatnonzero(np.diff(label[kept], prepend=-1))
     return _matrix(place[origin], place[target], len(kept)), first
-
-
-def _trimmed(
-    origin: NDArray[np.int32], target: NDArray[np.int32], states: int
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.intp]]:
-    """Leave out most states without a way in or without a way out, which are on no cycle; number the rest."""
-    while True:
-        alive, entered = np.zeros(states, dtype=np.bool_), np.zeros(states, dtype=np.bool_)
-        alive[origin], entered[target] = True, True
-        alive &= entered
-        going = alive[origin] & alive[target]
-        before = len(origin)
-        origin, target = origin[going], target[going]
-        if len(origin) > _FEW_LEFT_OUT * before or not before:
-            break
-    kept = np.flatnonzero(alive)
-    place = np.empty(states, dtype=np.int32)
-    place[kept] = np.arange(len(kept), dtype=np.int32)
-    return place[origin], place[target], kept
 
 
 def _matrix(origin: NDArray[np.int32], target: NDArray[np.int32], states: int) -> csr_array:

@@ -11,8 +11,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.errors import InputError
-
 Letters = NDArray[np.uint8]
 
 LETTERS = "UDXabwvAB"
@@ -26,15 +24,7 @@ WAYS = {
 
 
 def letters_of(text: str) -> Letters:
-    """Return the letters of an edge word, shape (L,).
-
-    Raises
-    ------
-    InputError
-        If there is another character in it.
-    """
-    if strange := set(text) - set(LETTERS):
-        raise InputError(f"{min(strange)!r} is no letter of an edge word: use {' '.join(LETTERS)}")
+    """Return the letters of an edge word, shape (L,)."""
     return np.array([LETTERS.index(letter) for letter in text], dtype=np.uint8)
 
 
@@ -74,23 +64,3 @@ def geometric_entropy() -> float:
 def reverse(words: Letters) -> Letters:
     """Return edge words run backwards, the last axis being that of the letters."""
     return REVERSAL[words[..., ::-1]]
-
-
-_EDGES = np.full((6, 6), 255, dtype=np.uint8)
-for _start, _end, _letter in (
-    *(("11", "11", "U"), ("33", "33", "U"), ("44", "44", "D"), ("55", "55", "D")),
-    *(("14", "35", "X"), ("35", "14", "X"), ("1435", "2", "a"), ("1435", "0", "b")),
-    *(("2", "0", "w"), ("0", "2", "v"), ("2", "1435", "A"), ("0", "1435", "B")),
-):
-    _EDGES[np.ix_([int(x) for x in _start], [int(y) for y in _end])] = LETTERS.index(_letter)
-
-
-def edge_words(words: NDArray[np.uint8]) -> Letters:
-    """Return the edges of admissible words, shape (N, p): edge i leads from bounce i to the one behind it.
-
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-        Symbols, cyclic.
-    """
-    return _EDGES[words, np.roll(words, -1, axis=1)]

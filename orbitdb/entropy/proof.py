@@ -49,25 +49,16 @@ def proved(
     with ctx.workprec(PRECISION):
         for first in range(0, len(decided), BATCH):
             batch = decided[first : first + BATCH]
-            for rows, start in _starts(windows.rows(batch), verdict[batch], a):
+            for rows, chains in open_chains(windows.rows(batch)):
+                way = np.where(verdict[batch[rows]] == Verdict.FORBIDDEN, 1.0, -1.0)
+                # where balls shall look, in doubles
+                start = directions(corner(chains, a, way * chains.sense, way * chains.lean), a)[1:-1]
                 for row, near in zip(batch[rows].tolist(), start.T.tolist(), strict=True):
                     if tell and done % _OFTEN == 0:
                         tell(f"{windows.edges} letters in balls", done, len(decided))
                     done += 1
                     window = BallWindow(text_of(windows.letters[row]), int(windows.mark[row]), a)
                     found[row] = window.proves(Verdict(verdict[row]), near)
-    return found
-
-
-def _starts(
-    windows: Windows, verdict: NDArray[np.uint8], a: float
-) -> list[tuple[NDArray[np.intp], NDArray[np.float64]]]:
-    """Return where balls shall look, in doubles: rows of windows with directions of shape (m, rows)."""
-    found = []
-    for rows, chains in open_chains(windows):
-        way = np.where(verdict[rows] == Verdict.FORBIDDEN, 1.0, -1.0)
-        pushed = corner(chains, a, way * chains.sense, way * chains.lean)
-        found.append((rows, directions(pushed, a)[1:-1]))
     return found
 
 

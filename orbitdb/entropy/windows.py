@@ -12,16 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Floats
-from orbitdb.entropy.letters import (
-    ENDS_LEG,
-    IN_RUN,
-    MAY_FOLLOW,
-    SIGN,
-    STARTS_LEG,
-    Letters,
-    letters_of,
-    text_of,
-)
+from orbitdb.entropy.letters import ENDS_LEG, IN_RUN, MAY_FOLLOW, SIGN, STARTS_LEG, Letters, letters_of
 from orbitdb.equality import ByValue, Columns
 
 _FIRST = ("UX", "Ua", "Da", "Xa", "Aa", "Ba")
@@ -54,11 +45,6 @@ class Windows(ByValue):
     def rows(self, chosen: NDArray[np.intp] | NDArray[np.bool_]) -> "Windows":
         """Return some of the windows."""
         return Windows(self.letters[chosen], self.mark[chosen])
-
-    def texts(self) -> list[str]:
-        """Return the windows as text, the mark as a bar."""
-        marked = zip(map(text_of, self.letters), self.mark, strict=True)
-        return [f"{text[:mark]}|{text[mark:]}" for text, mark in marked]
 
 
 def first_windows() -> Windows:

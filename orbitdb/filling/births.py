@@ -20,7 +20,7 @@ from orbitdb.symbols.least_words import class_spans
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import keys, pack
 
-BLOCK = 1 << 17
+BLOCK = 1 << 18
 """Words of a block, about: some seconds of work."""
 
 _WORDS_A_CLASS = 8

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
-from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import ClassRows
 from orbitdb.averages.period_sums import PeriodSums
-from orbitdb.averages.sum_rules import OrbitTerms, tilted_orbits
-from orbitdb.averages.tilt_moments import TiltMoments
+from orbitdb.averages.sum_rules import orbits_of_exponents
+from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.sums import Exponents, exponents
 from orbitdb.orbits.tally import Tally
@@ -98,8 +97,8 @@ def _summed(
     of_orbits = ClassRows(np.full(len(size), p), size, length, lyapunov, inverse)
     moments = {}
     if centres:
-        parts = (OrbitTerms.of(p, sizes[each.orbits], each) for each in found)
-        orbits = tilted_orbits(parts, exact_means(selection.a))
+        parts = (orbits_of_exponents(sizes[each.orbits], each, selection.a) for each in found)
+        orbits = TiltedOrbits.joined(parts)
         moments = {level: TiltMoments.of(mu, orbits.held(level)) for level, mu in centres.items()}
     tally = replace(Tally.of(sizes, found), words=int(SIZES[part.stabiliser].sum()))
     return tally, PeriodSums.of(of_orbits, p), moments

@@ -1,6 +1,6 @@
 """Orbits and subsets drawn into axes of matplotlib, which may be the caller's."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -8,16 +8,12 @@ from matplotlib import pyplot
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.plots.curves import draw_phase_space, draw_staircase
+from orbitdb.plots.curves import Period, bounces, draw_phase_space, draw_staircase
 from orbitdb.plots.paths import draw_orbit
 from orbitdb.plots.style import look, wrapped
 
 Floats = NDArray[np.float64]
-Period = tuple[NDArray[np.uint8], Floats, Floats]
-"""The orbits of one period: symbols and coordinates, shape (N, p), and lambda per bounce, shape (N,)."""
-
 _LONGEST = 40
 
 
@@ -29,16 +25,10 @@ def orbit_axes(code: str, stadium: Stadium, points: Floats, ax: Axes | None) -> 
     return axes
 
 
-def phase_space_axes(title: str, stadium: Stadium, periods: Sequence[Period], ax: Axes | None) -> Axes:
+def phase_space_axes(title: str, stadium: Stadium, periods: Iterable[Period], ax: Axes | None) -> Axes:
     """Draw the bounces of orbits in phase space; lambda per bounce gives their colours."""
-    place, sine, colour = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
-    for symbols, coordinates, lambda_d in periods:
-        along, sines = birkhoff(stadium, symbols, coordinates)
-        place.append(along.ravel())
-        sine.append(sines.ravel())
-        colour.append(np.repeat(lambda_d, symbols.shape[1]))
     with _axes(ax) as axes:
-        draw_phase_space(axes, stadium, *map(np.concatenate, (place, sine, colour)))
+        draw_phase_space(axes, stadium, *bounces(stadium, periods))
         axes.set_title(_fitted(title, axes), pad=20)
     return axes
 

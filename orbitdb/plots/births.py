@@ -1,4 +1,4 @@
-"""Figures of births and deaths: how many words are orbits at every a."""
+"""Figures over a: how many words are orbits, the topological entropy, and a number of one orbit."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -69,6 +69,37 @@ def draw_entropies(ax: Axes, entropies: Mapping[int, Floats], a: Floats, limit: 
     ax.axhline(limit, color=GREY, linewidth=0.8, label="bound at every $a$")
     _over_a(ax, "topological entropy", a)
     ax.legend(loc="lower right")
+
+
+def draw_entropy_over_a(
+    ax: Axes,
+    a: Floats,
+    lower: Floats,
+    upper: Floats,
+    curves: Mapping[int, tuple[Floats, Floats]],
+    limit: float,
+) -> None:
+    """Draw the bounds on the entropy over a as a band, with a bar where it is proved.
+
+    Parameters
+    ----------
+    ax : Axes
+    a, lower, upper : ndarray, shape (n,)
+        Where the entropy is enclosed, rising, and between what; per bounce.
+    curves : mapping of int to (ndarray, ndarray)
+        By the highest period of a zeta function: values of a, and the entropy there, NaN where it has no
+        zero that can be used.
+    limit : float
+        The bound that holds at every a.
+    """
+    ax.fill_between(a, lower, upper, color=PURPLE, alpha=0.35, linewidth=0)
+    middle, half = (lower + upper) / 2, (upper - lower) / 2
+    ax.errorbar(a, middle, half, fmt="none", color=PURPLE, capsize=2, linewidth=1.2, label="proved bounds")
+    for (p, (places, values)), (colour, style) in zip(curves.items(), _STYLES, strict=False):
+        ax.plot(places, values, style, color=colour, linewidth=1, label=f"$h({p}; a)$, from births")
+    ax.axhline(limit, color=GREY, linewidth=0.8, label="bound at every $a$")
+    ax.set(xscale="log", xlabel="$a$", ylabel="topological entropy (per bounce)")
+    ax.set_ylim(min(float(lower.min()), limit - 0.1) - 0.02, limit + 0.02)
 
 
 def draw_changes(ax: Axes, changes: Mapping[int, Floats], a: Floats) -> None:

@@ -1,7 +1,7 @@
 """Figures of numbers: entropy and Lyapunov averages by period, phase space, the length spectrum."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,12 +11,17 @@ from matplotlib.colors import LogNorm
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
 from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+
+Period = tuple[NDArray[np.uint8], Floats, Floats]
+"""The orbits of one period: symbols and coordinates, shape (N, p), and lambda per bounce, shape (N,)."""
+
+_METHODS = ("_pair", "_zeta", "_sum_rule", "_sum_rule_error")
 
 
 def draw_entropy(
@@ -52,55 +57,41 @@ def draw_entropy(
     ax.set_xlim(p[0] - 0.7, p[-1] + 0.5)
 
 
-@dataclass(frozen=True, eq=False)
-class LyapunovRows(ByValue):
-    """One kind of Lyapunov average by period; arrays of shape (n,).
-
-    Attributes
-    ----------
-    plain : ndarray
-        The paper's average over fixed points.
-    pair : ndarray
-        Mean of the values at p - 1 and p.
-    zeta : ndarray
-        From the zeta function cut off at order p; NaN where it has no zero.
-    reference : (float, float) or None
-        Of random trajectories, with its standard error.
-    sum_rule, sum_rule_error : ndarray or None
-        By sum rules, and the estimate of its error; None where they have no meaning.
-    """
-
-    plain: Floats
-    pair: Floats
-    zeta: Floats
-    reference: tuple[float, float] | None
-    sum_rule: Floats | None = None
-    sum_rule_error: Floats | None = None
-
-
-def draw_lyapunov(ax: Axes, p: Integers, rows: LyapunovRows, symbol: str, unit: str) -> None:
+def draw_lyapunov(
+    ax: Axes,
+    p: Integers,
+    values: Mapping[str, Floats],
+    name: str,
+    label: str,
+    reference: tuple[float, float] | None,
+) -> None:
     """Draw one kind of Lyapunov average against the period, as in the paper's Fig. 6.
 
     Parameters
     ----------
     ax : Axes
     p : ndarray of int, shape (n,)
-    rows : LyapunovRows
-    symbol, unit : str
-        What the axis says: ``\\\\lambda_d`` and ``per bounce``.
+    values : mapping of str to ndarray, shape (n,)
+        Averages by their names (`orbitdb.averages`), NaN where there is none.
+    name, label : str
+        Which are drawn, ``lambda_d`` or ``lambda_c``, and what the axis says.
+    reference : (float, float) or None
+        The value of random trajectories, with its standard error.
     """
-    ax.plot(p, rows.plain, "x:", color=BLUE, markersize=6, linewidth=1, label="average over fixed points")
-    ax.plot(p, rows.pair, "^-", color=GREEN, markersize=5, label="mean of $p - 1$ and $p$")
-    ax.plot(p, rows.zeta, "s--", color=ORANGE, markersize=4, linewidth=1, label="zeta function to order $p$")
-    if rows.sum_rule is not None and rows.sum_rule_error is not None:
-        low, high = rows.sum_rule - rows.sum_rule_error, rows.sum_rule + rows.sum_rule_error
-        ax.fill_between(p, low, high, color=INK, alpha=0.15, linewidth=0)
-        ax.plot(p, rows.sum_rule, "o-", color=INK, markersize=3, linewidth=1, label="sum rules (band: error)")
-    if rows.reference is not None:
-        value, error = rows.reference
-        ax.axhspan(value - 2 * error, value + 2 * error, color=PURPLE, alpha=0.35, linewidth=0)
+    plain, pair, zeta, rule, error = (values[name + end] for end in ("", *_METHODS))
+    ax.plot(p, plain, "x:", color=BLUE, markersize=6, linewidth=1, label="average over fixed points")
+    ax.plot(p, pair, "^-", color=GREEN, markersize=5, label="mean of $p - 1$ and $p$")
+    ax.plot(p, zeta, "s--", color=ORANGE, markersize=4, linewidth=1, label="zeta function to order $p$")
+    if not np.isnan(values["lambda_d_sum_rule"]).all():
+        ax.fill_between(p, rule - error, rule + error, color=INK, alpha=0.15, linewidth=0)
+        ax.plot(p, rule, "o-", color=INK, markersize=3, linewidth=1, label="sum rules (band: error)")
+    if reference is not None:
+        value, error_of_value = reference
+        ax.axhspan(
+            value - 2 * error_of_value, value + 2 * error_of_value, color=PURPLE, alpha=0.35, linewidth=0
+        )
         ax.axhline(value, color=INK, linewidth=1, label=r"random trajectories (band: $\pm 2$ errors)")
-    _by_period(ax, rf"$\langle {symbol} \rangle$ ({unit})")
+    _by_period(ax, label)
 
 
 def _by_period(ax: Axes, label: str) -> None:
@@ -116,6 +107,17 @@ def _span(values: Floats, fallback: Floats) -> tuple[float, float]:
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     room = 0.12 * (high - low) or 0.1
     return low - room, high + room
+
+
+def bounces(stadium: Stadium, periods: Iterable[Period]) -> tuple[Floats, Floats, Floats]:
+    """Return place, sine and lambda per bounce of all bounces of orbits, shape (N,) each."""
+    place, sine, colour = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
+    for symbols, coordinates, lambda_d in periods:
+        along, sines = birkhoff(stadium, symbols, coordinates)
+        place.append(along.ravel())
+        sine.append(sines.ravel())
+        colour.append(np.repeat(lambda_d, symbols.shape[1]))
+    return np.concatenate(place), np.concatenate(sine), np.concatenate(colour)
 
 
 def draw_phase_space(ax: Axes, stadium: Stadium, place: Floats, sine: Floats, colour: Floats) -> Any:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from orbitdb.symbols.automaton import automaton
 from orbitdb.symbols.enumeration import Span, prefixes
-from orbitdb.symbols.symmetry import mirrored, packed_images
-from orbitdb.symbols.words import BITS, least_rotations
+from orbitdb.symbols.symmetry import SIZES, mirrored, packed_images
+from orbitdb.symbols.words import BITS, least_rotations, unpack
 
 Integers = NDArray[np.int64]
 
@@ -60,6 +60,12 @@ def all_least_words(span: Span) -> LeastWords:
     """Return all of them at once."""
     none = LeastWords(np.zeros(0, np.int64), np.zeros(0, np.uint8))
     return LeastWords(*map(np.concatenate, zip(none, *least_words(span), strict=True)))
+
+
+def representatives(p: int) -> tuple[NDArray[np.uint8], Integers]:
+    """Return the admissible classes of order p: least words, shape (N, p), and class sizes, shape (N,)."""
+    found = all_least_words(Span.whole(p))
+    return unpack(found.codes, p), SIZES[found.stabiliser]
 
 
 def class_spans(p: int, size: int, after: int = -1) -> Iterator[Span]:

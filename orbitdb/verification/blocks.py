@@ -5,7 +5,6 @@ from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 import sqlalchemy as sa
@@ -63,13 +62,6 @@ class Apart:
         """Return what is found in the catalogue as it is now: the rows of a class stay what they are."""
         with closing(Catalogue(self.path)) as catalogue, catalogue.reading() as connection:
             return self.part.checked(connection)
-
-
-class Workers(Protocol):
-    """Something that checks parts, such as `orbitdb.filling.workers.Processes`."""
-
-    def solved(self, blocks: Iterable[Apart]) -> Iterator[Step]:
-        """Yield what was found in parts, in their order."""
 
 
 @dataclass(frozen=True, eq=False)

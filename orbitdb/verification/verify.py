@@ -10,6 +10,7 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from functools import partial
 from itertools import chain
+from typing import TYPE_CHECKING
 
 import numpy as np
 import sqlalchemy as sa
@@ -23,7 +24,7 @@ from orbitdb.store.reading import audit
 from orbitdb.store.reading.audit import Ids, StoredBlock, choose, load_orbits, whole_rows
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.births import check_births, prove_lives, whole_births
-from orbitdb.verification.blocks import Apart, Block, Part, Workers, blocks
+from orbitdb.verification.blocks import Apart, Block, Part, blocks
 from orbitdb.verification.changes import change_parts
 from orbitdb.verification.check import Check, Step, judged, measured
 from orbitdb.verification.classes import class_parts
@@ -33,6 +34,9 @@ from orbitdb.verification.provenance import check_provenance, runs_of_here
 from orbitdb.verification.recomputation import check_against, check_bits, restart
 from orbitdb.verification.records import record_parts
 from orbitdb.verification.sweeps import check_sweeps
+
+if TYPE_CHECKING:
+    from orbitdb.filling.workers import Workers
 
 PROMISES = {
     "file": "SQLite finds the file sound",
@@ -90,7 +94,7 @@ def verify(
     restarts: int = 0,
     seed: int = 0,
     missing_births: bool = False,
-    workers: Workers | None = None,
+    workers: "Workers | None" = None,
 ) -> Iterator[Step]:
     """Compute a catalogue again and compare.
 

@@ -4,14 +4,7 @@ import numpy as np
 import pytest
 from quick import slow_but
 
-from orbitdb.averages.drift_and_kick import (
-    bounces_per_leg,
-    length_per_leg,
-    log_drift,
-    log_kick,
-    run_probabilities,
-)
-from orbitdb.averages.exact_means import exact_means
+from orbitdb.averages.exact_means import LOG_KICK, exact_means, log_drift
 from orbitdb.averages.mean_coupling import mean_coupling
 from orbitdb.trajectories.leg_map import next_leg, random_runs
 
@@ -33,6 +26,13 @@ def leg_probabilities(a, most):
     return probabilities
 
 
+def run_probabilities(most):
+    """Return the probabilities of 1, 2, .. most bounces in a run, shape (most,), whatever a is."""
+    k = np.arange(1, most + 2)
+    s = np.concatenate([[0.0], 2 * k * np.sin(np.pi / (2 * k))])
+    return -np.diff(s, 2) / 2
+
+
 @pytest.mark.parametrize("a", HALF_LENGTHS)
 def test_leg_probabilities_are_those_of_one_leg_with_a_walls(a):
     p, n = leg_probabilities(a, 100_000), np.arange(100_001)
@@ -51,7 +51,13 @@ def test_run_probabilities_are_those_of_one_run_with_half_pi_bounces():
 
 def test_means_are_the_known_ones():
     """30 digits of mpmath, the tail by Euler and Maclaurin; DESIGN's figure for ln K."""
-    assert log_kick().value == pytest.approx(1.198559186, abs=1e-9)
+    k, p = np.arange(1, 2001), run_probabilities(2000)
+    tail = np.pi**3 / 8 * (np.log(2000.5) / 3 + 1 / 9) / 2000.5**3
+    catalan = 0.915965594177219015
+    value = np.log(2) + 2 - 2 * catalan + p @ np.log(k) + tail
+    assert LOG_KICK.value == pytest.approx(value, abs=1e-13)
+    assert 2 * tail / 2000.5**2 < LOG_KICK.error
+    assert LOG_KICK.value == pytest.approx(1.198559186, abs=1e-9)
     for a, exact in ((0.1, -1.6361690782821534), (1.6, 1.4655673872673423)):
         found = log_drift(a)
         assert abs(found.value - exact) <= found.error < 1e-11
@@ -114,8 +120,8 @@ def test_means_are_those_of_random_trajectories(a):
         (np.log(second.drift), means.log_drift.value),
         (np.log(second.kick), means.log_kick.value),
         (coupling, means.coupling.value),
-        (second.path - 2 * second.walls, length_per_leg(a) - 2 * a),
-        (second.bounces, bounces_per_leg(a) - a),
+        (second.path - 2 * second.walls, 1 / exact_means(a).per_length - 2 * a),
+        (second.bounces, 1 / exact_means(a).per_bounce - a),
     ):
         assert abs(sample.mean() - exact) < 4 * sample.std() / np.sqrt(SAMPLE)
     for sample, p in ((second.walls, leg_probabilities(a, 4)), (second.bounces - 1, run_probabilities(4))):

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from orbitdb.averages import sum_rules as module
-from orbitdb.averages.exact_means import exact_means
-from orbitdb.averages.sum_rules import OrbitTerms, beginning, next_tilts, swept_sum_rules, tilted_orbits
+from orbitdb.averages.sum_rules import beginning, next_tilts, orbits_of_exponents, swept_sum_rules
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.sums import exponents
@@ -51,11 +50,11 @@ def test_averages_are_those_of_all_orbits(monkeypatch, a):
     moments = []
     for p in range(first + 1, last + 1):
         parts = [
-            OrbitTerms.of(p, SIZES[words.stabiliser[part.orbits]], part)
+            orbits_of_exponents(SIZES[words.stabiliser[part.orbits]], part, a)
             for words in least_words(Span.whole(p))
             for part in exponents(words.codes, p, Stadium(a))
         ]
-        orbits = tilted_orbits(parts, exact_means(a))
+        orbits = TiltedOrbits.joined(parts)
         tilts = next_tilts(a, moments).items()
         moments.append({level: TiltMoments.of(mu, orbits.held(level)) for level, mu in tilts})
     found = swept_sum_rules(a, moments, last + 1)

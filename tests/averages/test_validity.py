@@ -8,9 +8,9 @@ from quick import slow_but
 from solutions import class_rows, entropy, lyapunov
 
 from orbitdb import Catalogue, Selection
+from orbitdb.averages.by_period import faults_of, standing
 from orbitdb.averages.by_stability import lyapunov_by_stability
 from orbitdb.averages.fixed_points import Weight
-from orbitdb.averages.validity import faults_of, standing
 from orbitdb.catalogue.whole_periods import why_missing
 from orbitdb.cli.tui.statistics.averages import statistics
 

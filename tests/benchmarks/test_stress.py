@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from orbitdb.benchmarks.representatives import representatives
 from orbitdb.benchmarks.stress import (
     closed_words,
     compare,
@@ -19,6 +18,7 @@ from orbitdb.benchmarks.stress import (
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.symbols.least_words import representatives
 
 
 @pytest.mark.slow

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from orbitdb.benchmarks.representatives import representatives
 from orbitdb.benchmarks.stage_times import stage_times
 from orbitdb.benchmarks.work_precision import (
     ball_rows,
@@ -14,6 +13,7 @@ from orbitdb.benchmarks.work_precision import (
 )
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.least_words import representatives
 
 
 @pytest.fixture(scope="module")

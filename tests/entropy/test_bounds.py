@@ -6,6 +6,7 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
+from edges import edge_words, texts_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from quick import fuzz_but
@@ -19,7 +20,6 @@ from orbitdb.entropy.growth import TOLERANCE, growth
 from orbitdb.entropy.letters import (
     MAY_FOLLOW,
     MIRROR,
-    edge_words,
     geometric_entropy,
     letters_of,
     reverse,
@@ -232,8 +232,8 @@ def test_whatever_a_is_there_are_bounds():
 
 def test_extended_windows_keep_their_mark():
     windows = Windows(letters_of("UX")[None], np.array([1]))
-    assert extended(windows, np.array([True])).texts() == ["UU|X", "XU|X", "AU|X", "BU|X"]
-    assert extended(windows, np.array([False])).texts() == ["U|XU", "U|XD", "U|XX", "U|Xa", "U|Xb"]
+    assert texts_of(extended(windows, np.array([True]))) == ["UU|X", "XU|X", "AU|X", "BU|X"]
+    assert texts_of(extended(windows, np.array([False]))) == ["U|XU", "U|XD", "U|XX", "U|Xa", "U|Xb"]
 
 
 @pytest.mark.parametrize(("name", "value"), [("MAX_WINDOW", 6), ("MOST_UNDECIDED", 100)])

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from edges import code_of, edges_of
+from edges import code_of, edge_words, edges_of
 from quick import slow_but
 from solutions import words_of
 
@@ -13,7 +13,6 @@ from orbitdb.entropy.letters import (
     MAY_FOLLOW,
     MIRROR,
     REVERSAL,
-    edge_words,
     geometric_entropy,
     reverse,
     text_of,

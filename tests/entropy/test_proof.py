@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from edges import windows_of
+from edges import texts_of, windows_of
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy import proof as module
@@ -42,7 +42,7 @@ def test_balls_prove_all_verdicts_and_no_other(a, edges, least):
             assert (proved(mirrored, decision.verdict, a) == some).all()
         for verdict in (Verdict.ALLOWED, Verdict.FORBIDDEN):
             claimed = np.where(some, Verdict.UNDECIDED, verdict)
-            assert not proved(windows, claimed, a).any(), windows.rows(~some).texts()
+            assert not proved(windows, claimed, a).any(), texts_of(windows.rows(~some))
     assert decided > least
 
 

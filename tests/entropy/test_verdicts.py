@@ -5,7 +5,7 @@ from itertools import compress
 
 import numpy as np
 import pytest
-from edges import code_of, windows_of
+from edges import code_of, edge_words, texts_of, windows_of
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from quick import slow_but
@@ -15,7 +15,7 @@ from orbitdb.billiard.bounces import slacks
 from orbitdb.billiard.legs import cut, half_turns
 from orbitdb.entropy import clamped
 from orbitdb.entropy.clamped import corner, solve_corner
-from orbitdb.entropy.letters import IN_RUN, MIRROR, STARTS_LEG, X, edge_words
+from orbitdb.entropy.letters import IN_RUN, MIRROR, STARTS_LEG, X
 from orbitdb.entropy.verdicts import Verdict, decide
 from orbitdb.entropy.windows import Windows, open_chains
 from orbitdb.orbits.newton import newton
@@ -85,7 +85,7 @@ def check(words: np.ndarray, a: float, extents: list[tuple[int, int]]) -> np.nda
             (verdict == Verdict.FORBIDDEN) & (holds >= 0)
         )
         wrong |= (value < low - 1e-12) | (value > high + 1e-12)
-        assert not wrong.any(), (a, list(compress(windows.texts(), wrong)))
+        assert not wrong.any(), (a, list(compress(texts_of(windows), wrong)))
         assert ((verdict == Verdict.ALLOWED) == (low > 0)).all()
         assert ((verdict == Verdict.FORBIDDEN) == (high < 0)).all()
         counts += np.bincount(verdict, minlength=3)

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from orbitdb.benchmarks.representatives import representatives
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import relax, starting_points
+from orbitdb.symbols.least_words import representatives
 from orbitdb.symbols.words import from_strings
 
 

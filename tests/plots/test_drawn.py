@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from orbitdb import Stadium
 from orbitdb.benchmarks.work_precision import WorkPrecision
 from orbitdb.billiard.stability import birkhoff
-from orbitdb.plots import axes, births, curves, enclosures, paths, quantum, style, work_precision
+from orbitdb.plots import axes, births, curves, paths, quantum, style, work_precision
 from orbitdb.quantum.amplitudes import Terms
 from orbitdb.quantum.spectrum import Spectrum
 
@@ -137,9 +137,10 @@ def test_limits_leave_room_where_all_values_are_one(ax):
 
 def test_exponents_by_period(ax, rng):
     p, (plain, pair, zeta, rule, error) = np.arange(3, 9), rng.uniform(0.1, 1, (5, 6))
-    rows = curves.LyapunovRows(plain, pair, zeta, (0.5, 0.01), rule, error)
-    curves.draw_lyapunov(ax, p, rows, r"\lambda_d", "per bounce")
-    by_period(ax, r"$\langle \lambda_d \rangle$ (per bounce)")
+    names = ("lambda_d", *(f"lambda_d_{end}" for end in ("pair", "zeta", "sum_rule", "sum_rule_error")))
+    rows = dict(zip(names, (plain, pair, zeta, rule, error), strict=True))
+    curves.draw_lyapunov(ax, p, rows, "lambda_d", "an exponent", (0.5, 0.01))
+    by_period(ax, "an exponent")
     labels = ("average over fixed points", "mean of $p - 1$", "zeta function to order $p$", "sum rules")
     assert [any(each.startswith(label) for each in legend(ax)) for label in labels] == [True] * 4
     for label, values in zip(labels, (plain, pair, zeta, rule), strict=True):
@@ -200,7 +201,7 @@ def test_lengths(ax, rng):
 def test_bounds_over_a(ax, rng):
     lower, upper = np.sort(rng.uniform(0.2, 1.1, (2, 50)), axis=0)
     drawn = {p: rng.uniform(0.5, 1, (2, 9)) for p in (5, 6)}
-    enclosures.draw_entropy_over_a(ax, A, lower, upper, drawn, 1.2)
+    births.draw_entropy_over_a(ax, A, lower, upper, drawn, 1.2)
     assert heights(ax.collections[0]) == {*lower.round(9).tolist(), *upper.round(9).tolist()}
     ((_, caps, (bars,)),) = ax.containers
     np.testing.assert_allclose([each[:, 1] for each in bars.get_segments()], np.stack([lower, upper], axis=1))

@@ -7,15 +7,35 @@ from orbitdb.entropy.letters import (
     ENDS_LEG,
     FROM_TOP,
     IN_RUN,
+    LETTERS,
     MAY_FOLLOW,
     STARTS_LEG,
     D,
-    edge_words,
+    Letters,
     letters_of,
     text_of,
 )
 from orbitdb.entropy.windows import Windows
 from orbitdb.symbols.words import from_strings, to_strings
+
+_EDGES = np.full((6, 6), 255, dtype=np.uint8)
+for _start, _end, _letter in (
+    *(("11", "11", "U"), ("33", "33", "U"), ("44", "44", "D"), ("55", "55", "D")),
+    *(("14", "35", "X"), ("35", "14", "X"), ("1435", "2", "a"), ("1435", "0", "b")),
+    *(("2", "0", "w"), ("0", "2", "v"), ("2", "1435", "A"), ("0", "1435", "B")),
+):
+    _EDGES[np.ix_([int(x) for x in _start], [int(y) for y in _end])] = LETTERS.index(_letter)
+
+
+def edge_words(words: np.ndarray) -> Letters:
+    """Return the edges of admissible words, shape (N, p): edge i leads from bounce i to the one behind it.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+        Symbols, cyclic.
+    """
+    return _EDGES[words, np.roll(words, -1, axis=1)]
 
 
 def edges_of(code: str) -> str:
@@ -48,3 +68,9 @@ def windows_of(*texts: str) -> Windows:
     """Return windows of one length, each written with a bar at its mark."""
     marks = np.array([text.index("|") for text in texts], dtype=np.intp)
     return Windows(np.array([letters_of(text.replace("|", "")) for text in texts]), marks)
+
+
+def texts_of(windows: Windows) -> list[str]:
+    """Return windows as text, a bar at the mark."""
+    marked = zip(map(text_of, windows.letters), windows.mark, strict=True)
+    return [f"{text[:mark]}|{text[mark:]}" for text, mark in marked]

@@ -7,10 +7,10 @@ import numpy as np
 from orbitdb.averages.by_period import Entropy, Lyapunov, entropy_of_counts, lyapunov_of_periods
 from orbitdb.averages.fixed_points import ClassRows, Weight
 from orbitdb.averages.period_sums import PeriodSums
-from orbitdb.benchmarks import representatives as classes
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.symbols import least_words as classes
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import all_least_words
 from orbitdb.symbols.members import all_images

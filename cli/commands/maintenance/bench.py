@@ -129,7 +129,7 @@ def _agreements(periods: list[int], stadium: "Stadium") -> "Iterator[Agreement]"
             found, differing = agreement(p, stadium, show)
             with aside():
                 for each in differing:
-                    note(each.sentence())
+                    note(each)
                 yield found
 
 

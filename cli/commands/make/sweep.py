@@ -41,10 +41,10 @@ def sweep(
 ) -> None:
     """Count the orbits of further periods and sum what averages need, without storing rows.
 
-    'orbitdb table', 'entropy' and 'lyapunov' use a sweep where there is no fill. It takes half the
-    time of a fill and hardly any disk space. An interrupted sweep goes on where it stopped; finished periods
-    are skipped. If you choose a subset, N_c and classes count its orbits, and N_t counts all words;
-    boundary and unresolved count the chosen words whatever their --range, which applies to orbits only.
+    'orbitdb table', 'entropy' and 'lyapunov' use a sweep where there is no fill. It takes less time than
+    a fill and hardly any disk space. An interrupted sweep goes on where it stopped; finished periods are
+    skipped. If you choose a subset, N_c and classes count its orbits, and N_t counts all words; boundary
+    and unresolved count the chosen words whatever their --range, which applies to orbits only.
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue

@@ -16,7 +16,7 @@ LONGEST_PATTERN = 500
 _LONGEST_TEXT = 10_000_000
 """Room for a row with every text of a word of a million symbols."""
 
-_STEPS_BETWEEN_LOOKS = 20_000
+_STEPS_BETWEEN_LOOKS = 10_000
 _STEPS_BETWEEN_SIGNALS = 1_000_000
 TABLES_OF_VIEW = {"cycle", "element", "stadium", "orbit", "change", "pruned"}
 
@@ -31,36 +31,29 @@ class CancelledError(Exception):
 
 
 class Patience:
-    """How long a query may still work; the time of those who use its rows does not count.
+    """How long a query may still work.
 
     Parameters
     ----------
-    left : float, optional
-        Seconds; by default `where.SECONDS`.
+    seconds : float, optional
+        From now on; by default `expressions.SECONDS`.
     cancelled : callable, optional
         Asked now and then whether nobody waits any more.
+
+    Attributes
+    ----------
+    deadline : float
+        When it ends, as `time.monotonic` tells it; whoever fetches rows in parts adds the time between them.
     """
 
-    def __init__(self, left: float | None = None, cancelled: Callable[[], bool] = never) -> None:
-        self._left = free.SECONDS if left is None else left
-        self._started = time.monotonic()
+    def __init__(self, seconds: float | None = None, cancelled: Callable[[], bool] = never) -> None:
+        self.deadline = time.monotonic() + (free.SECONDS if seconds is None else seconds)
         self.cancelled = cancelled
 
     @property
     def ended(self) -> bool:
         """Whether there is no time left, or nobody who waits."""
-        return time.monotonic() - self._started > self._left or self.cancelled()
-
-    @contextmanager
-    def working(self) -> Iterator[None]:
-        """Let the clock run."""
-        self._started = time.monotonic()
-        try:
-            yield
-        finally:
-            if not self.ended:
-                self._left -= time.monotonic() - self._started
-                self._started = time.monotonic()
+        return time.monotonic() > self.deadline or self.cancelled()
 
 
 @contextmanager
@@ -75,8 +68,7 @@ def heeding(connection: sa.Connection, patience: Patience) -> Iterator[None]:
     own = driver(connection)
     own.set_progress_handler(lambda: patience.ended, _STEPS_BETWEEN_LOOKS)
     try:
-        with patience.working():
-            yield
+        yield
     except (sa.exc.DBAPIError, sqlite3.Error, sqlite3.Warning) as error:
         if patience.cancelled():
             raise CancelledError from error

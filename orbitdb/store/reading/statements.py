@@ -1,6 +1,7 @@
 """Whole SELECT statements over the views of a catalogue, for a limited time, and nothing else."""
 
 import sqlite3
+import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from functools import partial
@@ -63,7 +64,9 @@ def _fetched(
             block = result.fetchmany(_BLOCK)
         if not block:
             return
+        begun = time.monotonic()
         yield from (tuple(_legible(value) for value in row) for row in block)
+        patience.deadline += time.monotonic() - begun  # the time of those who use the rows
 
 
 def _legible(value: Any) -> Any:
