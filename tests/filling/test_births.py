@@ -7,7 +7,6 @@ import time
 from contextlib import closing
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from orbitdb import existence
@@ -16,9 +15,7 @@ from orbitdb.filling import births as module
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.workers import Processes
-from orbitdb.orbits.newton import solve
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.words import from_strings, to_strings
 
 
 def fill(path: Path, periods=range(2, 8)) -> None:
@@ -88,27 +85,6 @@ def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
     assert p not in after.from_births
     assert after.known == before.known
     assert after.known[p].boundary == boundary
-
-
-@pytest.mark.slow
-def test_words_are_chosen_by_their_lives(born):
-    """As solving them tells, at an a where paths run through joints, too."""
-    for _ in fill_periods(born, 3.0, [6]):
-        pass
-    catalogue = Catalogue(born, 3.0)
-    everything = catalogue.select(p=6)
-    words = from_strings(everything.codes.tolist())
-    for a, other in ((1.0, 0.7), (0.5, 0.3)):
-        orbits = {at: set(to_strings(words[solve(words, at).status == "orbit"])) for at in (a, other)}
-        chosen = catalogue.select(p=6, exists=a, not_at=other)
-        assert set(chosen.codes) == orbits[a] - orbits[other]
-        assert ((other <= chosen.born) & (chosen.born < a)).all()
-    assert catalogue.count(p=6, born=(None, 100)) == np.isfinite(everything.born).sum()
-    assert np.isnan(everything.dies).all()
-    for _ in fill_periods(born, 3.0, [8]):
-        pass
-    assert "births of period 8 are not found" in (catalogue.select(p=8, exists=1.0).unfilled or "")
-    assert catalogue.select(p=8).unfilled is None
 
 
 @pytest.mark.slow

@@ -109,21 +109,6 @@ def test_a_fill_measures_orbits_as_all_words_are_measured_and_no_others(a):
             assert name == "margin" or np.isnan(one[~kept]).all(), name
 
 
-@pytest.mark.parametrize("a", slow_but([1.0], [0.5, 1.0, 1.6]))
-@pytest.mark.slow
-def test_every_rotation_is_the_same_orbit(a):
-    for p in range(2, 7):
-        batch = solved(p, a)
-        counted = np.isin(batch.status, [Status.ORBIT, Status.BOUNDARY])
-        for turn in range(1, p):
-            turned = solve(np.roll(batch.words, -turn, axis=1), Stadium(a))
-            assert (turned.status == batch.status).all()
-            apart = np.abs(turned.coordinates - np.roll(batch.coordinates, -turn, axis=1)).max(axis=1)
-            assert (apart <= batch.error + turned.error)[counted].all()
-            assert (np.abs(turned.length - batch.length) <= 2 * batch.length_error)[counted].all()
-            assert (np.abs(turned.lyapunov - batch.lyapunov) <= 2 * batch.lyapunov_error)[counted].all()
-
-
 @pytest.mark.parametrize("a", slow_but([0.2], [1e-4, 0.2, 0.5, 1.6, 5.0]))
 def test_newton_comes_to_the_same_orbit_from_anywhere(a):
     """As the paper did for uniqueness, with random starts all over the directions allowed."""

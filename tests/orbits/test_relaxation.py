@@ -12,11 +12,6 @@ from orbitdb.symbols.least_words import representatives
 from orbitdb.symbols.words import from_strings
 
 
-def path_length(stadium, words, coordinates):
-    points = stadium.points(words, coordinates)
-    return np.linalg.norm(points - np.roll(points, 1, axis=1), axis=-1).sum(axis=1)
-
-
 @pytest.mark.parametrize(
     ("a", "p"),
     [
@@ -62,20 +57,6 @@ def test_a_long_word_keeps_its_exponent_in_range():
     relaxed = relax(word, stadium, np.inf, start=solved.coordinates)
     assert solved.lyapunov[0] > 709
     np.testing.assert_allclose(relaxed.lyapunov, solved.lyapunov, rtol=1e-13)
-
-
-@pytest.mark.slow
-def test_atoms_on_walls_shorten_the_path_and_atoms_on_semicircles_lengthen_it():
-    stadium = Stadium()
-    word = from_strings(["1232131"])
-    start = starting_points(word, stadium)
-    at_rest = relax(word, stadium, 1e-11).coordinates
-    for bounce, symbol in enumerate(word[0]):
-        moved = at_rest.copy()
-        moved[0, bounce] += 1e-3
-        change = path_length(stadium, word, moved) - path_length(stadium, word, at_rest)
-        assert (change > 0) == STRAIGHT[symbol]
-    assert np.abs(at_rest - start).max() > 0.01
 
 
 def test_the_dynamics_stops_when_all_forces_are_below_epsilon():

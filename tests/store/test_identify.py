@@ -34,23 +34,6 @@ def name(found):
     return least_rotation(found.orbit.code)
 
 
-@pytest.mark.parametrize("word", slow_but(WORDS[1:2], WORDS + MORE[::3]))
-def test_a_start_beside_an_orbit_finds_it_first(catalogue, word):
-    """It stays for about ln(tolerance / displacement) / lambda_d bounces ahead."""
-    orbit = solve_word(word, STADIUM)
-    lasts = []
-    for turn in (1e-6, 1e-9):
-        found = catalogue.identify(start=start_of(orbit.points, turn), limit=1)
-        best = found.shadowed[0]
-        assert name(best) == least_rotation(word)
-        assert best.distance < 3 * turn
-        assert best.first <= 0
-        assert np.allclose(best.orbit.length, orbit.length, rtol=1e-14)
-        lasts.append(best.last)
-        assert abs(best.last - math.log(1e-2 / turn) / orbit.lambda_d) <= 1 + orbit.p / 2
-    assert abs(lasts[1] - lasts[0] - math.log(1e3) / orbit.lambda_d) <= 1 + orbit.p / 2
-
-
 @pytest.mark.parametrize("word", slow_but(WORDS[1:2], WORDS + MORE))
 def test_what_is_told_of_an_exact_start_is_the_orbit_to_the_end(word):
     """So the trace ends in time: all that is told of it lies within the tolerance."""
