@@ -23,7 +23,7 @@ from orbitdb.store.reading import lives, question, records, row_blocks, sweeps
 from orbitdb.store.reading.chosen import Chosen
 from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lives import BirthFill, Life
-from orbitdb.store.reading.lookup import a_filled, find_word
+from orbitdb.store.reading.lookup import a_stored, find_word
 from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
@@ -158,7 +158,7 @@ class Catalogue(OpenedCatalogue):
         """
         chosen = self._chosen(selection, criteria)
         with self.at_one_moment() as still, still.reading() as connection:
-            known, elsewhere = still.fills(chosen.a), a_filled(driver(connection))
+            known, elsewhere = still.fills(chosen.a), a_stored(driver(connection), ["fill"])
         return describe_unfilled(known, chosen.periods, chosen.a, elsewhere)
 
     def lacking_births(self, selection: Selection, names: Sequence[str] = (), order: str = "p") -> str | None:

@@ -3,7 +3,7 @@
 What is not filled is never shown as zero: whatever gives rows, counts or averages says so beside them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -35,17 +35,8 @@ def gaps(
 ) -> list[str]:
     """Say, a line each, which chosen periods are stored in part, are not filled, or lack births that matter.
 
-    Those that were counted from births or a sweep lack nothing: that is said instead.
-
-    Parameters
-    ----------
-    catalogue : Catalogue
-    chosen : Selection
-    left_out : bool, optional
-        Whether what is shown does without partial periods.
-    counted : Counted, optional
-    names, order : optional
-        Columns that are shown, and the order of rows, which may depend on births.
+    Those that were counted from births or a sweep lack nothing: that is said instead. Partial periods are
+    left out of some answers. Columns that are shown, and the order of rows, may depend on births.
     """
     said: list[str | None] = []
     rest: Selection | None = chosen
@@ -63,20 +54,24 @@ def gaps(
 
 def without(chosen: Selection, known: tuple[int, ...]) -> "Selection | None":
     """Return a subset without some of the periods that it names; None if it names no other."""
-    within = [p for p in range(2, MAX_PERIOD + 1) if chosen.periods and chosen.includes(p) and p not in known]
-    beyond = [(max(low, MAX_PERIOD + 1), high) for low, high in chosen.periods if high > MAX_PERIOD]
+    within, beyond = _missing(chosen.periods, known)
     spans = (*((p, p) for p in within), *beyond)
     return replace(chosen, periods=spans) if spans else None
+
+
+def _missing(
+    asked: Sequence[tuple[int, int]], known: Collection[int]
+) -> tuple[list[int], list[tuple[int, int]]]:
+    """Return the periods in some ranges that are not known, and the ranges beyond all that can be filled."""
+    within = [p for p in range(2, MAX_PERIOD + 1) if any(low <= p <= high for low, high in asked)]
+    beyond = [(max(low, MAX_PERIOD + 1), high) for low, high in asked if high > MAX_PERIOD]
+    return [p for p in within if p not in known], beyond
 
 
 def nothing(catalogue: "Catalogue", chosen: Selection, swept: bool = False) -> list[str]:
     """Say that a subset is empty, if any of its periods is filled or swept: of others that is not known."""
     unfilled = catalogue.unfilled(chosen)
-    if (
-        not swept
-        and unfilled is not None
-        and not any(chosen.includes(f.p) for f in catalogue.fills(chosen.a))
-    ):
+    if unfilled and not swept and not any(chosen.includes(fill.p) for fill in catalogue.fills(chosen.a)):
         return []
     lacking = unfilled or catalogue.lacking_births(chosen) or catalogue.partial(chosen)
     return [f"no {chosen.describe()}{' in what is stored' if lacking else ''}"]
@@ -101,17 +96,7 @@ def describe_fills(fills: Sequence[Fill], a: float) -> str:
 
 
 def describe_partial(fills: Sequence[Fill], a: float, left_out: bool = False) -> str:
-    """Say in one line that periods are stored in part, and what completes them.
-
-    Parameters
-    ----------
-    fills : sequence of Fill
-        One period or more at one a, none of them whole.
-    a : float
-        The stadium.
-    left_out : bool, optional
-        Whether what is shown does without them.
-    """
+    """Say in one line that periods at one a, one or more, are stored in part, and what completes them."""
     many = len(fills) > 1
     periods = ", ".join(str(fill.p) for fill in fills)
     return (
@@ -126,30 +111,13 @@ def describe_unfilled(
 ) -> str | None:
     """Name in one line the chosen periods that are not filled, those that are, and what fills the others.
 
-    Periods that are stored in part are left to `describe_partial`.
-
-    Parameters
-    ----------
-    known : sequence of Fill
-        What is filled at the one a that is asked for, whole or in part.
-    periods : sequence of (int, int)
-        The ranges of periods that are asked for, both ends in them; empty for all that are filled.
-    a : float
-        The stadium.
-    filled_at : sequence of float
-        The values of a at which something is filled.
-
-    Returns
-    -------
-    str or None
-        None if nothing that is asked for is missing. What has no words (periods below 2) is not missing.
+    None if nothing that is asked for is missing; what has no words (periods below 2) is not missing, and
+    what is stored in part is left to `describe_partial`. Without ranges of periods all that are filled
+    are asked for. `filled_at` are the values of a at which something is filled.
     """
     if not periods and known:
         return None
-    asked, stored = periods or [(2, _USUAL)], {fill.p for fill in known}
-    within = [p for p in range(2, MAX_PERIOD + 1) if any(low <= p <= high for low, high in asked)]
-    gaps = [p for p in within if p not in stored]
-    beyond = [(max(low, MAX_PERIOD + 1), high) for low, high in asked if high > MAX_PERIOD]
+    gaps, beyond = _missing(periods or [(2, _USUAL)], {fill.p for fill in known})
     if not gaps and not beyond:
         return None
     spans = joined_spans([*((p, p) for p in gaps), *beyond])

@@ -51,13 +51,7 @@ def read_levels(catalogue: "Catalogue", a: float, parity: Parity | None) -> tupl
 
 
 def read_classes(catalogue: "Catalogue", chosen: Selection) -> tuple[Classes, NDArray[np.object_], int]:
-    """Return all orbits at one a, their representatives, and up to which period none is missing.
-
-    Raises
-    ------
-    InputError
-        If there are none.
-    """
+    """Return all orbits at one a, their representatives, and up to which period none is missing."""
     with catalogue.at_one_moment() as still:
         found = still.choose(replace(chosen, statuses=(Status.ORBIT, Status.BOUNDARY)), columns=_COLUMNS)
         filled = {fill.p for fill in still.fills(chosen.a) if fill.whole and not fill.unresolved}
@@ -81,13 +75,7 @@ def read_spectrum(
     levels: "ArrayLike | None",
     parity: str | None,
 ) -> Spectrum:
-    """Return the length spectrum (`Catalogue.spectrum`).
-
-    Raises
-    ------
-    InputError
-        If there are no orbits, no levels up to `k_max`, or an argument is not what it should be.
-    """
+    """Return the length spectrum (`Catalogue.spectrum`)."""
     ends = np.asarray(lengths, np.float64)
     if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
         raise InputError(
@@ -124,13 +112,7 @@ def read_spectrum(
 
 
 def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[Levels]:
-    """Return the levels of one parity that are stored, window by window.
-
-    Raises
-    ------
-    StoreError
-        If the rows are none that were found so.
-    """
+    """Return the levels of one parity that are stored, window by window, if they were found so."""
     fills, levels = level_fill.c, level.c
     query = sa.select(fills.low, fills.high, fills.below, fills.seconds).where(
         fills.a == a, fills.parity == str(parity)

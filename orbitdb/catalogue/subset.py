@@ -365,18 +365,12 @@ class Subset(ByValue):
 _TOLD = ("representative", "p", "status", "length", "lyapunov", "lambda_d", "lambda_c", "time_reversal",
          "class_size", "walls", "maslov", "margin", "residual", "error", "length_error", "lyapunov_error",
          "symmetry", "solver", "born", "dies")  # fmt: skip
-_OF_ROWS = {each.name for each in fields(Subset)} - {
-    "selection",
-    "coordinates",
-    "unfilled",
-    "filled",
-    "total",
-}
+_, *_OF_ROWS, _, _, _, _ = (each.name for each in fields(Subset))
 
 
 def read_subset(catalogue: "Catalogue", selection: Selection, order: str, coordinates: bool) -> Subset:
     """Return the chosen words as arrays (`Catalogue.select`)."""
-    names = ["code", *_OF_ROWS - {"codes"}, *([COORDINATES] if coordinates else [])]
+    names = ["code", *_OF_ROWS[1:], *([COORDINATES] if coordinates else [])]
     with catalogue.at_one_moment() as still:
         blocks = list(still.blocks(still.choose(selection, order), names))
         unfilled = still.unfilled(selection) or still.lacking_births(selection)

@@ -55,17 +55,7 @@ def to_arrow(columns: Columns, notes: Mapping[str, Any]) -> "pyarrow.Table":
 
 
 def to_html(title: str, orbits: Sequence[Orbit], total: int) -> str:
-    """Return a table of some orbits.
-
-    Parameters
-    ----------
-    title : str
-        What they are.
-    orbits : sequence of Orbit
-        Those that are shown.
-    total : int
-        How many there are in all.
-    """
+    """Return a table of the orbits that are shown, with what they are and how many there are in all."""
     if not orbits:
         return f"<p>{escape(title)}</p>"
     head = _cells("th", _HEADINGS)

@@ -52,23 +52,9 @@ def tally(
     columns: Sequence[str],
     cancelled: Callable[[], bool] = never,
 ) -> dict[Key, int]:
-    """Return how many rows of a subset have each combination of values of some columns.
+    """Return how many rows of a subset have each combination of values of some columns of the view ``class``.
 
-    Parameters
-    ----------
-    catalogue : Catalogue
-    selection : Selection
-    columns : sequence of str
-        Of the view ``class``.
-    cancelled : callable, optional
-        Asked now and then whether to stop.
-
-    Raises
-    ------
-    SelectionError
-        If ``where`` is refused.
-    CancelledError
-        If nobody waits any more.
+    `cancelled` is asked now and then whether to stop.
     """
     chosen = catalogue.choose(selection, columns=columns, cancelled=cancelled)
     found: Counter[Key] = Counter()
@@ -91,18 +77,8 @@ def histogram(
 ) -> Histogram | None:
     """Return how many rows of a subset lie in each bin of a column of numbers of classes.
 
-    Parameters
-    ----------
-    catalogue, selection, cancelled : optional
-        As in `tally`.
-    column : str
-    bins : int
-        At most; their edges are round numbers, or else even in the logarithm.
-
-    Returns
-    -------
-    Histogram or None
-        None if no row has a value.
+    There are so many bins at most; their edges are round numbers, or else even in the logarithm. None if
+    no row has a value.
     """
     chosen = catalogue.choose(selection, columns=(column,), cancelled=cancelled)
     values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)

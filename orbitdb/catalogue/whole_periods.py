@@ -102,12 +102,8 @@ class WholePeriods:
 def read_whole(catalogue: "Catalogue", selection: Selection, swept: bool = False) -> WholePeriods:
     """Return the chosen classes of the whole periods, all of one moment.
 
-    Parameters
-    ----------
-    catalogue : Catalogue
-    selection : Selection
-    swept : bool, optional
-        Whether periods of which there are only sums will do, too, where these are over the chosen orbits.
+    If swept, sums will do, too, for periods of which no rows are stored, where they are over the chosen
+    orbits.
     """
     if not selection.statuses:
         selection = replace(selection, statuses=(Status.ORBIT,))
@@ -129,15 +125,7 @@ def why_missing(
 ) -> str:
     """Return periods that are not among those averaged over, and why; empty if there are none.
 
-    Parameters
-    ----------
-    periods : sequence of int
-    selection : Selection
-        What was chosen.
-    partial : iterable of int, optional
-        Chosen periods that are stored in part, and left out.
-    unborn : sequence of int, optional
-        Chosen periods that are left out for want of births.
+    Chosen periods that are stored in part are left out, as those for want of births.
     """
     incomplete = set(partial)
     reasons: dict[str, list[int]] = {}
@@ -165,13 +153,8 @@ def why_no_sum_rules_of(subset: WholePeriods) -> str:
 def why_no_sum_rules(chosen: Selection, missing: Sequence[int], part: bool = False) -> str:
     """Tell why exact means say nothing of a subset; empty if it is all orbits up to some period.
 
-    Parameters
-    ----------
-    chosen : Selection
-    missing : sequence of int
-        Periods below the highest that are not chosen or not stored as a whole.
-    part : bool, optional
-        Whether only some of what was chosen is there.
+    Missing are periods below the highest that are not chosen or not stored as a whole; `part` tells
+    whether only some of what was chosen is there.
     """
     if part or not all_orbits(chosen):
         return "sum rules are for all orbits up to a period, not for a part of them"
@@ -194,10 +177,7 @@ def sum_rules_of(subset: WholePeriods) -> SumRules | None:
 def read_terms(classes: ChosenClasses, a: float) -> Iterator[tuple[int, TiltedOrbits]]:
     """Yield what sum rules need of chosen classes of periods that are filled, by period.
 
-    Raises
-    ------
-    StoreError
-        If a class's number is not that of an admissible word of its period.
+    A `StoreError` tells of a class's number that is not that of an admissible word of its period.
     """
     for p in np.unique(classes.p).tolist():
         here = classes.p == p

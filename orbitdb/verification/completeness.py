@@ -13,6 +13,7 @@ import sqlalchemy as sa
 
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import DONE, FILLING
+from orbitdb.store.file.tables import birth_fill, cycle, element, metadata
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.fills import counts_when_done, status_counts, words_up_to
 from orbitdb.store.reading.lives import birth_fills
@@ -32,22 +33,28 @@ def file_parts(selections: Sequence[Selection]) -> list[Part]:
 
 
 def _references(connection: sa.Connection) -> Iterator[Check]:
-    yield listed("foreign keys", audit.row_count(connection), audit.dangling(connection))
+    tables = metadata.sorted_tables
+    rows = sum(connection.scalar(sa.select(sa.func.count()).select_from(table)) or 0 for table in tables)
+    dangling = connection.exec_driver_sql("PRAGMA foreign_key_check").all()
+    yield listed("foreign keys", rows, [f"{child} -> {parent}" for child, _, parent, _ in dangling])
 
 
 def _file(connection: sa.Connection) -> Iterator[Check]:
-    yield listed("file", 1, audit.file_errors(connection)[:1])
+    said = str(connection.exec_driver_sql("PRAGMA integrity_check").scalar())
+    yield listed("file", 1, [] if said == "ok" else [said])
 
 
 def _elements(connection: sa.Connection) -> Iterator[Check]:
-    stored, expected = audit.elements(connection), set(ELEMENT_ROWS)
-    wrong = [f"place {n} of {symmetry}" for symmetry, n, _ in sorted(stored ^ expected)]
+    stored = {tuple(row) for row in connection.execute(sa.select(element))}
+    wrong = [f"place {n} of {symmetry}" for symmetry, n, _ in sorted(stored ^ set(ELEMENT_ROWS))]
     yield listed("elements", len(stored), wrong)
 
 
 def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
     """Check the numbers of words of every period, and the counts of every fill."""
-    fills, words, births = audit.fills(connection), audit.word_counts(connection), birth_fills(connection)
+    fills, births = audit.fills(connection), birth_fills(connection)
+    sizes = sa.select(cycle.c.p, sa.func.count(), sa.func.sum(cycle.c.class_size)).group_by(cycle.c.p)
+    words = {p: (classes, size) for p, classes, size in connection.execute(sizes)}
     whole = {fill["p"] for fill in fills if fill["state"] == DONE} | {each.p for each in births if each.whole}
     for p in sorted(whole | words.keys()):
         if is_chosen(p, selections):
@@ -62,9 +69,10 @@ def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Itera
         else:
             wrong = _wrong_cursor(connection, fill, fill["stadium"])
         yield single("fills", f"p = {fill['p']} at a = {fill['a']:g}", wrong)
-    for row in audit.partial_births(connection):
+    begun = sa.select(birth_fill).where(birth_fill.c.state != DONE).order_by(birth_fill.c.p)
+    for row in connection.execute(begun).mappings().all():
         if is_chosen(row["p"], selections):
-            yield single("births", f"p = {row['p']}", _wrong_cursor(connection, row, None))
+            yield single("births", f"p = {row['p']}", _wrong_cursor(connection, dict(row), None))
 
 
 def _count(p: int, words: int, whole: bool) -> Check:

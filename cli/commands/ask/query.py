@@ -91,10 +91,11 @@ def query(
         return
     if bounces:
         raise InputError("--bounces goes with --code; 'orbitdb export --bounces' writes those of many orbits")
-    from orbitdb.store.asking.conditions import parse_columns
+    from orbitdb.store.asking.conditions import COLUMNS
+    from orbitdb.store.asking.parsing import parse_names
 
     usual = TABLE_COLUMNS if output.for_people else KEYS
-    names = usual if columns is None else parse_columns(columns)
+    names = usual if columns is None else parse_names(columns, COLUMNS)
     names = with_a(names) if several(a) else names
     shown = _ON_SCREEN if output.table and limit is None else limit
     with reading(db, a, choice) as (catalogue, stadiums):

@@ -84,7 +84,8 @@ def export(
     their periods were only partly filled.
     """
     from orbitdb import export as files
-    from orbitdb.store.asking.conditions import parse_columns
+    from orbitdb.store.asking.conditions import COLUMNS
+    from orbitdb.store.asking.parsing import parse_names
 
     if file is not None and output is not None:
         raise InputError(f"{file} and -o {output}: name one file")
@@ -99,7 +100,7 @@ def export(
     if bounces:
         options.refuse_idle(context, "with --bounces", "coordinates")
     otherwise: tuple[str, ...] = ("code",) if bounces else KEYS
-    names = otherwise if columns is None else parse_columns(columns)
+    names = otherwise if columns is None else parse_names(columns, COLUMNS)
     names = with_a(names) if several(a) else names
     with reading(db, a, choice) as (catalogue, stadiums):
         note_gaps(catalogue, *stadiums, names=names, order=order)

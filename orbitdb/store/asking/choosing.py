@@ -23,17 +23,7 @@ _NEAR = 1e-9
 def chosen_words(classes: LeastWords, p: int, selection: Selection) -> NDArray[np.int64]:
     """Count the words of each class that fulfil the conditions on words: reversal, symmetry, contains.
 
-    Parameters
-    ----------
-    classes : LeastWords
-        N of them.
-    p : int
-    selection : Selection
-        One that can be swept (`orbitdb.store.asking.sweepable`).
-
-    Returns
-    -------
-    ndarray of int64, shape (N,)
+    The subset is one that can be swept (`orbitdb.store.asking.sweepable`).
     """
     fits = np.array([bool(size) and _fits(mask, selection) for mask, size in enumerate(SIZES)])
     if selection.contains:
@@ -54,22 +44,10 @@ def _fits(stabiliser: int, selection: Selection) -> bool:
 def within_ranges(
     codes: NDArray[np.int64], p: int, length: Floats, lyapunov: Floats, selection: Selection
 ) -> NDArray[np.bool_]:
-    """Tell which orbits are within the ranges of a subset.
+    """Tell which orbits, N packed words of order p with length and lambda, are within the ranges of a subset.
 
-    Where a bound is so near that the last digits decide, and for margins, the orbit is solved as a fill does
-    it: the number that is compared is the one that would be stored.
-
-    Parameters
-    ----------
-    codes : ndarray of int64, shape (N,)
-        The packed words of order p.
-    p : int
-    length, lyapunov : ndarray, shape (N,)
-    selection : Selection
-
-    Returns
-    -------
-    ndarray of bool, shape (N,)
+    Where a bound is so near that the last digits decide, and for margins, the orbit is solved as a fill
+    does it: the number that is compared is the one that would be stored.
     """
     chosen = np.ones(len(codes), dtype=np.bool_)
     if not selection.ranges:

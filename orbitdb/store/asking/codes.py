@@ -30,17 +30,9 @@ _EQUAL = {"=", "IN", "(", ","}
 def spelled_out(where: str, parameters: Mapping[str, str | int | float]) -> str:
     """Return an expression with every ``code('...')`` as a condition on class and least rotation.
 
-    Parameters
-    ----------
-    where : str
-        ``code`` takes words in quotes, or names (``:name``), with commas between, and holds for each.
-    parameters : mapping
-        What the names stand for.
-
-    Raises
-    ------
-    ValueError
-        If something else stands in the brackets, or the condition is compared with a value.
+    ``code`` takes words in quotes, or names (``:name``) of parameters, with commas between, and holds for
+    each. A `ValueError` tells if something else stands in the brackets, or the condition is compared with
+    a value.
     """
     found = tokens(where)
     solid = [place for place, token in enumerate(found) if token.kind != "blank"]

@@ -12,7 +12,7 @@ import sqlalchemy as sa
 from orbitdb.errors import StoreError
 from orbitdb.store.asking import expressions as free
 from orbitdb.store.asking.confinement import Patience, confined, heeding
-from orbitdb.store.asking.parsing import parse_names, unknown_column
+from orbitdb.store.asking.parsing import unknown_column
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.schema import BORN, DIED
 from orbitdb.store.file.tables import ENDS, catalogue, change
@@ -36,10 +36,7 @@ def conditions_of(
 ) -> list[sa.ColumnElement[bool] | sa.TextClause]:
     """Return a selection, but for its factor, as conditions on a view or on columns of the same names.
 
-    Raises
-    ------
-    SelectionError
-        If its free expression is refused.
+    A `SelectionError` refuses its free expression.
     """
     found: list[sa.ColumnElement[bool] | sa.TextClause] = [view.a == selection.a]
     if selection.periods:
@@ -95,25 +92,8 @@ def answering(
     return confined(connection, Patience(cancelled=cancelled), partial(free.refusal, selection.where))
 
 
-def parse_columns(text: str) -> tuple[str, ...]:
-    """Read names of columns of the view, with commas between.
-
-    Raises
-    ------
-    SelectionError
-        If one of them is not there, or is named twice.
-    """
-    return parse_names(text, COLUMNS)
-
-
 def rules_of(text: str | None) -> list[int]:
-    """Return the numbers of the rules broken from the column ``rules``.
-
-    Raises
-    ------
-    StoreError
-        If it holds something else.
-    """
+    """Return the numbers of the rules broken from the column ``rules``; a `StoreError` if it holds others."""
     parts = text.split(",") if text else []
     if not all(part in _RULES for part in parts):
         raise StoreError(f"rules {text!r} in the catalogue are none: 'orbitdb verify' tells what is wrong")
@@ -123,10 +103,7 @@ def rules_of(text: str | None) -> list[int]:
 def parse_order(order: str) -> dict[str, bool]:
     """Return the columns to sort by, the first one first, and whether they fall.
 
-    Raises
-    ------
-    SelectionError
-        If the order cannot be read, or names what is not a column.
+    A `SelectionError` tells of an order that cannot be read, or names what is not a column.
     """
     keys: dict[str, bool] = {}
     for part in order.split(","):

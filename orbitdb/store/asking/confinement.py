@@ -31,19 +31,10 @@ class CancelledError(Exception):
 
 
 class Patience:
-    """How long a query may still work.
+    """How long a query may still work: some seconds from now on, and as long as somebody waits.
 
-    Parameters
-    ----------
-    seconds : float, optional
-        From now on; by default `expressions.SECONDS`.
-    cancelled : callable, optional
-        Asked now and then whether nobody waits any more.
-
-    Attributes
-    ----------
-    deadline : float
-        When it ends, as `time.monotonic` tells it; whoever fetches rows in parts adds the time between them.
+    The `deadline` is when it ends, as `time.monotonic` tells it; whoever fetches rows in parts adds the
+    time between them.
     """
 
     def __init__(self, seconds: float | None = None, cancelled: Callable[[], bool] = never) -> None:
@@ -60,10 +51,7 @@ class Patience:
 def heeding(connection: sa.Connection, patience: Patience) -> Iterator[None]:
     """Let a connection answer a query, or fetch some of its rows, as long as somebody waits.
 
-    Raises
-    ------
-    CancelledError
-        If nobody waits any more.
+    It raises `CancelledError` if nobody waits any more.
     """
     own = driver(connection)
     own.set_progress_handler(lambda: patience.ended, _STEPS_BETWEEN_LOOKS)
@@ -84,25 +72,12 @@ def confined(
     refusal: Callable[[str], SelectionError],
     authorize: free.Authorizer | None = None,
 ) -> Iterator[None]:
-    """Let a connection answer for a limited time, and with texts of limited size.
+    """Let a connection answer for a limited time, that of the whole query, and with texts of limited size.
 
-    Parameters
-    ----------
-    connection : Connection
-        Free for other queries behind the block, though rows may be left to be fetched in another one.
-    patience : Patience
-        Of the whole query.
-    refusal : callable
-        From what SQLite says to the error that tells the user what is wrong.
-    authorize : callable, optional
-        What it may do besides computing; by default reading the views.
-
-    Raises
-    ------
-    SelectionError
-        If what is asked is refused, or takes too long.
-    CancelledError
-        If nobody waits any more.
+    Behind the block it is free for other queries, though rows may be left to be fetched in another block.
+    What it may do besides computing is reading the views, or what `authorize` allows. It raises
+    `CancelledError` if nobody waits any more, and else, from what SQLite says, the error that tells the
+    user what is wrong.
     """
     own = driver(connection)
     sizes = {

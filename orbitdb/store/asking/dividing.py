@@ -35,13 +35,7 @@ class Divided:
 
 
 def divide(selection: Selection) -> Divided:
-    """Divide a subset.
-
-    Raises
-    ------
-    SelectionError
-        If ``where`` is refused.
-    """
+    """Divide a subset; a `SelectionError` refuses its expression."""
     factors = () if selection.contains is None else (Factor(selection.contains),)
     plain = replace(selection, contains=None)
     if _is_of_classes(plain):

@@ -68,19 +68,13 @@ def expression(where: str, parameters: Parameters) -> sa.TextClause:
 
 
 def check(where: str, parameters: Parameters) -> None:
-    """Refuse what is not one expression over the view.
-
-    Raises
-    ------
-    SelectionError
-        With the reason, in one line.
-    """
+    """Refuse what is not one expression over the view, by a `SelectionError` with the reason."""
     try:
         check_size(where, parameters)
         plain = spelled_out(where, parameters)
         check_size(plain, parameters)
         _check_shape(meaningful(plain))
-        check_names(meaningful(where), parameters)
+        check_names(where, parameters)
         _compile(plain, parameters, authorize)
         _compile(f"(\n{plain}\n)", parameters, authorize)
     except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
@@ -98,14 +92,7 @@ def names_in(where: str) -> set[str]:
 
 
 def unfinished(where: str, reason: str) -> bool:
-    """Tell whether a refused expression may be one that is only not typed to its end.
-
-    Parameters
-    ----------
-    where : str
-    reason : str
-        What `check` said.
-    """
+    """Tell whether an expression that `check` refused, for a reason, may only not be typed to its end."""
     found = tokens(where)
     if "incomplete input" in reason or any(t.kind == "sign" and t.text in "'\"`[" for t in found):
         return True
@@ -126,10 +113,9 @@ def check_size(where: str, parameters: Parameters) -> None:
         raise ValueError(f"it has {size} characters with its values; {LONGEST} are allowed")
 
 
-def check_names(found: list[Token], parameters: Parameters) -> None:
+def check_names(where: str, parameters: Parameters) -> None:
     """Refuse values that no name stands for; those that lack one SQLite names."""
-    used = {token.text[1:] for token in found if token.kind == "value"}
-    if idle := [name for name in parameters if name not in used]:
+    if idle := [name for name in parameters if name not in names_in(where)]:
         raise ValueError(f"it has no :{', :'.join(idle)}: leave out what is given for it")
 
 
@@ -177,12 +163,7 @@ class _Level:
 def same_for_class(where: str, parameters: Parameters, shared: Set[str]) -> bool:
     """Tell whether a checked expression has one value for all words of a symmetry class.
 
-    Parameters
-    ----------
-    where, parameters
-        The expression.
-    shared : set of str
-        The columns of the view that all words of a class share.
+    ``shared`` are the columns of the view that all words of a class share.
     """
     columns, functions, selects = set(), set(), 0
 

@@ -1,4 +1,7 @@
-"""Reading parts of a selection from text: periods, statuses, bounds and the like."""
+"""Reading parts of a selection from text: periods, statuses, bounds and the like.
+
+What cannot be read raises a `SelectionError`, which says how to write it.
+"""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -18,13 +21,7 @@ _LARGEST_INTEGER = 2**63
 
 
 def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
-    """Read ranges of periods such as ``11``, ``2-8`` or ``2,3,5-7``.
-
-    Raises
-    ------
-    SelectionError
-        If the text is not of this form, or a range runs backwards.
-    """
+    """Read ranges of periods such as ``11``, ``2-8`` or ``2,3,5-7``."""
     ranges = []
     for part in text.split(","):
         found = _PERIODS.fullmatch(part.strip())
@@ -41,13 +38,7 @@ def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
 
 
 def parse_bound(text: str) -> tuple[str, Bounds]:
-    """Read bounds on a measure such as ``length=3:10``, ``margin=:1e-4`` or ``lambda_c=0.4:``.
-
-    Raises
-    ------
-    SelectionError
-        If the text is not of this form, or does not name one of `MEASURES`.
-    """
+    """Read bounds on a measure such as ``length=3:10``, ``margin=:1e-4`` or ``lambda_c=0.4:``."""
     name, _, span = text.partition("=")
     if name.strip() not in MEASURES:
         raise SelectionError(f"range {text!r}: name one of {', '.join(MEASURES)}, as in length=3:10")
@@ -66,13 +57,7 @@ def parse_bound(text: str) -> tuple[str, Bounds]:
 
 
 def parse_bounds(texts: Iterable[str]) -> dict[str, Bounds]:
-    """Read bounds on measures; those on the same one hold together.
-
-    Raises
-    ------
-    SelectionError
-        If one of them cannot be read (`parse_bound`).
-    """
+    """Read bounds on measures; those on the same one hold together."""
     found: dict[str, Bounds] = {}
     for text in texts:
         name, bounds = parse_bound(text)
@@ -85,13 +70,7 @@ def parse_bounds(texts: Iterable[str]) -> dict[str, Bounds]:
 
 
 def parse_parameter(text: str) -> tuple[str, str | int | float]:
-    """Read a value for a name in ``where``, such as ``cut=0.5`` or ``kind=self``.
-
-    Raises
-    ------
-    SelectionError
-        If the text is not of the form name=value.
-    """
+    """Read a value for a name in ``where``, such as ``cut=0.5`` or ``kind=self``."""
     name, sign, value = text.partition("=")
     if not sign or not name.isidentifier():
         raise SelectionError(f"-P {text!r}: write it as name=value")
@@ -103,26 +82,14 @@ def parse_parameter(text: str) -> tuple[str, str | int | float]:
 
 
 def parse_reversal(text: str) -> str:
-    """Read ``self`` or ``pair``.
-
-    Raises
-    ------
-    SelectionError
-        If it is neither.
-    """
+    """Read ``self`` or ``pair``."""
     if text not in REVERSALS:
         raise SelectionError(f"reversal {text!r}: use self or pair")
     return text
 
 
 def parse_symmetry(text: str) -> str:
-    """Read a symmetry label such as ``x,T,xT``, its elements in any order, or ``1`` for none.
-
-    Raises
-    ------
-    SelectionError
-        If one of them is no symmetry of the stadium, or they lack some of their products.
-    """
+    """Read a symmetry label such as ``x,T,xT``, its elements in any order, or ``1`` for none."""
     named = ordered_symmetry(text)
     if named == "1":
         return named
@@ -135,13 +102,7 @@ def parse_symmetry(text: str) -> str:
 
 
 def ordered_symmetry(text: str) -> str:
-    """Write the elements of a symmetry label in their order, be they a group or not.
-
-    Raises
-    ------
-    SelectionError
-        If one of them is no symmetry of the stadium.
-    """
+    """Write the elements of a symmetry label in their order, be they a group or not."""
     names = {part.strip() for part in text.split(",")}
     if names != {"1"} and not names <= set(NAMES[1:]):
         raise SelectionError(f"symmetry {text!r}: use 1, or some of {', '.join(NAMES[1:])} with commas")
@@ -149,13 +110,7 @@ def ordered_symmetry(text: str) -> str:
 
 
 def parse_statuses(text: str) -> tuple[Status, ...]:
-    """Read statuses separated by commas; ``all`` stands for every one.
-
-    Raises
-    ------
-    SelectionError
-        If one of them is not a status, or no row has it.
-    """
+    """Read statuses separated by commas; ``all`` stands for every one that rows have."""
     if text.strip() == "all":
         return STORED
     try:
@@ -171,25 +126,13 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
 
 
 def parse_exists(values: float | Iterable[float]) -> tuple[float, ...]:
-    """Read one value of a, or several, at which words exist or do not.
-
-    Raises
-    ------
-    StadiumError
-        If there is no such stadium.
-    """
+    """Read one value of a, or several, at which words exist or do not."""
     each = values if isinstance(values, Iterable) else (values,)
     return tuple(dict.fromkeys(Stadium(a).a for a in each))
 
 
 def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
-    """Read some of the known names of columns, with commas between.
-
-    Raises
-    ------
-    SelectionError
-        If one of them is not there, or is named twice.
-    """
+    """Read some of the known names of columns, with commas between."""
     names = tuple(name.strip() for name in text.split(","))
     for name in names:
         if name not in known:

@@ -42,10 +42,7 @@ def why_not_swept(selection: Selection) -> str:
 def swept_text(selection: Selection) -> str:
     """Return the canonical text of a subset of orbits, such as ``reversal=self length=:20.0``.
 
-    Raises
-    ------
-    SelectionError
-        If it cannot be swept.
+    A `SelectionError` tells why it cannot be swept.
     """
     if why := why_not_swept(selection):
         raise SelectionError(why)
@@ -73,13 +70,7 @@ def _written(bound: float | None, none: float) -> str:
 
 
 def selection_of(text: str, a: float) -> Selection:
-    """Return the subset at one a that has a canonical text.
-
-    Raises
-    ------
-    InputError
-        If no subset has this text.
-    """
+    """Return the subset at one a that has a canonical text; an `InputError` if none has."""
     given = dict(part.partition("=")[::2] for part in text.split())
     ranges = dict(parse_bound(f"{name}={given[name]}") for name in SWEPT_MEASURES if name in given)
     found = Selection(

@@ -78,13 +78,7 @@ def check_file(path: Path) -> int | None:
 
 
 def need_newest(path: Path) -> None:
-    """Refuse to read what is no catalogue of the newest schema.
-
-    Raises
-    ------
-    StoreError
-        With what makes one of it.
-    """
+    """Refuse to read what is no catalogue of the newest schema, with what makes one of it."""
     version = check_file(path)
     if version is None:
         raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11'")
@@ -140,14 +134,7 @@ def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
 def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
     """Return what connects to a file that is to be written, and may be new or older than the newest schema.
 
-    It must hold nothing that acts.
-
-    Parameters
-    ----------
-    path : Path
-        The database file.
-    references : bool
-        Whether SQLite looks up every reference that is written.
+    It must hold nothing that acts. With `references` SQLite looks up every reference that is written.
     """
     uri = _uri(path, "rwc")
     newest = check_file(path) == SCHEMA_VERSION
@@ -202,13 +189,7 @@ def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
 
 @contextmanager
 def asking(path: Path) -> Iterator[sqlite3.Connection]:
-    """Give a catalogue for a few questions, in one read transaction, without what SQLAlchemy costs to load.
-
-    Raises
-    ------
-    StoreError
-        If there is no catalogue there, or it cannot be read by this version.
-    """
+    """Give a catalogue for a few questions, in one read transaction, without loading SQLAlchemy."""
     need_newest(path)
     with plain_errors(path), closing(to_read(path)()) as connection:
         waiting(lambda: connection.execute("BEGIN"))

@@ -22,15 +22,9 @@ def reading_engine(path: Path) -> sa.Engine:
 def writing_engine(path: Path, references: bool = True) -> sa.Engine:
     """Return an engine whose every transaction takes the write lock at once.
 
-    What it connects to must hold nothing that acts; it may be new, or older than the newest schema.
-
-    Parameters
-    ----------
-    path : Path
-        The database file.
-    references : bool, optional
-        Whether SQLite looks up every reference that is written. A fill knows that its references are
-        right, they being keys of words, and the random lookups would take a third of its time.
+    What it connects to must hold nothing that acts; it may be new, or older than the newest schema. With
+    `references` SQLite looks up every reference that is written: a fill knows that its references are
+    right, they being keys of words, and the random lookups would take a third of its time.
     """
     return _engine(to_write(path, references), "BEGIN IMMEDIATE")
 

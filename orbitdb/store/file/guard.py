@@ -38,22 +38,9 @@ class TamperedError(StoreError):
 
 
 def refuse_tampered(connection: sqlite3.Connection, path: object, newest: bool) -> None:
-    """Refuse a file that holds more than data.
+    """Refuse a file, opened a moment ago, that holds more than data, with the first thing that is wrong.
 
-    Parameters
-    ----------
-    connection : sqlite3.Connection
-        Opened a moment ago.
-    path : path-like
-        For the message.
-    newest : bool
-        Whether the file must have the newest schema; of others, that are about to be migrated, only
-        what acts is refused.
-
-    Raises
-    ------
-    TamperedError
-        With the first thing that is wrong.
+    Unless it must have the newest schema, as it is about to be migrated, only what acts is refused.
     """
     schema = connection.execute("SELECT type, name, sql FROM sqlite_master").fetchall()
     found = {(kind, name): (text or "").split() for kind, name, text in schema}

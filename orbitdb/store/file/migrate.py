@@ -33,13 +33,7 @@ class Migration(NamedTuple):
 
 
 def migrate(path: Path) -> Migration:
-    """Create a catalogue, or copy an older one and bring it to the newest schema, in one transaction.
-
-    Raises
-    ------
-    StoreError
-        If the file is not a catalogue or cannot be written.
-    """
+    """Create a catalogue, or copy an older one and bring it to the newest schema, in one transaction."""
     before = check_file(path) or 0
     if before == SCHEMA_VERSION:
         return Migration(before, before, None)

@@ -10,18 +10,7 @@ import sqlalchemy as sa
 
 from orbitdb.orbits.orbit import NUMBERS, Orbits
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.schema import DONE
-from orbitdb.store.file.tables import (
-    birth_fill,
-    certificate,
-    change,
-    cycle,
-    element,
-    fill,
-    metadata,
-    orbit,
-    stadium,
-)
+from orbitdb.store.file.tables import certificate, change, cycle, fill, orbit, stadium
 from orbitdb.store.reading import question
 from orbitdb.store.reading.chosen import Integers, orders_of
 from orbitdb.store.reading.soundness import Columns, Marks, are_whole, sound_words
@@ -143,30 +132,6 @@ def whole_rows(stored: StoredBlock, p: int, whole: Marks) -> list[int]:
     return places
 
 
-def file_errors(connection: sa.Connection) -> list[str]:
-    """Return what SQLite finds wrong with the file, its indexes and the types of its values."""
-    found = connection.exec_driver_sql("PRAGMA integrity_check").scalars().all()
-    return [] if found == ["ok"] else [str(message) for message in found]
-
-
-def dangling(connection: sa.Connection) -> list[str]:
-    """Return the references that lead nowhere, as "table -> table"."""
-    found = connection.exec_driver_sql("PRAGMA foreign_key_check").all()
-    return [f"{child} -> {parent}" for child, _, parent, _ in found]
-
-
-def row_count(connection: sa.Connection) -> int:
-    """Return the number of rows of all tables."""
-    return sum(
-        connection.scalar(sa.select(sa.func.count()).select_from(t)) or 0 for t in metadata.sorted_tables
-    )
-
-
-def elements(connection: sa.Connection) -> set[tuple[str, int, int]]:
-    """Return the rows of `element`."""
-    return {(symmetry, n, g) for symmetry, n, g in connection.execute(sa.select(element))}
-
-
 def stadium_id(connection: sa.Connection, a: float) -> int | None:
     """Return the number of a stadium, None if it is not known."""
     return connection.scalar(sa.select(stadium.c.id).where(stadium.c.a == a))
@@ -178,26 +143,7 @@ def fills(connection: sa.Connection) -> list[Row]:
     return [dict(row) for row in connection.execute(query).mappings()]
 
 
-def partial_births(connection: sa.Connection) -> list[Row]:
-    """Return the rows of `birth_fill` that are not complete."""
-    query = sa.select(birth_fill).where(birth_fill.c.state != DONE).order_by(birth_fill.c.p)
-    return [dict(row) for row in connection.execute(query).mappings()]
-
-
-def word_counts(connection: sa.Connection) -> dict[int, tuple[int, int]]:
-    """Return by period the numbers of classes, and of words that they say they have."""
-    query = sa.select(cycle.c.p, sa.func.count(), sa.func.sum(cycle.c.class_size)).group_by(cycle.c.p)
-    return {p: (classes, words) for p, classes, words in connection.execute(query)}
-
-
 def changes(connection: sa.Connection, p: int) -> list[sa.Row[Any]]:
     """Return the changes of all classes of a period, by class and number, each with its class size."""
     query = sa.select(change, cycle.c.class_size, cycle.c.word).join_from(change, cycle).where(cycle.c.p == p)
     return list(connection.execute(query.order_by(change.c.cycle, change.c.number)))
-
-
-def periods_without_births(connection: sa.Connection) -> list[int]:
-    """Return the periods that have changes, but no row that says how far these are stored."""
-    known = sa.select(birth_fill.c.p)
-    query = sa.select(cycle.c.p).join_from(change, cycle).where(cycle.c.p.not_in(known)).distinct()
-    return list(connection.scalars(query.order_by(cycle.c.p)))

@@ -124,16 +124,7 @@ class Chosen(ByValue):
 def orders_of(ids: Integers, sound: bool = True) -> NDArray[np.int64]:
     """Return the orders of the words that ids, or minus the ids, are keys of; `MAX_KEYED` + 1 for others.
 
-    Parameters
-    ----------
-    ids : ndarray of int64
-    sound : bool, optional
-        Whether ids below every key are refused; else their order is 0.
-
-    Raises
-    ------
-    StoreError
-        With the first that is.
+    Ids below every key are refused, unless they need not be sound; their order is then 0.
     """
     low = np.abs(ids) < _LEAST
     if sound and low.any():

@@ -65,13 +65,7 @@ class Fill:
 
 
 def as_fill(row: sa.Row[Any]) -> Fill:
-    """Return a row of the table ``fill``.
-
-    Raises
-    ------
-    StoreError
-        If its period cannot have been filled.
-    """
+    """Return a row of the table ``fill``; a `StoreError` if its period cannot have been filled."""
     values = row._mapping
     if not 2 <= values["p"] <= MAX_PACKED:
         raise unsound("a filled period of", values["p"])

@@ -28,18 +28,8 @@ def fitting(
 ) -> Masks:
     """Return which words of classes fit all patterns: bit g is set where that under element g does.
 
-    Parameters
-    ----------
-    connection : Connection
-        Asked for the words that are too long for a key.
-    ids : ndarray of int64, shape (C,)
-        Of classes, or of pruned words, of which bit 0 counts.
-    patterns : sequence of Pattern
-    cancelled : callable, optional
-
-    Returns
-    -------
-    ndarray of uint8, shape (C,)
+    The ids, shape (C,), are those of classes, or of pruned words, of which bit 0 counts. The connection
+    is asked for the words that are too long for a key.
     """
     found = np.zeros(len(ids), dtype=np.uint8)
     orders = orders_of(ids)

@@ -112,29 +112,13 @@ def partners(connection: sqlite3.Connection, representative: str) -> list[tuple[
 
 
 def a_meant(path: Path) -> float:
-    """Return the a that is meant where none is named: the only one of a catalogue, else 1.6.
-
-    Raises
-    ------
-    InputError
-        If there are several, and 1.6 is none of them.
-    """
+    """Return the a that is meant (`meant`) in a catalogue."""
     with asking(path) as connection:
         return meant(a_stored(connection))
 
 
 def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
-    """Return a primitive word from the catalogue, or solve it if it is not stored.
-
-    Parameters
-    ----------
-    path : Path or None
-        A catalogue; None if there is none.
-    word : str
-        Symbols 0..5, in any rotation.
-    a : float
-        The stadium.
-    """
+    """Return a primitive word from the catalogue, if there is one; solve it if it is not stored."""
     stored = None
     if path is not None:
         with asking(path) as connection:
@@ -166,17 +150,10 @@ def born_with(path: Path | None, orbit: Orbit) -> list[tuple[float, list[str]]]:
         return partners(connection, orbit.representative)
 
 
-def a_filled(connection: sqlite3.Connection) -> list[float]:
-    """Return the values of a at which periods are filled, whole or in part, in order."""
-    return _a_with(connection, "fill")
-
-
-def a_stored(connection: sqlite3.Connection) -> list[float]:
-    """Return the values of a at which there are orbits, be it of single words, or sums of them, in order."""
-    return _a_with(connection, "fill", "sweep", "orbit")
-
-
-def _a_with(connection: sqlite3.Connection, *tables: str) -> list[float]:
+def a_stored(
+    connection: sqlite3.Connection, tables: Sequence[str] = ("fill", "sweep", "orbit")
+) -> list[float]:
+    """Return the values of a at which some table has rows: orbits, be it of single words, or sums of them."""
     known = " OR ".join(
         f"EXISTS (SELECT 1 FROM {table} WHERE {table}.stadium = stadium.id)" for table in tables
     )
@@ -186,10 +163,7 @@ def _a_with(connection: sqlite3.Connection, *tables: str) -> list[float]:
 def meant(values: Sequence[float]) -> float:
     """Return the a that is meant where none is named: the only one there is, else 1.6.
 
-    Raises
-    ------
-    InputError
-        If there are several, and 1.6 is none of them.
+    An `InputError` names them if there are several, and 1.6 is none of them.
     """
     if len(values) == 1:
         return values[0]

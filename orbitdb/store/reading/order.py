@@ -27,14 +27,9 @@ def order_of_classes(
 ) -> list[sa.ColumnElement[Any]]:
     """Return what sorts classes in SQL; nothing for their natural order, in which the views give them.
 
-    Parameters
-    ----------
-    rows : columns
-        The keys, ``p``, ``least`` (the least word), and ``coded``, four times the id and less than 4.
-    keys : mapping of str to bool
-        Columns of classes to sort by, and whether they fall.
-    mixed : bool
-        Whether there may be pruned words or words without a key, whose ids do not rise with the period.
+    The rows have the keys, which are columns of classes, ``p``, ``least`` (the least word), and
+    ``coded``, four times the id and less than 4. Of each key it is said whether it falls. They are
+    `mixed` if there may be pruned words or words without a key, whose ids do not rise with the period.
     """
     natural: list[sa.ColumnElement[Any]] = [rows.coded]
     if mixed:
@@ -51,16 +46,10 @@ def order_of_classes(
 def in_order_of_words(
     connection: sa.Connection, chosen: Chosen, keys: Mapping[str, bool]
 ) -> NDArray[np.uint32]:
-    """Return the order of the words of a subset.
+    """Return the order of the words of a subset by columns, one of them at least of single words.
 
-    Parameters
-    ----------
-    connection : Connection
-        Asked for the words that are too long for a key.
-    chosen : Chosen
-        In the natural order, with the values of all keys that are of classes.
-    keys : mapping of str to bool
-        Columns to sort by, at least one of them of single words, and whether they fall.
+    The subset is in the natural order, with the values of all keys that are of classes. Of each key it is
+    said whether it falls. The connection is asked for the words that are too long for a key.
     """
     arrays: list[NDArray[np.generic]] = []
     for name, falls in keys.items():

@@ -74,13 +74,7 @@ def first_of_period(connection: sa.Connection, chosen: Chosen, p: int) -> int | 
 def first_beginning(
     connection: sa.Connection, chosen: Chosen, code: str, cancelled: Callable[[], bool] = never
 ) -> int | None:
-    """Return the first row whose code begins with some symbols; None if there is none.
-
-    Raises
-    ------
-    CancelledError
-        If nobody waits any more.
-    """
+    """Return the first row whose code begins with some symbols; None if there is none."""
     elements = fitting(connection, chosen.ids, (Like(f"{code}%", True),), cancelled)
     stabilisers = stabilisers_of_classes(connection, chosen.ids, chosen.masks == ALL)
     return chosen.first(places_of_elements(elements, stabilisers))

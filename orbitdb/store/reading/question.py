@@ -61,8 +61,7 @@ def choose(
 
     Parameters
     ----------
-    connection : Connection
-    selection : Selection
+    connection, selection
     order : str, optional
         Columns with commas between, each with ``desc`` behind it or ``-`` before it to fall; of rows that
         are equal in them the lower period, the lower least word and the lower element come first.
@@ -71,14 +70,7 @@ def choose(
     most : int, optional
         So many rows are wanted, the first ones; more may be found.
     cancelled : callable, optional
-        Asked now and then whether nobody waits any more.
-
-    Raises
-    ------
-    SelectionError
-        If ``where`` is refused, or takes too long.
-    CancelledError
-        If nobody waits any more.
+        Asked now and then whether nobody waits any more: `CancelledError`.
     """
     keys, divided = parse_order(order), divide(selection)
     by_class = dict(takewhile(lambda key: key[0] not in _OF_WORDS, keys.items()))

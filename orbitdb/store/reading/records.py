@@ -36,15 +36,7 @@ def bounds_stored(
 def closest(
     connection: sa.Connection, proof: str | None = None, a: float | None = None
 ) -> list[EntropyBounds]:
-    """Return the closest bounds at each a; of two that are as close, those in balls.
-
-    Raises
-    ------
-    InputError
-        If there is no such kind of proof.
-    StoreError
-        If a row is none that windows give.
-    """
+    """Return the closest bounds at each a; of two that are as close, those in balls."""
     if proof not in (None, DOUBLES, BALLS):
         raise InputError(f"proof {proof!r}: use {DOUBLES} or {BALLS}")
     found = bounds_stored(connection, proof, a)

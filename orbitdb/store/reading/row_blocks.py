@@ -32,21 +32,7 @@ _ROWS, _LONG_ROWS = 1 << 13, 16
 def blocks_of(
     connection: sa.Connection, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
 ) -> Iterator[ColumnBlock]:
-    """Yield rows of a subset, from one on and below another, by columns.
-
-    Parameters
-    ----------
-    connection : Connection
-    chosen : Chosen
-    names : sequence of str
-        Some of `COLUMNS`.
-    first, last : int, optional
-
-    Raises
-    ------
-    StoreError
-        If something is stored that no catalogue of this program has.
-    """
+    """Yield rows of a subset, from one on and below another, by columns, which are some of `COLUMNS`."""
     last = len(chosen) if last is None else min(last, len(chosen))
     for start in range(first, last, _ROWS):
         words = chosen.words(start, min(start + _ROWS, last))

@@ -97,13 +97,7 @@ def sound_words(words: Sequence[str], p: int) -> NDArray[np.intp]:
 
 
 def need_words(words: Sequence[str], orders: Sequence[int]) -> None:
-    """Raise unless all texts are words of their orders.
-
-    Raises
-    ------
-    StoreError
-        With the first that is none.
-    """
+    """Raise a `StoreError` with the first text that is no word of its order."""
     if list(map(len, words)) == list(orders) and _WORD.fullmatch("".join(words) or "0"):
         return
     wrong = next(word for word, p in zip(words, orders, strict=True) if not is_written(word, p))
@@ -111,13 +105,7 @@ def need_words(words: Sequence[str], orders: Sequence[int]) -> None:
 
 
 def coordinates_of(blobs: Sequence[bytes], p: int) -> NDArray[np.float64]:
-    """Return the coordinates that BLOBs hold, shape (N, p).
-
-    Raises
-    ------
-    StoreError
-        If one of them does not hold p coordinates.
-    """
+    """Return the coordinates that BLOBs hold, shape (N, p); a `StoreError` if one does not hold p."""
     for blob in blobs:
         if len(blob) != 8 * p:
             raise unsound(f"coordinates of {p} bounces in bytes:", len(blob))

@@ -27,20 +27,10 @@ def run_statement(
 ) -> tuple[tuple[str, ...], Iterator[tuple[Any, ...]]]:
     """Run one SELECT over `READABLE`; return the names of its columns, and its rows.
 
-    Parameters
-    ----------
-    connection : Connection
-        In one transaction until all rows are fetched.
-    statement : str
-        It may call the functions that an expression may call (`orbitdb.store.asking.expressions`), and
-        ``code('1232131')`` finds a word in any rotation.
-    parameters : dict
-        What the names (``:name``) in it stand for.
-
-    Raises
-    ------
-    SelectionError
-        If it is not one SELECT, reads something else, names two columns alike, or takes too long.
+    It may call the functions that an expression may call (`orbitdb.store.asking.expressions`), and
+    ``code('1232131')`` finds a word in any rotation. The connection is in one transaction until all rows
+    are fetched. A `SelectionError` tells if it is not one SELECT, reads something else, names two columns
+    alike, or takes too long.
     """
     try:
         _check(statement, parameters)
@@ -82,7 +72,7 @@ def _check(statement: str, parameters: free.Parameters) -> None:
     free.check_size(statement, parameters)
     if any(token.keyword == "WITH" for token in found):
         raise ValueError("WITH may not be used")
-    free.check_names(found, parameters)
+    free.check_names(statement, parameters)
 
 
 def _answering(connection: sa.Connection, statement: str, patience: Patience) -> AbstractContextManager[None]:

@@ -63,32 +63,13 @@ class Sweep:
 
 
 def sweeps(connection: sa.Connection, a: float, selection: str = "") -> list[Sweep]:
-    """Return how far periods are swept at one a, by period.
-
-    Parameters
-    ----------
-    connection : Connection
-    a : float
-    selection : str, optional
-        The canonical text of a subset; by default all orbits.
-
-    Raises
-    ------
-    StoreError
-        If a row is none that a sweep has written.
-    """
+    """Return how far periods are swept at one a, all orbits or a subset by its canonical text, by period."""
     query = sa.select(sweep).join(stadium).where(stadium.c.a == a, sweep.c.selection == selection)
     return [_as_sweep(row) for row in connection.execute(query.order_by(sweep.c.p))]
 
 
 def swept_subsets(connection: sa.Connection, a: float) -> list[Selection]:
-    """Return the subsets, other than all orbits, that are swept at one a, whole or in part.
-
-    Raises
-    ------
-    StoreError
-        If one of them is none that can be swept.
-    """
+    """Return the subsets, other than all orbits, that are swept at one a, whole or in part."""
     texts = sa.select(sweep.c.selection).distinct().join(stadium).order_by(sweep.c.selection)
     found = []
     for text in connection.scalars(texts.where(stadium.c.a == a, sweep.c.selection != "")):

@@ -40,16 +40,8 @@ def add_classes(
 ) -> None:
     """Store symmetry classes with all their words.
 
-    Parameters
-    ----------
-    connection : Connection
-    numbers : sequence of int, length N
-        Their ids.
-    least : ndarray of uint8, shape (N, p)
-        Their least words.
-    stabilisers : ndarray of uint8, shape (N,)
-    words : sequence of str, length N
-        The words of each class (`orbitdb.symbols.members.joined_words`).
+    For each of the N classes there are its id, its least word, shape (N, p), its stabiliser and all its
+    words (`orbitdb.symbols.members.joined_words`).
     """
     p, masks = least.shape[1], stabilisers.tolist()
     sizes, reversals, labels = (

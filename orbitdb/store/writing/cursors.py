@@ -75,10 +75,7 @@ def open_cursor(connection: sa.Connection, table: sa.Table, **begun: object) -> 
 def hold(connection: sa.Connection, cursor: Cursor) -> None:
     """Make sure that a cursor still says what it did; nobody can move it while this transaction lasts.
 
-    Raises
-    ------
-    OvertakenError
-        If another process has moved it.
+    `OvertakenError` tells that another process has moved it.
     """
     columns = cursor.table.c.state, cursor.table.c.cursor
     row = connection.execute(sa.select(*columns).where(cursor.rows(cursor.table))).first()

@@ -25,18 +25,7 @@ def replace_certificates(
 ) -> None:
     """Store the certificates of the classes that were proved, and drop older ones of all that were tried.
 
-    Parameters
-    ----------
-    writer : Writer
-    connection : Connection
-        Of the writer.
-    stadium_id : int
-    tried : sequence of int
-        Numbers of classes.
-    proved : sequence of (int, float, int)
-        Class, radius, and bits of the arithmetic.
-    version : str
-        The program's.
+    A proof is a class, the radius, and the bits of the arithmetic; `version` is the program's.
     """
     keys = [(stadium_id, cycle) for cycle in tried]
     connection.exec_driver_sql("DELETE FROM certificate WHERE stadium = ? AND cycle = ?", keys)
@@ -57,14 +46,8 @@ def add_reference(writer: Writer, a: float, found: "Reference") -> None:
 def keep_bounds(writer: Writer, found: "EntropyBounds", proof: str, computed: str | None = None) -> bool:
     """Store what windows of one length prove, unless just that is stored; tell whether it was not.
 
-    Parameters
-    ----------
-    writer : Writer
-    found : EntropyBounds
-    proof : str
-        What has decided the windows: `orbitdb.entropy.entropy_bounds.DOUBLES` or `BALLS`.
-    computed : str, optional
-        The arithmetic that has found it, if it was another process (`Writer.run_id`).
+    `proof` is what has decided the windows, `orbitdb.entropy.entropy_bounds.DOUBLES` or `BALLS`, and
+    `computed` the arithmetic that has found it, if it was another process (`Writer.run_id`).
     """
     table = entropy_bound.c
     values = {name: getattr(found, name) for name in ("lower", "upper", "windows", "undecided")}

@@ -56,13 +56,7 @@ class Writer:
             yield connection
 
     def try_to_write(self) -> None:
-        """Write nothing, as a check that something could be written.
-
-        Raises
-        ------
-        StoreError
-            If nothing can.
-        """
+        """Write nothing, as a check that something could be written: else a `StoreError`."""
         with self.writing() as connection:
             connection.execute(sa.delete(run).where(sa.false()))
 
