@@ -33,9 +33,9 @@ if TYPE_CHECKING:
     from orbitdb.catalogue.identification import Candidate, Followed, Trajectory
     from orbitdb.catalogue.subset import Subset
     from orbitdb.errors import InputError, StoreError, WorkError
-    from orbitdb.orbits.births.lives import existence, solve_word
     from orbitdb.orbits.newton import solve
     from orbitdb.orbits.orbit import Orbit, Orbits, Status
+    from orbitdb.orbits.single_word import existence, solve_word
     from orbitdb.quantum.levels import Levels, levels
     from orbitdb.store.asking.selection import Selection
     from orbitdb.trajectories.ensemble import Reference, simulate
@@ -72,7 +72,7 @@ _HOMES = {
     "catalogue.identification": ("Candidate", "Followed", "Trajectory"),
     "catalogue.subset": ("Subset",),
     "errors": ("InputError", "StoreError", "WorkError"),
-    "orbits.births.lives": ("existence", "solve_word"),
+    "orbits.single_word": ("existence", "solve_word"),
     "orbits.newton": ("solve",),
     "orbits.orbit": ("Orbit", "Orbits", "Status"),
     "quantum.levels": ("Levels", "levels"),

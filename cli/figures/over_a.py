@@ -11,8 +11,8 @@ from orbitdb.cli.figures.orbits import short
 from orbitdb.cli.render import code_text
 from orbitdb.entropy.letters import geometric_entropy
 from orbitdb.errors import InputError
-from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.single_word import solve_word
 from orbitdb.plots import births
 from orbitdb.plots.paths import draw_orbit
 from orbitdb.plots.style import BLUE, ORANGE, explain, figure

@@ -25,8 +25,8 @@ from orbitdb.cli.tui.orbit.facts import Certificate
 from orbitdb.cli.tui.screens import ActionsDialog, Keys, QuestionDialog, bindings, key
 from orbitdb.cli.tui.state_file import Kept
 from orbitdb.errors import InputError, StoreError
-from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.single_word import solve_word
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import check_file

@@ -450,7 +450,7 @@ class Catalogue(OpenedCatalogue):
     def _find_or_solve(self, word: str, a: float) -> Orbit:
         if (found := self.find(word, a)) is not None:
             return found
-        from orbitdb.orbits.births.lives import solve_word
+        from orbitdb.orbits.single_word import solve_word
 
         return solve_word(word, a)
 

@@ -331,7 +331,7 @@ class Subset(ByValue):
 
     def _repr_html_(self) -> str:
         """Show the first rows with small pictures; orbits without coordinates are solved now."""
-        from orbitdb.orbits.births.lives import solve_word
+        from orbitdb.orbits.single_word import solve_word
 
         shown = list(self[: subset_tables.MOST_ROWS])
         for place, orbit in enumerate(shown):

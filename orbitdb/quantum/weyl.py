@@ -39,7 +39,7 @@ def weyl(stadium: Stadium, parity: Parity | None) -> Polynomial:
 
 
 def wavenumber(smooth: Polynomial, number: float) -> float:
-    """Return the k below which there are so many levels, roughly; 0 where there are fewer at all."""
+    """Return the k below which there are so many levels, roughly, or that of the fewest."""
     constant, linear, quadratic = smooth.coef.tolist()
     root = linear**2 - 4 * quadratic * (constant - number)
     return max(0.0, (math.sqrt(max(root, 0.0)) - linear) / (2 * quadratic))

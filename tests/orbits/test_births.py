@@ -19,8 +19,8 @@ from orbitdb.orbits.births import changes as births
 from orbitdb.orbits.births.changes import JOINTS, events, find_changes
 from orbitdb.orbits.births.continuation import follow, motion
 from orbitdb.orbits.births.crossings import candidates, refine
-from orbitdb.orbits.births.lives import LONGEST
 from orbitdb.orbits.newton import newton, solve
+from orbitdb.orbits.single_word import LONGEST
 from orbitdb.symbols.symmetry import images_of
 from orbitdb.symbols.words import from_strings, to_strings
 

@@ -155,7 +155,7 @@ def _of_word(kind: str, codes: list[str], a: float | None, db: Path) -> "Figure"
     """Draw the orbit of the only word that is given, stored or solved on the spot."""
     from orbitdb.cli.figures import orbits
     from orbitdb.cli.figures.over_a import draw_life
-    from orbitdb.orbits.births.lives import solve_word
+    from orbitdb.orbits.single_word import solve_word
     from orbitdb.store.reading.lookup import find_or_solve, with_existence
 
     if len(codes) != 1:

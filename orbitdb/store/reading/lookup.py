@@ -125,7 +125,7 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
             stored = find_word(connection, word, a)
     if stored is not None:
         return stored
-    from orbitdb.orbits.births.lives import solve_word
+    from orbitdb.orbits.single_word import solve_word
 
     return solve_word(word, a)
 
@@ -133,11 +133,11 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
 def with_existence(orbit: Orbit) -> Orbit:
     """Return a word with the ranges of a in which it is an orbit, which are found now if necessary.
 
-    It stays unknown for words that are too long (`orbitdb.orbits.births.lives.LONGEST`).
+    It stays unknown for words that are too long (`orbitdb.orbits.single_word.LONGEST`).
     """
     if orbit.exists is not None:
         return orbit
-    from orbitdb.orbits.births.lives import LONGEST, existence
+    from orbitdb.orbits.single_word import LONGEST, existence
 
     return orbit if orbit.p > LONGEST else replace(orbit, exists=tuple(existence(orbit.code)))
 

@@ -17,7 +17,7 @@ from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import InputError
-from orbitdb.orbits.births.lives import solve_word
+from orbitdb.orbits.single_word import solve_word
 from orbitdb.store.asking.selection import Selection
 
 

@@ -14,8 +14,8 @@ from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.table.jumping import place_of
 from orbitdb.cli.tui.table.pages import Ordering, Pages
 from orbitdb.errors import StoreError
-from orbitdb.orbits.births.lives import solve_word
 from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.single_word import solve_word
 from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection, SelectionError

@@ -16,7 +16,7 @@ from orbitdb.cli.tui.orbit.pictures import (
     path_of,
     phase_points,
 )
-from orbitdb.orbits.births.lives import solve_word
+from orbitdb.orbits.single_word import solve_word
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
 
 A = 1.6

@@ -12,7 +12,7 @@ from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 from orbitdb.cli.tui.table import jumping
 from orbitdb.cli.tui.table.pages import NONE
-from orbitdb.orbits.births.lives import solve_word
+from orbitdb.orbits.single_word import solve_word
 from orbitdb.store.asking.selection import Selection
 
 

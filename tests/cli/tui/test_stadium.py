@@ -9,7 +9,7 @@ from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.filling.periods import fill_periods
-from orbitdb.orbits.births.lives import solve_word
+from orbitdb.orbits.single_word import solve_word
 from orbitdb.store.asking.selection import Selection
 
 

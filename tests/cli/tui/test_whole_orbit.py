@@ -9,7 +9,7 @@ from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen, whole_lines
 from orbitdb.numerals import upwards
-from orbitdb.orbits.births.lives import solve_word
+from orbitdb.orbits.single_word import solve_word
 from orbitdb.symbols.symmetry import members
 
 

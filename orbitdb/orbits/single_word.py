@@ -1,4 +1,4 @@
-"""The lives of one word: the ranges of a in which it is an orbit."""
+"""One word: its orbit in a stadium, and its lives, the ranges of a in which it is one."""
 
 from dataclasses import replace
 from typing import Any
