@@ -5,6 +5,7 @@ from screens import SMALL, TINY, drive, press, screen_lines, settle
 from textual.widgets import Button, Label
 from textual.widgets._toast import Toast
 
+from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.store.asking.selection import Selection
 
@@ -31,6 +32,62 @@ def cut_off(app):
     for box in app.screen.query(".dialog"):
         texts += [(title, box.region) for title in (box.border_title, box.border_subtitle) if title]
     return [text for text, region in texts if squeezed(text) not in seen(app, region)]
+
+
+def a_fill_runs(app):
+    app.fill_state = FillState(Wish(1.6, (13,)), done=123_456, total=2_345_678, p=13, began=0.0)
+
+
+async def quit_question(app, pilot):
+    a_fill_runs(app)
+    await press(pilot, "q")
+
+
+async def fill_that_runs(app, pilot):
+    a_fill_runs(app)
+    await press(pilot, "f")
+
+
+async def fill_without_room(app, pilot):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("orbitdb.filling.estimate.BYTES", 1e12)
+        await press(pilot, "f")
+        app.screen.query_one("#periods").value = "2-20"
+        await settle(pilot)
+        assert "no room" in str(app.screen.query_one("#cost").render())
+
+
+async def long_fill(app, pilot):
+    await press(pilot, "f")
+    app.screen.query_one("#periods").value = "2-14"
+    await press(pilot, "enter")
+
+
+async def wrong_filter(app, pilot):
+    await press(pilot, "slash")
+    app.screen.query_one("Input").value = "lenght < 3"
+
+
+async def wrong_code(app, pilot):
+    await press(pilot, "c")
+    app.screen.query_one("Input").value = "1232131" * 9 + "9"
+
+
+async def export_over_a_file(app, pilot):
+    await press(pilot, "e")
+    app.screen.query_one("Input").value = str(app.path.with_name("there.csv"))
+
+
+async def sorting(app, pilot):
+    await press(pilot, "s")
+
+
+async def choosing_columns(app, pilot):
+    await press(pilot, "C")
+
+
+async def kept_filters(app, pilot):
+    await press(pilot, "F")
 
 
 DIALOGS = [
