@@ -7,7 +7,6 @@ from solutions import words_of
 
 from orbitdb.billiard.bounces import (
     coordinates,
-    end_angles,
     margin_distances,
     slack_errors,
     slacks,
@@ -165,15 +164,6 @@ def test_slack_errors_bound_what_a_change_of_direction_does():
         walled = np.isfinite(before)
         change = np.abs(slacks(legs, moved)[walled] - before[walled])
         assert (change <= bound[walled]).all()
-
-
-def test_bounces_of_a_run_are_equally_spaced():
-    ((_, legs),) = cut(from_strings(["1111132"]))
-    alpha = newton(legs, 1.6).alpha
-    (x,) = coordinates(legs, 1.6, alpha)
-    first, last = end_angles(legs, alpha)
-    assert np.diff(x[:5]) == pytest.approx((x[4] - x[0]) / 4 * np.ones(4), abs=1e-15)
-    assert (x[0], x[4]) == pytest.approx((first[0, 0], last[0, 0]), abs=1e-15)
 
 
 def test_sums_over_many_legs_keep_their_bound():

@@ -35,15 +35,6 @@ def test_the_table_of_an_a_that_is_not_filled(cli):
     assert json.loads(born.out)[4]["boundary"] == 32
 
 
-def test_periods_that_nobody_knows_are_still_told(cli):
-    cli("births", "--p", "5")
-    outcome = cli("table", "--a", "0.77", "--p", "4-7")
-    assert [row.split()[0] for row in outcome.out.splitlines()[1:]] == ["4", "5"]
-    assert outcome.err.splitlines()[0] == "periods 4-5 at a = 0.77: from births, with no fill"
-    assert outcome.err.splitlines()[1].startswith("periods 6-7 are not filled at a = 0.77")
-    assert json.loads(cli("table", "--a", "0.77", "--p", "4", "--json").out)[0]["N"] == 130
-
-
 def test_query_says_over_which_a_a_word_is_an_orbit(cli):
     (found,) = json.loads(cli("query", "--code", "010203113", "--json").out)
     assert list(found)[-1] == "exists"

@@ -8,7 +8,7 @@ from itineraries import itineraries, random_rays
 from quick import slow_but
 
 from orbitdb import Catalogue, InputError, Stadium, solve_word
-from orbitdb.orbits.shadowing import LONGEST, shadows
+from orbitdb.orbits.shadowing import shadows
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
 from orbitdb.trajectories.traces import trace_start
@@ -112,13 +112,6 @@ def test_the_bounces_of_an_orbit_name_it(catalogue, word):
         assert best.orbit.representative == orbit.representative
 
 
-def test_a_polygon_of_more_bounces_than_are_sought_is_known_as_a_whole():
-    word = "13" * 12 + "1232131"
-    symbols, points = from_strings([word])[0], solve_word(word, STADIUM).points
-    assert len(word) > LONGEST
-    assert word in [each.word for each in shadows(STADIUM, symbols, points, 1e-2, whole=True)]
-
-
 def test_of_two_stretches_at_an_orbit_the_longer_one_is_told():
     words = ["033244"] * 2 + ["13"] + ["033244"] * 4 + ["13"] + ["033244"] * 3
     points = np.concatenate([solve_word(word, STADIUM).points for word in words])
@@ -204,13 +197,6 @@ def test_a_start_on_the_boundary_has_its_own_bounce_as_number_0(catalogue):
         found = catalogue.identify(start=start, limit=1)
         assert math.dist(found.points[-found.first], orbit.points[0]) < 1e-5
         assert name(found.shadowed[0]) == least_rotation("1232131")
-
-
-@pytest.mark.slow
-def test_a_thousand_bounces_are_followed_as_far_as_they_are_known(catalogue):
-    found = catalogue.identify(start=(0, 0, 1), bounces=1000, limit=0)
-    assert 40 < len(found.points) < 80
-    assert np.array_equal(found.points, catalogue.identify(start=(0, 0, 1), limit=0).points)
 
 
 def test_between_the_walls_there_is_no_orbit(catalogue):
