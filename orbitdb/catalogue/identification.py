@@ -14,7 +14,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit, Status
-from orbitdb.orbits.shadowing import Shadow, shadows
+from orbitdb.orbits.shadowing import shadows
 from orbitdb.store.file.tables import classes
 from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.traces import trace_points, trace_start
@@ -150,13 +150,12 @@ def identify_trajectory(
     else:
         path = trace_points(stadium, points, near)
     found = shadows(stadium, path.symbols, path.points, near, whole=start is None)
-    shadowed = tuple(_followed(each, path.first, find) for each in found[:most])
+    shadowed = tuple(
+        Followed(find(each.word), path.first + each.first, each.bounces, each.distance)
+        for each in found[:most]
+    )
     sequence = to_strings(path.symbols[None])[0] if len(path) else ""
     return Trajectory(sequence, path.first, path.points, shadowed, len(found))
-
-
-def _followed(shadow: Shadow, first: int, find: Callable[[str], Orbit]) -> Followed:
-    return Followed(find(shadow.word), first + shadow.first, shadow.bounces, shadow.distance)
 
 
 def identify_length(

@@ -58,14 +58,10 @@ def tally(
     """
     chosen = catalogue.choose(selection, columns=columns, cancelled=cancelled)
     found: Counter[Key] = Counter()
-    values = (_plain(chosen.values[name]) for name in columns)
+    values = (chosen.values[name].tolist() for name in columns)
     for *key, count in zip(*values, chosen.counts.tolist(), strict=True):
-        found[tuple(key)] += count
+        found[tuple(None if value != value else value for value in key)] += count
     return dict(found)
-
-
-def _plain(values: NDArray[Any]) -> list[Any]:
-    return [None if value != value else value for value in values.tolist()]
 
 
 def histogram(
@@ -87,16 +83,11 @@ def histogram(
         return None
     low, high = float(values[known].min()), float(values[known].max())
     logarithmic = low > 0 and high > _DECADES * low
-    edges = _even_edges(low, high, bins) if logarithmic else _round_edges(low, high, bins)
+    edges = np.geomspace(low, high, bins + 1) if logarithmic else _round_edges(low, high, bins)
     places = np.searchsorted(edges[1:-1], values[known], side="right")
     counts = np.zeros(len(edges) - 1, dtype=np.int64)
     np.add.at(counts, places, rows[known])
     return Histogram(edges, counts, int(rows[~known].sum()), logarithmic)
-
-
-def _even_edges(low: float, high: float, bins: int) -> NDArray[np.float64]:
-    """Return edges between two values that are even in the logarithm."""
-    return np.asarray(np.geomspace(low, high, bins + 1), dtype=np.float64)
 
 
 def _round_edges(low: float, high: float, bins: int) -> NDArray[np.float64]:

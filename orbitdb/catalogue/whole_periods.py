@@ -3,7 +3,7 @@
 Sum rules need more: all orbits up to some period, and sums along them.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -96,7 +96,7 @@ class WholePeriods:
 
     def why_missing(self) -> str:
         """Return the `missing` periods, and why they are missing (`why_missing`)."""
-        return why_missing(self.missing, self.selection, unborn=self.unborn)
+        return why_missing(self.missing, self.selection, self.unborn)
 
 
 def read_whole(catalogue: "Catalogue", selection: Selection, swept: bool = False) -> WholePeriods:
@@ -120,19 +120,12 @@ def read_whole(catalogue: "Catalogue", selection: Selection, swept: bool = False
         return WholePeriods(selection, whole, classes, sums, moments_of(known), orbits, unborn)
 
 
-def why_missing(
-    periods: Sequence[int], selection: Selection, partial: Iterable[int] = (), unborn: Sequence[int] = ()
-) -> str:
-    """Return periods that are not among those averaged over, and why; empty if there are none.
-
-    Chosen periods that are stored in part are left out, as those for want of births.
-    """
-    incomplete = set(partial)
+def why_missing(periods: Sequence[int], selection: Selection, unborn: Sequence[int] = ()) -> str:
+    """Return periods that are not among those averaged over, and why; empty if there are none."""
     reasons: dict[str, list[int]] = {}
-    for p in sorted({*periods, *incomplete}):
+    for p in periods:
         lacking = "births not found, left out" if p in unborn else "not filled"
-        chosen = "partial, left out" if p in incomplete else lacking
-        reasons.setdefault(chosen if selection.includes(p) else "not chosen", []).append(p)
+        reasons.setdefault(lacking if selection.includes(p) else "not chosen", []).append(p)
     return "; ".join(f"{', '.join(map(str, orders))} ({reason})" for reason, orders in reasons.items())
 
 

@@ -12,6 +12,7 @@ from orbitdb.filling.resuming import Progress, resume
 from orbitdb.filling.workers import HERE, Workers
 from orbitdb.store.file.tables import birth_fill
 from orbitdb.store.reading.fills import words_up_to
+from orbitdb.store.reading.lives import counts_when_done
 from orbitdb.store.writing.changes import add_changes, number_events
 from orbitdb.store.writing.classes import add_classes
 from orbitdb.store.writing.cursors import Cursor, open_cursor
@@ -71,4 +72,4 @@ class _Births:
 
     def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
         words = words_up_to(connection, None, cursor.p, "5" * cursor.p)
-        return words, number_events(connection, cursor.p)
+        return words, counts_when_done(number_events(connection, cursor.p))

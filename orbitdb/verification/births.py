@@ -17,7 +17,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import BORN, DIED, DONE
 from orbitdb.store.file.tables import birth_fill, change, cycle
 from orbitdb.store.reading import audit
-from orbitdb.store.reading.lives import BirthFill, birth_fills, counts_at
+from orbitdb.store.reading.lives import BirthFill, birth_fills, counts_at, counts_when_done
 from orbitdb.store.reading.soundness import sound_words
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.words import from_strings
@@ -80,19 +80,10 @@ def _wrong_events(rows: Sequence[Any]) -> Iterator[str]:
 
 def _wrong_counts(found: BirthFill, rows: Sequence[Any]) -> Iterator[str]:
     """Yield what is wrong with the counts of a period."""
-    moving = [row for row in rows if row.a > 0]
-    births = [row.a for row in moving if row.kind == BORN]
     words = sum(row.class_size for row in rows if row.number == 1)
-    expected = {
-        "words": (words, count_admissible(found.p)),
-        "classes": (found.classes, len({row.cycle for row in rows})),
-        "births": (found.births, len(births)),
-        "deaths": (found.deaths, len({row.cycle for row in moving if row.kind == DIED})),
-        "always": (found.always, len(rows) - len(moving)),
-        "least": (found.least, min(births, default=None)),
-        "largest": (found.largest, max(births, default=None)),
-    }
-    for name, (stored, value) in expected.items():
+    pairs = [("words", words, count_admissible(found.p))]
+    pairs += [(name, getattr(found, name), value) for name, value in counts_when_done(rows).items()]
+    for name, stored, value in pairs:
         if stored != value:
             yield f"p = {found.p}: {name} is {stored} instead of {value}"
 

@@ -82,9 +82,10 @@ def test_each_average_needs_its_own_periods():
     assert [value is not None for value in shown["lambda_c_zeta"]] == [True, True, True, False, False]
 
 
-def test_a_period_is_missing_as_it_is_not_chosen_or_not_filled_or_partial():
+def test_a_period_is_missing_as_it_is_not_chosen_or_not_filled_or_unborn():
     chosen = Selection(periods=((5, 9),))
-    assert why_missing([2, 3, 6], chosen, [7]) == "2, 3 (not chosen); 6 (not filled); 7 (partial, left out)"
+    said = why_missing([2, 3, 6, 7], chosen, [7])
+    assert said == "2, 3 (not chosen); 6 (not filled); 7 (births not found, left out)"
     assert why_missing([], chosen) == ""
 
 

@@ -80,10 +80,7 @@ def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
         ("schema", str(SCHEMA_VERSION)),
         ("size", gigabytes(catalogue.path.stat().st_size)),
     ]
-    for name, count, each in (
-        ("classes", taken.classes, taken.per_class),
-        ("orbits", taken.orbits, taken.per_orbit),
-    ):
+    for name, (count, each) in taken.items():
         facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
     if born := [each.p for each in catalogue.birth_fills() if each.whole]:
         facts.append(("births", written_periods(born)))

@@ -65,16 +65,15 @@ def _joined(selection: Selection, parts: list[Selection]) -> Selection:
 
 
 def _parts_of(selection: Selection) -> list[Selection]:
-    """Return a subset for each of the conditions that its expression joins by AND, be it a single one."""
-    where = selection.where or ""
-    return [_with_part(selection, part) for part in _joined_by_and(where) or [where]]
+    """Return a subset for each of the conditions that its expression joins by AND, be it a single one.
 
-
-def _with_part(selection: Selection, where: str) -> Selection:
-    """Return a subset with a part of its expression, and the values that this uses."""
-    used = free.names_in(where)
-    values = {name: value for name, value in selection.parameters.items() if name in used}
-    return replace(selection, where=where, parameters=values)
+    Each has the values that its part uses.
+    """
+    found, given = [], selection.parameters
+    for part in _joined_by_and(selection.where or "") or [selection.where or ""]:
+        values = {name: given[name] for name in given.keys() & free.names_in(part)}
+        found.append(replace(selection, where=part, parameters=values))
+    return found
 
 
 def _joined_by_and(where: str) -> list[str]:

@@ -78,12 +78,10 @@ def check(where: str, parameters: Parameters) -> None:
         _compile(plain, parameters, authorize)
         _compile(f"(\n{plain}\n)", parameters, authorize)
     except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
-        raise refusal(where, _as_typed(str(error))) from error
-
-
-def _as_typed(message: str) -> str:
-    """Return a message of SQLite without the end of line that `_compile` has set behind the expression."""
-    return f'{message[:-2]}"' if message.endswith('\n"') else message
+        message = str(error)
+        if message.endswith('\n"'):  # the end of line that `_compile` has set behind the expression
+            message = f'{message[:-2]}"'
+        raise refusal(where, message) from error
 
 
 def names_in(where: str) -> set[str]:

@@ -125,7 +125,9 @@ def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
         connection = _connect(uri + ("&immutable=1" if frozen else ""), path, newest=True)
         connection.execute("PRAGMA query_only = ON")
         connection.execute(f"PRAGMA cache_size = -{_CACHE}")
-        tame(connection)
+        # so that no function that free expressions may call makes a text longer; while a query runs, SQLite
+        # changes no function
+        connection.create_function("replace", 3, _shortened, deterministic=True)
         return connection
 
     return connect
@@ -226,14 +228,6 @@ def _remedy(path: Path, message: str) -> str:
         if part in message:
             return remedy
     return f"{path}: {message}"
-
-
-def tame(connection: sqlite3.Connection) -> None:
-    """Let no function that free expressions may call make a text longer.
-
-    It is done when the connection is made: while a query runs, SQLite changes no function.
-    """
-    connection.create_function("replace", 3, _shortened, deterministic=True)
 
 
 def _shortened(text: object, part: object, by: object) -> str | None:

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 from orbitdb.errors import StoreError
 from orbitdb.store.file.schema import TABLES, VIEWS
-from orbitdb.store.file.tokens import Token, meaningful
+from orbitdb.store.file.tokens import meaningful
 
 _ACTIVE = {"CHECK", "GENERATED", "AS", "VIRTUAL", "WHERE"}
 
@@ -62,11 +62,7 @@ def _acts(kind: str, text: str) -> bool:
     if kind not in ("table", "index"):
         return kind != "view"
     found = meaningful(text)
-    if any(token.keyword in _ACTIVE for token in found) or _computes(found):
+    computes = any(one.keyword == "DEFAULT" and behind.text == "(" for one, behind in pairwise(found))
+    if computes or any(token.keyword in _ACTIVE for token in found):
         return True
     return kind == "index" and sum(token.text == "(" for token in found) > 1
-
-
-def _computes(found: list[Token]) -> bool:
-    """Tell whether a DEFAULT is an expression in brackets."""
-    return any(token.keyword == "DEFAULT" and behind.text == "(" for token, behind in pairwise(found))

@@ -41,7 +41,9 @@ ORDER BY own.a, cycle.word"""
 def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | None:
     """Return the stored orbit of a primitive word at one a, in the rotation given (`Catalogue.find`)."""
     if (pruned := pruned_word(word, a)) is not None:
-        return _find_pruned(connection, pruned)
+        stored = "SELECT 1 FROM pruned WHERE p = ? AND word = ?"
+        known = connection.execute(stored, (pruned.p, pruned.representative)).fetchone()
+        return None if known is None else replace(pruned, stored=True)
     family = symmetry.class_of(word)
     query = _FIND.format(columns=", ".join(_KNOWN), table="orbit")
     found = connection.execute(query, (*_ids_of(family.representative), a)).fetchone()
@@ -76,12 +78,6 @@ def _ids_of(representative: str) -> tuple[int, int, int, str]:
     p = len(representative)
     ids = (key(representative),) * 2 if p <= MAX_KEYED else (LONG, 2**63 - 1)
     return *ids, p, representative
-
-
-def _find_pruned(connection: sqlite3.Connection, pruned: Orbit) -> Orbit | None:
-    key = (pruned.p, pruned.representative)
-    known = connection.execute("SELECT 1 FROM pruned WHERE p = ? AND word = ?", key).fetchone()
-    return None if known is None else replace(pruned, stored=True)
 
 
 def lives_of(connection: sqlite3.Connection, representative: str) -> Lives | None:

@@ -1,6 +1,6 @@
 """Stored results other than orbits: bounds on the entropy, and references; and the room that rows take."""
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from itertools import groupby
 from typing import TYPE_CHECKING
 
@@ -78,32 +78,15 @@ def best_reference(connection: sa.Connection, a: float) -> "Reference | None":
     return Reference(**{**row, "seed": int(row["seed"])})
 
 
-@dataclass(frozen=True)
-class Room:
-    """The room that the rows of a catalogue take, indexes and free places among them.
+def room(connection: sa.Connection) -> dict[str, tuple[int, float | None]]:
+    """Return how many classes and orbits there are, and bytes a row with indexes and free places.
 
-    Attributes
-    ----------
-    classes, orbits : int
-        Rows: symmetry classes with their words, and what became of each at one a.
-    per_class, per_orbit : float or None
-        Bytes a row; None where there are no rows, or SQLite was built without its `dbstat`.
+    None where there are no rows, or SQLite was built without its `dbstat`.
     """
-
-    classes: int
-    orbits: int
-    per_class: float | None
-    per_orbit: float | None
-
-
-def room(connection: sa.Connection) -> Room:
-    """Measure the room that classes and orbits take."""
     counts = [sa.select(sa.func.count()).select_from(table).scalar_subquery() for table in (cycle, orbit)]
-    classes, orbits = connection.execute(sa.select(*counts)).one()
-    pages = _bytes_of_tables(connection)
-    per_class = pages["cycle"] / classes if pages and classes else None
-    per_orbit = pages["orbit"] / orbits if pages and orbits else None
-    return Room(classes, orbits, per_class, per_orbit)
+    rows, pages = connection.execute(sa.select(*counts)).one(), _bytes_of_tables(connection)
+    each = zip(("classes", "orbits"), ("cycle", "orbit"), rows, strict=True)
+    return {name: (count, pages[table] / count if pages and count else None) for name, table, count in each}
 
 
 def _bytes_of_tables(connection: sa.Connection) -> dict[str, int]:

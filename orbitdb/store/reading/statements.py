@@ -55,13 +55,9 @@ def _fetched(
         if not block:
             return
         begun = time.monotonic()
-        yield from (tuple(_legible(value) for value in row) for row in block)
+        # a blob as its hexadecimal digits, which every format can write
+        yield from (tuple(v.hex() if isinstance(v, bytes) else v for v in row) for row in block)
         patience.deadline += time.monotonic() - begun  # the time of those who use the rows
-
-
-def _legible(value: Any) -> Any:
-    """Return a value of SQL as what every format can write: a blob as its hexadecimal digits."""
-    return value.hex() if isinstance(value, bytes) else value
 
 
 def _check(statement: str, parameters: free.Parameters) -> None:

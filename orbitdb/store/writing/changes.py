@@ -1,4 +1,4 @@
-"""Storing births and deaths of classes, and their counts in a period."""
+"""Storing births and deaths of classes."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -41,14 +41,13 @@ def add_changes(
         insert(connection, "change", list(zip(*rows, strict=True)))
 
 
-def number_events(connection: sa.Connection, p: int) -> dict[str, Any]:
-    """Number the events of a period whose changes are all stored; return the counts (`birth_fill`)."""
+def number_events(connection: sa.Connection, p: int) -> Sequence[Any]:
+    """Number the events of a period whose changes are all stored; return the changes."""
     here = change.c.cycle.between(*keys_of_period(p))
     found = connection.execute(
         sa.select(change.c.cycle, change.c.number, change.c.a, change.c.error, change.c.kind).where(here)
     ).all()
     moving = [row for row in found if row.a > 0]
-    births = [row.a for row in moving if row.kind == BORN]
     if moving:
         a, error = (np.array([getattr(row, name) for row in moving]) for name in ("a", "error"))
         numbered = zip(events(a, error).tolist(), moving, strict=True)
@@ -56,11 +55,4 @@ def number_events(connection: sa.Connection, p: int) -> dict[str, Any]:
             "UPDATE change SET event = ? WHERE cycle = ? AND number = ?",
             [(event, row.cycle, row.number) for event, row in numbered],
         )
-    return {
-        "classes": len({row.cycle for row in found}),
-        "births": len(births),
-        "deaths": len({row.cycle for row in moving if row.kind == DIED}),
-        "always": len(found) - len(moving),
-        "least": min(births, default=None),
-        "largest": max(births, default=None),
-    }
+    return found
