@@ -20,11 +20,7 @@ from orbitdb.orbits.births.changes import JOINTS, events, find_changes
 from orbitdb.orbits.births.continuation import follow, motion
 from orbitdb.orbits.births.crossings import candidates, refine
 from orbitdb.orbits.newton import newton, solve
-<<<<<<< HEAD
 from orbitdb.orbits.single_word import LONGEST
-from orbitdb.symbols.symmetry import images_of
-=======
->>>>>>> tests-edit
 from orbitdb.symbols.words import from_strings, to_strings
 
 

@@ -16,13 +16,8 @@ from orbitdb.cli.tui.orbit.pictures import (
     path_of,
     phase_points,
 )
-<<<<<<< HEAD
 from orbitdb.orbits.single_word import solve_word
-from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
-=======
-from orbitdb.orbits.births.lives import solve_word
 from orbitdb.symbols.symmetry import REVERSE, images_of
->>>>>>> tests-edit
 
 A = 1.6
 WORDS = ["13", "1232131", "0132", "113", "1554455", "1111113"]
