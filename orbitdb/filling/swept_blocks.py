@@ -13,6 +13,7 @@ from orbitdb.averages.period_sums import PeriodSums
 from orbitdb.averages.sum_rules import orbits_of_exponents
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
 from orbitdb.orbits.sums import Exponents, exponents
 from orbitdb.orbits.tally import Tally
 from orbitdb.store.asking.choosing import chosen_words, within_ranges
@@ -25,8 +26,8 @@ from orbitdb.symbols.symmetry import SIZES
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class SweptBlock:
+@dataclass(frozen=True, eq=False)
+class SweptBlock(ByValue):
     """Classes of one period to be solved and added up at one a.
 
     Attributes
