@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from solutions import entropy, lyapunov
 
 import orbitdb
 from orbitdb import Catalogue, Orbit, Selection, solve, solve_word
@@ -94,14 +93,6 @@ def test_subsets_and_classes_are_equal_if_they_hold_the_same(varied):
         assert hash(ask(catalogue)) == hash(ask(again))
         assert ask(catalogue) != ask(again, length=(None, 11.0))
     assert len({Selection(), Selection(), Selection(ranges={"length": (3.0, None)})}) == 2
-
-
-def test_averages_are_equal_though_some_are_nan(varied):
-    rows = Catalogue(varied).classes().rows()
-    for average in (entropy, lyapunov):
-        assert average(rows, 6) == average(rows, 6)
-        assert hash(average(rows, 6)) == hash(average(rows, 6))
-        assert average(rows, 6) != average(rows, 5)
 
 
 def test_what_holds_large_arrays_is_written_in_one_line(filled):

@@ -23,15 +23,6 @@ def test_full_shift_has_one_minus_bz(symbols):
     assert leading_zero(found[:2]) == pytest.approx(1 / symbols, rel=1e-15)
 
 
-def test_golden_mean_shift_has_one_minus_z_minus_z_squared():
-    lucas = [1, 3]
-    while len(lucas) < 8:
-        lucas.append(lucas[-1] + lucas[-2])
-    found = expand(np.array(lucas, float), NOTHING).coefficients
-    np.testing.assert_allclose(found, [1, -1, -1, 0, 0, 0, 0, 0, 0], atol=1e-12)
-    assert -math.log(leading_zero(found)) == pytest.approx(math.log((1 + 5**0.5) / 2), rel=1e-14)
-
-
 @pytest.mark.parametrize("shares", [(0.5, 0.5), (0.9, 0.1), (0.2, 0.3, 0.5)])
 def test_piecewise_linear_map_has_its_exact_exponent(shares):
     """A map with slopes 1/share has lambda = -sum share ln share, from its shortest cycles on."""

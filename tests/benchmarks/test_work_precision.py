@@ -7,7 +7,6 @@ from orbitdb.benchmarks.stage_times import stage_times
 from orbitdb.benchmarks.work_precision import (
     ball_rows,
     newton_rows,
-    relaxation_rows,
     root_rows,
     sample,
 )
@@ -34,16 +33,6 @@ def test_newton_is_charged_once_for_a_class(cases):
     assert row.failures == 0
     assert row.coordinates_max < 1e-14
     assert row.seconds * row.words == pytest.approx(row.seconds_per_sequence * count_admissible(5))
-
-
-@pytest.mark.slow
-def test_relaxation_errs_in_proportion_to_its_force_and_takes_longer_for_less(cases):
-    rows = list(relaxation_rows(cases, (1e-4, 1e-6, 1e-8)))
-    assert [row.setting for row in rows] == [1e-4, 1e-6, 1e-8]
-    errors = np.array([row.coordinates_max for row in rows])
-    np.testing.assert_allclose(errors[:-1] / errors[1:], 100, rtol=0.2)
-    assert all(0 < row.length_max < row.coordinates_max for row in rows)
-    assert rows[0].seconds < rows[1].seconds < rows[2].seconds
 
 
 def test_balls_report_radii_that_shrink_with_the_bits(cases):

@@ -12,24 +12,7 @@ from contents import alter
 from orbitdb.cli.render import Format, write
 from orbitdb.numerals import concise, with_error
 
-KEYS = [f"lambda_{kind}_sum_rule{end}" for end in ("", "_error") for kind in ("d", "c")]
 LAMBDA_D, LAMBDA_C = 0.8867858, 0.3752123
-
-
-@pytest.mark.parametrize(
-    ("chosen", "said"),
-    [
-        (["--reversal", "self"], "not for a part of them"),
-        (["--contains", "13"], "not for a part of them"),
-        (["--status", "orbit,boundary"], "not for a part of them"),
-        (["--p", "2,4-6"], "p = 3 is missing"),
-        (["--p", "4-6"], "p = 2, 3 are missing"),
-    ],
-)
-def test_they_are_blank_for_a_part_of_the_orbits(filled, cli, chosen, said):
-    found = cli("lyapunov", *chosen, "--json", "--db", str(filled))
-    assert all(row[key] is None for row in json.loads(found.out) for key in KEYS)
-    assert said in found.err
 
 
 @pytest.mark.parametrize("value", ["NULL", "1e308"])

@@ -1,6 +1,5 @@
 """``orbitdb births``, and what other commands say of an a that is not filled."""
 
-import csv
 import json
 import sqlite3
 from contextlib import closing
@@ -34,15 +33,6 @@ def test_the_table_of_an_a_that_is_not_filled(cli):
     assert filled.err == ""
     assert filled.out == born.out
     assert json.loads(born.out)[4]["boundary"] == 32
-
-
-def test_periods_that_nobody_knows_are_still_told(cli):
-    cli("births", "--p", "5")
-    outcome = cli("table", "--a", "0.77", "--p", "4-7")
-    assert [row.split()[0] for row in outcome.out.splitlines()[1:]] == ["4", "5"]
-    assert outcome.err.splitlines()[0] == "periods 4-5 at a = 0.77: from births, with no fill"
-    assert outcome.err.splitlines()[1].startswith("periods 6-7 are not filled at a = 0.77")
-    assert json.loads(cli("table", "--a", "0.77", "--p", "4", "--json").out)[0]["N"] == 130
 
 
 def test_query_says_over_which_a_a_word_is_an_orbit(cli):
@@ -115,40 +105,6 @@ def test_a_life_that_ends_is_a_line(cli, tmp_path):
         "dies_error",
         "reborn",
     ]
-
-
-@pytest.mark.slow
-def test_averages_leave_out_periods_whose_births_nobody_knows(cli, tmp_path):
-    from orbitdb import Catalogue
-    from orbitdb.cli.tui.statistics.averages import statistics
-    from orbitdb.store.asking.selection import Selection
-
-    cli("births", "--p", "4")
-    cli("fill", "--p", "6")
-    found = cli("entropy", "--exists", "0.8", "--json")
-    assert [row["p"] for row in json.loads(found.out)] == [2, 3, 4]
-    assert found.err.startswith("births of periods 5-6 are not found")
-    assert cli("lyapunov", "--where", "born < 1", "--p", "5-6").code == 1
-    with closing(Catalogue(tmp_path / "orbits.db")) as catalogue:
-        found = statistics(catalogue, Selection(exists=(0.8,)))
-    assert found["p"] == [2, 3, 4]
-    assert any(note.startswith("births of periods 5-6 are not found") for note in found.notes)
-
-
-def test_cells_tell_never_from_unknown(cli):
-    words = ["--code", "13", "--code", "010203113", "--code", "0131", "--code", "1^200 (02)^50 3"]
-    for form, mark in (("csv", ","), ("tsv", "\t")):
-        text = cli("query", *words, "-c", "code,exists", "--format", form).out
-        lives = [row["exists"] for row in csv.DictReader(text.splitlines(), delimiter=mark)]
-        assert [life and json.loads(life) for life in lives] == [
-            [[0.0, None]],
-            [
-                [pytest.approx(0.386252501738), pytest.approx(0.473270308236)],
-                [pytest.approx(0.605684335145), None],
-            ],
-            [],
-            "",
-        ]
 
 
 def test_no_zero_has_a_sign_in_a_table(cli):

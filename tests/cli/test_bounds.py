@@ -47,13 +47,6 @@ def test_what_balls_leave_open_at_every_a_is_counted():
     assert balls_of(proofs) == "balls prove 6 of 10 windows that doubles decide, 4 left open; 1.5 s"
 
 
-def test_a_width_that_is_not_reached_is_told(cli):
-    found = cli("bounds", "--width", "1e-6", "--window", "5", "--format", "csv")
-    assert found.code == 1
-    assert "apart, not 1e-06" in found.err
-    assert len(found.out.splitlines()) == 5
-
-
 def test_a_grid_is_logarithmic_and_can_be_typed_again():
     assert lengths("1.6") == (1.6,)
     assert len(lengths("1:2:1000")) == 1000

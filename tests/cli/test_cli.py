@@ -113,17 +113,6 @@ def test_words_are_asked_for_as_they_are(cli, monkeypatch):
     assert cli("query", "-h").out == cli("query", "--help").out != ""
 
 
-@pytest.mark.slow
-def test_a_word_to_draw_is_named_as_one_to_ask_for(cli, tmp_path, monkeypatch):
-    picture, pictures = tmp_path / "orbit.svg", []
-    for word in (("1232131",), ("--code", "1232131"), ("-",)):
-        monkeypatch.setattr("sys.stdin", io.StringIO("1232131\n"))
-        done = cli("plot", "orbit", *word, "-o", str(picture), "--force")
-        assert (done.code, done.err) == (0, f"orbit 1232131 at a = 1.6, in {picture}\n")
-        pictures.append(picture.read_bytes())
-    assert pictures[1:] == pictures[:1] * 2
-
-
 def test_codes_from_stdin(cli, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO("13\n1^20 (02)^5 3\n\n1001\n"))
     outcome = cli("fill", "--code", "-")

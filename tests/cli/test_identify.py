@@ -50,20 +50,6 @@ def test_what_query_and_identify_write_goes_into_identify(cli, filled, stdin):
         assert done.err == "1 orbit is shadowed\n"
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        "identify --start 0,0.5,1.2",
-        "identify --length 21.7 --tolerance 0.1",
-        "query",
-        "query --p 8 --status orbit",
-    ],
-)
-def test_the_usual_columns_fit_into_80(cli, filled, arguments):
-    done = cli(*arguments.split(), "--db", str(filled))
-    assert max(map(len, done.out.splitlines())) in range(60, 81)
-
-
 @pytest.mark.parametrize("limit", [0, 1])
 def test_candidates_that_are_not_shown_are_counted(cli, filled, limit):
     """With no row the exit code is 1, as it is of `query --limit 0`."""

@@ -8,7 +8,6 @@ one of the other formats by turns; numbers are equal to the last bit. `test_sess
 import csv
 import io
 import json
-import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields
 from itertools import cycle
@@ -17,16 +16,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from solutions import entropy, lyapunov, representatives
+from solutions import representatives
 
 from orbitdb import Catalogue, Stadium, existence, simulate, solve_word
-from orbitdb.averages.by_stability import lyapunov_by_stability
 from orbitdb.averages.exact_means import exact_means
-from orbitdb.averages.fixed_points import Weight
 from orbitdb.benchmarks import stage_times, stress
 from orbitdb.benchmarks import work_precision as methods
 from orbitdb.benchmarks.agreement import agreement
-from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.births.changes import find_changes
@@ -93,92 +89,15 @@ def words_of(*words: str) -> Callable[[Catalogue], Columns]:
     return call
 
 
-def table_1(catalogue: Catalogue) -> Columns:
-    """From the fills, N and K_0 by the paper's definitions; blank where a divisor is not filled."""
-    fills = {fill.p: fill for fill in catalogue.fills(1.6) if fill.whole}
-    points = {p: sum(d * fills[d].n_c for d in range(2, p + 1) if p % d == 0) for p in fills}
-    return {
-        "p": list(fills),
-        "N_t": [fill.n_t for fill in fills.values()],
-        "N_c": [fill.n_c for fill in fills.values()],
-        "N": list(points.values()),
-        "K_0": [math.log(n) / p for p, n in points.items()],
-        "classes": [fill.classes for fill in fills.values()],
-        "boundary": [fill.boundary for fill in fills.values()],
-        "unresolved": [fill.unresolved for fill in fills.values()],
-    }
-
-
-def averages(
-    names: tuple[str, ...], periods: str = "2-6", blank: dict[str, set[int]] | None = None, **options: Any
-) -> Callable[[Catalogue], Columns]:
-    """The averages by period over whole periods; `blank` says where a column must have none."""
-
-    def call(catalogue: Catalogue) -> Columns:
-        chosen = [p for low, _, high in (part.partition("-") for part in periods.split(","))
-                  for p in range(int(low), int(high or low) + 1)]  # fmt: skip
-        subset = catalogue.classes(a=1.6, p=periods)
-        found = (lyapunov if "lambda_d" in names else entropy)(subset.rows(), max(chosen), *options.values())
-        return {
-            name: [
-                None if p in (blank or {}).get(name, ()) else value
-                for p, value in zip(found.p.tolist(), plain(getattr(found, name)), strict=True)
-                if p in chosen
-            ]
-            for name in names
-        }
-
-    return call
-
-
-ENTROPY = ("p", "N", "K_0", "h_zeta", "h_zeta_change")
-BOUNDS = ("h_lower", "h_upper", "h_proof")
-LYAPUNOV = (
-    "p",
-    "lambda_d",
-    "lambda_c",
-    "lambda_d_pair",
-    "lambda_c_pair",
-    "lambda_d_zeta",
-    "lambda_c_zeta",
-    "z0",
-)
-SUM_RULES = ("lambda_d_sum_rule", "lambda_c_sum_rule", "lambda_d_sum_rule_error", "lambda_c_sum_rule_error")
 EXPONENTS = ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error")
 
 
-def with_bounds(call: Callable[[Catalogue], Columns]) -> Callable[[Catalogue], Columns]:
-    """Add what windows of ten edges prove, where nothing is stored."""
+def averages(name: str, **options: Any) -> Callable[[Catalogue], Columns]:
+    """A table of the library by period."""
 
-    def both(catalogue: Catalogue) -> Columns:
-        columns = call(catalogue)
-        *_, found = search(Stadium(1.6), 10)
-        values = (found.lower, found.upper, "doubles")
-        return columns | {
-            name: [value] * len(columns["p"]) for name, value in zip(BOUNDS, values, strict=True)
-        }
-
-    return both
-
-
-def with_sum_rules_and_trajectory(call: Callable[[Catalogue], Columns]) -> Callable[[Catalogue], Columns]:
-    def both(catalogue: Catalogue) -> Columns:
-        columns = call(catalogue)
-        count = len(columns["p"])
-        found = sum_rules_of(read_whole(catalogue, catalogue.select(a=1.6).selection)) if count == 5 else None
-        rules = {name: [None] * count if found is None else plain(getattr(found, name)) for name in SUM_RULES}
-        known = {f"{name}_trajectory": [getattr(TRAJECTORY, name)] * count for name in EXPONENTS}
-        return columns | rules | known
-
-    return both
-
-
-def cut_at(cut: float, weight: Weight) -> Callable[[Catalogue], Columns]:
     def call(catalogue: Catalogue) -> Columns:
-        found = lyapunov_by_stability(catalogue.classes(a=1.6, p="2-6").rows(), cut, 6, weight)
-        values = (cut, found.lambda_d, found.lambda_c, found.mean_path, found.z0)
-        names = ("cut", "lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
-        return {name: [value] for name, value in zip(names, values, strict=True)}
+        found = getattr(catalogue, name)(**options)
+        return {column: list(found[column]) for column in found.columns}
 
     return call
 
@@ -277,21 +196,19 @@ class Case:
     slow: bool = False
 
 
-MISSING = {"N": {6}, "K_0": {6}, "h_zeta": {3, 5, 6}, "h_zeta_change": {3, 5, 6}}
-GAPS = {name: {6} if name in ("lambda_d", "lambda_c") else {3, 5, 6} for name in LYAPUNOV[1:]}
 CASES = [
     Case("query --code 1232131 --code 01132", words_of("1232131", "01132")),
     Case("identify --start 0,0.001,0 --bounces 9 --limit 4", shadowed, slow=True),
     Case("identify --length 22 --tolerance 0.4", with_length),
-    Case("table", table_1),
-    Case("entropy", with_bounds(averages(ENTROPY)), slow=True),
-    Case("entropy --p 3,5-6", with_bounds(averages(ENTROPY, "3,5-6", MISSING))),
-    Case("lyapunov --p 2-6", with_sum_rules_and_trajectory(averages(LYAPUNOV))),
-    Case("lyapunov --p 3,5-6", with_sum_rules_and_trajectory(averages(LYAPUNOV, "3,5-6", GAPS))),
-    Case("lyapunov --weight det --p 2-6",
-         with_sum_rules_and_trajectory(averages(LYAPUNOV, weight=Weight.DETERMINANT)), slow=True),
-    Case("lyapunov --cut 7 --p 2-6", cut_at(7.0, Weight.EXPONENTIAL)),
-    Case("lyapunov --cut 6.5 --weight det --p 2-6", cut_at(6.5, Weight.DETERMINANT), slow=True),
+    Case("table", averages("table")),
+    Case("entropy", averages("entropy"), slow=True),
+    Case("entropy --p 3,5-6", averages("entropy", p="3,5-6")),
+    Case("lyapunov --p 2-6", averages("lyapunov", p="2-6")),
+    Case("lyapunov --p 3,5-6", averages("lyapunov", p="3,5-6")),
+    Case("lyapunov --weight det --p 2-6", averages("lyapunov", p="2-6", weight="det"), slow=True),
+    Case("lyapunov --cut 7 --p 2-6", averages("lyapunov", p="2-6", cut=7.0)),
+    Case("lyapunov --cut 6.5 --weight det --p 2-6",
+         averages("lyapunov", p="2-6", cut=6.5, weight="det"), slow=True),
     Case("simulate --a 0.7 --bounces 20000 --seed 3 --no-store",
          lambda _: simulated(simulate(Stadium(0.7), 20_000, 3), 0.7), reads=False),
     Case("simulate --a 0.7 --bounces 20000 --seed 3 --legwise --no-store", legwise, reads=False, slow=True),

@@ -88,19 +88,6 @@ def test_a_run_that_was_taken_back_is_noted_again(filled):
         assert plain.execute("SELECT count(*) FROM run WHERE id = ?", (number,)).fetchone() == (1,)
 
 
-def test_what_was_written_is_in_the_file_though_others_read(filled):
-    catalogue = Catalogue(filled)
-    assert catalogue.a_values() == [1.6]
-    writer = Writer(filled, {})
-    with writer.writing() as connection:
-        writer.stadium_id(connection, 1.0)
-    writer.close()
-    copy = filled.with_name("copy.db")
-    copy.write_bytes(filled.read_bytes())
-    assert Catalogue(copy).a_values() == [1.0, 1.6]
-    catalogue.close()
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("options", [pytest.param([], marks=pytest.mark.fuzz), ["--jobs", "2"]])
 def test_a_commit_holds_rows_and_cursor(filled, tmp_path, options):

@@ -7,30 +7,18 @@ import time
 from contextlib import closing
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from orbitdb import existence
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling import births as module
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods
-from orbitdb.filling.workers import Processes
-from orbitdb.orbits.newton import solve
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.words import from_strings, to_strings
 
 
 def fill(path: Path, periods=range(2, 8)) -> None:
     for _ in fill_births(path, periods):
         pass
-
-
-def stored(path: Path) -> list[tuple]:
-    with closing(sqlite3.connect(path)) as plain:
-        assert plain.execute("PRAGMA foreign_key_check").fetchall() == []
-        query = "SELECT cycle, number, a, error, kind, bounce, joint, event, slope FROM change"
-        return plain.execute(f"{query} ORDER BY cycle, number").fetchall()
 
 
 @pytest.fixture(scope="module")
@@ -70,13 +58,6 @@ def test_the_run_says_what_it_was_asked_to_do(born):
     assert (asked["command"], asked["periods"]) == ("births", list(range(2, 8)))
 
 
-def test_lives_are_those_of_the_words(born):
-    lives = Catalogue(born).births(6)
-    assert len(lives) == 47
-    assert sum(life.class_size for life in lives) == 252
-    assert all(existence(life.word) == [(life.born, life.dies)] for life in lives[::16])
-
-
 @pytest.mark.parametrize(("a", "p", "boundary"), [(1.0, 6, 32), (1.6, 7, 0)])
 def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
     """Orbits through a joint among them."""
@@ -88,38 +69,6 @@ def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
     assert p not in after.from_births
     assert after.known == before.known
     assert after.known[p].boundary == boundary
-
-
-@pytest.mark.slow
-def test_words_are_chosen_by_their_lives(born):
-    """As solving them tells, at an a where paths run through joints, too."""
-    for _ in fill_periods(born, 3.0, [6]):
-        pass
-    catalogue = Catalogue(born, 3.0)
-    everything = catalogue.select(p=6)
-    words = from_strings(everything.codes.tolist())
-    for a, other in ((1.0, 0.7), (0.5, 0.3)):
-        orbits = {at: set(to_strings(words[solve(words, at).status == "orbit"])) for at in (a, other)}
-        chosen = catalogue.select(p=6, exists=a, not_at=other)
-        assert set(chosen.codes) == orbits[a] - orbits[other]
-        assert ((other <= chosen.born) & (chosen.born < a)).all()
-    assert catalogue.count(p=6, born=(None, 100)) == np.isfinite(everything.born).sum()
-    assert np.isnan(everything.dies).all()
-    for _ in fill_periods(born, 3.0, [8]):
-        pass
-    assert "births of period 8 are not found" in (catalogue.select(p=8, exists=1.0).unfilled or "")
-    assert catalogue.select(p=8).unfilled is None
-
-
-@pytest.mark.slow
-def test_processes_find_the_same(born, tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "BLOCK", 150)
-    path = tmp_path / "processes.db"
-    Catalogue.create(path)
-    with Processes(2) as workers:
-        for _ in fill_births(path, range(2, 8), workers):
-            pass
-    assert stored(path) == stored(born)
 
 
 def test_a_second_process_goes_on_behind_the_first(tmp_path, monkeypatch):

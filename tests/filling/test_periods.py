@@ -3,7 +3,6 @@
 import os
 import sqlite3
 import time
-from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -11,12 +10,11 @@ from contents import alter, content
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
-from orbitdb.filling.periods import fill_geometric, fill_periods
+from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.single_word import fill_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
-from orbitdb.symbols.counting import count_admissible, count_primitive
 
 TABLE_1 = {2: (1, 1), 3: (8, 8), 4: (32, 32), 5: (96, 80), 6: (252, 188), 7: (712, 376), 8: (2096, 1424)}
 
@@ -52,18 +50,6 @@ def test_single_words_first_and_the_period_after(filled, tmp_path):
     stored, expected = content(path), content(filled)
     assert stored["pruned"] == [(4, "0011", "1,3,6")]
     assert [row[:5] for row in stored["catalogue"]] == [row[:5] for row in expected["catalogue"]]
-
-
-def test_geometric_words_may_come_before_the_others(tmp_path):
-    path = tmp_path / "new.db"
-    migrate(path)
-    for _ in fill_geometric(path, [5]):
-        pass
-    with closing(sqlite3.connect(path)) as plain:
-        stored = "SELECT (SELECT count(rules) FROM pruned), (SELECT count(*) FROM cycle)"
-        assert plain.execute(stored).fetchone() == (count_primitive(5) - count_admissible(5), 0)
-    fill(path, periods=[5])
-    assert len(Catalogue(path)) == count_admissible(5)
 
 
 @pytest.mark.usefixtures("small_blocks")

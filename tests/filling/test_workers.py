@@ -2,26 +2,19 @@
 
 import os
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
 from concurrent.futures import Future
-from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from contents import rows
-from verified import checks
 from workforce import Deadly, Failing, filled_by
 
-from orbitdb.arithmetic import arithmetic
 from orbitdb.errors import WorkError
 from orbitdb.filling.blocks import Block, cut_into_blocks
-from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.workers import HERE, Processes, begun_ahead, cores
-from orbitdb.store.file.migrate import migrate
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
@@ -91,24 +84,6 @@ def test_results_come_in_order_and_few_are_under_way():
     found = [each.result() for each in begun_ahead(map(pool.submit, blocks), lambda: 5)]
     assert [result.span for result in found] == [block.span for block in blocks]
     assert pool.most == 6
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("small_blocks")
-def test_a_worker_that_is_killed_costs_only_its_blocks(tmp_path):
-    alone = filled_by(HERE, tmp_path / "alone.db")
-    path = tmp_path / "shared.db"
-    migrate(path)
-    killed: set[int] = set()
-    with Processes(2) as workers:
-        for step in fill_periods(path, 1.6, (7, 8), workers=workers):
-            alive = set(workers_of(os.getpid())) - killed
-            if step.p == 8 and alive and len(killed) < 2:
-                victim = alive.pop()
-                os.kill(victim, signal.SIGKILL)
-                killed.add(victim)
-    assert len(killed) == 2
-    assert rows(path) == rows(alone)
 
 
 @pytest.mark.slow
@@ -208,27 +183,3 @@ def test_a_block_that_fails_is_told_as_it_is_with_where_it_failed():
                 list(workers.solved([Failing()]))
             assert "in solved" in "".join(told.value.__notes__)
         assert len(list(workers.solved(cut_into_blocks(1.6, "newton", 4)))) > 0
-
-
-class Mixed:
-    """Solves every second block as if on another processor."""
-
-    jobs = 1
-
-    def solved(self, blocks):
-        for number, block in enumerate(blocks):
-            found = block.solved()
-            yield found if number % 2 else replace(found, arithmetic="an abacus")
-
-
-@pytest.mark.usefixtures("small_blocks")
-@pytest.mark.slow
-def test_every_orbit_knows_what_computed_it(tmp_path):
-    path = filled_by(Mixed(), tmp_path / "mixed.db", periods=(8,))
-    counts = (
-        "SELECT parameters ->> 'arithmetic', count(*) FROM orbit JOIN run ON run.id = orbit.run GROUP BY 1"
-    )
-    with closing(sqlite3.connect(path)) as plain:
-        shares = dict(plain.execute(counts))
-    assert set(shares) == {"an abacus", arithmetic()}
-    assert checks(path)["bits"].rows == shares[arithmetic()]

@@ -21,7 +21,6 @@ from orbitdb.orbits.births.continuation import follow, motion
 from orbitdb.orbits.births.crossings import candidates, refine
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.orbits.single_word import LONGEST
-from orbitdb.symbols.symmetry import images_of
 from orbitdb.symbols.words import from_strings, to_strings
 
 
@@ -92,15 +91,6 @@ def test_words_that_are_always_orbits_and_words_that_never_are():
     assert existence("02") == existence("0131") == existence("1313") == []
     with pytest.raises(InputError, match="bounces"):
         existence("13" * 150 + "0")
-
-
-@pytest.mark.slow
-def test_a_class_shares_its_births(found):
-    words, changes = found[6]
-    word = to_strings(words)[int(changes.word[0])]
-    life = existence(word)
-    assert life == [(changes.a[0], None)]
-    assert all(existence(image[2:] + image[:2]) == life for image in images_of(word)[::3])
 
 
 def test_known_numbers_of_births(found):

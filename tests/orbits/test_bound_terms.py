@@ -315,24 +315,6 @@ def test_a_distance_from_a_ball_is_rounded_up():
         assert arb(distance(ball, 0.0)) >= ball
 
 
-def test_rounding_at_a_limit_may_turn_a_gradient_that_presses(monkeypatch):
-    """Here both gradients round to an ulp outward; in truth the maximum is inside."""
-    word, a = "4^10 5^1000", 2.739672963090977
-    _, own = chain(word)
-    path = maximum(word, a)
-    alpha = direction_limits(own, a)[1]
-    monkeypatch.setattr(legs, "np", Worse(-1, 1))
-    slopes = derivatives(own, a, alpha)
-    monkeypatch.undo()
-    pressed = legs.pressed_directions(alpha, slopes, legs.direction_limits(own, a))
-    assert pressed.all()
-    assert (apart(path.alpha, alpha[:, 0]) > 0).all()
-    assert (
-        share(apart(path.alpha, alpha[:, 0]), bounds.direction_errors(own, a, alpha, slopes, pressed)[:, 0])
-        <= 1
-    )
-
-
 def test_sums_of_long_words(monkeypatch):
     """NumPy's sums keep to their bound; with sums as bad as that the length still keeps to its own."""
     rng = np.random.default_rng(0)

@@ -5,7 +5,7 @@ import pytest
 from quick import slow_but
 from solutions import words_of
 
-from orbitdb import Stadium, solve_word
+from orbitdb import Stadium
 from orbitdb.averages.by_stability import lyapunov_by_stability
 from orbitdb.averages.fixed_points import ClassRows
 from orbitdb.orbits.least_values import least_exponent, least_length
@@ -22,24 +22,6 @@ def test_no_orbit_of_more_bounces_is_below(a):
     for p, (exponent, length) in enumerate(np.minimum.accumulate(least[::-1])[::-1], 2):
         assert 0 < least_exponent(p, a) < exponent
         assert 0 < least_length(p, a) < length
-
-
-@pytest.mark.parametrize(
-    "word", ["1^7 3", "1^9 5^9", "1^40 5^40", "1 (02)^9 3 (20)^9", "1 0 (20)^9 3 0 (20)^9"]
-)
-def test_neither_is_a_long_one_along_the_walls(word):
-    """Runs along a semicircle grow in lambda as 2 ln k, and hardly in length; as does what hugs the 02."""
-    for a in (1.6, 4.0):
-        orbit = solve_word(word, a)
-        assert least_exponent(orbit.p - 1, a) < orbit.lyapunov
-        assert least_length(orbit.p - 1, a) < orbit.length
-
-
-@pytest.mark.parametrize("a", [0.3, 1.6, 10.0])
-def test_both_rise_with_the_bounces(a):
-    for bound in (least_exponent, least_length):
-        values = [bound(p, a) for p in range(2, 21)]
-        assert values == sorted(values)
 
 
 def test_they_are_of_use():

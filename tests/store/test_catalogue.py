@@ -1,22 +1,15 @@
 """The database file: its schema, what is refused, and what survives."""
 
 import re
-import shutil
 import sqlite3
-from pathlib import Path
 
-import numpy as np
 import pytest
 import sqlalchemy as sa
 from contents import alter
 from older import empty
-from quick import slow_but
 
-from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
-from orbitdb.orbits.orbit import Status
-from orbitdb.orbits.single_word import solve_word
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.expressions import names_in
 from orbitdb.store.asking.selection import Selection, SelectionError
@@ -24,7 +17,6 @@ from orbitdb.store.file.engines import writing_engine
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import APPLICATION_ID, SCHEMA_VERSION
 from orbitdb.store.file.tables import metadata
-from orbitdb.symbols.symmetry import members
 
 
 def plainly(statement: str | None) -> str:
@@ -81,40 +73,12 @@ def test_newer_schema_is_refused(filled):
         Catalogue.create(filled)
 
 
-def test_read_only_file_in_a_read_only_folder(filled, tmp_path):
-    folder = tmp_path / "locked"
-    folder.mkdir()
-    path = Path(shutil.copy(filled, folder / "orbits.db"))
-    path.chmod(0o444)
-    folder.chmod(0o555)
-    try:
-        assert Catalogue(path).find("13", 1.6) is not None
-        assert Catalogue(path).count(Selection(periods=((2, 8),), statuses=(Status.ORBIT,))) == 2109
-    finally:
-        folder.chmod(0o755)
-
-
 def test_reading_never_writes(filled):
     before = filled.read_bytes()
     catalogue = Catalogue(filled)
     with pytest.raises(StoreError, match="cannot be written"), catalogue.reading() as connection:
         connection.exec_driver_sql("DELETE FROM orbit")
     assert filled.read_bytes() == before
-
-
-@pytest.mark.parametrize("word", slow_but(["13", "0113"], ["13", "1232131", "0113", "0133", "01320155"]))
-def test_every_image_of_a_stored_orbit_is_found_in_every_rotation(filled, word):
-    catalogue = Catalogue(filled)
-    for image in members(word):
-        for shift in range(len(image)):
-            asked = image[shift:] + image[:shift]
-            stored, solved = catalogue.find(asked, 1.6), solve_word(asked, Stadium(1.6))
-            assert stored.status is solved.status
-            assert stored.representative == solved.representative
-            if stored.status is Status.ORBIT:
-                np.testing.assert_allclose(stored.coordinates, solved.coordinates, rtol=0, atol=2e-14)
-                assert stored.length == pytest.approx(solved.length, rel=1e-14)
-                assert stored.lyapunov == pytest.approx(solved.lyapunov, rel=1e-13)
 
 
 @pytest.mark.parametrize("names", [["word", "colour"], ["word; DROP TABLE orbit"]])

@@ -8,7 +8,7 @@ from itineraries import itineraries, random_rays
 from quick import slow_but
 
 from orbitdb import Catalogue, InputError, Stadium, solve_word
-from orbitdb.orbits.shadowing import LONGEST, shadows
+from orbitdb.orbits.shadowing import shadows
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
 from orbitdb.trajectories.traces import trace_start
@@ -32,23 +32,6 @@ def start_of(points, turn=0.0):
 
 def name(found):
     return least_rotation(found.orbit.code)
-
-
-@pytest.mark.parametrize("word", slow_but(WORDS[1:2], WORDS + MORE[::3]))
-def test_a_start_beside_an_orbit_finds_it_first(catalogue, word):
-    """It stays for about ln(tolerance / displacement) / lambda_d bounces ahead."""
-    orbit = solve_word(word, STADIUM)
-    lasts = []
-    for turn in (1e-6, 1e-9):
-        found = catalogue.identify(start=start_of(orbit.points, turn), limit=1)
-        best = found.shadowed[0]
-        assert name(best) == least_rotation(word)
-        assert best.distance < 3 * turn
-        assert best.first <= 0
-        assert np.allclose(best.orbit.length, orbit.length, rtol=1e-14)
-        lasts.append(best.last)
-        assert abs(best.last - math.log(1e-2 / turn) / orbit.lambda_d) <= 1 + orbit.p / 2
-    assert abs(lasts[1] - lasts[0] - math.log(1e3) / orbit.lambda_d) <= 1 + orbit.p / 2
 
 
 @pytest.mark.parametrize("word", slow_but(WORDS[1:2], WORDS + MORE))
@@ -127,13 +110,6 @@ def test_the_bounces_of_an_orbit_name_it(catalogue, word):
         assert name(best) == least_rotation(symmetry.images_of(word)[element])
         assert (best.first, best.bounces, best.turns) == (1, orbit.p, 1.0)
         assert best.orbit.representative == orbit.representative
-
-
-def test_a_polygon_of_more_bounces_than_are_sought_is_known_as_a_whole():
-    word = "13" * 12 + "1232131"
-    symbols, points = from_strings([word])[0], solve_word(word, STADIUM).points
-    assert len(word) > LONGEST
-    assert word in [each.word for each in shadows(STADIUM, symbols, points, 1e-2, whole=True)]
 
 
 def test_of_two_stretches_at_an_orbit_the_longer_one_is_told():
@@ -221,13 +197,6 @@ def test_a_start_on_the_boundary_has_its_own_bounce_as_number_0(catalogue):
         found = catalogue.identify(start=start, limit=1)
         assert math.dist(found.points[-found.first], orbit.points[0]) < 1e-5
         assert name(found.shadowed[0]) == least_rotation("1232131")
-
-
-@pytest.mark.slow
-def test_a_thousand_bounces_are_followed_as_far_as_they_are_known(catalogue):
-    found = catalogue.identify(start=(0, 0, 1), bounces=1000, limit=0)
-    assert 40 < len(found.points) < 80
-    assert np.array_equal(found.points, catalogue.identify(start=(0, 0, 1), limit=0).points)
 
 
 def test_between_the_walls_there_is_no_orbit(catalogue):

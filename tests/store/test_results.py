@@ -1,7 +1,5 @@
 """Results by period: what the library gives, commands print, and rows alone would give."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -11,14 +9,6 @@ from orbitdb import Catalogue, InputError
 @pytest.fixture
 def catalogue(filled_once):
     return Catalogue(filled_once, a=1.6)
-
-
-@pytest.mark.parametrize("name", ["table", "entropy", "lyapunov"])
-def test_a_result_is_what_the_command_writes_as_json(name, catalogue, cli):
-    found = getattr(catalogue, name)(p="2-8")
-    written = json.loads(cli(name, "--p", "2-8", "--json", "--db", str(catalogue.path)).out)
-    assert list(written[0]) == list(found.columns)
-    assert [tuple(row.values()) for row in written] == list(found.rows())
 
 
 def test_table_1_of_the_paper(catalogue):

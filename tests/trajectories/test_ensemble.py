@@ -93,17 +93,6 @@ def test_whispering_gallery_keeps_its_angle():
     np.testing.assert_allclose(np.diff(angles), 2 * graze, rtol=1e-5)
 
 
-def test_whispering_gallery_grows_by_shear_alone():
-    """On one circle M^n is a shear: the tangent vector grows as n, never exponentially."""
-    arcs = Arcs(*(np.array([v]) for v in (1.0, 1.0, 0.0, -1e-5, math.sqrt(1 - 1e-10))))
-    _, beam = follow(arcs, Beam.begin(np.array([1.0]), np.array([0.0])), 1.6, 2000)
-    n, kick, chord = 2000, 2e5, 2e-5
-    M = np.linalg.matrix_power(np.array([[1, chord], [-kick, 1 - kick * chord]]) * -1, n)
-    size = np.abs(M[:, 0]).sum()
-    assert beam.growth[0] == pytest.approx(math.log(size), rel=1e-6)
-    assert np.abs(np.array([beam.y[0], beam.slope[0]])).sum() == pytest.approx(1)
-
-
 def test_growth_is_that_of_the_product_of_bounce_matrices():
     """Lambda from one direction: the paper's matrices, walls and all, from points measured anew.
 

@@ -109,14 +109,6 @@ def test_tangent_vectors_grow_as_legs_say(a):
     assert legwise.lambda_d_error < plain.lambda_d * 0.01
 
 
-@pytest.mark.slow
-def test_errors_are_what_the_values_scatter_by():
-    growth = exact_means(1.6).growth
-    runs = [simulate_legs(Stadium(1.6), 4000, (growth.value, growth.error), seed) for seed in range(12)]
-    scatter = np.std([run.lambda_d for run in runs], ddof=1)
-    assert 0.5 < scatter / np.mean([run.lambda_d_error for run in runs]) < 1.7
-
-
 def test_seed_decides_and_senseless_numbers_are_refused():
     seen = []
     one = simulate_legs(Stadium(1.6), 1000, (2.8, 0.0), 3, progress=lambda done, found: seen.append(done))

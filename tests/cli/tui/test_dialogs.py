@@ -141,13 +141,3 @@ def test_notifications_are_wholly_visible(filled, size):
         assert squeezed(message) in seen(app, app.screen.query_one(Toast).content_region)
 
     drive(filled, steps, size, notifications=True)
-
-
-def test_a_greeting_is_wholly_visible(tmp_path):
-    path = tmp_path / "new.db"
-
-    async def steps(app, pilot):
-        greeting = app.screen.query_one("#greeting Static")
-        assert squeezed(str(greeting.render())) in seen(app, greeting.region)
-
-    drive(path, steps, TINY)

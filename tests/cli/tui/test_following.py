@@ -15,8 +15,7 @@ from orbitdb.cli.tui.table.following import next_a, told
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.lives import counts_at, load_standings
-from orbitdb.store.reading.places import periods_without
+from orbitdb.store.reading.lives import counts_at
 from orbitdb.symbols.words import least_rotation
 
 LIVES = [(0.386252501738, 0.473270308236), (0.605684335145, None)]
@@ -68,15 +67,6 @@ def test_a_step_does_not_pass_over_the_stadium_of_the_rows():
 def test_the_bar_shows_lives_and_place():
     assert bar(LIVES, 1.0, 24) == "········━·━━┃━━━━━━━━━━━"
     assert bar([(0.0, None)], 1e-4, 6) == "━━━━━━"
-
-
-def test_periods_of_which_no_births_are_stored_are_named(born):
-    catalogue = Catalogue(born)
-    for selection, without in ((Selection(), [2, 3, 4]), (Selection(periods=((5, 5),)), [])):
-        chosen = catalogue.choose(selection)
-        with catalogue.reading() as connection:
-            standings = load_standings(connection, chosen.ids)
-            assert periods_without(connection, chosen.ids, standings) == without
 
 
 @pytest.mark.slow

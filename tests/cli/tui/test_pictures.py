@@ -17,7 +17,7 @@ from orbitdb.cli.tui.orbit.pictures import (
     phase_points,
 )
 from orbitdb.orbits.single_word import solve_word
-from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
+from orbitdb.symbols.symmetry import REVERSE, images_of
 
 A = 1.6
 WORDS = ["13", "1232131", "0132", "113", "1554455", "1111113"]
@@ -120,16 +120,6 @@ def test_time_reversal_turns_the_sine_and_keeps_the_place(word):
     assert np.abs(points[:, 1]).max() < 1
     assert back[:, 0] == pytest.approx(points[:, 0], abs=1e-9)
     assert back[:, 1] == pytest.approx(-points[:, 1], abs=1e-9)
-
-
-@pytest.mark.parametrize("element", [MIRROR_X, MIRROR_Y])
-def test_mirrors_turn_the_sense_of_the_boundary(element):
-    points, image = (phase_points(solved(word)) for word in ("1232131", images_of("1232131")[element]))
-    assert image[:, 1] == pytest.approx(-points[:, 1], abs=1e-9)
-    perimeter = Stadium(A).perimeter
-    axis = 2 * A if element == MIRROR_X else 2 * (2 * A) + math.pi
-    turns = (image[:, 0] + points[:, 0] - axis) / perimeter
-    assert turns == pytest.approx(np.rint(turns), abs=1e-9)
 
 
 def test_phase_space_names_walls_and_orbits():

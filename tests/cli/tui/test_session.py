@@ -4,7 +4,7 @@ import os
 import shutil
 
 import pytest
-from screens import drive, press, screen_lines, settle, shown, table_of
+from screens import drive, press, screen_lines, settle, table_of
 from textual import events
 from textual.widgets import Input
 
@@ -18,7 +18,6 @@ from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, folded, lines_of
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.table import jumping, pages
-from orbitdb.cli.tui.table.columns import USUAL
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.columns import IN_CATALOGUE
@@ -177,39 +176,6 @@ def test_the_cursor_and_the_orbit_move_by_keys(path):
         assert main.query_one(OrbitDrawing).particle is not None
         await press(pilot, "space")
         assert main.query_one(OrbitDrawing).particle is None
-
-    drive(path, steps)
-
-
-@pytest.mark.slow
-def test_columns_have_room_or_are_not_there(path):
-    async def steps(app, pilot):
-        main, table = app.screen, table_of(app)
-        await hurry(pilot, "l", "l", "h")
-        assert table.first_column == 2
-        assert headings(app)[:3] == ["code", "p▲", "length"]  # sorts, and so is seen
-        for column, first in (
-            ("error", ["code", "error▲", "length"]),
-            ("code", ["code▲", "length", "status"]),
-            ("status", ["code", "length", "status▲"]),
-        ):
-            table.ordering = Ordering(column)
-            await pilot.pause()
-            assert headings(app)[:3] == first
-        table.ordering = Ordering("error")
-        around = table.outer_size.width - table.scrollable_content_region.width
-        for width, seen in ((17, True), (16, False)):  # eight of the code, a blank, eight of the error
-            table.styles.width = width + around
-            await pilot.pause()
-            assert ("erro" in table.render_line(0).text) == seen
-        table.styles.width, table.ordering = "1fr", main.ordering
-        await press(pilot, "C")
-        await press(pilot, "j", "K", "K", "end", "space")
-        assert "[x] element" in shown(app)
-        await press(pilot, "home", "j", "space", "enter")  # what was first
-        names = [column.name for column in main.columns]
-        assert names == ["code", *USUAL[2:], "element"]
-        assert table.first_column == 1
 
     drive(path, steps)
 

@@ -12,8 +12,6 @@ from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.single_word import solve_word
 from orbitdb.store.asking.selection import Selection
 
-LARGE = (160, 48)
-
 
 def stadiums_of(app):
     """Return every a of what is on screen."""
@@ -70,21 +68,6 @@ def test_another_stadium_takes_everything_with_it(varied):
         assert stadiums_of(app) == {1.0}
 
     drive(varied, steps)
-
-
-@pytest.mark.slow
-def test_periods_that_are_not_filled_are_told_beside_those_that_are(varied):
-    chosen = Selection(periods=((5, 9),))
-
-    async def steps(app, pilot):
-        assert len(table_of(app).source) == Catalogue(varied).count(chosen) > 0
-        assert "periods 7-9 are not filled at a = 1.6" in shown(app)
-        await press(pilot, "f")
-        assert app.screen.query_one("#periods").value == "2-9"
-        await press(pilot, "escape", "right_square_bracket")
-        assert "not filled" not in shown(app)
-
-    drive(varied, steps, LARGE, chosen)
 
 
 @pytest.mark.slow

@@ -3,23 +3,19 @@
 import csv
 import os
 import re
-import threading
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
-from screens import LARGE, SMALL, ask, drive, press, screenshot, send, settle, shown, table_of, until
+from screens import LARGE, SMALL, ask, drive, press, screenshot, send, shown, table_of, until
 from solutions import entropy, lyapunov
 
-from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.fill_state import parse_wish
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
-from orbitdb.cli.tui.orbit.facts import FactsPanel
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import InputError
@@ -27,7 +23,6 @@ from orbitdb.filling.periods import fill_periods
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.words import parse
-from orbitdb.trajectories.ensemble import simulate
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 WRITE = "ORBITDB_WRITE_SNAPSHOTS"
@@ -43,31 +38,6 @@ def filled(tmp_path_factory):
         for _ in fill_periods(path, a, range(2, highest + 1)):
             pass
     return path
-
-
-@pytest.mark.slow
-def test_a_word_that_is_being_solved_is_said_to_be(filled, monkeypatch):
-    going, find = threading.Event(), BrowseApp.find
-
-    def slow(app, word, a):
-        assert len(word) < 100 or going.wait(60)
-        return find(app, word, a)
-
-    monkeypatch.setattr(BrowseApp, "find", slow)
-
-    async def steps(app, pilot):
-        await press(pilot, "c")
-        app.screen.query_one("Input").value = "1^50 5^51"
-        await settle(pilot)
-        assert "p = 101, least rotation 1^50 5^51" in shown(app)
-        await send(app, "enter", MainScreen)
-        await until(lambda: "solving 1^50 5^51 …" in shown(app))
-        going.set()
-        await settle(pilot)
-        assert "solving" not in shown(app)
-        assert app.screen.orbit.p == 101
-
-    drive(filled, steps, LARGE)
 
 
 @pytest.mark.slow
@@ -137,25 +107,6 @@ def test_statistics_of_chosen_words_count_those_words_alone(filled):
     assert not np.isfinite(curves_of(even, None)["entropy"][0].y).any()
     assert found["lambda_d_sum_rule"] == [None] * len(found)
     assert even["lambda_d_sum_rule"] == [None, None]
-
-
-def test_statistics_of_all_orbits_have_sum_rules_with_a_band(filled):
-    from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
-    from orbitdb.cli.tui.statistics.averages import COLUMNS, curves_of, statistics, table_of
-
-    catalogue = Catalogue(filled)
-    found = statistics(catalogue, Selection())
-    held = sum_rules_of(read_whole(catalogue, Selection()))
-    assert found["lambda_c_sum_rule"] == pytest.approx(held.lambda_c_sum_rule)
-    assert table_of(found)[-1][COLUMNS.index("lambda_d_sum_rule")] == f"{held.lambda_d_sum_rule[-1]:.6f}"
-    values, *_, low, high = curves_of(found, None)["lambda_d"]
-    assert values.name == "sum rules"
-    assert (high.y - low.y) / 2 == pytest.approx(held.lambda_d_sum_rule_error)
-    known = simulate(Stadium(1.6), 1000)
-    for name in ("lambda_d", "lambda_c"):
-        level, *_ = curves_of(found, known)[name]
-        assert level.x.tolist() == found["p"]
-        assert {*level.y} == {getattr(known, name)}
 
 
 @pytest.mark.slow
@@ -255,56 +206,6 @@ def test_without_colours_everything_is_told_by_its_shape(filled, monkeypatch):
         assert all(colour[1:3] == colour[3:5] == colour[5:7] for colour in colours)
 
     drive(filled, steps)
-
-
-@pytest.mark.slow
-def test_the_panels_fold(filled):
-    async def steps(app, pilot):
-        assert app.screen.query_one(FactsPanel).region.height >= 8
-        assert app.screen.query_one(OrbitDrawing).region.right <= 80
-        await pilot.resize_terminal(*LARGE)
-        await settle(pilot)
-        assert app.screen.query_one(OrbitDrawing).size.width == 90
-        assert app.screen.query_one("#rows").size.width > 60
-        for size in ((60, 16), (60, 14), (160, 16)):
-            await pilot.resize_terminal(*size)
-            await settle(pilot)
-            assert app.screen.query_one(FactsPanel).size.height >= 3
-            assert app.screen.query_one(OrbitDrawing).size.height >= 4
-
-    drive(filled, steps)
-
-
-@pytest.mark.slow
-def test_a_partial_period_is_said_to_be_one_and_a_look_shows_how_it_goes_on(filled, tmp_path, begin_fill):
-    path = tmp_path / "shared.db"
-    path.write_bytes(filled.read_bytes())
-    going = begin_fill(path, 8)
-
-    async def steps(app, pilot):
-        before = len(table_of(app).source)
-        assert before == Catalogue(path).count(Selection())
-        assert "p = 8 is partial" in shown(app)
-        for _ in range(3):
-            next(going)
-        await press(pilot, "ctrl+r")
-        after = len(table_of(app).source)
-        assert before < after == Catalogue(path).count(Selection())
-        assert "p = 8 is partial" in shown(app)
-        told = export(tmp_path / "rows.csv", app.catalogue, Selection(), Ordering(), None)
-        assert "period 8 at a = 1.6 is partial" in told
-        await press(pilot, "S")
-        assert app.screen.found["p"] == list(range(2, 8))
-        assert "period 8 at a = 1.6 is partial" in " ".join(shown(app).split())
-        await press(pilot, "escape", "right_square_bracket")
-        assert "partial" not in shown(app)  # period 2 is shown, which is whole
-        for _ in going:
-            pass
-        await press(pilot, "left_square_bracket")  # any look reads anew what has been stored
-        assert len(table_of(app).source) == Catalogue(path).count(Selection()) > after
-        assert "partial" not in shown(app)
-
-    drive(path, steps, LARGE)
 
 
 def normalised(svg):
