@@ -137,21 +137,17 @@ def all_orbits(chosen: Selection) -> bool:
 
 def why_no_sum_rules_of(subset: WholePeriods) -> str:
     """Tell why some of the periods of a subset have no sum rules; empty if all have."""
-    none, last = why_no_sum_rules(subset.selection, subset.missing, subset.part), EXACT + len(subset.moments)
+    none, last = _why_none(subset), EXACT + len(subset.moments)
     if none or not subset.swept or subset.highest <= last:
         return none
     return f"sum rules end at p = {last}: {last + 1} was swept before all lower periods were"
 
 
-def why_no_sum_rules(chosen: Selection, missing: Sequence[int], part: bool = False) -> str:
-    """Tell why exact means say nothing of a subset; empty if it is all orbits up to some period.
-
-    Missing are periods below the highest that are not chosen or not stored as a whole; `part` tells
-    whether only some of what was chosen is there.
-    """
-    if part or not all_orbits(chosen):
+def _why_none(subset: WholePeriods) -> str:
+    """Tell why exact means say nothing of a subset; empty if it is all orbits up to some period."""
+    if subset.part or not all_orbits(subset.selection):
         return "sum rules are for all orbits up to a period, not for a part of them"
-    if missing:
+    if missing := subset.missing:
         are = "is" if len(missing) == 1 else "are"
         return f"sum rules need all orbits up to a period; p = {', '.join(map(str, missing))} {are} missing"
     return ""
@@ -159,7 +155,7 @@ def why_no_sum_rules(chosen: Selection, missing: Sequence[int], part: bool = Fal
 
 def sum_rules_of(subset: WholePeriods) -> SumRules | None:
     """Return the averages of whole periods by sum rules; None where they have none."""
-    if why_no_sum_rules(subset.selection, subset.missing, subset.part):
+    if _why_none(subset):
         return None
     a = subset.selection.a
     if subset.swept:

@@ -17,16 +17,9 @@ _WILDCARDS = {"LIKE": ("%", "_"), "GLOB": ("*", "?")}
 
 @dataclass(frozen=True)
 class Divided:
-    """A subset as conditions in SQL and patterns that words must fit.
+    """A subset as conditions that SQL decides, and patterns that the packed words must fit.
 
-    Attributes
-    ----------
-    conditions : Selection
-        What SQL decides.
-    patterns : tuple of Pattern
-        What the packed words decide.
-    of_words : bool
-        Whether the conditions may hold for some words of a class and not for others.
+    The conditions are `of_words` if they may hold for some words of a class and not for others.
     """
 
     conditions: Selection

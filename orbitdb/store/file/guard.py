@@ -23,12 +23,8 @@ _OURS |= {("view", name): text.split() for name, text in VIEWS.items()}
 class TamperedError(StoreError):
     """The schema of a file is not that of a catalogue.
 
-    Attributes
-    ----------
-    parts : int
-        How many tables, views, indexes and triggers there are in the file.
-    faults : list of str
-        Those that are not as they must be, such as ``trigger t``.
+    Of its `parts` (tables, views, indexes and triggers) `faults` are not as they must be, such as
+    ``trigger t``.
     """
 
     def __init__(self, message: str, parts: int, faults: list[str]) -> None:

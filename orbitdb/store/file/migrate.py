@@ -17,14 +17,9 @@ from orbitdb.symbols.members import ELEMENT_ROWS
 
 
 class Migration(NamedTuple):
-    """What was done to a file.
+    """What was done to a file: the schema's version before (0 for none) and after.
 
-    Attributes
-    ----------
-    before, after : int
-        The schema's version; 0 if there was none.
-    backup : Path or None
-        A copy of the file as it was, if it held an older catalogue.
+    `backup` is a copy of the file as it was, if it held an older catalogue.
     """
 
     before: int

@@ -73,11 +73,8 @@ def _listed(ids: Integers) -> sa.Select[Any]:
 class StoredBlock:
     """Rows of `orbit` of one period and stadium, with their words.
 
-    Attributes
-    ----------
-    columns : dict of str to sequences
-        The columns of `orbit`; `word`, the classes' least words; and `radius` of the certificate if there
-        is one.
+    Besides the columns of `orbit` there are `word`, the classes' least words, and `radius` of the
+    certificate if there is one.
     """
 
     columns: Columns

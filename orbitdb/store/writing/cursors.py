@@ -20,14 +20,9 @@ class OvertakenError(Exception):
 
 @dataclass(frozen=True)
 class Cursor:
-    """How far the work on one period has come.
+    """How far the work on one period has come: its row of `fill`, `sweep` or `birth_fill`.
 
-    Attributes
-    ----------
-    table : Table
-        `fill`, `sweep` or `birth_fill`.
-    row : mapping of str to object
-        Its row as it is, or as it is going to begin.
+    The row is as it is, or as it is going to begin.
     """
 
     table: sa.Table

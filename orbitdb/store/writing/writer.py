@@ -18,16 +18,10 @@ from orbitdb.store.file.tables import run, stadium
 
 
 class Writer:
-    """A catalogue opened for writing, on behalf of one run of the program.
+    """A catalogue of the newest schema, opened for writing on behalf of one run of the program.
 
-    Parameters
-    ----------
-    path : Path
-        A catalogue of the newest schema.
-    parameters : dict
-        What the run was asked to do; kept as its provenance, with the `arithmetic` that computed it.
-    references : bool, optional
-        Whether SQLite looks up every reference that is written (`writing_engine`).
+    The parameters are what the run was asked to do; they are kept as its provenance, with the
+    `arithmetic` that computed it. For `references` see `writing_engine`.
     """
 
     def __init__(self, path: Path, parameters: dict[str, Any], references: bool = True) -> None:
