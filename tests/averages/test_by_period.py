@@ -19,7 +19,6 @@ from orbitdb.averages.fixed_points import (
     missing_divisors,
     missing_periods,
 )
-from orbitdb.averages.period_sums import PeriodSums
 from orbitdb.billiard.stability import Links, bounce_matrices
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
@@ -148,18 +147,6 @@ def test_only_the_classes_and_their_sizes_count(seed, weight):
             getattr(lyapunov(words, 6, weight), name), getattr(lyapunov(rows, 6, weight), name), rtol=1e-11
         )
     assert list(entropy(words, 6).N) == list(entropy(rows, 6).N)
-
-
-def test_sums_of_very_different_terms_are_exact_to_rounding():
-    rng = np.random.default_rng(1)
-    n = 200_000
-    exponent = rng.uniform(0.5, 40, n)
-    rows = ClassRows(np.full(n, 3), rng.integers(1, 9, n), exponent * 2, exponent, rng.random(n) < 0.5)
-    total, lyapunov_sum, _, ratio = PeriodSums.of(rows, 3).sums[0, 0]
-    w = rows.size * np.exp(-exponent)
-    assert total == pytest.approx(math.fsum(w), rel=1e-14)
-    assert lyapunov_sum == pytest.approx(math.fsum(w * exponent), rel=1e-14)
-    assert ratio == pytest.approx(total / 2, rel=1e-14)
 
 
 @pytest.mark.parametrize("weight", Weight)

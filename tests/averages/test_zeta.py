@@ -23,18 +23,6 @@ def test_full_shift_has_one_minus_bz(symbols):
     assert leading_zero(found[:2]) == pytest.approx(1 / symbols, rel=1e-15)
 
 
-@pytest.mark.parametrize("shares", [(0.5, 0.5), (0.9, 0.1), (0.2, 0.3, 0.5)])
-def test_piecewise_linear_map_has_its_exact_exponent(shares):
-    """A map with slopes 1/share has lambda = -sum share ln share, from its shortest cycles on."""
-    orders = np.arange(1, 8)
-    entropy = -sum(share * math.log(share) for share in shares)
-    slopes = (orders * entropy)[None]  # each word of n symbols has weight prod share, in all 1
-    for order in orders:
-        z0, period, (exponent,) = cycle_averages(expand(np.ones(order), slopes[:, :order]))
-        assert z0 == pytest.approx(1, rel=1e-12)
-        assert exponent / period == pytest.approx(entropy, rel=1e-12)
-
-
 def test_no_positive_zero_is_nan():
     assert math.isnan(leading_zero(np.array([1.0])))
     assert math.isnan(leading_zero(np.array([1.0, 0.0, 1.0])))

@@ -51,13 +51,3 @@ def test_what_has_no_reason_is_not_explained():
     found, (only,) = compare(replace(relaxed, status=statuses), stadium)
     assert (found.disagreements, found.unexplained, found.relaxation) == (1, 1, len(words) - 1)
     assert only.endswith("NOT EXPLAINED")
-
-
-def test_what_does_not_come_to_rest_is_counted_and_not_taken_for_another_status():
-    stadium = Stadium(1.6)
-    words, _ = representatives(4)
-    found, differing = compare(relax(words, stadium, max_steps=100), stadium)
-    assert 0 < found.unresolved < found.classes
-    assert found.relaxation == found.classes - found.unresolved
-    assert found.steps == 100
-    assert differing == []

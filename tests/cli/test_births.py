@@ -35,19 +35,6 @@ def test_the_table_of_an_a_that_is_not_filled(cli):
     assert json.loads(born.out)[4]["boundary"] == 32
 
 
-def test_query_says_over_which_a_a_word_is_an_orbit(cli):
-    (found,) = json.loads(cli("query", "--code", "010203113", "--json").out)
-    assert list(found)[-1] == "exists"
-    assert [len(life) for life in found["exists"]] == [2, 2]
-    assert found["exists"][1] == [pytest.approx(0.605684335145), None]
-    assert json.loads(cli("query", "--code", "0131", "--json").out)[0]["exists"] == []
-    assert "exists         for every a\n" in cli("query", "--code", "13").out
-    text = cli("query", "--code", "010203113", "--a", "0.5").out
-    assert (
-        "exists         from a = 0.386252501738 to 0.473270308236, and from a = 0.605684335145 on\n" in text
-    )
-
-
 def test_rows_are_chosen_by_life(cli):
     cli("births", "--p", "5")
     cli("fill", "--p", "6")

@@ -137,19 +137,6 @@ def test_what_agrees(shown, output, agree):
 
 
 @pytest.mark.parametrize(
-    ("shown", "output", "agree"),
-    [
-        ("9  done  0.0347", "9  done  0.0026", {"times", "varies"}),
-        ("schema 6", "schema 2", {"varies"}),
-        ("schema 6", "schema 6.5", {"varies"}),
-        ("9  done  0.0347", "9  filling  0.0347", set()),
-    ],
-)
-def test_what_may_differ(shown, output, agree):
-    assert {mark for mark in ("", "slow", "times", "varies") if pages.same(shown, output, mark)} == agree
-
-
-@pytest.mark.parametrize(
     "name",
     [
         pytest.param(name, marks=[] if name in QUICK else getattr(pytest.mark, LONG.get(name, "slow")))

@@ -9,7 +9,6 @@ from quick import slow_but
 from solutions import words_of
 
 from orbitdb.entropy.letters import (
-    LETTERS,
     MAY_FOLLOW,
     MIRROR,
     REVERSAL,
@@ -17,7 +16,6 @@ from orbitdb.entropy.letters import (
     reverse,
     text_of,
 )
-from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.words import least_rotation, primitive_root, to_strings
 
 
@@ -41,19 +39,6 @@ def test_one_code():
     assert code_of("aAaAXXU") == "1232131"
     assert code_of("X") == "13"
     assert code_of("UaAXX") == "11231" + "33213"
-
-
-def test_an_edge_word_stands_for_two_codes():
-    """Closed paths of p edges with an even number of legs are the codes of p bounces, each half."""
-    legs = np.where(np.isin(list(LETTERS), list("XAB")), -1, 1)
-    follow = MAY_FOLLOW.astype(int)
-    for p in range(2, 12):
-        rooted = np.trace(np.linalg.matrix_power(follow, p))
-        odd = np.trace(np.linalg.matrix_power(follow * legs, p))
-        without_legs = 4  # U, D, and wv from either wall, closed for even p
-        even = (rooted + odd) // 2 - (without_legs if p % 2 == 0 else 2)
-        codes = sum(n * count_admissible(n) for n in range(2, p + 1) if p % n == 0)
-        assert 2 * even == codes
 
 
 def test_geometric_entropy_is_the_growth_rate_of_all_edge_words():

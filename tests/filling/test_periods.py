@@ -1,7 +1,6 @@
 """Filling: Table 1, resuming, reuse, two processes, and kills."""
 
 import os
-import sqlite3
 import time
 from pathlib import Path
 
@@ -16,28 +15,10 @@ from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
 
-TABLE_1 = {2: (1, 1), 3: (8, 8), 4: (32, 32), 5: (96, 80), 6: (252, 188), 7: (712, 376), 8: (2096, 1424)}
-
 
 def fill(path: Path, a: float = 1.6, periods=range(2, 9), **options) -> None:
     for _ in fill_periods(path, a, periods, **options):
         pass
-
-
-@pytest.mark.slow
-def test_a_second_stadium_reuses_words_and_classes(filled, tmp_path):
-    fill(filled, 1.0)
-    alone = tmp_path / "alone.db"
-    migrate(alone)
-    fill(alone, 1.0)
-    with sqlite3.connect(filled) as plain:
-        count = plain.execute("SELECT sum(class_size) FROM cycle").fetchone()
-    plain.close()
-    assert count == (sum(n_t for n_t, _ in TABLE_1.values()),)
-    both, one = content(filled), content(alone)
-    assert [row for row in both["catalogue"] if row[0] == 1.0] == one["catalogue"]
-    assert [row for row in both["coordinates"] if row[0] == 1.0] == one["coordinates"]
-    assert Catalogue(filled).fills(1.0)[4].boundary == 32
 
 
 def test_single_words_first_and_the_period_after(filled, tmp_path):

@@ -346,20 +346,3 @@ def test_no_bound_is_smaller_than_the_error(seed, order, a, size):
         x > 0 for each in slacks_of(path)[:2] for x in each
     ):
         assert share(errors["place"], allowed["place"]) <= 1
-
-
-@given(seed=st.integers(0, 10**6), order=st.integers(3, 25), a=st.floats(-3, 3), size=st.floats(-9, -1.5))
-def test_no_bound_is_uselessly_large_where_all_runs_keep_their_turns(seed, order, a, size):
-    """Legs that turn together move every gradient by D times the shift: the bounds know no better."""
-    word, a = random_word(seed, order), 10**a
-    path = maximum(word, a)
-    turn = np.cumprod([1, *(-parity for parity in path.parity)])
-    closes = turn[-1] == 1
-    row = Row("", "", word, a, tuple(10**size * turn[:-1]), 0)
-    alpha, _ = row.paths()
-    free = all(low < x < high for x, (low, high) in zip(path.alpha, path.limits, strict=True))
-    free &= np.allclose(errors_of(path, word, a, alpha)["direction"], 10**size)
-    if closes and free:
-        errors, allowed = errors_of(path, word, a, alpha), bounds_of(word, a, alpha)
-        assert share(errors["direction"], allowed["direction"]) > 0.01
-        assert share(errors["slack"], allowed["slack"]) > 0.01

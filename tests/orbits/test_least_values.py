@@ -6,8 +6,6 @@ from quick import slow_but
 from solutions import words_of
 
 from orbitdb import Stadium
-from orbitdb.averages.by_stability import lyapunov_by_stability
-from orbitdb.averages.fixed_points import ClassRows
 from orbitdb.orbits.least_values import least_exponent, least_length
 from orbitdb.orbits.newton import solve
 
@@ -28,19 +26,3 @@ def test_they_are_of_use():
     """Within a twelfth of what there is at a = 1.6: 6.075 at p = 12, and 12.35 at p = 9."""
     assert least_exponent(11, 1.6) > 5.57
     assert least_length(8, 1.6) > 11.25
-
-
-def test_a_cut_below_the_bound_depends_on_no_further_period():
-    """Neither orbits nor products of shorter ones are left out by the highest period."""
-    parts = []
-    for p in range(2, 9):
-        orbits = solve(words_of(p), Stadium(1.6))
-        real = orbits.status == "orbit"
-        ones = np.ones(real.sum(), int)
-        inverse = np.zeros(real.sum(), bool)
-        parts.append(ClassRows(p * ones, ones, orbits.length[real], orbits.lyapunov[real], inverse))
-    rows = ClassRows(*(np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])))
-    cut = least_exponent(6, 1.6)
-    shorter = rows.rows(rows.period <= 6)
-    assert lyapunov_by_stability(shorter, cut, 6) == lyapunov_by_stability(rows, cut, 8)
-    assert lyapunov_by_stability(shorter, 7.0, 6) != lyapunov_by_stability(rows, 7.0, 8)

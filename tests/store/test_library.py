@@ -255,24 +255,6 @@ def test_a_range_without_bounds_is_none(catalogue):
 
 
 @pytest.mark.parametrize(
-    ("criteria", "one", "two"),
-    [
-        ({}, "word at", "words at"),
-        ({"status": "orbit,boundary"}, "orbit or orbit through a joint at",
-         "orbits and orbits through a joint at"),
-        ({"time_reversal": "self"}, "that retraces its path", "that retrace their path"),
-        ({"not_at": 1}, "that does not exist at a = 1", "that do not exist at a = 1"),
-        ({"exists": 1}, "that exists at a = 1", "that exist at a = 1"),
-    ],
-)  # fmt: skip
-def test_one_row_is_told_as_one(criteria, one, two):
-    chosen = choose(**criteria)
-    assert one in chosen.describe(count=1)
-    assert two in chosen.describe()
-    assert chosen.describe(count=2) == f"2 {chosen.describe()}"
-
-
-@pytest.mark.parametrize(
     ("wrong", "said"),
     [
         ({"colour": (1, 2)}, "these are a, p, status, time_reversal, .*, length, lyapunov"),

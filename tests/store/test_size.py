@@ -16,10 +16,8 @@ from orbitdb.filling.estimate import (
     duration,
     gigabytes,
     need,
-    sweep_need,
 )
 from orbitdb.filling.periods import fill_periods
-from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import PAGE_SIZE
 from orbitdb.store.reading.records import room
@@ -33,26 +31,6 @@ def test_what_is_stored_is_not_needed_again(filled, tmp_path):
     assert need(filled, 1.6, range(2, 11), 1).words == rest
     assert need(filled, 1.0, range(2, 11), 1).words == everything
     assert need(filled, 1.0, [8], 1) == need(tmp_path / "none.db", 1.0, [8], 1)
-
-
-def test_a_sweep_takes_what_large_sweeps_took_and_no_room(tmp_path, monkeypatch):
-    path = tmp_path / "orbits.db"
-    everything = sum(map(count_admissible, (6, 7, 8)))
-    before = sweep_need(path, 1.6, (6, 7, 8), 1)
-    assert (before.words, before.bytes) == (everything, 0)
-    migrate(path)
-    for p in (7, 8):
-        for _ in sweep_periods(path, 1.0, [p]):
-            pass
-    for _ in sweep_periods(path, 1.6, [6]):
-        pass
-    monkeypatch.setattr("orbitdb.filling.estimate.ENOUGH", 500)
-    with closing(Catalogue(path)) as catalogue:
-        large = catalogue.sweeps(1.0)
-    rate = sum(each.processor for each in large) / (712 + 2096)
-    after = sweep_need(path, 1.6, (6, 7, 8), 2)
-    assert after.words == everything - 252
-    assert after.seconds == pytest.approx(rate * after.words / 2)
 
 
 @pytest.mark.slow

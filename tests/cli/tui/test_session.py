@@ -8,7 +8,6 @@ from screens import drive, press, screen_lines, settle, table_of
 from textual import events
 from textual.widgets import Input
 
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish, cost_of, work
 from orbitdb.cli.tui.dialogs.keys import columns_told, groups_of
@@ -17,7 +16,7 @@ from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, folded, lines_of
 from orbitdb.cli.tui.screens import QuestionDialog
-from orbitdb.cli.tui.table import jumping, pages
+from orbitdb.cli.tui.table import jumping
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.columns import IN_CATALOGUE
@@ -61,23 +60,6 @@ def test_every_key_of_a_screen_is_told_in_its_group():
     assert told["moving"]["0 .. 9"] == "go to a period or code"
     assert told["orbitdb"]["?"] == "these keys"
     assert [names.split()[0] for names in told["looking"]][3:5] == ["<", ">"]
-
-
-def test_blocks_of_rows_that_are_no_longer_kept_are_read_again(filled_once):
-    reads = []
-
-    class Counting(Catalogue):
-        def blocks(self, chosen, names, first=0, last=None):
-            reads.append((first, last - first))
-            return super().blocks(chosen, names, first, last)
-
-    catalogue, rows = Counting(filled_once), list(Catalogue(filled_once).rows(columns=("code", "p")))
-    shown = pages.Pages(catalogue, catalogue.choose(Selection()), ("code", "p"))
-    for place in (*range(len(rows)), len(rows) - 1, 0):
-        assert shown.row(place) == rows[place]
-    first, *_, again = reads
-    assert first == again  # the last block is there still, and the first one no longer
-    assert len(reads) == -(-len(rows) // first[1]) + 1
 
 
 def test_long_codes_and_orbits_are_told_in_short():
