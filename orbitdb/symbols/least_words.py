@@ -47,7 +47,7 @@ def least_words(span: Span) -> Iterator[LeastWords]:
     for codes, lyndon, states in _prefixes(span, span.p):
         whole = np.flatnonzero((lyndon == span.p) & (codes > span.after))
         codes, left, stabiliser = codes[whole], np.arange(len(whole)), np.ones(len(whole), dtype=np.uint8)
-        for g, images in enumerate(packed_images(codes, span.p)):
+        for g, images in enumerate(packed_images(codes, span.p)[1:], 1):
             own, image = codes[left], least_rotations(images[left], span.p)
             stabiliser[left] |= (image == own) << np.uint8(g)
             left = left[image >= own]
