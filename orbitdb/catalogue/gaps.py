@@ -35,8 +35,9 @@ def gaps(
 ) -> list[str]:
     """Say, a line each, which chosen periods are stored in part, are not filled, or lack births that matter.
 
-    Those that were counted from births or a sweep lack nothing: that is said instead. Partial periods are
-    left out of some answers. Columns that are shown, and the order of rows, may depend on births.
+    Those that were counted from births or a sweep lack nothing: that is said instead. `left_out` tells
+    that what is shown does without partial periods. The columns `names` that are shown, and the order of
+    rows, may depend on births.
     """
     said: list[str | None] = []
     rest: Selection | None = chosen

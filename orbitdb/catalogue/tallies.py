@@ -73,8 +73,8 @@ def histogram(
 ) -> Histogram | None:
     """Return how many rows of a subset lie in each bin of a column of numbers of classes.
 
-    There are so many bins at most; their edges are round numbers, or else even in the logarithm. None if
-    no row has a value.
+    The edges of the bins, of which there are `bins` at most, are round numbers, or else even in the
+    logarithm. None if no row has a value.
     """
     chosen = catalogue.choose(selection, columns=(column,), cancelled=cancelled)
     values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)

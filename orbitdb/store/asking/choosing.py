@@ -25,20 +25,16 @@ def chosen_words(classes: LeastWords, p: int, selection: Selection) -> NDArray[n
 
     The subset is one that can be swept (`orbitdb.store.asking.sweepable`).
     """
-    fits = np.array([bool(size) and _fits(mask, selection) for mask, size in enumerate(SIZES)])
+    wanted = (selection.time_reversal, time_reversal), (selection.symmetry, label)
+    fits = np.array([
+        bool(size) and all(not name or name == of(mask) for name, of in wanted)
+        for mask, size in enumerate(SIZES)
+    ])  # fmt: skip
     if selection.contains:
         sizes = words_containing(classes.codes, classes.stabiliser, p, selection.contains)
     else:
         sizes = SIZES[classes.stabiliser]
     return np.where(fits[classes.stabiliser], sizes, 0)
-
-
-def _fits(stabiliser: int, selection: Selection) -> bool:
-    wanted = (
-        (selection.time_reversal, time_reversal(stabiliser)),
-        (selection.symmetry, label(stabiliser)),
-    )
-    return all(not name or name == own for name, own in wanted)
 
 
 def within_ranges(

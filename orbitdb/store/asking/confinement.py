@@ -76,8 +76,8 @@ def confined(
 
     Behind the block it is free for other queries, though rows may be left to be fetched in another block.
     What it may do besides computing is reading the views, or what `authorize` allows. It raises
-    `CancelledError` if nobody waits any more, and else, from what SQLite says, the error that tells the
-    user what is wrong.
+    `CancelledError` if nobody waits any more, and for all else that SQLite says what `refusal` makes of
+    it.
     """
     own = driver(connection)
     sizes = {
