@@ -5,7 +5,6 @@ import json
 import math
 import re
 import subprocess
-import sys
 from fractions import Fraction
 from pathlib import Path
 
@@ -190,19 +189,6 @@ def test_subsets_are_chosen_by_the_same_options_everywhere(cli, command):
     places = [text.index(f"\n  {name} ") for name in names]
     assert places == sorted(places)
     assert text.index("--a ") < places[0]
-
-
-def test_help_and_version_load_nothing_heavy():
-    script = (
-        "import sys; from orbitdb.cli.main import execute; [execute(line.split()) for line in sys.argv[1:]];"
-        "heavy = ('numpy', 'scipy', 'sqlalchemy', 'textual', 'alembic', 'flint');"
-        "print([name for name in heavy if name in sys.modules])"
-    )
-    lines = ["--help", "--version", "fill --help", "query --help", "plot --help"]
-    result = subprocess.run(
-        [sys.executable, "-P", "-c", script, *lines], capture_output=True, text=True, check=True
-    )
-    assert result.stdout.splitlines()[-1] == "[]"
 
 
 @pytest.mark.slow

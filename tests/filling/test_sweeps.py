@@ -130,18 +130,6 @@ def test_sums_do_not_depend_on_the_number_of_processes(tmp_path):
 
 
 @pytest.mark.usefixtures("small_sweeps")
-def test_who_is_overtaken_goes_on_alone(tmp_path):
-    path = tmp_path / "orbits.db"
-    migrate(path)
-    first, second = sweep_periods(path, 1.6, [7]), sweep_periods(path, 1.6, [7])
-    assert next(first).words < next(second).words < 712
-    second.close()
-    assert [step.words for step in first][-1] == 712
-    with closing(Catalogue(path)) as catalogue:
-        assert catalogue.sweeps(1.6)[0].whole
-
-
-@pytest.mark.usefixtures("small_sweeps")
 def test_blocks_are_cut_the_same_behind_any_of_them():
     blocks = list(class_spans(9, sweeps.CLASSES))
     assert len(blocks) > 20

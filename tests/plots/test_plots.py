@@ -9,8 +9,6 @@ import processes
 import pytest
 
 from orbitdb import Catalogue, Stadium, solve_word
-from orbitdb.errors import InputError
-from orbitdb.export import FIGURES, form_of
 from orbitdb.orbits.svg import number_labels
 from orbitdb.plots import paths, style
 
@@ -46,11 +44,6 @@ def test_files_are_what_they_end_in_and_the_same_each_time(tmp_path, ending, hea
     first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in "ab")
     assert first.startswith(head)
     assert first == second
-
-
-def test_an_unknown_ending_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"\.png, \.svg, \.pdf"):
-        form_of(tmp_path / "figure.gif", known=FIGURES)
 
 
 def test_the_svg_path_has_the_bounces_at_their_places():

@@ -1,13 +1,11 @@
 """The screen of counts and histograms, and how counts become lines."""
 
-import numpy as np
 import pytest
 from screens import drive, press, screen_lines, shown
 
-from orbitdb.catalogue.tallies import Histogram
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.statistics.counts_screen import CountsScreen, counts_in, lines_of
+from orbitdb.cli.tui.statistics.counts_screen import CountsScreen, lines_of
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 
@@ -18,18 +16,6 @@ def test_bars_are_to_scale_and_little_is_seen():
     assert lines_of([("a", 8), ("b", 3)], 4 + 8) == ["a 8 ████████", "b 3 ███"]
     assert lines_of([("abc", 1234)], 5) == ["abc 1,234"]  # no room for a bar
     assert lines_of([], 20) == ["none"]
-
-
-def test_edges_are_told_as_well_as_bins_are_wide():
-    edges = np.array([1000.0, 1000.05, 1000.1])
-    assert [label for label, _ in counts_in(Histogram(edges, np.array([1, 2]), 0, False))] == [
-        "1000",
-        "1000.05",
-    ]
-    assert counts_in(Histogram(np.array([1e-9, 1e-3, 1.0]), np.array([3, 0]), 0, True)) == [
-        ("1e-09", 3),
-        ("0.001", 0),
-    ]
 
 
 @pytest.mark.slow

@@ -40,19 +40,3 @@ def test_more_trajectories_replace_a_value_only_if_they_are_better(filled, monke
         assert "bounces followed here" in shown(app)
 
     drive(filled, steps, LARGE, Selection(periods=((2, 3),)))
-
-
-@pytest.mark.slow
-def test_without_a_stored_value_trajectories_are_followed_and_then_others(filled_once, monkeypatch):
-    monkeypatch.setattr(statistics, "FIRST_BOUNCES", 100_000)
-
-    async def steps(app, pilot):
-        await press(pilot, "S")
-        first = app.screen.reference
-        assert "bounces followed here" in shown(app)
-        await press(pilot, "t")
-        second = app.screen.reference
-        assert second.seed != first.seed
-        assert second.bounces > 3 * first.bounces
-
-    drive(filled_once, steps, LARGE, Selection(periods=((2, 3),)))
