@@ -6,6 +6,7 @@ from contextlib import closing
 import pytest
 
 from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.store.asking import confinement
 from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.criteria import choose
 
@@ -20,7 +21,8 @@ from orbitdb.store.asking.criteria import choose
         ({"where": "element = 3"}, "-element,length"),
     ],
 )
-def test_a_question_ends_wherever_it_is_cancelled(filled_once, criteria, order):
+def test_a_question_ends_wherever_it_is_cancelled(filled_once, criteria, order, monkeypatch):
+    monkeypatch.setattr(confinement, "STEPS_BETWEEN_LOOKS", 5_000)
     with closing(Catalogue(filled_once)) as catalogue:
         selection, looks = choose(**criteria), itertools.count()
         size = catalogue.count(selection)  # so that SQLite has read the schema

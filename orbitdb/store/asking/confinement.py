@@ -16,7 +16,8 @@ LONGEST_PATTERN = 500
 _LONGEST_TEXT = 10_000_000
 """Room for a row with every text of a word of a million symbols."""
 
-_STEPS_BETWEEN_LOOKS = 10_000
+STEPS_BETWEEN_LOOKS = 200_000
+"""Of SQLite, some milliseconds: a look waits for Python, which may be busy with the screen."""
 _STEPS_BETWEEN_SIGNALS = 1_000_000
 TABLES_OF_VIEW = {"cycle", "element", "stadium", "orbit", "change", "pruned"}
 
@@ -54,7 +55,7 @@ def heeding(connection: sa.Connection, patience: Patience) -> Iterator[None]:
     It raises `CancelledError` if nobody waits any more.
     """
     own = driver(connection)
-    own.set_progress_handler(lambda: patience.ended, _STEPS_BETWEEN_LOOKS)
+    own.set_progress_handler(lambda: patience.ended, STEPS_BETWEEN_LOOKS)
     try:
         yield
     except (sa.exc.DBAPIError, sqlite3.Error, sqlite3.Warning) as error:
