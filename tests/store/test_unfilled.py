@@ -6,8 +6,8 @@ from quick import slow_but
 from orbitdb import Catalogue
 from orbitdb.catalogue.gaps import describe_unfilled
 from orbitdb.errors import InputError
+from orbitdb.filling.fill_word import fill_word
 from orbitdb.filling.periods import fill_periods
-from orbitdb.filling.single_word import fill_word
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.reading.fills import Fill
 

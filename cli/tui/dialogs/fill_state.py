@@ -121,8 +121,8 @@ def cost_of(path: Path, wish: Wish) -> Cost:
 
 def work(path: Path, state: FillState) -> Generator[FillState, None, None]:
     """Fill, and tell how far it is behind every batch that is safely stored."""
+    from orbitdb.filling.fill_word import fill_word
     from orbitdb.filling.periods import fill_periods
-    from orbitdb.filling.single_word import fill_word
 
     Catalogue.create(path)
     wish = state.wish
