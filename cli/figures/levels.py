@@ -9,11 +9,10 @@ from orbitdb.catalogue.spectrum import read_classes, read_levels
 from orbitdb.cli.figures.orbits import short
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
-from orbitdb.plots.quantum import draw_spectrum, draw_staircase
+from orbitdb.plots.quantum import draw_level_count, draw_spectrum
 from orbitdb.plots.style import entitle, explain, figure
-from orbitdb.quantum.amplitudes import orbit_terms
+from orbitdb.quantum.amplitudes import orbit_terms, weyl
 from orbitdb.quantum.lengths import counted, family_count
-from orbitdb.quantum.weyl import weyl
 from orbitdb.store.asking.selection import Selection
 
 _LENGTHS = (1.0, 12.0)
@@ -53,7 +52,7 @@ def draw_levels(catalogue: Catalogue, chosen: Selection) -> Figure:
     note(f"orbits and bouncing balls of lengths up to {_LONGEST:g}: a partial sum")
     with figure(7.2, 6.0) as made:
         above, below = made.subplots(2, 1, sharex=True)
-        draw_staircase(above, below, k, at, smooth, family, orbits, highest)
+        draw_level_count(above, below, k, at, smooth, family, orbits, highest)
         entitle(made, f"{len(k)} levels at a = {chosen.a:g}, k below {end:.4g}")
         explain(made, above, below)
     return made

@@ -9,7 +9,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.figures.orbits import short
 from orbitdb.cli.render import code_text
-from orbitdb.entropy.letters import geometric_entropy
+from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.single_word import solve_word

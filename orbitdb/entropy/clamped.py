@@ -188,7 +188,7 @@ def _direction_error(
 ) -> Floats:
     """Bound the distance of all directions from the maximum, shape (N,): max |g| / F, F = D / 2.
 
-    As in `orbitdb.orbits.error_bounds`, where the legs outside are given and so do not enter.
+    As in `orbitdb.orbits.status`, where the legs outside are given and so do not enter.
     """
     inner = slice(1, -1)
     size, rounding = np.abs(slopes.gradient[inner]), gradient_rounding(legs, a, alpha)[inner]

@@ -1,11 +1,11 @@
 """Verdicts on windows decided once more in ball arithmetic, one by one: a bound that rests on no rounding.
 
 Every verdict is one clamped problem (`orbitdb.entropy.clamped.corner`), which is whole numbers, a, and the
-limits of the directions: the doubles of `orbitdb.billiard.legs.direction_limits`, which are far enough outside
-to be taken as exact, and pi/2, which is a ball. Directions found in doubles only say where to look. They are
-taken as exact numbers. The gradient g and the curvatures D there, in balls, give the clamped directions to
-within max |g_i| / (D_i / 2), those that press against a limit left out; that is the radius they are given. The
-verdict is proved if f of the marked junction, computed from these, has its sign.
+limits of the directions: the doubles of `orbitdb.billiard.legs.direction_limits`, which are far enough
+outside to be taken as exact, and pi/2, which is a ball. Directions found in doubles only say where to look,
+and are taken as exact, too. The gradient g and the curvatures D there, in balls, give the clamped directions
+to within max |g_i| / (D_i / 2), those that press against a limit left out; that is the radius they are given.
+The verdict is proved if f of the marked junction, computed from these, has its sign.
 
 What balls do not confirm is undecided in the bounds that follow, and its window is extended like any other.
 """

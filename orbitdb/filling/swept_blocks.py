@@ -8,14 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
-from orbitdb.averages.fixed_points import ClassRows
-from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.fixed_points import ClassRows, PeriodSums
 from orbitdb.averages.sum_rules import orbits_of_exponents
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.sums import Exponents, exponents
-from orbitdb.orbits.tally import Tally
+from orbitdb.orbits.sums import Exponents, Tally, exponents
 from orbitdb.store.asking.choosing import chosen_words, within_ranges
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import selection_of

@@ -9,10 +9,9 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy import proof as module
 from orbitdb.entropy.bounds import search
 from orbitdb.entropy.clamped import corner, solve_corner
-from orbitdb.entropy.letters import MIRROR
 from orbitdb.entropy.proof import Proof, condition_in_balls, proved
 from orbitdb.entropy.verdicts import Decision, Verdict, decide
-from orbitdb.entropy.windows import Windows, extended, first_windows, open_chains
+from orbitdb.entropy.windows import MIRROR, Windows, extended, first_windows, open_chains
 
 OPPOSITE = np.array([Verdict.UNDECIDED, Verdict.FORBIDDEN, Verdict.ALLOWED], dtype=np.uint8)
 

@@ -7,7 +7,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.fixed_points import PeriodSums
 from orbitdb.averages.tilt_moments import TiltMoments, from_bytes, to_bytes
 from orbitdb.store.file.tables import run, sweep, sweep_block
 from orbitdb.store.writing.cursors import Cursor, open_cursor
