@@ -144,7 +144,7 @@ def _solve(tasks: "list[LevelTask]", solvers: Solvers, path: Path | None, k: str
         solvers.at_work(_WORK * len(tasks), _WORK) as workers,
     ):
         shown.tell("levels", 0, len(tasks))
-        for done, solved in enumerate(workers.solved(tasks), 1):
+        for done, solved in enumerate(workers.solved(task.solved for task in tasks), 1):
             if writer is not None:
                 keep_levels(writer, solved)
             shown.tell(f"levels {solved.parity} to k = {solved.high:.4g}", done, len(tasks))
