@@ -1,8 +1,10 @@
 """The panels of the main screen: the chosen subset as a table, and the orbit under the cursor."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
+from rich.console import RenderableType
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.reactive import reactive
@@ -11,7 +13,7 @@ from textual.widgets import Footer, Header, Static
 from orbitdb.cli.render import code_text, repeats
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
-from orbitdb.cli.tui.orbit.facts import FactsPanel
+from orbitdb.cli.tui.orbit.facts import FactsPanel, known_of
 from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.table.columns import COLUMNS, Column, fields_of
 from orbitdb.cli.tui.table.following import Following
@@ -295,11 +297,11 @@ class Panels(OwnScreen[None]):
             return
         self.entitle_facts()
         self.query_one(OrbitDrawing).a = self.selection.a if orbit is None else orbit.a
-        if orbit is None:
-            self.query_one(FactsPanel).show(None)
-        else:
+        known: Sequence[RenderableType] = ()
+        if orbit is not None:
             self.remove_class("-empty")
-            self.query_one(FactsPanel).show(orbit, self.browser.certificate(orbit))
+            known = known_of(orbit, self.browser.certificate(orbit))
+        self.query_one(FactsPanel).show(*known)
         self.following.take_orbit(orbit)
 
     def entitle_facts(self) -> None:

@@ -12,7 +12,7 @@ from orbitdb.cli import options
 from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import MarkWords, check_marks, with_marks
-from orbitdb.cli.progress.line import Progress, progress
+from orbitdb.cli.progress import Progress, progress
 from orbitdb.cli.reading import (
     KEYS,
     Row,
