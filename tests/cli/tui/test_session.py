@@ -6,8 +6,9 @@ import shutil
 import pytest
 from screens import drive, press, screen_lines, settle, table_of
 from textual import events
-from textual.widgets import Input
+from textual.widgets import Input, Static
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish, cost_of, work
 from orbitdb.cli.tui.dialogs.keys import columns_told, groups_of
@@ -211,3 +212,27 @@ def test_words_and_periods_are_filled_with_their_counts(tmp_path):
     assert [(cost.nothing, cost.large) for cost in (done, small, large)] == [
         (True, False), (False, False), (False, True)
     ]  # fmt: skip
+
+
+def test_the_first_rows_come_before_the_others_and_tell_no_number(filled_once):
+    """The first code is that of all rows; keys and a code that come before these lead to them."""
+    began = []
+
+    class Early(MainScreen):
+        def begin_rows(self, rows):
+            super().begin_rows(rows)
+            self.rows.jumping.type("5")
+            began.append((len(rows), self.rows.reads, self.rows.table.row[0]))
+            began.append(str(self.query_one("#position", Static).render()))
+
+    async def steps(app, pilot):
+        await app.push_screen(Early(Selection()))
+        await settle(pilot)
+        table, total = app.screen.rows.table, Catalogue(filled_once).count(Selection())
+        (count, reads, first), told = began
+        assert count < total == len(table.source)
+        assert (reads, first, "of …" in told) == (True, "13", True)
+        assert table.row[1] == 5
+        assert table.source.row(0)[0] == first
+
+    drive(filled_once, steps)
