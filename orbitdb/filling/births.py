@@ -1,6 +1,6 @@
 """Storing the births and deaths of all classes of a period."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,7 @@ _SMALLEST = 2
 """Where several processes work, a period is cut into blocks down to this part of a full one."""
 
 
-def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Iterator[Progress]:
+def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Generator[Progress]:
     """Store the births and deaths of all classes of some periods.
 
     Parameters

@@ -1,6 +1,6 @@
 """Filling a catalogue: all classes of some periods, and what becomes of them at one a."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import closing
 from pathlib import Path
 from time import thread_time
@@ -28,7 +28,7 @@ _LAST_FULL_MASK = 64
 
 def fill_periods(
     path: Path, a: float, periods: Iterable[int], method: str = "newton", workers: Workers = HERE
-) -> Iterator[Progress]:
+) -> Generator[Progress]:
     """Store all admissible words of some periods and what becomes of them at one a.
 
     Parameters
@@ -94,7 +94,7 @@ class _Fill:
         return words, counts_when_done(cursor.p, found) | {"words": words}
 
 
-def fill_geometric(path: Path, periods: Iterable[int]) -> Iterator[Progress]:
+def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Progress]:
     """Store the geometrically pruned primitive words of some periods, with the rules they break.
 
     Yields

@@ -6,7 +6,7 @@ goes on there.
 """
 
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
@@ -67,7 +67,7 @@ class Work(Protocol[Part]):
         """Return of how many words of a period something is stored, and what its row is to say in the end."""
 
 
-def resume(writer: Writer, work: Work[Part], periods: Iterable[int], workers: Workers) -> Iterator[Progress]:
+def resume(writer: Writer, work: Work[Part], periods: Iterable[int], workers: Workers) -> Generator[Progress]:
     """Do what is missing of some periods; go on behind another process that does the same.
 
     Yields
@@ -95,7 +95,7 @@ def resume(writer: Writer, work: Work[Part], periods: Iterable[int], workers: Wo
 
 def _blocks(
     writer: Writer, work: Work[Part], cursors: dict[int, Cursor], workers: Workers
-) -> Iterator[Progress]:
+) -> Generator[Progress]:
     """Store the blocks behind the cursors, and close every period behind its last one."""
     clock = time.monotonic()
     begun = list(cursors.values())

@@ -1,6 +1,6 @@
 """Sweeping periods: enumerate, solve and add up, and keep counts and sums alone."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import asdict
 from pathlib import Path
@@ -38,7 +38,7 @@ def sweep_periods(
     periods: Iterable[int],
     workers: Workers = HERE,
     selection: Selection | None = None,
-) -> Iterator[Progress]:
+) -> Generator[Progress]:
     """Store the counts of all admissible words of some periods at one a, and sums over the orbits.
 
     Parameters

@@ -6,7 +6,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import pytest
 from contents import rows
@@ -17,6 +17,7 @@ from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.blocks import Block
 from orbitdb.filling.cluster import Cluster
 from orbitdb.filling.workers import HERE
+from orbitdb.symbols.enumeration import Span
 
 if TYPE_CHECKING:  # its import takes a second
     from distributed import LocalCluster
@@ -68,10 +69,10 @@ def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch, cli):
         with Cluster(str(file)) as workers:
             assert (workers.jobs, workers.size()) == (1, (1, 2))
             assert rows(filled_by(workers, tmp_path / "shared.db", periods=(6,))) == rows(alone)
-            given: list[int] = []
-            going = workers.solved(Counting(i) for i in range(20) if given.append(i) is None)
+            blocks = (Counting(i) for i in range(20))
+            going = workers.solved(blocks)
             assert [next(going).number for _ in range(3)] == [0, 1, 2]
-            assert given == list(range(7))  # two a thread under way, beside the one that was wanted
+            assert next(blocks).number == 7  # two a thread under way, beside the one that was wanted
             assert all(str(key).startswith("orbitdb-") for key in cluster.scheduler.tasks)
             for _ in range(2):  # a task of its own each, or what failed once would have failed
                 with pytest.raises(WorkError, match=r"not solve a block: ZeroDivisionError: by nothing$"):
@@ -99,7 +100,7 @@ def test_a_block_that_kills_its_workers_is_given_up(local_cluster, monkeypatch):
     monkeypatch.setattr(local_cluster.scheduler, "allowed_failures", 1)
     with Client(local_cluster) as client, Cluster(local_cluster.scheduler_address) as workers:
         with pytest.raises(WorkError, match="died 2 times on one block"):
-            list(workers.solved([Block(1.6, "newton", Deadly())]))
+            list(workers.solved([Block(1.6, "newton", cast(Span, Deadly()))]))
         client.wait_for_workers(2)  # a cluster cannot be closed while it starts a worker again
 
 

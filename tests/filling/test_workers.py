@@ -7,6 +7,7 @@ import sys
 import time
 from concurrent.futures import Future
 from pathlib import Path
+from typing import Any, cast
 
 import pytest
 from contents import rows
@@ -15,6 +16,7 @@ from workforce import Deadly, Failing, filled_by
 from orbitdb.errors import WorkError
 from orbitdb.filling.blocks import Block, cut_into_blocks
 from orbitdb.filling.workers import HERE, Processes, begun_ahead, cores
+from orbitdb.symbols.enumeration import Span
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
@@ -51,10 +53,10 @@ class Backwards:
     """Finishes what it was given last first."""
 
     def __init__(self) -> None:
-        self.waiting: list[tuple[Block, Future]] = []
+        self.waiting: list[tuple[Block, Future[Any]]] = []
         self.most = 0
 
-    def submit(self, block: Block) -> Future:
+    def submit(self, block: Block) -> Future[Any]:
         self.waiting.append((block, BackwardsFuture(self)))
         self.most = max(self.most, len(self.waiting))
         return self.waiting[-1][1]
@@ -65,7 +67,7 @@ class Backwards:
             future.set_result(block.solved())
 
 
-class BackwardsFuture(Future):
+class BackwardsFuture(Future[Any]):
     def __init__(self, pool: Backwards) -> None:
         super().__init__()
         self.pool = pool
@@ -165,7 +167,7 @@ def test_what_fails_before_there_is_a_block_is_told_as_it_is():
 @pytest.mark.slow
 def test_a_block_that_kills_every_worker_is_given_up():
     with Processes(1) as workers, pytest.raises(WorkError, match="died 3 times"):
-        list(workers.solved(iter([Block(1.6, "newton", Deadly())])))
+        list(workers.solved(iter([Block(1.6, "newton", cast(Span, Deadly()))])))
     assert not workers_of(os.getpid())
 
 

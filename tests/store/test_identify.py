@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from itineraries import itineraries, random_rays
 from quick import slow_but
+from there import there
 
 from orbitdb import Catalogue, InputError, Stadium, solve_word
 from orbitdb.orbits.shadowing import shadows
@@ -41,7 +42,7 @@ def test_what_is_told_of_an_exact_start_is_the_orbit_to_the_end(word):
     path = trace_start(STADIUM, start_of(orbit.points), 1e-2)
     best = shadows(STADIUM, path.symbols, path.points, 1e-2)[0]
     assert best.bounces == len(path)
-    assert len(path) > 2 * (26 / orbit.lambda_d - 2)
+    assert len(path) > 2 * (26 / there(orbit.lambda_d) - 2)
     assert least_rotation(best.word) == least_rotation(word)
 
 
@@ -96,7 +97,7 @@ def test_a_mirrored_and_a_reversed_start_find_the_images(catalogue):
 def test_the_bounces_of_an_orbit_name_it(catalogue, word):
     """Closed or not, measured with errors, mirrored, or read backwards; of any period."""
     orbit = solve_word(word, STADIUM)
-    once, points = np.random.default_rng(1), orbit.points
+    once, points = np.random.default_rng(1), there(orbit.points)
     closed = np.concatenate([points, points[:1]])
     for given, element in [
         (closed, 0),
@@ -124,7 +125,7 @@ def test_lengths_are_those_of_stored_orbits_and_their_repetitions(catalogue):
     known = catalogue.select(status="orbit")
     lengths = dict(zip(known.representative.tolist(), known.length.tolist(), strict=True))
     for length, tolerance in [(10.4, 1e-3), (31.2, 0.2), (21.7, 5e-3), (65.5, 0.05), (10.4, 0), (1e4, 0.02)]:
-        expected = {}
+        expected: dict[str, int] = {}
         for word, one in lengths.items():
             times = [r for r in range(1, int(length / one) + 3) if abs(r * one - length) <= tolerance + 1e-11]
             expected |= {word: times[0]} if times else {}
