@@ -142,7 +142,7 @@ def _solve_alone(block: Task[Any]) -> tuple[str, Any]:
     Return also the version of this orbitdb.
     """
     with _one_at_a_time:
-        return __version__, block.solved()
+        return __version__, block()
 
 
 def _connect(scheduler: str) -> "Client":

@@ -1,4 +1,4 @@
-"""Filling a catalogue: all classes of some periods, and what becomes of them at one a."""
+"""Filling a catalogue: all classes of some periods, or of single words, and what becomes of them at one a."""
 
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import closing
@@ -9,9 +9,9 @@ from typing import Any
 import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.filling.blocks import METHODS, Block, SolvedBlock, cut_into_blocks
+from orbitdb.filling.blocks import METHODS, SolvedBlock, cut_into_blocks
 from orbitdb.filling.resuming import Progress, resume
-from orbitdb.filling.workers import HERE, Workers
+from orbitdb.filling.workers import HERE, Task, Workers
 from orbitdb.store.file.tables import fill
 from orbitdb.store.reading.fills import counts_when_done, status_counts
 from orbitdb.store.writing import classes
@@ -70,7 +70,7 @@ class _Fill:
             self.known.add(p)
         return open_cursor(connection, fill, stadium=self.writer.stadium_id(connection, self.a), p=p)
 
-    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Block]:
+    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[SolvedBlock]]:
         p = cursor.p
         return cut_into_blocks(self.a, self.method, p, cursor.after, jobs, p in self.known)
 
@@ -92,6 +92,9 @@ class _Fill:
         found = status_counts(connection, cursor.row["stadium"], cursor.p).get(cursor.p, {})
         words = sum(count for count, _ in found.values())
         return words, counts_when_done(cursor.p, found) | {"words": words}
+
+    def closing(self, connection: sa.Connection, cursor: Cursor) -> dict[str, Any]:
+        return {}
 
 
 def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Progress]:

@@ -66,6 +66,9 @@ class Work(Protocol[Part]):
     def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, Mapping[str, Any]]:
         """Return of how many words of a period something is stored, and what its row is to say in the end."""
 
+    def closing(self, connection: sa.Connection, cursor: Cursor) -> Mapping[str, Any]:
+        """Write what is to be written when a period is whole; return what else its row is to say."""
+
 
 def resume(writer: Writer, work: Work[Part], periods: Iterable[int], workers: Workers) -> Generator[Progress]:
     """Do what is missing of some periods; go on behind another process that does the same.
@@ -113,11 +116,12 @@ def _blocks(
 
 def _close(writer: Writer, work: Work[Part], cursor: Cursor) -> None:
     """Check that a period is whole, and note it, unless another process that did the same was faster."""
+    with writer.reading() as connection:  # it takes a while, in which others may write
+        words, values = work.counted(connection, cursor)
+    if words != (total := count_admissible(cursor.p)):
+        raise StoreError(
+            f"period {cursor.p} holds {words} words instead of {total}: {writer.path} is damaged"
+        )
     with writer.writing() as connection:
         if is_open(connection, cursor):
-            words, values = work.counted(connection, cursor)
-            if words != (total := count_admissible(cursor.p)):
-                raise StoreError(
-                    f"period {cursor.p} holds {words} words instead of {total}: {writer.path} is damaged"
-                )
-            close(connection, cursor, values)
+            close(connection, cursor, {**values, **work.closing(connection, cursor)})

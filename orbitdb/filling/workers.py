@@ -17,14 +17,13 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from traceback import format_exc
 from types import TracebackType
-from typing import Any, Protocol, Self, TypeVar
+from typing import Any, Protocol, Self, TypeAlias, TypeVar
 
 from orbitdb import __version__
 from orbitdb.errors import WorkError
 
 Begun = TypeVar("Begun")
 Result = TypeVar("Result")
-Result_co = TypeVar("Result_co", covariant=True)
 
 _AHEAD = 2
 """Blocks under way for each worker, so that none waits for the writer."""
@@ -35,11 +34,8 @@ _DEATHS = 3
 _HELD_BACK = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
-class Task(Protocol[Result_co]):
-    """A block of any kind: it knows how it is solved, and goes to other processes as it is."""
-
-    def solved(self) -> Result_co:
-        """Return what becomes of it."""
+Task: TypeAlias = Callable[[], Result]
+"""What solves a block of any kind; it goes to other processes, and what it returns comes from there."""
 
 
 class Workers(Protocol):
@@ -64,7 +60,7 @@ class Here:
 
     def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
         """Yield what became of blocks, in their order."""
-        return (block.solved() for block in blocks)
+        return (block() for block in blocks)
 
 
 HERE = Here()
@@ -232,7 +228,7 @@ def _work(line: Connection) -> None:
         while True:
             data = line.recv_bytes()
             try:
-                found = pickle.loads(data).solved()
+                found = pickle.loads(data)()
             except Exception as error:
                 error.add_note(format_exc())
                 found = error

@@ -6,7 +6,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import pytest
 from contents import rows
@@ -14,10 +14,8 @@ from workforce import Deadly, Failing, filled_by
 
 from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
-from orbitdb.filling.blocks import Block
 from orbitdb.filling.cluster import Cluster
 from orbitdb.filling.workers import HERE
-from orbitdb.symbols.enumeration import Span
 
 if TYPE_CHECKING:  # its import takes a second
     from distributed import LocalCluster
@@ -37,7 +35,7 @@ def local_cluster() -> Iterator["LocalCluster"]:
 class Lacking:
     """A block that fails as all do where orbitdb is not installed."""
 
-    def solved(self) -> None:
+    def __call__(self) -> None:
         raise ModuleNotFoundError("No module named 'orbitdb'", name="orbitdb")
 
 
@@ -47,7 +45,7 @@ class Counting:
     def __init__(self, number: int) -> None:
         self.number = number
 
-    def solved(self) -> "Counting":
+    def __call__(self) -> "Counting":
         return self
 
 
@@ -100,7 +98,7 @@ def test_a_block_that_kills_its_workers_is_given_up(local_cluster, monkeypatch):
     monkeypatch.setattr(local_cluster.scheduler, "allowed_failures", 1)
     with Client(local_cluster) as client, Cluster(local_cluster.scheduler_address) as workers:
         with pytest.raises(WorkError, match="died 2 times on one block"):
-            list(workers.solved([Block(1.6, "newton", cast(Span, Deadly()))]))
+            list(workers.solved([Deadly()]))
         client.wait_for_workers(2)  # a cluster cannot be closed while it starts a worker again
 
 

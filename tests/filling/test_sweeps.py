@@ -75,7 +75,7 @@ class Tired:
     jobs = 1
 
     def solved(self, blocks):
-        return (replace(block.solved(), processor=3600.0) for block in blocks)
+        return (replace(block(), processor=3600.0) for block in blocks)
 
 
 @pytest.mark.usefixtures("small_sweeps")

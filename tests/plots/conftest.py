@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from orbitdb import Catalogue, Stadium
-from orbitdb.cli.figures import over_a
+from orbitdb.cli.figures import orbits, over_a
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.births import fill_births
 from orbitdb.plots import style
@@ -47,5 +47,6 @@ def ax():
 @pytest.fixture
 def few_places(monkeypatch) -> None:
     """Draw curves over a through few points; every one is as dear as an orbit."""
+    monkeypatch.setattr(orbits, "PLACES", 12)
     monkeypatch.setattr(over_a, "PLACES", 12)
     monkeypatch.setattr(over_a, "PLACES_OF_BOUNDS", 12)

@@ -17,7 +17,7 @@ from orbitdb import Catalogue, Selection, Stadium, solve_word
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.catalogue.spectrum import read_classes
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
-from orbitdb.cli.figures import levels, subsets
+from orbitdb.cli.figures import subsets
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.orbit import Status
@@ -186,9 +186,9 @@ def test_the_figures_of_levels(known, tmp_path, capsys):
     path = Path(shutil.copy(known.path, tmp_path / "levels.db"))
     catalogue, chosen, stadium = Catalogue(path, 1.6), Selection(1.6), Stadium(1.6)
     with pytest.raises(InputError, match=r"no levels to draw: .* --k 0:30 --a 1\.6' finds"):
-        levels.draw_levels(catalogue, chosen)
+        subsets.draw_levels(catalogue, chosen)
     k = sorted(chain(*keep_made_levels(path).values()))
-    made: Any = levels.draw_levels(catalogue, chosen)
+    made: Any = subsets.draw_levels(catalogue, chosen)
     above, below = made.axes
     assert named(above, "levels")[0].tolist() == [0, *k]
     at, rest = named(below, "levels, less")
@@ -203,7 +203,7 @@ def test_the_figures_of_levels(known, tmp_path, capsys):
     assert f"to $p = {highest}$" in made.legends[0].get_texts()[-1].get_text()
     assert made.get_suptitle() == f"{len(k)} levels at a = 1.6, k below 9"
     assert "lengths up to 12: a partial sum" in capsys.readouterr().err
-    spectrum = levels.draw_length_spectrum(catalogue, chosen)
+    spectrum = subsets.draw_length_spectrum(catalogue, chosen)
     found = catalogue.spectrum((1.0, 12.0), points=1000)
     for label, values in (("levels", np.abs(there(found.quantum))), ("orbits", -np.abs(found.orbits))):
         lengths, drawn = named(spectrum.axes[0], label)

@@ -14,7 +14,7 @@ from there import there
 
 from orbitdb import Catalogue, Selection, solve_word
 from orbitdb.averages.by_period import entropy_of_counts
-from orbitdb.cli.figures import over_a
+from orbitdb.cli.figures import orbits, over_a
 from orbitdb.entropy.letters import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.plots import births, style
@@ -128,7 +128,7 @@ def test_a_life_over_a(word):
     orbit = with_existence(solve_word(word, 1.6))
     exists = there(orbit.exists)
     ends = [end for life in exists for end in life if end]
-    made: Any = over_a.draw_life(orbit)
+    made: Any = orbits.draw_life(orbit)
     path, length, exponent = made.axes
     start = ends[0] if ends else 1.6
     title = f"{word} {'is born' if ends else 'exists'} at $a = {start:.6g}$"
@@ -157,7 +157,7 @@ def test_a_life_over_a(word):
 @pytest.mark.usefixtures("few_places")
 def test_the_title_of_a_life_is_as_short():
     orbit = solve_word("1^20 (02)^5 3", 200)
-    title = over_a.draw_life(with_existence(orbit)).axes[0].get_title()
+    title = orbits.draw_life(with_existence(orbit)).axes[0].get_title()
     assert title == "1^20 (02)^5 3 is born at $a = 129.651$"
 
 

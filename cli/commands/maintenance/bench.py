@@ -9,7 +9,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.output import Output
-from orbitdb.cli.progress.line import aside, progress
+from orbitdb.cli.progress import aside, progress
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.extras import load

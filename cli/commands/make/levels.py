@@ -9,7 +9,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.output import Output
-from orbitdb.cli.progress.line import progress
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs, Solvers, bring
 from orbitdb.errors import InputError
@@ -143,9 +143,9 @@ def _solve(tasks: "list[LevelTask]", solvers: Solvers, path: Path | None, k: str
         progress("levels") as shown,
         solvers.at_work(_WORK * len(tasks), _WORK) as workers,
     ):
-        shown.tell("levels", 0, len(tasks), counted=False)
-        for done, solved in enumerate(workers.solved(tasks), 1):
+        shown.tell("levels", 0, len(tasks))
+        for done, solved in enumerate(workers.solved(task.solved for task in tasks), 1):
             if writer is not None:
                 keep_levels(writer, solved)
-            shown.tell(f"levels {solved.parity} to k = {solved.high:.4g}", done, len(tasks), counted=False)
+            shown.tell(f"levels {solved.parity} to k = {solved.high:.4g}", done, len(tasks))
             yield solved

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from enum import IntEnum
 from itertools import groupby
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import sqlalchemy as sa
@@ -20,7 +20,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.conditions import NEAR
-from orbitdb.store.file.schema import BORN, DIED, DONE
+from orbitdb.store.file.schema import BORN, DONE
 from orbitdb.store.file.tables import birth_fill, change, cycle, life
 from orbitdb.store.reading.chosen import Integers
 from orbitdb.store.reading.soundness import is_written, unsound
@@ -114,20 +114,6 @@ def lives(connection: sa.Connection, p: int) -> list[Life]:
     here = life.c.cycle.between(*keys_of_period(p))
     query = sa.select(*(life.c[name] for name in names)).where(here).order_by(life.c.born, life.c.word)
     return [Life(*row) for row in connection.execute(query)]
-
-
-def counts_when_done(changes: Sequence[Any]) -> dict[str, Any]:
-    """Return the counts of a period (`BirthFill`) from the changes of all its classes."""
-    moving = [row for row in changes if row.a > 0]
-    births = [row.a for row in moving if row.kind == BORN]
-    return {
-        "classes": len({row.cycle for row in changes}),
-        "births": len(births),
-        "deaths": len({row.cycle for row in moving if row.kind == DIED}),
-        "always": len(changes) - len(moving),
-        "least": min(births, default=None),
-        "largest": max(births, default=None),
-    }
 
 
 class Standing(IntEnum):
