@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from quick import slow_but
 from there import there
 
-from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.fixed_points import PeriodSums
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import InputError

@@ -21,9 +21,8 @@ from orbitdb.cli.figures import subsets
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.orbit import Status
-from orbitdb.quantum.amplitudes import orbit_terms
+from orbitdb.quantum.amplitudes import orbit_terms, weyl
 from orbitdb.quantum.lengths import counted, family_count
-from orbitdb.quantum.weyl import weyl
 from orbitdb.symbols.words import from_strings
 
 WHOLE = Selection(1.6, periods=((2, 5),))

@@ -15,7 +15,7 @@ from there import there
 from orbitdb import Catalogue, Selection, solve_word
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.cli.figures import orbits, over_a
-from orbitdb.entropy.letters import geometric_entropy
+from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.plots import births, style
 from orbitdb.plots.style import BLUE, ORANGE
