@@ -8,7 +8,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR
 from enum import StrEnum
 from typing import Any, TextIO
 
-from orbitdb.cli.progress.line import aside
+from orbitdb.cli.progress import aside
 from orbitdb.export import json_object, write_csv
 from orbitdb.numerals import as_sure, outward, upwards
 from orbitdb.plaintext import line, printable

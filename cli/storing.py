@@ -12,7 +12,7 @@ import typer
 
 from orbitdb.cli.interrupts import with_other_processes
 from orbitdb.cli.options import count_option, refuse_idle
-from orbitdb.cli.progress.line import Progress, progress
+from orbitdb.cli.progress import Progress, progress
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import whole

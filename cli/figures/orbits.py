@@ -1,53 +1,90 @@
-"""Figures of one orbit."""
+"""Figures of one orbit: its path, its reverse, and its life over a."""
 
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import code_text
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.plots import paths
+from orbitdb.orbits.single_word import solve_word
+from orbitdb.plots import births, paths
 from orbitdb.plots.style import BLUE, ORANGE, explain, figure
 from orbitdb.symbols.symmetry import REVERSE, images_of
 from orbitdb.symbols.words import run_notation
 
+PLACES = 400
+_WIDTH = 6.4
+_LOW, _HIGH, _BESIDE = 0.1, 5.0, 1e-9
+
 
 def draw_orbit(found: Orbit) -> Figure:
     """Draw the path of an orbit that has coordinates in its stadium."""
-    with figure(6.4, _height(found.a, 6.4)) as made:
+    with figure(_WIDTH, _height(found.a)) as made:
         ax = made.add_subplot()
-        assert found.points is not None
-        paths.draw_orbit(ax, Stadium(found.a), found.points)
-        ax.set_title(_caption(found))
-        made.set_label(f"orbit {code_text(found.code)} at a = {found.a:g}")
+        _draw_path(made, ax, found, "")
         explain(made, ax)
     return made
 
 
 def draw_reverse(found: Orbit) -> Figure:
     """Draw an orbit above its time reverse, whose bounces are those of the orbit backwards."""
-    reverse = images_of(found.code)[REVERSE]
-    same = found.time_reversal == "self"
+    reverse, same = images_of(found.code)[REVERSE], found.time_reversal == "self"
     kind = "the same orbit: it retraces its path" if same else "another orbit, counted, too"
-    with figure(6.4, 2 * _height(found.a, 6.4)) as made:
+    with figure(_WIDTH, 2 * _height(found.a)) as made:
         above, below = made.subplots(2, 1)
-        assert found.points is not None
-        paths.draw_orbit(above, Stadium(found.a), found.points)
-        above.set_title(f"(a) {_caption(found)}")
-        made.set_label(f"orbit {code_text(found.code)} at a = {found.a:g}")
-        paths.draw_orbit(below, Stadium(found.a), found.points[::-1], BLUE if same else ORANGE)
+        points = _draw_path(made, above, found, "(a) ")
+        paths.draw_orbit(below, Stadium(found.a), points[::-1], BLUE if same else ORANGE)
         below.set_title(f"(b) its time reverse {short(reverse)}: {kind}")
         explain(made, above)
     return made
 
 
-def _height(a: float, width: float) -> float:
-    """Return the height in inches of a stadium drawn this wide, with its title, axis and legend."""
-    return max(2.2, (width - 0.8) * 2.7 / (2 * a + 2.7) + 1.1)
-
-
-def _caption(found: Orbit) -> str:
+def _draw_path(made: Figure, ax: Axes, found: Orbit, which: str) -> NDArray[np.float64]:
+    """Draw an orbit with its numbers above it, and label the figure; return its bounces."""
+    assert found.points is not None
+    paths.draw_orbit(ax, Stadium(found.a), found.points)
     numbers = f"$a = {found.a:g}$,  $L = {found.length:.4f}\\,R$,  $\\lambda = {found.lyapunov:.4f}$"
-    return f"{short(found.code)},  {numbers}"
+    ax.set_title(f"{which}{short(found.code)},  {numbers}")
+    made.set_label(f"orbit {code_text(found.code)} at a = {found.a:g}")
+    return found.points
+
+
+def _height(a: float) -> float:
+    """Return the height in inches of a stadium drawn as wide as a figure, with its title, axis and legend."""
+    return max(2.2, (_WIDTH - 0.8) * 2.7 / (2 * a + 2.7) + 1.1)
+
+
+def draw_life(found: Orbit) -> Figure:
+    """Draw a word's orbit as it is born, and its length and lambda over the a at which it exists."""
+    lives = found.exists or ()
+    ends = [end for life in lives for end in life if end]
+    start = lives[0][0] * (1 + _BESIDE) or found.a
+    first = solve_word(found.code, start)
+    a = np.geomspace(
+        min([_LOW, *(end / 2 for end in ends)]), max([_HIGH, *(4 * end for end in ends)]), PLACES
+    )
+    beside = [end * (1 + sign * _BESIDE) for end in ends for sign in (-1, 1)]
+    a = np.sort(np.concatenate([a, beside]))
+    orbits = [solve_word(found.code, at) for at in a.tolist()]
+    numbers = np.array([
+        (np.nan, np.nan) if each.status != "orbit" else (each.length or np.nan, each.lyapunov or np.nan)
+        for each in orbits
+    ])  # fmt: skip
+    with figure(_WIDTH, 7.6) as made:
+        above, middle, below = made.subplots(3, 1)
+        assert first.points is not None
+        paths.draw_orbit(above, Stadium(first.a), first.points)
+        above.set_title(
+            f"{short(found.code)} {'is born' if lives[0][0] else 'exists'} at $a = {first.a:.6g}$"
+        )
+        births.draw_followed(middle, a, numbers[:, 0], "length $L$", ends, BLUE)
+        births.draw_followed(below, a, numbers[:, 1], r"$\lambda$", ends, ORANGE)
+        below.set_xlabel("$a$")
+        made.set_label(f"life of {code_text(found.code)}")
+        explain(made, above, middle)
+    return made
 
 
 def short(code: str) -> str:

@@ -1,21 +1,15 @@
-"""Figures over a: births and deaths, of all that the catalogue holds and of one word; and the entropy."""
+"""Figures over a: births and deaths of all that the catalogue holds, and the entropy."""
 
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from orbitdb.averages.by_period import entropy_of_counts
-from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.cli.figures.orbits import short
-from orbitdb.cli.render import code_text
-from orbitdb.entropy.letters import geometric_entropy
+from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
-from orbitdb.orbits.orbit import Orbit
-from orbitdb.orbits.single_word import solve_word
 from orbitdb.plots import births
-from orbitdb.plots.paths import draw_orbit
-from orbitdb.plots.style import BLUE, ORANGE, explain, figure
+from orbitdb.plots.style import explain, figure
 from orbitdb.store.asking.selection import Selection
 
 _MOST = 4
@@ -23,7 +17,6 @@ _MOST = 4
 PLACES = 400
 PLACES_OF_BOUNDS, _ROOM = 200, 1.1
 _LOW, _WIDER = 0.02, 1.5
-_LOW_LIFE, _HIGH_LIFE, _BESIDE = 0.1, 5.0, 1e-9
 
 
 def draw_births(catalogue: Catalogue, chosen: Selection) -> Figure:
@@ -41,37 +34,6 @@ def draw_births(catalogue: Catalogue, chosen: Selection) -> Figure:
         births.draw_changes(below, {p: steps[p].a[steps[p].a > 0] for p in shown[-2:]}, a)
         below.set_xlabel("$a$")
         made.set_label("births and deaths of orbits")
-    return made
-
-
-def draw_life(found: Orbit) -> Figure:
-    """Draw a word's orbit as it is born, and its length and lambda over the a at which it exists."""
-    lives = found.exists or ()
-    ends = [end for life in lives for end in life if end]
-    start = lives[0][0] * (1 + _BESIDE) or found.a
-    first = solve_word(found.code, start)
-    a = np.geomspace(
-        min([_LOW_LIFE, *(end / 2 for end in ends)]), max([_HIGH_LIFE, *(4 * end for end in ends)]), PLACES
-    )
-    beside = [end * (1 + sign * _BESIDE) for end in ends for sign in (-1, 1)]
-    a = np.sort(np.concatenate([a, beside]))
-    orbits = [solve_word(found.code, at) for at in a.tolist()]
-    numbers = np.array([
-        (np.nan, np.nan) if each.status != "orbit" else (each.length or np.nan, each.lyapunov or np.nan)
-        for each in orbits
-    ])  # fmt: skip
-    with figure(6.4, 7.6) as made:
-        above, middle, below = made.subplots(3, 1)
-        assert first.points is not None
-        draw_orbit(above, Stadium(first.a), first.points)
-        above.set_title(
-            f"{short(found.code)} {'is born' if lives[0][0] else 'exists'} at $a = {first.a:.6g}$"
-        )
-        births.draw_followed(middle, a, numbers[:, 0], "length $L$", ends, BLUE)
-        births.draw_followed(below, a, numbers[:, 1], r"$\lambda$", ends, ORANGE)
-        below.set_xlabel("$a$")
-        made.set_label(f"life of {code_text(found.code)}")
-        explain(made, above, middle)
     return made
 
 

@@ -1,8 +1,10 @@
 """The panels of the main screen: the chosen subset as a table, and the orbit under the cursor."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
+from rich.console import RenderableType
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.reactive import reactive
@@ -11,7 +13,7 @@ from textual.widgets import Footer, Header, Static
 from orbitdb.cli.render import code_text, repeats
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
-from orbitdb.cli.tui.orbit.facts import FactsPanel
+from orbitdb.cli.tui.orbit.facts import FactsPanel, known_of
 from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.table.columns import COLUMNS, Column, fields_of
 from orbitdb.cli.tui.table.following import Following
@@ -149,8 +151,8 @@ class Panels(OwnScreen[None]):
     def read(self) -> None:
         """Read the chosen rows."""
         if self.browser.catalogue is not None:
-            fields = fields_of(self.columns, self.ordering.column)
-            self.rows.read(self.browser.catalogue, (self.selection, self.ordering), fields, self.take_rows)
+            fields, asked = fields_of(self.columns, self.ordering.column), (self.selection, self.ordering)
+            self.rows.read(self.browser.catalogue, asked, fields, self.begin_rows, self.take_rows)
 
     def watch_ordering(self) -> None:
         """Read the rows in another order, or with other columns."""
@@ -178,6 +180,11 @@ class Panels(OwnScreen[None]):
         known = self._values | dict(self.selection.parameters)
         values = {name: value for name, value in known.items() if name in used}
         return replace(self.selection, where=where, parameters=values)
+
+    def begin_rows(self, rows: Pages) -> None:
+        """Show the first rows while the others are read, unless a word is on show that has another one."""
+        if self.orbit is None:
+            self.rows.table.show(rows)
 
     def take_rows(self, rows: Pages) -> None:
         """Show the rows; the cursor stays on its word if it is among them, and at the top if it was there.
@@ -235,9 +242,8 @@ class Panels(OwnScreen[None]):
         place = table.source.position(word)
         if place is not None:
             self.left, table.cursor = None, place
-        elif table.source.catalogue is None and self.browser.catalogue is not None:
-            self.wanted = word  # the rows are still being read
         else:
+            self.wanted = word if self.rows.reads else None
             self.leave_the_row()
         return place is not None
 
@@ -291,11 +297,11 @@ class Panels(OwnScreen[None]):
             return
         self.entitle_facts()
         self.query_one(OrbitDrawing).a = self.selection.a if orbit is None else orbit.a
-        if orbit is None:
-            self.query_one(FactsPanel).show(None)
-        else:
+        known: Sequence[RenderableType] = ()
+        if orbit is not None:
             self.remove_class("-empty")
-            self.query_one(FactsPanel).show(orbit, self.browser.certificate(orbit))
+            known = known_of(orbit, self.browser.certificate(orbit))
+        self.query_one(FactsPanel).show(*known)
         self.following.take_orbit(orbit)
 
     def entitle_facts(self) -> None:

@@ -1,25 +1,32 @@
 """Storing the births and deaths of all classes of a period."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import sqlalchemy as sa
+from numpy.typing import NDArray
 
-from orbitdb.filling.blocks import BirthBlock, SolvedBirths, block_size
+from orbitdb.arithmetic import arithmetic
+from orbitdb.filling.blocks import block_size
 from orbitdb.filling.resuming import Progress, resume
-from orbitdb.filling.workers import HERE, Workers
+from orbitdb.filling.workers import HERE, Task, Workers
+from orbitdb.orbits.births.changes import Changes, find_changes
+from orbitdb.store.file.schema import BORN, DIED
 from orbitdb.store.file.tables import birth_fill
 from orbitdb.store.reading.fills import words_up_to
-from orbitdb.store.reading.lives import counts_when_done
-from orbitdb.store.writing.changes import add_changes, number_events
-from orbitdb.store.writing.classes import add_classes
+from orbitdb.store.writing.classes import add_changes, add_classes, number_events
 from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
-from orbitdb.symbols.least_words import class_spans
+from orbitdb.symbols.enumeration import Span
+from orbitdb.symbols.least_words import all_least_words, class_spans
+from orbitdb.symbols.members import joined_words
 from orbitdb.symbols.symmetry import SIZES
-from orbitdb.symbols.words import keys, pack
+from orbitdb.symbols.words import keys, unpack
 
 BLOCK = 1 << 18
 """Words of a block, about: some seconds of work."""
@@ -30,25 +37,33 @@ _SMALLEST = 2
 
 
 def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Iterator[Progress]:
-    """Store the births and deaths of all classes of some periods.
+    """Store the births and deaths of all classes of some periods; what is stored depends on no worker.
 
-    Parameters
-    ----------
-    path : Path
-        A catalogue of the newest schema.
-    periods : iterable of int
-        Periods, 2..`MAX_PERIOD`; those that are done are passed over.
-    workers : Workers, optional
-        Where the changes are found; what is stored does not depend on it.
-
-    Yields
-    ------
-    Progress
-        As `orbitdb.filling.resuming.resume` does, which says what it raises.
+    Periods, 2..`MAX_PERIOD`, that are done are passed over. It yields and raises what
+    `orbitdb.filling.resuming.resume` does.
     """
     periods = sorted(set(periods))
     with closing(Writer(path, {"command": "births", "periods": periods}, references=False)) as writer:
         yield from resume(writer, _Births(writer), periods, workers)
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedBirths:
+    """The N classes of a span, as packed least words in order with all their words, and their changes."""
+
+    span: Span
+    codes: NDArray[np.int64]
+    stabiliser: NDArray[np.uint8]
+    words: list[str]
+    changes: Changes
+    arithmetic: str
+
+
+def solve_births(span: Span) -> SolvedBirths:
+    """Find the classes of a span, and their births and deaths."""
+    codes, stabiliser = all_least_words(span)
+    words = joined_words(codes, stabiliser, span.p)
+    return SolvedBirths(span, codes, stabiliser, words, find_changes(unpack(codes, span.p)), arithmetic())
 
 
 class _Births:
@@ -60,16 +75,32 @@ class _Births:
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         return open_cursor(connection, birth_fill, p=p)
 
-    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[BirthBlock]:
+    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[SolvedBirths]]:
         size = block_size(BLOCK, cursor.p, jobs, _SMALLEST) // _WORDS_A_CLASS
-        return map(BirthBlock, class_spans(cursor.p, max(size, 1), cursor.after))
+        return (partial(solve_births, span) for span in class_spans(cursor.p, max(size, 1), cursor.after))
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedBirths) -> dict[str, float]:
-        numbers = keys(pack(part.least), cursor.p).tolist()
-        add_classes(connection, numbers, part.least, part.stabiliser, part.words)
+        numbers = keys(part.codes, cursor.p).tolist()
+        add_classes(connection, numbers, unpack(part.codes, cursor.p), part.stabiliser, part.words)
         add_changes(self.writer, connection, numbers, part.changes, part.arithmetic)
         return {"words": int(SIZES[part.stabiliser].sum())}
 
     def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
-        words = words_up_to(connection, None, cursor.p, "5" * cursor.p)
-        return words, counts_when_done(number_events(connection, cursor.p))
+        return words_up_to(connection, None, cursor.p, "5" * cursor.p), {}
+
+    def closing(self, connection: sa.Connection, cursor: Cursor) -> dict[str, Any]:
+        return _counts(number_events(connection, cursor.p))
+
+
+def _counts(changes: Sequence[Any]) -> dict[str, Any]:
+    """Return the counts of a period (`orbitdb.store.reading.lives.BirthFill`) from all its changes."""
+    moving = [row for row in changes if row.a > 0]
+    births = [row.a for row in moving if row.kind == BORN]
+    return {
+        "classes": len({row.cycle for row in changes}),
+        "births": len(births),
+        "deaths": len({row.cycle for row in moving if row.kind == DIED}),
+        "always": len(changes) - len(moving),
+        "least": min(births, default=None),
+        "largest": max(births, default=None),
+    }

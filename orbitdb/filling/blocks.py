@@ -1,7 +1,7 @@
 """Blocks: pieces of a period that are enumerated and solved apart, by whatever process.
 
-A block says all that is needed to solve it and depends on nothing but itself, so that its result is
-the same wherever and in whatever order blocks are solved.
+What becomes of a block depends on nothing but what it is given, so that it is the same wherever and in
+whatever order blocks are solved.
 """
 
 from collections.abc import Callable, Iterator
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.births.changes import Changes, find_changes
+from orbitdb.filling.workers import Task
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Orbits
 from orbitdb.orbits.relaxation import relax
@@ -46,54 +46,17 @@ METHODS = {
 }
 
 
-@dataclass(frozen=True)
-class Block:
-    """Classes of one period to be solved at one a.
-
-    Attributes
-    ----------
-    a : float
-        The stadium.
-    method : str
-        One of `METHODS`.
-    span : Span
-        The least words of the classes.
-    known : bool
-        Whether the classes are stored already, so that nobody needs their words.
-    """
-
-    a: float
-    method: str
-    span: Span
-    known: bool = False
-
-    def solved(self) -> "SolvedBlock":
-        """Find its classes, and what becomes of them."""
-        clock, p = [thread_time()], self.span.p
-        codes, stabiliser = all_least_words(self.span)
-        words = None if self.known else joined_words(codes, stabiliser, p)
-        clock.append(thread_time())
-        orbits = METHODS[self.method].solve(unpack(codes, p), Stadium(self.a))
-        clock.append(thread_time())
-        enumerating, solving = np.diff(clock).tolist()
-        return SolvedBlock(self.span, stabiliser, words, orbits, enumerating, solving, arithmetic())
-
-
 @dataclass(frozen=True, eq=False)
 class SolvedBlock:
-    """What became of a block.
+    """What became of the N classes of a span, in the order of their least words.
 
     Attributes
     ----------
     span : Span
-        The block's.
     stabiliser : ndarray of uint8, shape (N,)
-        The stabilisers of its classes, in the order of their least words.
     words : list of str, length N, or None
-        All words of each class (`orbitdb.symbols.members.joined_words`); None if the block says that they
-        are known.
+        All words of each class (`orbitdb.symbols.members.joined_words`); None if they are stored already.
     orbits : Orbits
-        What became of the classes.
     enumerating, solving : float
         Processor time spent on words and classes, and on their orbits (seconds).
     arithmetic : str
@@ -109,45 +72,16 @@ class SolvedBlock:
     arithmetic: str
 
 
-@dataclass(frozen=True)
-class BirthBlock:
-    """Classes of one period of which the changes are to be found.
-
-    Attributes
-    ----------
-    span : Span
-        Their least words.
-    """
-
-    span: Span
-
-    def solved(self) -> "SolvedBirths":
-        """Find its classes and their changes."""
-        p, (codes, stabiliser) = self.span.p, all_least_words(self.span)
-        least, words = unpack(codes, p), joined_words(codes, stabiliser, p)
-        return SolvedBirths(self.span, least, stabiliser, words, find_changes(least), arithmetic())
-
-
-@dataclass(frozen=True, eq=False)
-class SolvedBirths:
-    """What became of a block of births.
-
-    Attributes
-    ----------
-    span, stabiliser, words, arithmetic
-        As of a `SolvedBlock`.
-    least : ndarray of uint8, shape (N, p)
-        The least words of its classes, in order.
-    changes : Changes
-        Their births and deaths.
-    """
-
-    span: Span
-    least: NDArray[np.uint8]
-    stabiliser: NDArray[np.uint8]
-    words: list[str]
-    changes: Changes
-    arithmetic: str
+def solve_block(a: float, method: str, known: bool, span: Span) -> SolvedBlock:
+    """Find classes, unless they are known with all their words, and what becomes of them at one a."""
+    clock, p = [thread_time()], span.p
+    codes, stabiliser = all_least_words(span)
+    words = None if known else joined_words(codes, stabiliser, p)
+    clock.append(thread_time())
+    orbits = METHODS[method].solve(unpack(codes, p), Stadium(a))
+    clock.append(thread_time())
+    enumerating, solving = np.diff(clock).tolist()
+    return SolvedBlock(span, stabiliser, words, orbits, enumerating, solving, arithmetic())
 
 
 def block_size(most: int, p: int, jobs: int, smallest: int) -> int:
@@ -162,8 +96,8 @@ def block_size(most: int, p: int, jobs: int, smallest: int) -> int:
 
 def cut_into_blocks(
     a: float, method: str, p: int, after: int = -1, jobs: int = 1, known: bool = False
-) -> Iterator[Block]:
+) -> Iterator[Task[SolvedBlock]]:
     """Cut a period, or what of it is behind a packed word, into blocks, in order."""
     most = block_size(METHODS[method].words, p, jobs, _SMALLEST)
     spans = class_spans(p, max(most // _WORDS_A_CLASS, 1), after)
-    return (Block(a, method, span, known) for span in spans)
+    return (partial(solve_block, a, method, known, span) for span in spans)

@@ -1,7 +1,7 @@
 """Enclosing the entropy at many a at once: one a is a task for any process."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
@@ -10,61 +10,29 @@ from orbitdb.entropy.entropy_bounds import EntropyBounds
 from orbitdb.entropy.verdicts import decide
 
 
-@dataclass(frozen=True)
-class EnclosureTask:
-    """The entropy is to be enclosed at one a; what is reached first ends it.
+class Enclosed(NamedTuple):
+    """Bounds on the entropy at one a."""
 
-    Attributes
-    ----------
-    a : float
-        Half length of a straight wall.
-    window : int or None
-        Edges of the longest windows.
-    width : float
-        Difference of the bounds that is enough.
-    seconds : float
-        Time to spend.
-    prove : bool
-        Whether every window is decided in balls, too.
+    levels: tuple[EntropyBounds, ...]  # for longer and longer windows
+    proved: int  # windows decided in doubles that balls confirm, 0 if they were not asked
+    left_open: int  # those that they do not
+    seconds: float  # that the balls have taken
+    arithmetic: str  # what computed it (`orbitdb.arithmetic.arithmetic`)
+
+
+def enclose(
+    a: float, window: int | None = None, width: float = 0.0, seconds: float = math.inf, prove: bool = False
+) -> Enclosed:
+    """Enclose the entropy at one a; what is reached first ends it.
+
+    That is windows of so many edges, so small a difference of the bounds, or the time. To prove is to decide
+    every window in balls, too.
     """
+    if not prove:
+        levels = search(Stadium(a), window, width, seconds, judge=decide)
+        return Enclosed(tuple(levels), 0, 0, 0.0, arithmetic())
+    from orbitdb.entropy.proof import Proof  # it loads flint, which doubles alone do not need
 
-    a: float
-    window: int | None = None
-    width: float = 0.0
-    seconds: float = math.inf
-    prove: bool = False
-
-    def solved(self) -> "Enclosed":
-        """Enclose the entropy with longer and longer windows."""
-        stadium = Stadium(self.a)
-        if not self.prove:
-            levels = search(stadium, self.window, self.width, self.seconds, judge=decide)
-            return Enclosed(tuple(levels), 0, 0, 0.0, arithmetic())
-        from orbitdb.entropy.proof import Proof  # it loads flint, which doubles alone do not need
-
-        proof = Proof()
-        levels = search(stadium, self.window, self.width, self.seconds, judge=proof.decide)
-        return Enclosed(tuple(levels), proof.proved, proof.left_open, proof.seconds, arithmetic())
-
-
-@dataclass(frozen=True)
-class Enclosed:
-    """Bounds on the entropy at one a.
-
-    Attributes
-    ----------
-    levels : tuple of EntropyBounds
-        For longer and longer windows.
-    proved, left_open : int
-        Windows decided in doubles that balls confirm, and that they do not; 0 if they were not asked.
-    seconds : float
-        Time that the balls have taken.
-    arithmetic : str
-        What computed them (`orbitdb.arithmetic.arithmetic`).
-    """
-
-    levels: tuple[EntropyBounds, ...]
-    proved: int
-    left_open: int
-    seconds: float
-    arithmetic: str
+    proof = Proof()
+    levels = search(Stadium(a), window, width, seconds, judge=proof.decide)
+    return Enclosed(tuple(levels), proof.proved, proof.left_open, proof.seconds, arithmetic())

@@ -1,4 +1,4 @@
-"""Filling a catalogue: all classes of some periods, and what becomes of them at one a."""
+"""Filling a catalogue: all classes of some periods, or of single words, and what becomes of them at one a."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import closing
@@ -9,9 +9,9 @@ from typing import Any
 import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.filling.blocks import METHODS, Block, SolvedBlock, cut_into_blocks
+from orbitdb.filling.blocks import METHODS, SolvedBlock, cut_into_blocks
 from orbitdb.filling.resuming import Progress, resume
-from orbitdb.filling.workers import HERE, Workers
+from orbitdb.filling.workers import HERE, Task, Workers
 from orbitdb.store.file.tables import fill
 from orbitdb.store.reading.fills import counts_when_done, status_counts
 from orbitdb.store.writing import classes
@@ -29,25 +29,10 @@ _LAST_FULL_MASK = 64
 def fill_periods(
     path: Path, a: float, periods: Iterable[int], method: str = "newton", workers: Workers = HERE
 ) -> Iterator[Progress]:
-    """Store all admissible words of some periods and what becomes of them at one a.
+    """Store all admissible words of some periods and what becomes of them at one a, by one of `METHODS`.
 
-    Parameters
-    ----------
-    path : Path
-        A catalogue of the newest schema.
-    a : float
-        The stadium.
-    periods : iterable of int
-        Periods, 2..`MAX_PERIOD`; those that are done are passed over.
-    method : str, optional
-        One of `METHODS`.
-    workers : Workers, optional
-        Where the words are found and solved; what is stored does not depend on it.
-
-    Yields
-    ------
-    Progress
-        As `orbitdb.filling.resuming.resume` does, which says what it raises.
+    Periods, 2..`MAX_PERIOD`, that are done are passed over. What is stored does not depend on the workers. It
+    yields and raises what `orbitdb.filling.resuming.resume` does.
     """
     stadium, periods = Stadium(a), list(periods)
     parameters = {"command": "fill", "a": a, "periods": periods, "method": method}
@@ -70,7 +55,7 @@ class _Fill:
             self.known.add(p)
         return open_cursor(connection, fill, stadium=self.writer.stadium_id(connection, self.a), p=p)
 
-    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Block]:
+    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[SolvedBlock]]:
         p = cursor.p
         return cut_into_blocks(self.a, self.method, p, cursor.after, jobs, p in self.known)
 
@@ -93,14 +78,14 @@ class _Fill:
         words = sum(count for count, _ in found.values())
         return words, counts_when_done(cursor.p, found) | {"words": words}
 
+    def closing(self, connection: sa.Connection, cursor: Cursor) -> dict[str, Any]:
+        return {}
+
 
 def fill_geometric(path: Path, periods: Iterable[int]) -> Iterator[Progress]:
     """Store the geometrically pruned primitive words of some periods, with the rules they break.
 
-    Yields
-    ------
-    Progress
-        Behind every batch; all primitive words of the period are counted.
+    Behind every batch it yields how far it is among all primitive words of the period.
     """
     names = [",".join(map(str, rule_numbers(mask))) for mask in range(_LAST_FULL_MASK)]
     with closing(Writer(path, {"command": "fill --geometric", "periods": list(periods)})) as writer:

@@ -1,29 +1,39 @@
-"""Sweeping periods: enumerate, solve and add up, and keep counts and sums alone."""
+"""Sweeping periods: enumerate, solve and add up, block by block, and keep counts and sums alone."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
+from time import thread_time
 from typing import Any
 
 import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.averages.sum_rules import EXACT, next_tilts
+from orbitdb.arithmetic import arithmetic
+from orbitdb.averages.fixed_points import ClassRows, PeriodSums
+from orbitdb.averages.sum_rules import EXACT, next_tilts, orbits_of_exponents
+from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.resuming import Progress, resume
-from orbitdb.filling.swept_blocks import SweptBlock, SweptSums
-from orbitdb.filling.workers import HERE, Workers
+from orbitdb.filling.workers import HERE, Task, Workers
+from orbitdb.orbits.sums import Exponents, Tally, exponents
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.asking.sweepable import swept_text
+from orbitdb.store.asking.sweepable import chosen_words, selection_of, swept_text, within_ranges
+from orbitdb.store.file.tables import run, sweep, sweep_block
 from orbitdb.store.reading.sweeps import moments_of
-from orbitdb.store.writing.cursors import Cursor
-from orbitdb.store.writing.sweeps import add_sums, add_up, open_sweep, tilts_of
+from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.least_words import class_spans
+from orbitdb.symbols.enumeration import Span
+from orbitdb.symbols.least_words import LeastWords, all_least_words, class_spans
+from orbitdb.symbols.symmetry import SIZES
+
+Tilts = Mapping[int, NDArray[np.float64]]
+"""By level, those that moments are wanted around (`orbitdb.averages.sum_rules`)."""
 
 CLASSES = 1 << 15
 """Of a block, at most: it bounds the memory."""
@@ -41,29 +51,10 @@ def sweep_periods(
 ) -> Iterator[Progress]:
     """Store the counts of all admissible words of some periods at one a, and sums over the orbits.
 
-    Parameters
-    ----------
-    path : Path
-        A catalogue of the newest schema.
-    a : float
-        The stadium.
-    periods : iterable of int
-        Periods, 2..`MAX_PERIOD`; those that are swept are passed over.
-    workers : Workers, optional
-        Where the words are found and solved; what is stored does not depend on it.
-    selection : Selection, optional
-        Of which orbits the counts and sums are, by default of all; its a and its periods do not count. It is
-        kept beside those of other subsets.
-
-    Yields
-    ------
-    Progress
-        As `orbitdb.filling.resuming.resume` does, which says what it raises.
-
-    Raises
-    ------
-    SelectionError
-        If the subset cannot be swept (`orbitdb.store.asking.sweepable.why_not_swept`).
+    Periods, 2..`MAX_PERIOD`, that are swept are passed over. What is stored does not depend on the workers.
+    Counts and sums are of all orbits, or of the selected ones, whose a and periods do not count; they are
+    kept beside those of other subsets. It yields and raises what `orbitdb.filling.resuming.resume` does; a
+    `SelectionError` tells of a subset that cannot be swept (`orbitdb.store.asking.sweepable.why_not_swept`).
     """
     stadium, periods = Stadium(a), list(periods)
     chosen = "" if selection is None else swept_text(selection)
@@ -78,31 +69,118 @@ def sweep_periods(
 class _Sweep:
     """A sweep at one a, of all orbits or of a subset."""
 
-    def __init__(
-        self, writer: Writer, a: float, selection: str, tilts: Mapping[int, NDArray[np.float64]]
-    ) -> None:
+    def __init__(self, writer: Writer, a: float, selection: str, tilts: Tilts) -> None:
         self.writer, self.a, self.selection, self.tilts = writer, a, selection, tilts
 
     def open(self, connection: sa.Connection, p: int) -> Cursor:
-        return open_sweep(self.writer, connection, self.a, p, self.tilts, self.selection)
+        """Return how far the sweep of a period has come, which begins with some tilts."""
+        moments = to_bytes({level: TiltMoments.none(mu) for level, mu in self.tilts.items()})
+        stadium = self.writer.stadium_id(connection, self.a)
+        own = {"stadium": stadium, "p": p, "selection": self.selection}
+        return open_cursor(connection, sweep, **own, moments=moments)
 
-    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[SweptBlock]:
+    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task["SweptSums"]]:
         """Cut a period as nothing else decides: sums over blocks are the same however they come about."""
-        spans, tilts = class_spans(cursor.p, CLASSES, cursor.after), tilts_of(cursor)
-        return (SweptBlock(self.a, span, tilts, self.selection) for span in spans)
+        spans, tilts = class_spans(cursor.p, CLASSES, cursor.after), _tilts_of(cursor)
+        return (partial(solve_swept, self.a, self.selection, tilts, span) for span in spans)
 
-    def store(self, connection: sa.Connection, cursor: Cursor, part: SweptSums) -> dict[str, float]:
-        add_sums(self.writer, connection, cursor, part.sums, part.moments, part.arithmetic)
+    def store(self, connection: sa.Connection, cursor: Cursor, part: "SweptSums") -> dict[str, float]:
+        block = sa.insert(sweep_block).values(
+            **{name: cursor.row[name] for name in ("stadium", "p", "selection")},
+            number=cursor.row["blocks"],
+            sums=part.sums.numbers(),
+            moments=to_bytes(part.moments),
+            run=self.writer.run_id(connection, part.arithmetic),
+        )
+        connection.execute(block)
         return {**asdict(part.tally), "blocks": 1, "processor": part.processor}
 
     def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
-        return cursor.words, add_up(self.writer, connection, cursor)
+        return cursor.words, {}
+
+    def closing(self, connection: sa.Connection, cursor: Cursor) -> dict[str, Any]:
+        """Add up the blocks of a period that is swept, and drop them."""
+        here = cursor.rows(sweep_block)
+        query = (
+            sa.select(sweep_block.c.sums, sweep_block.c.moments).where(here).order_by(sweep_block.c.number)
+        )
+        blocks = connection.execute(query).all()
+        sums = PeriodSums.joined([PeriodSums.from_numbers(cursor.p, each.sums) for each in blocks], cursor.p)
+        parts = [from_bytes(each.moments) for each in blocks]
+        moments = {level: TiltMoments.joined([part[level] for part in parts]) for level in _tilts_of(cursor)}
+        computed = sa.func.json_extract(run.c.parameters, "$.arithmetic")
+        by = sa.select(computed).distinct().join(sweep_block).where(here).order_by(computed)
+        arithmetics = " | ".join(connection.scalars(by))
+        connection.execute(sa.delete(sweep_block).where(here))
+        number = self.writer.run_id(connection, arithmetics or None)
+        return {"sums": sums.numbers(), "moments": to_bytes(moments), "run": number}
 
 
-def _tilts(path: Path, a: float, p: int) -> dict[int, NDArray[np.float64]]:
+def _tilts_of(cursor: Cursor) -> dict[int, NDArray[np.float64]]:
+    """Return the tilts that moments are added up around, by level."""
+    return {level: each.centre for level, each in from_bytes(cursor.row["moments"]).items()}
+
+
+def _tilts(path: Path, a: float, p: int) -> Tilts:
     """Return the tilts that moments of a period are wanted around: none if lower periods have no moments."""
     if p <= EXACT:
         return {}
     with closing(Catalogue(path)) as catalogue:
         known = moments_of(catalogue.sweeps(a))
     return next_tilts(a, known) if len(known) == p - EXACT - 1 else {}
+
+
+@dataclass(frozen=True, eq=False)
+class SweptSums:
+    """What became of a span."""
+
+    span: Span
+    tally: Tally
+    sums: PeriodSums  # over its orbits
+    moments: dict[int, TiltMoments]  # by level, around the tilts that were named
+    processor: float  # seconds of a processor that it took
+    arithmetic: str  # what computed it (`orbitdb.arithmetic.arithmetic`)
+
+
+def solve_swept(a: float, selection: str, tilts: Tilts, span: Span) -> SweptSums:
+    """Find the classes of a span, what becomes of them at one a, and the sums over their orbits.
+
+    These are of the subset of orbits that has a canonical text, empty for all.
+    """
+    clock = thread_time()
+    classes, chosen = all_least_words(span), selection_of(selection, a)
+    summed = _summed(classes, span.p, chosen, tilts)
+    return SweptSums(span, *summed, thread_time() - clock, arithmetic())
+
+
+def _summed(
+    part: LeastWords, p: int, selection: Selection, centres: Tilts
+) -> tuple[Tally, PeriodSums, dict[int, TiltMoments]]:
+    """Solve the chosen ones of some classes and add up, each with the number of its chosen words."""
+    words = chosen_words(part, p, selection)
+    rows = np.flatnonzero(words)
+    sizes = words[rows]
+    found = list(_solved(part.codes[rows], p, selection))
+    none = (np.zeros(0, int), np.zeros(0), np.zeros(0), np.zeros(0, bool))
+    columns = [
+        (sizes[each.orbits], each.length, each.lyapunov, each.legs.n.sum(axis=0) % 2 == 1) for each in found
+    ]
+    size, length, lyapunov, inverse = (np.concatenate(of) for of in zip(none, *columns, strict=True))
+    of_orbits = ClassRows(np.full(len(size), p), size, length, lyapunov, inverse)
+    moments = {}
+    if centres:
+        parts = (orbits_of_exponents(sizes[each.orbits], each, selection.a) for each in found)
+        orbits = TiltedOrbits.joined(parts)
+        moments = {level: TiltMoments.of(mu, orbits.held(level)) for level, mu in centres.items()}
+    tally = replace(Tally.of(sizes, found), words=int(SIZES[part.stabiliser].sum()))
+    return tally, PeriodSums.of(of_orbits, p), moments
+
+
+def _solved(codes: NDArray[np.int64], p: int, selection: Selection) -> Iterator[Exponents]:
+    """Find the orbits among packed words that are within the ranges of a subset."""
+    for found in exponents(codes, p, Stadium(selection.a)) if len(codes) else ():
+        if selection.ranges:
+            inside = within_ranges(codes[found.orbits], p, found.length, found.lyapunov, selection)
+            yield found.of_orbits(np.flatnonzero(inside))
+        else:
+            yield found

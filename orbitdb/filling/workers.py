@@ -17,14 +17,13 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from traceback import format_exc
 from types import TracebackType
-from typing import Any, Protocol, Self, TypeVar
+from typing import Any, Protocol, Self, TypeAlias, TypeVar
 
 from orbitdb import __version__
 from orbitdb.errors import WorkError
 
 Begun = TypeVar("Begun")
 Result = TypeVar("Result")
-Result_co = TypeVar("Result_co", covariant=True)
 
 _AHEAD = 2
 """Blocks under way for each worker, so that none waits for the writer."""
@@ -35,21 +34,12 @@ _DEATHS = 3
 _HELD_BACK = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
-class Task(Protocol[Result_co]):
-    """A block of any kind: it knows how it is solved, and goes to other processes as it is."""
-
-    def solved(self) -> Result_co:
-        """Return what becomes of it."""
+Task: TypeAlias = Callable[[], Result]
+"""What solves a block of any kind; it goes to other processes, and what it returns comes from there."""
 
 
 class Workers(Protocol):
-    """Something that solves blocks.
-
-    Attributes
-    ----------
-    jobs : int
-        How many it solves at once.
-    """
+    """Something that solves blocks, so many jobs at once."""
 
     jobs: int
 
@@ -64,22 +54,17 @@ class Here:
 
     def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
         """Yield what became of blocks, in their order."""
-        return (block.solved() for block in blocks)
+        return (block() for block in blocks)
 
 
 HERE = Here()
 
 
 def begun_ahead(begun: Iterable[Begun], ahead: Callable[[], int]) -> Iterator[Begun]:
-    """Yield what was begun in its order, with more under way.
+    """Yield what was begun, block by block, in its order, with more under way.
 
-    Parameters
-    ----------
-    begun : iterable
-        Begins with a block at every step, and promises its result.
-    ahead : callable
-        Says how many may be under way beside the one that is waited for; it is asked before every one, as
-        there may be more workers by then.
+    `ahead` says how many may be beside the one that is waited for; it is asked before every one, as there may
+    be more workers by then.
     """
     waiting: deque[Begun] = deque()
     for each in begun:
@@ -90,30 +75,17 @@ def begun_ahead(begun: Iterable[Begun], ahead: Callable[[], int]) -> Iterator[Be
 
 
 def answered(version: str, result: Result) -> Result:
-    """Return the result of a worker of this version.
-
-    Raises
-    ------
-    WorkError
-        If it is of another one.
-    """
+    """Return the result of a worker of this version; a `WorkError` tells that it is of another one."""
     if version != __version__:
         raise WorkError(f"a worker runs orbitdb {version}: install {__version__} there, too")
     return result
 
 
 class Processes:
-    """Solves blocks in processes of their own; to be used as a context.
+    """Solves blocks in so many processes of their own; to be used as a context.
 
     A process that dies costs no more than its block, which is solved again by a new one.
 
-    Parameters
-    ----------
-    jobs : int
-        Number of processes.
-
-    Notes
-    -----
     A thread for each process gives it blocks and takes the results, through a pipe that nobody else uses: a
     process that is killed holds no lock that others wait for, and its end of the pipe closes with it.
     """
@@ -143,10 +115,7 @@ class Processes:
     def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
         """Yield what became of blocks, in their order.
 
-        Raises
-        ------
-        WorkError
-            If processes die again and again on one block.
+        A `WorkError` tells that processes die again and again on one block.
         """
         begun = (self._threads.submit(self._answer, block) for block in blocks)
         for answer in begun_ahead(begun, lambda: _AHEAD * self.jobs):
@@ -202,13 +171,7 @@ class _Process:
         other.close()
 
     def answer(self, block: Task[Any]) -> bytes:
-        """Have a block solved; return what `_work` says.
-
-        Raises
-        ------
-        EOFError, OSError
-            If the process has died.
-        """
+        """Have a block solved; return what `_work` says, or raise EOFError or OSError if it has died."""
         self._line.send_bytes(pickle.dumps(block))
         return self._line.recv_bytes()
 
@@ -232,7 +195,7 @@ def _work(line: Connection) -> None:
         while True:
             data = line.recv_bytes()
             try:
-                found = pickle.loads(data).solved()
+                found = pickle.loads(data)()
             except Exception as error:
                 error.add_note(format_exc())
                 found = error

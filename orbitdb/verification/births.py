@@ -17,7 +17,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import BORN, DIED, DONE
 from orbitdb.store.file.tables import birth_fill, change, cycle
 from orbitdb.store.reading import audit
-from orbitdb.store.reading.lives import BirthFill, birth_fills, counts_at, counts_when_done
+from orbitdb.store.reading.lives import BirthFill, birth_fills, counts_at
 from orbitdb.store.reading.soundness import sound_words
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.words import from_strings
@@ -45,7 +45,7 @@ def check_births(selections: Sequence[Selection], connection: sa.Connection) -> 
         yield Check("births", 0, 1, first=f"p = {p}: births without a row that says how far they are")
     for found in whole_births(connection, selections):
         rows = audit.changes(connection, found.p)
-        wrong = [*_wrong_changes(rows), *_wrong_events(rows), *_wrong_counts(found, rows)]
+        wrong = [*_wrong_changes(rows), *_wrong_events(rows), *_wrong_counts(connection, found)]
         yield listed("births", len(rows), wrong)
         for fill in fills:
             if fill["p"] == found.p:
@@ -78,12 +78,26 @@ def _wrong_events(rows: Sequence[Any]) -> Iterator[str]:
     yield from (shown(row.word) for row in rows if row.a == 0 and row.event is not None)
 
 
-def _wrong_counts(found: BirthFill, rows: Sequence[Any]) -> Iterator[str]:
-    """Yield what is wrong with the counts of a period."""
-    words = sum(row.class_size for row in rows if row.number == 1)
-    pairs = [("words", words, count_admissible(found.p))]
-    pairs += [(name, getattr(found, name), value) for name, value in counts_when_done(rows).items()]
-    for name, stored, value in pairs:
+def _wrong_counts(connection: sa.Connection, found: BirthFill) -> Iterator[str]:
+    """Yield what is wrong with the counts of a period, which SQLite counts here, and not what stored them."""
+    born, died = (sa.and_(change.c.a > 0, change.c.kind == kind) for kind in (BORN, DIED))
+    first, count = change.c.number == 1, sa.func.count
+    births = sa.case((born, change.c.a))
+    counts = {
+        "words": sa.func.sum(sa.case((first, cycle.c.class_size), else_=0)),
+        "classes": count(sa.distinct(change.c.cycle)),
+        "births": count(births),
+        "deaths": count(sa.distinct(sa.case((died, change.c.cycle)))),
+        "always": count(sa.case((change.c.a == 0, 1))),
+        "least": sa.func.min(births),
+        "largest": sa.func.max(births),
+    }
+    query = sa.select(*counts.values()).join_from(change, cycle).where(cycle.c.p == found.p)
+    values = dict(zip(counts, connection.execute(query).one(), strict=True))
+    pairs = [("words", values.pop("words"), count_admissible(found.p))]
+    for name, stored, value in pairs + [
+        (name, getattr(found, name), value) for name, value in values.items()
+    ]:
         if stored != value:
             yield f"p = {found.p}: {name} is {stored} instead of {value}"
 

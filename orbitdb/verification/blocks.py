@@ -51,17 +51,10 @@ class Part:
         return Step(self.stage, self.done, self.total, tuple(found))
 
 
-@dataclass(frozen=True)
-class Apart:
-    """A part of the catalogue in a file, to be checked by any process."""
-
-    path: Path
-    part: Part
-
-    def solved(self) -> Step:
-        """Return what is found in the catalogue as it is now: the rows of a class stay what they are."""
-        with closing(Catalogue(self.path)) as catalogue, catalogue.reading() as connection:
-            return self.part.checked(connection)
+def checked_apart(path: Path, part: Part) -> Step:
+    """Return what is found in the file as it is now: the rows of a class stay what they are."""
+    with closing(Catalogue(path)) as catalogue, catalogue.reading() as connection:
+        return part.checked(connection)
 
 
 @dataclass(frozen=True, eq=False)

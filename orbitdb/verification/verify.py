@@ -24,7 +24,7 @@ from orbitdb.store.reading import audit
 from orbitdb.store.reading.audit import Ids, StoredBlock, choose, load_orbits, whole_rows
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.births import check_births, prove_lives, whole_births
-from orbitdb.verification.blocks import Apart, Block, Part, blocks
+from orbitdb.verification.blocks import Block, Part, blocks, checked_apart
 from orbitdb.verification.changes import change_parts
 from orbitdb.verification.check import Check, Step, judged, measured
 from orbitdb.verification.classes import class_parts
@@ -142,7 +142,7 @@ def verify(
         if workers is None:
             yield from (part.checked(connection) for part in parts)
         else:
-            yield from workers.solved(Apart(still.path, part) for part in parts)
+            yield from workers.solved(partial(checked_apart, still.path, part) for part in parts)
         yield Part("births", partial(check_births, selections)).checked(connection)
         if missing_births:
             yield from prove_lives(connection, whole_births(connection, selections))

@@ -14,7 +14,6 @@ from workforce import Deadly, Failing, filled_by
 
 from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
-from orbitdb.filling.blocks import Block
 from orbitdb.filling.cluster import Cluster
 from orbitdb.filling.workers import HERE
 
@@ -36,7 +35,7 @@ def local_cluster() -> Iterator["LocalCluster"]:
 class Lacking:
     """A block that fails as all do where orbitdb is not installed."""
 
-    def solved(self) -> None:
+    def __call__(self) -> None:
         raise ModuleNotFoundError("No module named 'orbitdb'", name="orbitdb")
 
 
@@ -46,7 +45,7 @@ class Counting:
     def __init__(self, number: int) -> None:
         self.number = number
 
-    def solved(self) -> "Counting":
+    def __call__(self) -> "Counting":
         return self
 
 
@@ -99,7 +98,7 @@ def test_a_block_that_kills_its_workers_is_given_up(local_cluster, monkeypatch):
     monkeypatch.setattr(local_cluster.scheduler, "allowed_failures", 1)
     with Client(local_cluster) as client, Cluster(local_cluster.scheduler_address) as workers:
         with pytest.raises(WorkError, match="died 2 times on one block"):
-            list(workers.solved([Block(1.6, "newton", Deadly())]))
+            list(workers.solved([Deadly()]))
         client.wait_for_workers(2)  # a cluster cannot be closed while it starts a worker again
 
 

@@ -13,8 +13,9 @@ from contents import rows
 from workforce import Deadly, Failing, filled_by
 
 from orbitdb.errors import WorkError
-from orbitdb.filling.blocks import Block, cut_into_blocks
-from orbitdb.filling.workers import HERE, Processes, begun_ahead, cores
+from orbitdb.filling.blocks import cut_into_blocks
+from orbitdb.filling.workers import HERE, Processes, Task, begun_ahead, cores
+from orbitdb.symbols.enumeration import Span
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
@@ -47,14 +48,18 @@ def test_rows_do_not_depend_on_the_number_of_processes(tmp_path, jobs, periods):
     assert rows(shared) == rows(filled_by(HERE, alone, a=1.0, periods=periods))
 
 
+def spans_of(blocks: list[Task]) -> list[Span]:
+    return [block().span for block in blocks]
+
+
 class Backwards:
     """Finishes what it was given last first."""
 
     def __init__(self) -> None:
-        self.waiting: list[tuple[Block, Future]] = []
+        self.waiting: list[tuple[Task, Future]] = []
         self.most = 0
 
-    def submit(self, block: Block) -> Future:
+    def submit(self, block: Task) -> Future:
         self.waiting.append((block, BackwardsFuture(self)))
         self.most = max(self.most, len(self.waiting))
         return self.waiting[-1][1]
@@ -62,7 +67,7 @@ class Backwards:
     def work(self) -> None:
         while self.waiting:
             block, future = self.waiting.pop()
-            future.set_result(block.solved())
+            future.set_result(block())
 
 
 class BackwardsFuture(Future):
@@ -82,7 +87,7 @@ def test_results_come_in_order_and_few_are_under_way():
     assert len(blocks) > 20
     pool = Backwards()
     found = [each.result() for each in begun_ahead(map(pool.submit, blocks), lambda: 5)]
-    assert [result.span for result in found] == [block.span for block in blocks]
+    assert [result.span for result in found] == spans_of(blocks)
     assert pool.most == 6
 
 
@@ -126,7 +131,7 @@ def test_a_worker_that_dies_as_it_is_started_costs_only_time():
     with Processes(2) as workers:
         os.kill(next_worker(), signal.SIGKILL)
         found = list(workers.solved(iter(blocks)))
-    assert [result.span for result in found] == [block.span for block in blocks]
+    assert [result.span for result in found] == spans_of(blocks)
 
 
 @pytest.mark.parametrize("which", [0, pytest.param(1, marks=pytest.mark.slow)])
@@ -165,7 +170,7 @@ def test_what_fails_before_there_is_a_block_is_told_as_it_is():
 @pytest.mark.slow
 def test_a_block_that_kills_every_worker_is_given_up():
     with Processes(1) as workers, pytest.raises(WorkError, match="died 3 times"):
-        list(workers.solved(iter([Block(1.6, "newton", Deadly())])))
+        list(workers.solved(iter([Deadly()])))
     assert not workers_of(os.getpid())
 
 
@@ -181,5 +186,5 @@ def test_a_block_that_fails_is_told_as_it_is_with_where_it_failed():
         for _ in range(3):
             with pytest.raises(ZeroDivisionError, match="by nothing") as told:
                 list(workers.solved([Failing()]))
-            assert "in solved" in "".join(told.value.__notes__)
+            assert "in __call__" in "".join(told.value.__notes__)
         assert len(list(workers.solved(cut_into_blocks(1.6, "newton", 4)))) > 0

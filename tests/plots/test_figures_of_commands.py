@@ -20,17 +20,16 @@ from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.catalogue.spectrum import read_classes
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
-from orbitdb.cli.figures import levels, orbits, over_a, subsets
+from orbitdb.cli.figures import orbits, over_a, subsets
 from orbitdb.entropy.bounds import search
-from orbitdb.entropy.letters import geometric_entropy
+from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.orbit import Status
 from orbitdb.plots.style import BLUE, ORANGE
-from orbitdb.quantum.amplitudes import orbit_terms
+from orbitdb.quantum.amplitudes import orbit_terms, weyl
 from orbitdb.quantum.lengths import counted, family_count
-from orbitdb.quantum.weyl import weyl
 from orbitdb.store.reading.lookup import with_existence
 from orbitdb.store.writing.records import add_reference, keep_bounds
 from orbitdb.store.writing.writer import Writer
@@ -121,7 +120,7 @@ def test_a_long_word_is_short_in_a_title():
 @pytest.mark.usefixtures("few_places")
 def test_the_title_of_a_life_is_as_short():
     orbit = solve_word("1^20 (02)^5 3", 200)
-    title = over_a.draw_life(with_existence(orbit)).axes[0].get_title()
+    title = orbits.draw_life(with_existence(orbit)).axes[0].get_title()
     assert title == "1^20 (02)^5 3 is born at $a = 129.651$"
 
 
@@ -264,6 +263,7 @@ def test_the_lengths(known):
 @pytest.fixture
 def few_places(monkeypatch) -> None:
     """Draw curves over a through few points; every one is as dear as an orbit."""
+    monkeypatch.setattr(orbits, "PLACES", 12)
     monkeypatch.setattr(over_a, "PLACES", 12)
     monkeypatch.setattr(over_a, "PLACES_OF_BOUNDS", 12)
 
@@ -299,7 +299,7 @@ def test_periods_without_a_birth_have_nothing_to_draw(known):
 def test_a_life_over_a(word):
     orbit = with_existence(solve_word(word, 1.6))
     ends = [end for life in orbit.exists for end in life if end]
-    made = over_a.draw_life(orbit)
+    made = orbits.draw_life(orbit)
     path, length, exponent = made.axes
     start = ends[0] if ends else 1.6
     title = f"{word} {'is born' if ends else 'exists'} at $a = {start:.6g}$"
@@ -352,9 +352,9 @@ def test_the_figures_of_levels(known, tmp_path, capsys):
     path = Path(shutil.copy(known.path, tmp_path / "levels.db"))
     catalogue, chosen, stadium = Catalogue(path, 1.6), Selection(1.6), Stadium(1.6)
     with pytest.raises(InputError, match=r"no levels to draw: .* --k 0:30 --a 1\.6' finds"):
-        levels.draw_levels(catalogue, chosen)
+        subsets.draw_levels(catalogue, chosen)
     k = sorted(chain(*keep_made_levels(path).values()))
-    made = levels.draw_levels(catalogue, chosen)
+    made = subsets.draw_levels(catalogue, chosen)
     above, below = made.axes
     assert line(above, "levels")[0] == [0, *k]
     at, rest = line(below, "levels, less")
@@ -369,7 +369,7 @@ def test_the_figures_of_levels(known, tmp_path, capsys):
     assert f"to $p = {highest}$" in made.legends[0].get_texts()[-1].get_text()
     assert made.get_suptitle() == f"{len(k)} levels at a = 1.6, k below 9"
     assert "lengths up to 12: a partial sum" in capsys.readouterr().err
-    spectrum = levels.draw_length_spectrum(catalogue, chosen)
+    spectrum = subsets.draw_length_spectrum(catalogue, chosen)
     found = catalogue.spectrum((1.0, 12.0), points=1000)
     for label, values in (("levels", np.abs(found.quantum)), ("orbits", -np.abs(found.orbits))):
         lengths, drawn = line(spectrum.axes[0], label)

@@ -132,7 +132,7 @@ def ended(child: pexpect.spawn, *written: tuple[str, int]) -> Session:
 _SEVERAL = """
 import fcntl, json, os, struct, sys, termios
 from orbitdb.filling import blocks
-from orbitdb.cli.progress import line as progress
+from orbitdb.cli import progress
 from orbitdb.cli.main import execute
 progress.PATIENCE = 0.0
 for name in blocks.METHODS:

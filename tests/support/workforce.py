@@ -29,7 +29,7 @@ class Deadly:
 class Failing:
     """A block that cannot be solved."""
 
-    def solved(self) -> None:
+    def __call__(self) -> None:
         raise ZeroDivisionError("by nothing\nat all")
 
 
@@ -41,8 +41,8 @@ class Waiting:
     number: int
     folder: Path
 
-    def solved(self) -> Any:
-        found = self.block.solved()
+    def __call__(self) -> Any:
+        found = self.block()
         with (self.folder / f"solved-{self.number}").open("a") as file:
             file.write(f"{os.getpid()}\n")
         while not (self.folder / "go").exists():

@@ -4,7 +4,7 @@ from orbitdb.cli import options
 from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import Output, note_results, rows_of
-from orbitdb.cli.progress.line import progress
+from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import averaged, reading
 
 EXAMPLES = ("entropy", "entropy --p 2-9 --reversal self --json", "entropy --a all --format csv")

@@ -8,7 +8,7 @@ from orbitdb.cli import options
 from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import Output, note_results, rows_of
-from orbitdb.cli.progress.line import progress
+from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import averaged, reading
 from orbitdb.numerals import concise
 
@@ -48,7 +48,7 @@ def lyapunov(
         from orbitdb.catalogue.averaged import lyapunov as average
 
         def tell(done: float) -> None:
-            shown.tell("summing pseudo-cycles", done, 1.0, counted=False)
+            shown.tell("summing pseudo-cycles", done, 1.0)
 
         found = [average(catalogue, chosen, weight, cut, tell) for chosen in stadiums]
     note_results(found, several(a), output.table)

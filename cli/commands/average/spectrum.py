@@ -11,7 +11,7 @@ from orbitdb.cli import options
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.commands.make.levels import read_parities, read_range
 from orbitdb.cli.output import Output
-from orbitdb.cli.progress.line import progress
+from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import reading
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError

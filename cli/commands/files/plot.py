@@ -13,7 +13,7 @@ from orbitdb.cli import options
 from orbitdb.cli.arguments import given_codes, primitive
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.options import USUAL_A
-from orbitdb.cli.progress.line import progress
+from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import averaged, known_catalogue, meant, reading
 from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
@@ -134,7 +134,7 @@ def plot(
 
 def _of_subset(kind: str, choice: Choice, a: float | None, limit: int, db: Path) -> "Figure":
     """Draw a figure from the catalogue."""
-    from orbitdb.cli.figures import levels, over_a, subsets
+    from orbitdb.cli.figures import over_a, subsets
 
     draw: dict[str, Callable[[Catalogue, Selection], Figure]] = {
         "entropy": subsets.draw_entropy,
@@ -144,8 +144,8 @@ def _of_subset(kind: str, choice: Choice, a: float | None, limit: int, db: Path)
         "phase-space": subsets.draw_phase_space,
         "lengths": subsets.draw_lengths,
         "births": over_a.draw_births,
-        "spectrum": levels.draw_length_spectrum,
-        "staircase": levels.draw_levels,
+        "spectrum": subsets.draw_length_spectrum,
+        "staircase": subsets.draw_levels,
     }
     with reading(db, USUAL_A if kind in ("over a", "births") else a, choice) as (catalogue, (chosen,)):
         return draw[kind](catalogue, chosen)
@@ -154,7 +154,6 @@ def _of_subset(kind: str, choice: Choice, a: float | None, limit: int, db: Path)
 def _of_word(kind: str, codes: list[str], a: float | None, db: Path) -> "Figure":
     """Draw the orbit of the only word that is given, stored or solved on the spot."""
     from orbitdb.cli.figures import orbits
-    from orbitdb.cli.figures.over_a import draw_life
     from orbitdb.orbits.single_word import solve_word
     from orbitdb.store.reading.lookup import find_or_solve, with_existence
 
@@ -174,4 +173,4 @@ def _of_word(kind: str, codes: list[str], a: float | None, db: Path) -> "Figure"
             raise InputError(f"{code_text(found.code)} is too long to be followed as a changes")
         if not found.exists:
             raise InputError(f"{code_text(found.code)} has no life: {found.status.sentence}")
-        return draw_life(found)
+        return orbits.draw_life(found)

@@ -13,7 +13,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import Output
-from orbitdb.cli.progress.line import progress
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs, Solvers
 from orbitdb.errors import AlteredError, InputError

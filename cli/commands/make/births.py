@@ -11,7 +11,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import count_option
 from orbitdb.cli.output import Output
-from orbitdb.cli.progress.line import progress
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs, Solvers, asked_periods, bring, show_steps, written
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
+from functools import partial
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,7 +13,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.arguments import lengths
 from orbitdb.cli.output import Output
-from orbitdb.cli.progress.line import progress
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs, Solvers, bring
 from orbitdb.errors import InputError
@@ -20,9 +21,10 @@ from orbitdb.errors import InputError
 if TYPE_CHECKING:
     from orbitdb.entropy.entropy_bounds import EntropyBounds
     from orbitdb.entropy.proof import Proof
-    from orbitdb.filling.enclosures import Enclosed, EnclosureTask
+    from orbitdb.filling.enclosures import Enclosed
 
     Keep = Callable[[EntropyBounds, str | None], object]
+    Limits = tuple[int | None, float, float]
     Solving = Generator[tuple[EntropyBounds, str | None]]
 
 EXAMPLES = (
@@ -79,8 +81,6 @@ def bounds(
     reached ends the search. For a grid, you see the last row of each a, and --time applies to each a. If
     there is a catalogue, it keeps the bounds, and 'orbitdb entropy' shows them.
     """
-    from orbitdb.filling.enclosures import EnclosureTask
-
     for name, limit in (("--width", width), ("--time", seconds)):
         if limit is not None and not 0 < limit < math.inf:
             raise InputError(f"{name} {limit:g}: give a number above 0")
@@ -88,11 +88,14 @@ def bounds(
     if len(values) == 1:
         options.refuse_idle(context, "at one a", "jobs")
     most = window or (_USUAL_WINDOW if width is None and seconds is None else None)
-    tasks = [EnclosureTask(each, most, width or 0.0, seconds or math.inf, prove) for each in values]
+    limits = most, width or 0.0, seconds or math.inf
     asked = {"a": a, "window": most, "width": width, "time": seconds, "prove": prove}
     found: list[EntropyBounds] = []
     proofs: list[Proof | Enclosed] = []
-    solving = _at_one(tasks[0], proofs) if len(tasks) == 1 else _at_many(tasks, Solvers(jobs), proofs)
+    if len(values) == 1:
+        solving = _at_one(values[0], limits, prove, proofs)
+    else:
+        solving = _at_many(values, limits, prove, Solvers(jobs), proofs)
     try:
         with _keeping(db, store, prove, asked) as keep, closing(solving) as levels:
             for level, computed in levels:
@@ -100,12 +103,12 @@ def bounds(
                 keep(level, computed)
     finally:
         last = list({level.a: level for level in found}.values())
-        output.write(COLUMNS, map(attrgetter(*COLUMNS), found if len(tasks) == 1 else last))
+        output.write(COLUMNS, map(attrgetter(*COLUMNS), found if len(values) == 1 else last))
         if prove:
             note(balls_of(proofs))
     apart = [level.width for level in last]
     if width is not None and max(apart) > width:
-        where = f" at {sum(each > width for each in apart)} of {len(apart)} a" if len(tasks) > 1 else ""
+        where = f" at {sum(each > width for each in apart)} of {len(apart)} a" if len(values) > 1 else ""
         note(f"the bounds are {max(apart):.1e} apart, not {width:g}{where}: {_WHY}")
         raise typer.Exit(1)
 
@@ -119,28 +122,35 @@ def balls_of(proofs: "Sequence[Proof | Enclosed]") -> str:
     )
 
 
-def _at_one(task: "EnclosureTask", proofs: "list[Proof | Enclosed]") -> "Solving":
+def _at_one(a: float, limits: "Limits", prove: bool, proofs: "list[Proof | Enclosed]") -> "Solving":
     """Enclose the entropy at one a, with longer and longer windows."""
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.entropy.bounds import search
     from orbitdb.entropy.verdicts import decide
 
     judge = decide
-    if task.prove:
+    if prove:
         from orbitdb.entropy.proof import Proof  # it loads flint, which doubles alone do not need
 
         proofs.append(proof := Proof())
         judge = proof.decide
     with progress("windows") as shown:
-        for level in search(Stadium(task.a), task.window, task.width, task.seconds, shown.tell, judge):
+        for level in search(Stadium(a), *limits, shown.tell, judge):
             yield level, None
 
 
 def _at_many(
-    tasks: "Sequence[EnclosureTask]", solvers: Solvers, proofs: "list[Proof | Enclosed]"
+    values: Sequence[float],
+    limits: "Limits",
+    prove: bool,
+    solvers: Solvers,
+    proofs: "list[Proof | Enclosed]",
 ) -> "Solving":
     """Enclose the entropy at many a, in processes."""
-    each = _WORK * 1.8 ** ((tasks[0].window or _USUAL_WINDOW) - _USUAL_WINDOW)
+    from orbitdb.filling.enclosures import enclose
+
+    each = _WORK * 1.8 ** ((limits[0] or _USUAL_WINDOW) - _USUAL_WINDOW)
+    tasks = [partial(enclose, a, *limits, prove) for a in values]
     with progress("windows") as shown, solvers.at_work(round(len(tasks) * each), 1) as workers:
         for done, solved in enumerate(workers.solved(tasks), 1):
             proofs.append(solved)

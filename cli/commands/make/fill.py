@@ -9,7 +9,7 @@ import typer
 
 from orbitdb.cli.arguments import given_codes, primitive
 from orbitdb.cli.options import Database, HalfLength, count_option, takes_only
-from orbitdb.cli.progress.line import progress
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import code_text, note
 from orbitdb.cli.storing import DryRun, Solvers, announce, asked_periods, bring, show_steps, written
 from orbitdb.errors import InputError

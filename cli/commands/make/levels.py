@@ -9,7 +9,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.output import Output
-from orbitdb.cli.progress.line import progress
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs, Solvers, bring
 from orbitdb.errors import InputError
@@ -17,8 +17,8 @@ from orbitdb.numerals import real
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
+    from orbitdb.quantum.amplitudes import Parity
     from orbitdb.quantum.levels import Levels, LevelTask
-    from orbitdb.quantum.weyl import Parity
 
 EXAMPLES = (
     "levels --k 0:30",
@@ -53,8 +53,8 @@ def levels(
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.catalogue.spectrum import missing_levels, stored_levels
+    from orbitdb.quantum.amplitudes import weyl
     from orbitdb.quantum.levels import windows
-    from orbitdb.quantum.weyl import weyl
 
     low, high = read_range("--k", k)
     stadium, parities = Stadium(a), read_parities(parity)
@@ -120,7 +120,7 @@ def read_parities(text: str | None) -> "list[Parity]":
     InputError
         If one is none.
     """
-    from orbitdb.quantum.weyl import Parity
+    from orbitdb.quantum.amplitudes import Parity
 
     if text is None:
         return list(Parity)
@@ -143,9 +143,9 @@ def _solve(tasks: "list[LevelTask]", solvers: Solvers, path: Path | None, k: str
         progress("levels") as shown,
         solvers.at_work(_WORK * len(tasks), _WORK) as workers,
     ):
-        shown.tell("levels", 0, len(tasks), counted=False)
-        for done, solved in enumerate(workers.solved(tasks), 1):
+        shown.tell("levels", 0, len(tasks))
+        for done, solved in enumerate(workers.solved(task.solved for task in tasks), 1):
             if writer is not None:
                 keep_levels(writer, solved)
-            shown.tell(f"levels {solved.parity} to k = {solved.high:.4g}", done, len(tasks), counted=False)
+            shown.tell(f"levels {solved.parity} to k = {solved.high:.4g}", done, len(tasks))
             yield solved

@@ -8,7 +8,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.output import Output
-from orbitdb.cli.progress.line import progress
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note, write_facts
 from orbitdb.cli.storing import bring
 from orbitdb.numerals import with_error
@@ -62,7 +62,7 @@ def simulate(
 
         def show(done: float, found: "Reference") -> None:
             so_far = with_error(found.lambda_d, found.lambda_d_error)
-            shown.tell(f"lambda_d = {so_far}", done, 1.0, counted=False)
+            shown.tell(f"lambda_d = {so_far}", done, 1.0)
 
         if legwise:
             growth = exact_means(a).growth

@@ -9,7 +9,7 @@ import typer
 from orbitdb.cli.choice import SweptChoice
 from orbitdb.cli.options import Database, HalfLength, count_option
 from orbitdb.cli.output import Output
-from orbitdb.cli.progress.line import progress
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
 from orbitdb.cli.storing import DryRun, Solvers, announce, asked_periods, bring, show_steps, written
 from orbitdb.plaintext import several

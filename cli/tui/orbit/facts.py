@@ -1,19 +1,19 @@
 """What is known of an orbit, in words."""
 
 import math
-from collections.abc import Callable, Sequence
-from functools import partial
-from textwrap import wrap
-from typing import ClassVar
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
-from rich.segment import Segment
-from textual.geometry import Size
-from textual.scroll_view import ScrollView
-from textual.strip import Strip
+from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.widgets import Static
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.orbit_facts import facts
-from orbitdb.cli.tui.screens import SCROLLING, Keys, bindings
+from orbitdb.cli.tui.screens import ScrollBox
 from orbitdb.numerals import upwards
 from orbitdb.orbits.bounce_rows import bounce_rows
 from orbitdb.orbits.orbit import Orbit
@@ -26,14 +26,13 @@ _LEAST, _MOST = 0.05, 20.0
 """The ends of the bar."""
 _ALL_OF_A_BOUNCE = 66
 """Columns."""
+_HEADS = ("coordinate", "x", "y", "along wall", "sine")
 _SHORT = {"time reversal": "reversal"}
 
 Certificate = tuple[float, int] | None
 """Radius and bits of a proof."""
 Partners = Sequence[tuple[float, list[str]]]
 """Births, each with the least words of the classes that are one path with an orbit there."""
-Line = list[tuple[str, str]]
-"""A line as (text, style name), in pieces."""
 
 
 def facts_of(orbit: Orbit, certificate: Certificate = None, partners: Partners = ()) -> list[tuple[str, str]]:
@@ -60,71 +59,44 @@ def bar(lives: Sequence[tuple[float, float | None]], a: float, width: int) -> st
     return "".join("┃" if i == here else "━" if alive[i] else "·" for i in range(width))
 
 
-def folded(facts: Sequence[tuple[str, str]], width: int) -> list[Line]:
-    """Return facts, (name, sentence) by (name, sentence), as aligned lines of at most some width."""
-    margin = max((len(name) for name, _ in facts), default=0) + 2
-    lines: list[Line] = []
+def table_of(facts: Iterable[tuple[str, str]]) -> Table:
+    """Return facts, (name, sentence) by (name, sentence), as a table that is folded to its room."""
+    table = Table.grid(padding=(0, 2, 0, 0))
     for name, sentence in facts:
-        first, *others = wrap(sentence, max(width - margin, 8)) or [""]
-        lines.append([(name.ljust(margin), "name"), (first, "")])
-        lines += [[(" " * margin + more, "")] for more in others]
-    return lines
+        table.add_row(Text(name, "bold"), Text(sentence, overflow="fold"))
+    return table
 
 
-def bounces_of(orbit: Orbit, width: int) -> list[Line]:
-    """Return a line a bounce, as wide as there is room: where it is, and how the path leaves it."""
-    rows = bounce_rows(Stadium(orbit.a), [orbit.code], [orbit.coordinates])[0]
-    heads = ("coordinate", "x", "y", "along wall", "sine")
-    shown = range(len(heads)) if width >= _ALL_OF_A_BOUNCE else (0, 3, 4)
-    head = f"{'n':>4} {'symbol':>6}" + "".join(f"{heads[place]:>11}" for place in shown)
-    lines: list[Line] = [[(head, "name")]] if rows else []
-    for n, symbol, *values in rows:
-        lines.append([(f"{n:>4} {symbol:>6}" + "".join(f"{values[place]:>11.6f}" for place in shown), "")])
-    return lines
+class Bounces(NamedTuple):
+    """A line a bounce, as wide as there is room: where it is, and how the path leaves it."""
+
+    orbit: Orbit
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        rows = bounce_rows(Stadium(self.orbit.a), [self.orbit.code], [self.orbit.coordinates])[0]
+        shown = range(len(_HEADS)) if options.max_width >= _ALL_OF_A_BOUNCE else (0, 3, 4)
+        yield Text(f"{'n':>4} {'symbol':>6}" + "".join(f"{_HEADS[place]:>11}" for place in shown), "bold")
+        lines = (
+            f"{n:>4} {symbol:>6}" + "".join(f"{values[place]:>11.6f}" for place in shown)
+            for n, symbol, *values in rows
+        )
+        yield Text("\n".join(lines))
 
 
-def lines_of(orbit: Orbit, certificate: Certificate, width: int) -> list[Line]:
-    """Return the facts as aligned lines of at most some width, and below them the bounces if they are few."""
-    bounces = bounces_of(orbit, width) if orbit.p <= _MOST_BOUNCES else []
-    return [*folded(facts_of(orbit, certificate), width), [], *bounces]
+def known_of(orbit: Orbit, certificate: Certificate) -> list[RenderableType]:
+    """Return the facts, and below them the bounces if they are few."""
+    few = orbit.coordinates is not None and orbit.p <= _MOST_BOUNCES
+    return [table_of(facts_of(orbit, certificate)), *([Padding(Bounces(orbit), (1, 0, 0, 0))] if few else [])]
 
 
-class FactsPanel(ScrollView, can_focus=True):
-    """What is known of the orbit that is shown; its lines are folded to its width."""
+class FactsPanel(ScrollBox):
+    """What is known of the orbit that is shown."""
 
-    COMPONENT_CLASSES: ClassVar[set[str]] = {"facts--name"}
-    KEYS: ClassVar[Keys] = SCROLLING
-    BINDINGS = bindings(SCROLLING)
+    def compose(self) -> ComposeResult:
+        """Lay out the facts."""
+        yield Static()
 
-    def __init__(self, id: str | None = None) -> None:
-        super().__init__(id=id)
-        self._shown: Callable[[int], list[Line]] = lambda _: []
-        self._lines: list[Line] = []
-
-    def show(self, orbit: Orbit | None, certificate: Certificate = None) -> None:
-        """Show what is known of an orbit."""
-        self.show_lines(partial(lines_of, orbit, certificate) if orbit is not None else lambda _: [])
-
-    def show_lines(self, lines: Callable[[int], list[Line]]) -> None:
-        """Show some lines, which are asked for with the width there is."""
-        self._shown = lines
-        self.on_resize()
+    def show(self, *parts: RenderableType) -> None:
+        """Show some parts, one below the other, from the first line on."""
+        self.query_one(Static).update(Group(*parts))
         self.scroll_to(y=0, animate=False, immediate=True)
-
-    def on_resize(self) -> None:
-        """Fold the lines to the width there is."""
-        width = self.scrollable_content_region.width
-        self._lines = self._shown(width)
-        height = max(len(self._lines), self.size.height)  # a change of it lays the whole screen out
-        self.virtual_size = Size(width, height)
-        self.refresh()
-
-    def render_line(self, y: int) -> Strip:
-        """Draw one line."""
-        width, base = self.scrollable_content_region.width, self.rich_style
-        place = self.scroll_offset.y + y
-        if place >= len(self._lines):
-            return Strip.blank(width, base)
-        name = base + self.get_component_rich_style("facts--name", partial=True)
-        pieces = [Segment(text, name if style else base) for text, style in self._lines[place]]
-        return Strip(pieces).adjust_cell_length(width, base)

@@ -1,9 +1,10 @@
 """The whole of an orbit on a screen of its own: facts, symmetry class, and every bounce."""
 
 from collections.abc import Callable
-from functools import partial
 from typing import TYPE_CHECKING, ClassVar, cast
 
+from rich.console import RenderableType
+from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.containers import Vertical
@@ -11,15 +12,7 @@ from textual.widgets import Footer, Header
 
 from orbitdb.cli.render import code_text
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
-from orbitdb.cli.tui.orbit.facts import (
-    Certificate,
-    FactsPanel,
-    Line,
-    Partners,
-    bounces_of,
-    facts_of,
-    folded,
-)
+from orbitdb.cli.tui.orbit.facts import Bounces, Certificate, FactsPanel, Partners, facts_of, table_of
 from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, bindings, key
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.reading.lookup import born_with, with_existence
@@ -32,25 +25,23 @@ if TYPE_CHECKING:
 _NAMES = {MIRROR_X: "mirrored left-right", MIRROR_Y: "mirrored up-down", REVERSE: "reversed in time"}
 
 
-def whole_lines(orbit: Orbit, certificate: Certificate, partners: Partners, width: int) -> list[Line]:
-    """Return all that is known of an orbit as lines of at most some width."""
+def whole(orbit: Orbit, certificate: Certificate, partners: Partners) -> list[RenderableType]:
+    """Return all that is known of an orbit, part by part."""
     facts = facts_of(orbit, certificate, partners)
     if facts[0][1] != orbit.code:
         facts.insert(1, ("symbols", orbit.code))
     if orbit.solver is not None:
         facts.append(("solver", orbit.solver))
-    lines = folded(facts, width)
-    parts = {"symmetry class": folded(_class(orbit), width), "bounces": bounces_of(orbit, width)}
-    for title, part in parts.items():
-        if part:
-            lines += [[], [(title, "name")], *part]
-    return lines
+    parts: list[RenderableType] = [table_of(facts)]
+    if orbit.class_size is not None:
+        parts += ["", Text("symmetry class", "bold"), table_of(_class(orbit))]
+    if orbit.coordinates is not None:
+        parts += ["", Text("bounces", "bold"), Bounces(orbit)]
+    return parts
 
 
 def _class(orbit: Orbit) -> list[tuple[str, str]]:
     """Return the words of the class, each with what carries the orbit into it."""
-    if orbit.class_size is None:
-        return []
     found: dict[str, list[str]] = {}
     for element, image in zip(ELEMENTS, images_of(orbit.code), strict=True):
         how = ", ".join(name for bit, name in _NAMES.items() if element & bit) or "itself"
@@ -96,7 +87,7 @@ class WholeOrbitScreen(OwnScreen[None]):
         certificate = cast("BrowseApp", self.app).certificate(orbit)
         panel = self.query_one(FactsPanel)
         panel.border_title = "the whole orbit"
-        panel.show_lines(partial(whole_lines, orbit, certificate, partners))
+        panel.show(*whole(orbit, certificate, partners))
 
     def _complete(self, cancelled: Callable[[], bool]) -> tuple[Orbit, Partners]:
         """Return the orbit with its lives, and with whom it is born."""

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from enum import IntEnum
 from itertools import groupby
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import sqlalchemy as sa
@@ -20,7 +20,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.conditions import NEAR
-from orbitdb.store.file.schema import BORN, DIED, DONE
+from orbitdb.store.file.schema import BORN, DONE
 from orbitdb.store.file.tables import birth_fill, change, cycle, life
 from orbitdb.store.reading.chosen import Integers
 from orbitdb.store.reading.soundness import is_written, unsound
@@ -28,7 +28,7 @@ from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.words import MAX_KEYED, from_strings, keys_of_period, word_of
 
 if TYPE_CHECKING:
-    from orbitdb.orbits.tally import Tally
+    from orbitdb.orbits.sums import Tally
 
 
 @dataclass(frozen=True)
@@ -114,20 +114,6 @@ def lives(connection: sa.Connection, p: int) -> list[Life]:
     here = life.c.cycle.between(*keys_of_period(p))
     query = sa.select(*(life.c[name] for name in names)).where(here).order_by(life.c.born, life.c.word)
     return [Life(*row) for row in connection.execute(query)]
-
-
-def counts_when_done(changes: Sequence[Any]) -> dict[str, Any]:
-    """Return the counts of a period (`BirthFill`) from the changes of all its classes."""
-    moving = [row for row in changes if row.a > 0]
-    births = [row.a for row in moving if row.kind == BORN]
-    return {
-        "classes": len({row.cycle for row in changes}),
-        "births": len(births),
-        "deaths": len({row.cycle for row in moving if row.kind == DIED}),
-        "always": len(changes) - len(moving),
-        "least": min(births, default=None),
-        "largest": max(births, default=None),
-    }
 
 
 class Standing(IntEnum):
@@ -246,7 +232,7 @@ def load_standings(connection: sa.Connection, ids: Integers, *where: sa.ColumnEl
 
 def counts_at(connection: sa.Connection, a: float, p: int) -> "Tally":
     """Return the counts at one a of a period of which all births are stored."""
-    from orbitdb.orbits.tally import Tally
+    from orbitdb.orbits.sums import Tally
 
     here = change.c.cycle.between(*keys_of_period(p))
     query = sa.select(cycle.c.id, cycle.c.class_size, cycle.c.word).join_from(change, cycle)

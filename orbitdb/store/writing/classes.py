@@ -1,4 +1,4 @@
-"""Storing symmetry classes with all their words, and orbits, many rows at a time.
+"""Storing symmetry classes with all their words, orbits, and births and deaths, many rows at a time.
 
 The id of a class is the key of its least word (`orbitdb.symbols.words.key`): any process can compute it from
 the word, and the table holds classes in the order of their words. Classes of longer words have ids from
@@ -16,13 +16,14 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.orbits.births.changes import JOINTS, Changes, events
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits
-from orbitdb.store.file.schema import DONE, LONG
-from orbitdb.store.file.tables import birth_fill, cycle, fill, pruned
+from orbitdb.store.file.schema import BORN, DIED, DONE, LONG
+from orbitdb.store.file.tables import birth_fill, change, cycle, fill, pruned
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.members import joined_members
-from orbitdb.symbols.words import MAX_KEYED, from_strings, key
+from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period
 
 _ROWS_A_STATEMENT = 64
 
@@ -106,6 +107,50 @@ def add_orbits(
         orbits.iterations.tolist(), Same(solver), Same(writer.run_id(connection, computed)),
     )  # fmt: skip
     insert(connection, "orbit", columns)
+
+
+def add_changes(
+    writer: Writer,
+    connection: sa.Connection,
+    numbers: Sequence[int],
+    changes: Changes,
+    computed: str | None = None,
+) -> None:
+    """Store the changes of classes by their numbers, with the arithmetic that computed them.
+
+    Those that are always orbits are born at 0.
+    """
+    always = np.flatnonzero(changes.always)
+    run = writer.run_id(connection, computed)
+    rows: list[tuple[Any, ...]] = [
+        (numbers[i], 1, 0.0, 0.0, BORN, None, None, None, None, run) for i in always.tolist()
+    ]
+    count = changes.always.astype(int).tolist()
+    names = ("word", "a", "error", "born", "bounce", "joint", "slope")
+    columns = (getattr(changes, name).tolist() for name in names)
+    for word, a, error, born, bounce, joint, slope in zip(*columns, strict=True):
+        count[word] += 1
+        kind = BORN if born else DIED
+        rows.append((numbers[word], count[word], a, error, kind, bounce, JOINTS[joint], None, slope, run))
+    if rows:
+        insert(connection, "change", list(zip(*rows, strict=True)))
+
+
+def number_events(connection: sa.Connection, p: int) -> Sequence[Any]:
+    """Number the events of a period whose changes are all stored; return the changes."""
+    here = change.c.cycle.between(*keys_of_period(p))
+    found = connection.execute(
+        sa.select(change.c.cycle, change.c.number, change.c.a, change.c.error, change.c.kind).where(here)
+    ).all()
+    moving = [row for row in found if row.a > 0]
+    if moving:
+        a, error = (np.array([getattr(row, name) for row in moving]) for name in ("a", "error"))
+        numbered = zip(events(a, error).tolist(), moving, strict=True)
+        connection.exec_driver_sql(
+            "UPDATE change SET event = ? WHERE cycle = ? AND number = ?",
+            [(event, row.cycle, row.number) for event, row in numbered],
+        )
+    return found
 
 
 def _or_null(values: NDArray[np.float64], kept: NDArray[np.bool_]) -> list[float]:

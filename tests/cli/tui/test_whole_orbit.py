@@ -1,23 +1,24 @@
 """The screen that shows the whole of an orbit."""
 
 from dataclasses import replace
+from io import StringIO
 
 import pytest
+from rich.console import Console, Group
 from screens import LARGE, SMALL, drive, press, shown
 
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen, whole_lines
+from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen, whole
 from orbitdb.numerals import upwards
 from orbitdb.orbits.single_word import solve_word
 from orbitdb.symbols.symmetry import members
 
 
 def text_of(orbit, partners=()):
-    lines = whole_lines(orbit, (2e-30, 128), partners, 70)
-    texts = ["".join(piece for piece, _ in line) for line in lines]
-    assert max(map(len, texts)) <= 70
-    return texts
+    console = Console(file=StringIO(), width=70)
+    console.print(Group(*whole(orbit, (2e-30, 128), partners)))
+    return [line.rstrip() for line in console.file.getvalue().splitlines()]
 
 
 def test_everything_known_of_an_orbit_is_in_the_lines():

@@ -1,1 +1,0 @@
-"""How far a command is: the line on stderr, and the pace that it tells."""
