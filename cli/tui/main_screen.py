@@ -253,7 +253,7 @@ class MainScreen(Keeping):
 
     def action_statistics(self) -> None:
         """Open the statistics of the chosen subset."""
-        from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
+        from orbitdb.cli.tui.statistics.averages import StatisticsScreen
 
         self._open(StatisticsScreen)
 
