@@ -11,8 +11,7 @@ from screens import LARGE, SMALL, ask, drive, press, screenshot, send, shown, ta
 from solutions import entropy, lyapunov
 
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.cli.tui.dialogs.fill import FillDialog
-from orbitdb.cli.tui.dialogs.fill_state import parse_wish
+from orbitdb.cli.tui.dialogs.fill import FillDialog, parse_wish
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
