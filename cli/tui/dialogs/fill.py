@@ -4,7 +4,7 @@ import time
 from collections.abc import Generator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, cast
+from typing import ClassVar, NamedTuple
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
@@ -21,9 +21,6 @@ from orbitdb.store.asking.parsing import parse_periods
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.words import parse, primitive_root
-
-if TYPE_CHECKING:
-    from orbitdb.cli.tui.app import BrowseApp
 
 _FIELDS = (
     ("a", "half length a", ""),
@@ -156,10 +153,6 @@ class FillDialog(Dialog[None]):
         super().__init__()
         self._values = {"a": a, "periods": periods, "codes": ""}
 
-    @property
-    def _browser(self) -> "BrowseApp":
-        return cast("BrowseApp", self.app)
-
     def compose(self) -> ComposeResult:
         """Show the fields, what they take, and the progress."""
         with VerticalScroll(classes="dialog", can_focus=False) as box:
@@ -178,12 +171,12 @@ class FillDialog(Dialog[None]):
 
     def on_mount(self) -> None:
         """Follow the fill that may be running."""
-        if self._browser.fills:
+        if self.browser.fills:
             self.query_one("#stop").focus()
         self.watch(self.app, "fill_state", self._follow)
 
     def _follow(self, state: FillState | None) -> None:
-        runs = self._browser.fills
+        runs = self.browser.fills
         self.query_one("#start", Button).disabled = runs
         self.query_one("#stop", Button).disabled = not runs
         self.query_one("#cost").display = not runs
@@ -208,11 +201,11 @@ class FillDialog(Dialog[None]):
         if event.button.id == "start":
             self._weigh_fields(begin=True)
         else:
-            self._browser.action_stop_fill()
+            self.browser.action_stop_fill()
 
     def _weigh_fields(self, begin: bool = False) -> None:
         """Ask what the fields are going to take; begin, if that is wanted, as soon as it is known."""
-        if self._browser.fills:
+        if self.browser.fills:
             return
         try:
             wish = parse_wish(*(self.query_one(f"#{name}", Input).value for name, _, _ in _FIELDS))
@@ -222,7 +215,7 @@ class FillDialog(Dialog[None]):
             return
         self.in_thread(
             "cost",
-            lambda _: cost_of(self._browser.path, wish),
+            lambda _: cost_of(self.browser.path, wish),
             lambda cost: self._take_cost(wish, cost, begin),
             lambda told: self._say(told, wrong=True),
         )
@@ -233,14 +226,14 @@ class FillDialog(Dialog[None]):
 
         told, words = cost
         self._say(told)
-        if not begin or not words or self._browser.fills:
+        if not begin or not words or self.browser.fills:
             return
         if words < LARGE:
-            self._browser.begin_fill(wish)
+            self.browser.begin_fill(wish)
             return
         question = f"{told}. It can be stopped at any time, and goes on later where it was."
         dialog = QuestionDialog(question, "Fill", "Leave it")
-        self.app.push_screen(dialog, lambda sure: self._browser.begin_fill(wish) if sure else None)
+        self.app.push_screen(dialog, lambda sure: self.browser.begin_fill(wish) if sure else None)
 
     def _say(self, text: str, wrong: bool = False) -> None:
         self.query_one("#cost", Label).set_class(wrong, "-wrong").update(text)
