@@ -20,6 +20,7 @@ from orbitdb.numerals import exact
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
+    from orbitdb.store.reading.chosen import Chosen
 
 KEYS = (
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
@@ -158,30 +159,34 @@ class _Falling:
 
 def in_order(
     catalogue: "Catalogue",
-    stadiums: Sequence["Selection"],
+    subsets: "Sequence[Chosen]",
     names: tuple[str, ...],
     order: str,
     limit: int | None,
     offset: int = 0,
 ) -> Iterator[Row]:
-    """Return rows of a subset at one a, or at several as if they were one; of equal ones by a.
+    """Return rows of a subset at one a, or of several in one order as if they were one; of equal ones by a.
 
     An empty field comes last, whichever way its column is sorted.
     """
-    if len(stadiums) == 1:
-        return catalogue.rows(stadiums[0], names, order, limit, offset)
     from orbitdb.store.asking.conditions import parse_order
 
+    end = None if limit is None else limit + offset
+
+    def rows(chosen: "Chosen", names: tuple[str, ...], first: int) -> Iterator[Row]:
+        return (row for block in catalogue.blocks(chosen, names, first, end) for row in block.rows())
+
+    if len(subsets) == 1:
+        return rows(subsets[0], names, offset)
     falling = parse_order(order)
     for name in _NATURAL:
         falling.setdefault(name, False)
-    end = None if limit is None else limit + offset
-    streams = (catalogue.rows(chosen, (*names, *falling), order, end) for chosen in stadiums)
 
     def place(row: Row) -> tuple[Any, ...]:
         keys = zip(row[len(names) :], falling.values(), strict=True)
         return tuple((value is None, _Falling(value) if falls else value) for value, falls in keys)
 
+    streams = (rows(chosen, (*names, *falling), 0) for chosen in subsets)
     return (row[: len(names)] for row in islice(heapq.merge(*streams, key=place), offset, end))
 
 

@@ -142,8 +142,8 @@ class Panels(OwnScreen[None]):
     def read(self) -> None:
         """Read the chosen rows."""
         if self.browser.catalogue is not None:
-            fields = fields_of(self.columns, self.ordering.column)
-            self.rows.read(self.browser.catalogue, (self.selection, self.ordering), fields, self.take_rows)
+            fields, asked = fields_of(self.columns, self.ordering.column), (self.selection, self.ordering)
+            self.rows.read(self.browser.catalogue, asked, fields, self.begin_rows, self.take_rows)
 
     def watch_ordering(self) -> None:
         """Read the rows in another order, or with other columns."""
@@ -171,6 +171,11 @@ class Panels(OwnScreen[None]):
         known = self._values | dict(self.selection.parameters)
         values = {name: value for name, value in known.items() if name in used}
         return replace(self.selection, where=where, parameters=values)
+
+    def begin_rows(self, rows: Pages) -> None:
+        """Show the first rows while the others are read, unless a word is on show that has another one."""
+        if self.orbit is None:
+            self.rows.table.show(rows)
 
     def take_rows(self, rows: Pages) -> None:
         """Show the rows; the cursor stays on its word if it is among them, and at the top if it was there.
@@ -228,9 +233,8 @@ class Panels(OwnScreen[None]):
         place = table.source.position(word)
         if place is not None:
             self.left, table.cursor = None, place
-        elif table.source.catalogue is None and self.browser.catalogue is not None:
-            self.wanted = word  # the rows are still being read
         else:
+            self.wanted = word if self.rows.reads else None
             self.leave_the_row()
         return place is not None
 

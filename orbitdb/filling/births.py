@@ -37,21 +37,10 @@ _SMALLEST = 2
 
 
 def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Iterator[Progress]:
-    """Store the births and deaths of all classes of some periods.
+    """Store the births and deaths of all classes of some periods; what is stored depends on no worker.
 
-    Parameters
-    ----------
-    path : Path
-        A catalogue of the newest schema.
-    periods : iterable of int
-        Periods, 2..`MAX_PERIOD`; those that are done are passed over.
-    workers : Workers, optional
-        Where the changes are found; what is stored does not depend on it.
-
-    Yields
-    ------
-    Progress
-        As `orbitdb.filling.resuming.resume` does, which says what it raises.
+    Periods, 2..`MAX_PERIOD`, that are done are passed over. It yields and raises what
+    `orbitdb.filling.resuming.resume` does.
     """
     periods = sorted(set(periods))
     with closing(Writer(path, {"command": "births", "periods": periods}, references=False)) as writer:

@@ -2,8 +2,8 @@
 
 import shutil
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
@@ -35,46 +35,25 @@ _JOURNAL = 64 << 20
 """Room for what is written ahead of the database, at most."""
 
 
-@dataclass(frozen=True)
-class Need:
-    """What a fill is going to take.
+class Need(NamedTuple):
+    """What a fill is going to take."""
 
-    Attributes
-    ----------
-    words : int
-        Words to come.
-    bytes : int
-        Disk space.
-    seconds : float
-        Time.
-    """
-
-    words: int
-    bytes: int
+    words: int  # to come
+    bytes: int  # of disk space
     seconds: float
 
 
 def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = "newton") -> Need:
-    """Estimate what a fill needs; for Newton's method at the rates of the catalogue's own large fills.
+    """Estimate what a fill by so many processes, on as many cores, needs; the catalogue need not exist.
 
-    Parameters
-    ----------
-    path : Path
-        The catalogue; it need not exist.
-    a : float
-        The stadium.
-    periods : sequence of int
-    jobs : int
-        Number of processes that solve, on as many cores.
-    method : str, optional
-        One of `orbitdb.filling.blocks.METHODS`.
+    For Newton's method that is at the rates of the catalogue's own large fills.
     """
-    version = check_file(path)
-    catalogue = Catalogue(path) if version == SCHEMA_VERSION else None
-    fills = [] if catalogue is None else [f for b in catalogue.a_values() for f in catalogue.fills(b)]
-    stored = {} if catalogue is None else {f.p: f.words for f in catalogue.fills(a)}
+    catalogue = _catalogue(path)
+    known = {b: catalogue.fills(b) for b in catalogue.a_values()} if catalogue else {}
+    stored = {f.p: f.words for f in known.get(a, ())}
     words = sum(count_admissible(p) - stored.get(p, 0) for p in periods)
-    enumerating, solving, storing = _RATES[method] if method != "newton" else _newton_rates(fills)
+    fills = [] if method != "newton" else [f for found in known.values() for f in found]
+    enumerating, solving, storing = _rates(fills) or _RATES[method]
     solvers, writer = (enumerating + solving) * words, storing * words
     seconds = max(writer, (solvers + writer) / jobs)
     return Need(words, round(BYTES * words), seconds)
@@ -85,10 +64,10 @@ def sweep_need(
 ) -> Need:
     """Estimate what a sweep needs, at the rates of the catalogue's own large sweeps of the same subset.
 
-    The other parameters are those of `need`. No row is stored, so it takes next to no room.
+    No row is stored, so it takes next to no room.
     """
-    catalogue = Catalogue(path) if check_file(path) == SCHEMA_VERSION else None
-    known = {} if catalogue is None else {b: catalogue.sweeps(b, selection) for b in catalogue.a_values()}
+    catalogue = _catalogue(path)
+    known = {b: catalogue.sweeps(b, selection) for b in catalogue.a_values()} if catalogue else {}
     here = {each.p: each.tally.words for each in known.get(a, ())}
     words = sum(count_admissible(p) - here.get(p, 0) for p in periods)
     large = [each for found in known.values() for each in found if each.tally.words >= ENOUGH]
@@ -97,26 +76,23 @@ def sweep_need(
     return Need(words, 0, rate * words / jobs)
 
 
-def _newton_rates(fills: Sequence[Fill]) -> tuple[float, float, float]:
-    """Return the processor time per word of enumerating, solving and storing."""
+def _catalogue(path: Path) -> Catalogue | None:
+    return Catalogue(path) if check_file(path) == SCHEMA_VERSION else None
+
+
+def _rates(fills: Sequence[Fill]) -> tuple[float, ...]:
+    """Return the processor time per word of enumerating, solving and storing; empty without large fills."""
     large = [f for f in fills if f.words >= ENOUGH and f.storing and f.enumerating]
-    words = sum(f.words for f in large)
-    if not words:
-        return _RATES["newton"]
-    enumerating, solving, storing = (
-        sum(getattr(f, name) for f in large) / words for name in ("enumerating", "solving", "storing")
+    if not large:
+        return ()
+    words, *seconds = map(
+        sum, zip(*((f.words, f.enumerating, f.solving, f.storing) for f in large), strict=True)
     )
-    return enumerating, solving, storing
+    return tuple(each / words for each in seconds)
 
 
 def check_room(path: Path, needed: Need) -> None:
-    """Refuse a fill that the disk has no room for.
-
-    Raises
-    ------
-    StoreError
-        If the free space is smaller than the estimate.
-    """
+    """Refuse, by a `StoreError`, a fill that the disk has no room for."""
     folder = next(parent for parent in path.resolve().parents if parent.exists())
     free = shutil.disk_usage(folder).free
     if needed.bytes + min(needed.bytes, _JOURNAL) > free:

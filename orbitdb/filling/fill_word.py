@@ -17,26 +17,17 @@ from orbitdb.symbols.words import from_strings
 def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
     """Store one primitive word of any order, its symmetry class, and what becomes of it at one a.
 
-    Parameters
-    ----------
-    path : Path
-        A catalogue of the newest schema.
-    word : str
-        Symbols 0..5, in any rotation.
-    a : float
-        The stadium.
-    method : str, optional
-        One of `METHODS`.
-
-    Returns
-    -------
-    Orbit
-        The word in the rotation asked for; the family 02 is not stored.
+    Return the word in the rotation asked for; the family 02 is not stored.
     """
     parameters = {"command": "fill", "a": a, "code": word, "method": method}
     with closing(Writer(path, parameters)) as writer:
         if (pruned := pruned_word(word, a)) is not None:
-            return _keep_pruned(writer, pruned)
+            if pruned.status is Status.FAMILY:
+                return pruned
+            rules = ",".join(map(str, pruned.rules))
+            with writer.writing() as connection:
+                classes.add_pruned(connection, pruned.p, [pruned.representative], [rules])
+            return replace(pruned, stored=True)
         family = symmetry.class_of(word)
         orbits = METHODS[method].solve(from_strings([family.representative]), Stadium(a))
         with writer.writing() as connection:
@@ -44,13 +35,3 @@ def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
             number = classes.add_class(connection, family)
             classes.add_orbits(writer, connection, stadium, [number], orbits, method)
     return find_or_solve(path, word, a)
-
-
-def _keep_pruned(writer: Writer, word: Orbit) -> Orbit:
-    """Store a geometrically pruned word with the rules it breaks; the family is not stored."""
-    if word.status is Status.FAMILY:
-        return word
-    rules = ",".join(map(str, word.rules))
-    with writer.writing() as connection:
-        classes.add_pruned(connection, word.p, [word.representative], [rules])
-    return replace(word, stored=True)

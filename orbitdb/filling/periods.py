@@ -29,25 +29,10 @@ _LAST_FULL_MASK = 64
 def fill_periods(
     path: Path, a: float, periods: Iterable[int], method: str = "newton", workers: Workers = HERE
 ) -> Iterator[Progress]:
-    """Store all admissible words of some periods and what becomes of them at one a.
+    """Store all admissible words of some periods and what becomes of them at one a, by one of `METHODS`.
 
-    Parameters
-    ----------
-    path : Path
-        A catalogue of the newest schema.
-    a : float
-        The stadium.
-    periods : iterable of int
-        Periods, 2..`MAX_PERIOD`; those that are done are passed over.
-    method : str, optional
-        One of `METHODS`.
-    workers : Workers, optional
-        Where the words are found and solved; what is stored does not depend on it.
-
-    Yields
-    ------
-    Progress
-        As `orbitdb.filling.resuming.resume` does, which says what it raises.
+    Periods, 2..`MAX_PERIOD`, that are done are passed over. What is stored does not depend on the workers. It
+    yields and raises what `orbitdb.filling.resuming.resume` does.
     """
     stadium, periods = Stadium(a), list(periods)
     parameters = {"command": "fill", "a": a, "periods": periods, "method": method}
@@ -100,10 +85,7 @@ class _Fill:
 def fill_geometric(path: Path, periods: Iterable[int]) -> Iterator[Progress]:
     """Store the geometrically pruned primitive words of some periods, with the rules they break.
 
-    Yields
-    ------
-    Progress
-        Behind every batch; all primitive words of the period are counted.
+    Behind every batch it yields how far it is among all primitive words of the period.
     """
     names = [",".join(map(str, rule_numbers(mask))) for mask in range(_LAST_FULL_MASK)]
     with closing(Writer(path, {"command": "fill --geometric", "periods": list(periods)})) as writer:

@@ -8,8 +8,7 @@ goes on there.
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import sqlalchemy as sa
 
@@ -21,23 +20,12 @@ from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
 
 
-@dataclass(frozen=True)
-class Progress:
-    """How far a fill, a sweep or births have come.
-
-    Attributes
-    ----------
-    p : int
-        The period at work.
-    words : int
-        Words of this period of which the classes are done.
-    total : int
-        Words of this period there are.
-    """
+class Progress(NamedTuple):
+    """How far a fill, a sweep or births have come in the period at work."""
 
     p: int
-    words: int
-    total: int
+    words: int  # of this period of which the classes are done
+    total: int  # words there are
 
 
 class Solved(Protocol):
@@ -73,17 +61,9 @@ class Work(Protocol[Part]):
 def resume(writer: Writer, work: Work[Part], periods: Iterable[int], workers: Workers) -> Iterator[Progress]:
     """Do what is missing of some periods; go on behind another process that does the same.
 
-    Yields
-    ------
-    Progress
-        Behind every block that is safely stored.
-
-    Raises
-    ------
-    StoreError
-        If the database cannot be written, or a period that is complete does not hold what it should.
-    WorkError
-        If the workers fail.
+    It yields the progress behind every block that is safely stored. A `StoreError` tells that the database
+    cannot be written, or that a period that is complete does not hold what it should; a `WorkError`, that the
+    workers fail.
     """
     periods = sorted(set(periods))
     while True:

@@ -23,9 +23,8 @@ from orbitdb.filling.resuming import Progress, resume
 from orbitdb.filling.workers import HERE, Task, Workers
 from orbitdb.orbits.sums import Exponents, exponents
 from orbitdb.orbits.tally import Tally
-from orbitdb.store.asking.choosing import chosen_words, within_ranges
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.asking.sweepable import selection_of, swept_text
+from orbitdb.store.asking.sweepable import chosen_words, selection_of, swept_text, within_ranges
 from orbitdb.store.file.tables import run, sweep, sweep_block
 from orbitdb.store.reading.sweeps import moments_of
 from orbitdb.store.writing.cursors import Cursor, open_cursor
@@ -54,29 +53,10 @@ def sweep_periods(
 ) -> Iterator[Progress]:
     """Store the counts of all admissible words of some periods at one a, and sums over the orbits.
 
-    Parameters
-    ----------
-    path : Path
-        A catalogue of the newest schema.
-    a : float
-        The stadium.
-    periods : iterable of int
-        Periods, 2..`MAX_PERIOD`; those that are swept are passed over.
-    workers : Workers, optional
-        Where the words are found and solved; what is stored does not depend on it.
-    selection : Selection, optional
-        Of which orbits the counts and sums are, by default of all; its a and its periods do not count. It is
-        kept beside those of other subsets.
-
-    Yields
-    ------
-    Progress
-        As `orbitdb.filling.resuming.resume` does, which says what it raises.
-
-    Raises
-    ------
-    SelectionError
-        If the subset cannot be swept (`orbitdb.store.asking.sweepable.why_not_swept`).
+    Periods, 2..`MAX_PERIOD`, that are swept are passed over. What is stored does not depend on the workers.
+    Counts and sums are of all orbits, or of the selected ones, whose a and periods do not count; they are
+    kept beside those of other subsets. It yields and raises what `orbitdb.filling.resuming.resume` does; a
+    `SelectionError` tells of a subset that cannot be swept (`orbitdb.store.asking.sweepable.why_not_swept`).
     """
     stadium, periods = Stadium(a), list(periods)
     chosen = "" if selection is None else swept_text(selection)
@@ -154,28 +134,14 @@ def _tilts(path: Path, a: float, p: int) -> Tilts:
 
 @dataclass(frozen=True, eq=False)
 class SweptSums:
-    """What became of a block.
-
-    Attributes
-    ----------
-    span : Span
-    tally : Tally
-    sums : PeriodSums
-        Over its orbits.
-    moments : dict of int to TiltMoments
-        By level, around the tilts that were named.
-    processor : float
-        What it took (seconds of a processor).
-    arithmetic : str
-        What computed it (`orbitdb.arithmetic.arithmetic`).
-    """
+    """What became of a span."""
 
     span: Span
     tally: Tally
-    sums: PeriodSums
-    moments: dict[int, TiltMoments]
-    processor: float
-    arithmetic: str
+    sums: PeriodSums  # over its orbits
+    moments: dict[int, TiltMoments]  # by level, around the tilts that were named
+    processor: float  # seconds of a processor that it took
+    arithmetic: str  # what computed it (`orbitdb.arithmetic.arithmetic`)
 
 
 def solve_swept(a: float, selection: str, tilts: Tilts, span: Span) -> SweptSums:

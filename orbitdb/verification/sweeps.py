@@ -14,8 +14,8 @@ from orbitdb.errors import StoreError
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.tally import Tally
-from orbitdb.store.asking.choosing import chosen_words, within_ranges
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.sweepable import chosen_words, within_ranges
 from orbitdb.store.file.schema import DONE
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.lives import birth_fills, counts_at

@@ -1,10 +1,13 @@
 """Filling: Table 1, resuming, reuse, two processes, and kills."""
 
 import os
+import sqlite3
 import time
+from contextlib import closing
 from pathlib import Path
 
 import pytest
+import sqlalchemy as sa
 from contents import alter, content
 
 from orbitdb.catalogue.catalogue import Catalogue
@@ -54,6 +57,25 @@ def test_a_period_that_lost_words_is_not_called_whole(tmp_path):
     with pytest.raises(StoreError, match=r"period 6 holds 244 words instead of 252: .* is damaged"):
         list(going)
     assert not Catalogue(path).fills(1.6)[0].whole
+
+
+def test_others_may_write_while_a_period_is_counted(tmp_path):
+    """At p = 15 that takes seconds."""
+    path, tried = tmp_path / "orbits.db", []
+    migrate(path)
+
+    def look(_connection, _cursor, statement, *_: object) -> None:
+        if "GROUP BY" in statement:
+            with closing(sqlite3.connect(path, timeout=0)) as other:
+                other.execute("BEGIN IMMEDIATE")
+            tried.append(statement)
+
+    sa.event.listen(sa.Engine, "before_cursor_execute", look)
+    try:
+        fill(path, periods=[3, 4])
+    finally:
+        sa.event.remove(sa.Engine, "before_cursor_execute", look)
+    assert len(tried) == 2
 
 
 @pytest.mark.usefixtures("small_blocks")

@@ -18,10 +18,9 @@ from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.sums import exponents
-from orbitdb.store.asking.choosing import within_ranges
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.asking.sweepable import SWEPT_MEASURES, selection_of, swept_text
+from orbitdb.store.asking.sweepable import SWEPT_MEASURES, selection_of, swept_text, within_ranges
 from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import LeastWords, least_words

@@ -100,10 +100,9 @@ def query(
     shown = _ON_SCREEN if output.table and limit is None else limit
     with reading(db, a, choice) as (catalogue, stadiums):
         note_gaps(catalogue, *stadiums, names=names, order=order)
-        count = output.write(names, in_order(catalogue, stadiums, names, order, shown, offset))
-        cut = offset or count == shown
-        counted = cut and (output.table or not count)
-        total = sum(map(catalogue.count, stadiums)) if counted else count
+        subsets = [catalogue.choose(chosen, order) for chosen in stadiums]
+        total = sum(map(len, subsets))
+        count = output.write(names, in_order(catalogue, subsets, names, order, shown, offset))
         if not total:
             note_nothing(catalogue, *stadiums)
     if total and output.table:

@@ -105,14 +105,15 @@ def export(
     with reading(db, a, choice) as (catalogue, stadiums):
         note_gaps(catalogue, *stadiums, names=names, order=order)
         shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
-        rows = in_order(catalogue, stadiums, (*names, *shown_last), order, limit)
+        with progress("sorting"):
+            subsets = [catalogue.choose(chosen, order) for chosen in stadiums]
+        rows = in_order(catalogue, subsets, (*names, *shown_last), order, limit)
         rows = _bounce_by_bounce(rows) if bounces else rows
         names += BOUNCE_COLUMNS if bounces else shown_last
         rows = with_marks(names, rows) if mark_words else rows
-        with progress("sorting"):
-            first = next(rows, None)
+        first = next(rows, None)
         if first is None:
-            _note_nothing(catalogue, stadiums, limit)
+            _note_nothing(catalogue, stadiums, sum(map(len, subsets)), limit)
             raise typer.Exit(1)
         with progress("writing", to_stdout=file is None) as shown:
             written = _watched(chain([first], rows), shown)
@@ -123,9 +124,10 @@ def export(
     note(f"{described(stadiums)}, in {file}")
 
 
-def _note_nothing(catalogue: "Catalogue", stadiums: "Sequence[Selection]", limit: int | None) -> None:
+def _note_nothing(
+    catalogue: "Catalogue", stadiums: "Sequence[Selection]", total: int, limit: int | None
+) -> None:
     """Say why nothing is written: there are no rows, none are asked for, or none of them has bounces."""
-    total = sum(map(catalogue.count, stadiums))
     if not total:
         note_nothing(catalogue, *stadiums, more=": nothing is written")
         return

@@ -99,7 +99,7 @@ class Jumping:
         self._typed, self._landed, self._led_to = typed, table.cursor, None
         if not typed:
             self._land((self._begun_at, ""))
-        elif table.source.catalogue is not None:  # else the rows are still being read
+        elif not self._panel.reads:
             self._panel.screen.in_thread("jump", partial(place_of, table.source.pages, typed), self._arrive)
         self._panel.say_position()
 

@@ -1,6 +1,6 @@
 """The panel of the rows: the table, what it lacks, and where its cursor is; it reads what it shows."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import cast
 
 from textual.app import ComposeResult
@@ -24,8 +24,10 @@ Asked = tuple[Selection, Ordering]
 Gaps = tuple[list[int], str]
 """Periods that are stored in part, and a line on others."""
 
-_Found = tuple[Pages, Gaps, int]
-"""Rows, what they lack, and how many there are without a filter."""
+_Found = tuple[Pages, Gaps, int | None]
+"""Rows, what they lack, and how many there are without a filter; None with the first rows of all."""
+
+_FIRST = 100
 
 
 class RowsPanel(Vertical):
@@ -63,31 +65,44 @@ class RowsPanel(Vertical):
         return cast(OwnScreen[object], super().screen)
 
     def read(
-        self, catalogue: Catalogue, asked: Asked, fields: tuple[str, ...], take: Callable[[Pages], None]
+        self,
+        catalogue: Catalogue,
+        asked: Asked,
+        fields: tuple[str, ...],
+        begin: Callable[[Pages], None],
+        take: Callable[[Pages], None],
     ) -> None:
-        """Read rows in a worker, and give them to whoever wants them if no others are wanted by then."""
+        """Read rows in a worker, and give them to whoever wants them if no others are wanted by then.
+
+        Where there were none, the first ones of all are given to `begin` until all are there.
+        """
         (selection, ordering), total = asked, self.total
         self.asked = asked
         self.report = _AT_WORK[ordering != self.table.ordering]
         self.say(self.report)
+        everything, nothing = Selection(selection.a), self.table.source is NONE
 
-        def find(cancelled: Callable[[], bool]) -> _Found:
-            everything = Selection(selection.a)
+        def find(cancelled: Callable[[], bool]) -> Iterator[_Found]:
             with catalogue.at_one_moment() as still:
                 gaps = _gaps(still, selection)
+                if nothing and asked == (everything, Ordering()):
+                    yield Pages(catalogue, still.choose(selection, most=_FIRST), fields), gaps, None
                 chosen = still.choose(selection, str(ordering), cancelled=cancelled)
                 every = chosen if selection == everything else None
                 if every is None and total is None:
                     every = still.choose(everything, cancelled=cancelled)
             count = total if every is None else len(every)
-            return Pages(catalogue, chosen, fields), gaps, count or 0
+            yield Pages(catalogue, chosen, fields), gaps, count or 0
 
         def show(found: _Found) -> None:
             rows, gaps, self.total = found
             self.table.ordering = ordering
             self.say_gaps(*gaps)
-            take(rows)
+            if self.total is None:
+                begin(rows)
+                return
             self.report = f"{len(rows):,} of {self.total:,} words"
+            take(rows)
 
         self.screen.in_thread("rows", find, show, self._fail)
 
@@ -143,7 +158,8 @@ class RowsPanel(Vertical):
     def say_position(self) -> None:
         """Say where the cursor is, and where digits have led it to."""
         rows = len(self.table.source)
-        place = f"{self.table.cursor + 1:,} of {rows:,}" if rows else "none"
+        known = "…" if self.total is None else f"{rows:,}"
+        place = f"{self.table.cursor + 1:,} of {known}" if rows else "none"
         told = " │ ".join(filter(None, (self.jumping.note, place)))
         self.query_one("#position", Static).update(told, layout=False)
 

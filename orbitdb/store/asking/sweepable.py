@@ -2,15 +2,27 @@
 
 The text is the key of a stored sweep. The same subset has the same text, however you ask for it;
 that of all orbits is empty. The stadium and the periods are keys of their own, not part of it.
+
+What a sweep chooses of classes that are solved but not stored is what `orbitdb.store.asking.conditions`
+chooses of stored rows.
 """
 
 from collections.abc import Iterator
 
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.parsing import ordered_symmetry, parse_bound, parse_reversal
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.symbols.enumeration import MAX_PERIOD
-from orbitdb.symbols.words import parse
+from orbitdb.symbols.least_words import LeastWords
+from orbitdb.symbols.patterns import words_containing
+from orbitdb.symbols.symmetry import SIZES, label, time_reversal
+from orbitdb.symbols.words import parse, unpack
+
+Floats = NDArray[np.float64]
 
 SWEPT_MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
 """The measures by which a sweep can choose; births and deaths are stored, and not found with an orbit."""
@@ -21,6 +33,9 @@ _OF_ROWS = {"where": "where", "exists": "exists", "not_at": "not-at"}
 _ALL = float("inf")
 _LONGEST = 2 * MAX_PERIOD
 """Symbols of the longest factor that a word of any period has."""
+
+_NEAR = 1e-9
+"""Share of a measure within which a bound must be for its last digits to matter."""
 
 
 def why_not_swept(selection: Selection) -> str:
@@ -84,3 +99,55 @@ def selection_of(text: str, a: float) -> Selection:
     if swept_text(found) != text:
         raise SelectionError(f"{text!r:.60} is the canonical text of no subset")
     return found
+
+
+def chosen_words(classes: LeastWords, p: int, selection: Selection) -> NDArray[np.int64]:
+    """Count the words of each class that fulfil the conditions on words: reversal, symmetry, contains.
+
+    The subset is one that can be swept.
+    """
+    wanted = (selection.time_reversal, time_reversal), (selection.symmetry, label)
+    fits = np.array([
+        bool(size) and all(not name or name == of(mask) for name, of in wanted)
+        for mask, size in enumerate(SIZES)
+    ])  # fmt: skip
+    if selection.contains:
+        sizes = words_containing(classes.codes, classes.stabiliser, p, selection.contains)
+    else:
+        sizes = SIZES[classes.stabiliser]
+    return np.where(fits[classes.stabiliser], sizes, 0)
+
+
+def within_ranges(
+    codes: NDArray[np.int64], p: int, length: Floats, lyapunov: Floats, selection: Selection
+) -> NDArray[np.bool_]:
+    """Tell which orbits, N packed words of order p with length and lambda, are within the ranges of a subset.
+
+    Where a bound is so near that the last digits decide, and for margins, the orbit is solved as a fill
+    does it: the number that is compared is the one that would be stored.
+    """
+    chosen = np.ones(len(codes), dtype=np.bool_)
+    if not selection.ranges:
+        return chosen
+    measures = _measures(length, lyapunov, np.full(len(codes), np.nan), p)
+    near = np.full(len(codes), "margin" in selection.ranges)
+    for name, bounds in selection.ranges.items():
+        for bound in bounds:
+            if bound is not None:
+                near |= np.abs(measures[name] - bound) <= _NEAR * measures[name]
+    if near.any():
+        from orbitdb.orbits.newton import solve_admissible
+
+        solved = solve_admissible(unpack(codes[near], p), Stadium(selection.a))
+        for name, values in _measures(solved.length, solved.lyapunov, solved.margin, p).items():
+            measures[name][near] = values
+    for name, (low, high) in selection.ranges.items():
+        chosen &= True if low is None else measures[name] >= low
+        chosen &= True if high is None else measures[name] <= high
+    return chosen
+
+
+def _measures(length: Floats, lyapunov: Floats, margin: Floats, p: int) -> dict[str, Floats]:
+    """Return what orbits of one period can be chosen by, by name, in arrays of their own."""
+    columns = length.copy(), lyapunov.copy(), lyapunov / p, lyapunov / length, margin.copy()
+    return dict(zip(SWEPT_MEASURES, columns, strict=True))

@@ -1,7 +1,6 @@
 """The order of rows: of classes in SQL; of single words by their text, or the element that leads to them."""
 
 from collections.abc import Mapping
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,8 +15,8 @@ from orbitdb.symbols.symmetry import ELEMENTS
 from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
 
 _TEXTS = ("code", "word")
-_SAMPLED, _PIECE = 64, 8192
-"""One text in so many is looked at, to divide all of them into ranges of so many times as many."""
+_RANGES, _SAMPLED = 16, 64
+"""Rows are sorted in so many ranges, between quantiles of one value in so many."""
 
 Texts = NDArray[np.int64]
 
@@ -51,19 +50,17 @@ def in_order_of_words(
     The subset is in the natural order, with the values of all keys that are of classes. Of each key it is
     said whether it falls. The connection is asked for the words that are too long for a key.
     """
-    arrays: list[NDArray[np.generic]] = []
+    arrays: list[NDArray[Any]] = []
     for name, falls in keys.items():
         if name in _TEXTS:
-            texts, later = _texts(connection, chosen)
-            if not arrays and not len(later):
-                return _by_text(texts)[:: -1 if falls else 1]
-            arrays += [-part if falls else part for part in (texts, later) if len(part)]
+            texts = _texts(connection, chosen)
+            arrays += [np.negative(part, out=part) for part in texts] if falls else texts
             break  # no two words are the same
         if name == "element":
             arrays.append(_elements(connection, chosen, falls))
         else:
             arrays.append(np.repeat(_ranks(chosen.values[name], falls), chosen.counts))
-    return np.lexsort(arrays[::-1]).astype(np.uint32)
+    return np.lexsort(arrays[::-1]).astype(np.uint32) if len(arrays) > 1 else _order(arrays[0])
 
 
 def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
@@ -75,21 +72,24 @@ def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
     return ranks
 
 
-def _by_text(texts: Texts) -> NDArray[np.uint32]:
-    """Return the order of words by their texts, a range at a time, so that little is there twice."""
-    bounds = [0, *np.sort(texts[::_SAMPLED])[_PIECE::_PIECE].tolist(), np.iinfo(np.int64).max]
-    order = np.empty(len(texts), dtype=np.uint32)
+def _order(values: NDArray[Any]) -> NDArray[np.uint32]:
+    """Return the order of numbers, equal ones as they come, a range at a time: little is there twice."""
+    sample = np.sort(values[::_SAMPLED])
+    bounds = sample[:: len(sample) // _RANGES + 1]
+    ranges = np.zeros(len(values), dtype=np.uint8)
+    for bound in bounds:
+        ranges += values >= bound
+    order = np.empty(len(values), dtype=np.uint32)
     done = 0
-    for low, high in pairwise(bounds):
-        # stable, for texts come in rising runs, of which this kind makes the most
-        here = np.flatnonzero((texts >= low) & (texts < high)).astype(np.uint32)
-        order[done : done + len(here)] = here[np.argsort(texts[here], kind="stable")]
+    for number in range(len(bounds) + 1):
+        here = np.flatnonzero(ranges == number).astype(np.uint32)
+        order[done : done + len(here)] = here[np.argsort(values[here], kind="stable")]
         done += len(here)
     return order
 
 
-def _texts(connection: sa.Connection, chosen: Chosen) -> tuple[Texts, NDArray[np.int64]]:
-    """Return numbers that sort as the texts of words do, and ranks of those that are equal up to there.
+def _texts(connection: sa.Connection, chosen: Chosen) -> list[Texts]:
+    """Return numbers that sort as the texts of words do; of long words also ranks, for equal numbers.
 
     A number holds the first `MAX_KEYED` symbols, each one more than it is, so that a word comes before those
     that it begins.
@@ -111,7 +111,7 @@ def _texts(connection: sa.Connection, chosen: Chosen) -> tuple[Texts, NDArray[np
         for codes in packed_members(packed(np.abs(ids), p), p, masks, stabilisers):
             texts[done : done + len(codes)] = _raised(codes, p)
             done += len(codes)
-    return texts, later
+    return [texts, later] if len(later) else [texts]
 
 
 def _raised(codes: NDArray[np.int64], p: int) -> Texts:

@@ -6,8 +6,9 @@ import shutil
 import pytest
 from screens import drive, press, screen_lines, settle, table_of
 from textual import events
-from textual.widgets import Input
+from textual.widgets import Input, Static
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs.fill import FillState, Wish, cost_of, fill_steps
 from orbitdb.cli.tui.dialogs.keys import columns_told, groups_of
@@ -208,3 +209,27 @@ def test_words_and_periods_are_filled_with_their_counts(tmp_path):
     done, small = (cost_of(path, Wish(1.6, periods)) for periods in ((3, 4), (2,)))
     assert done == ("these periods are filled at a = 1.6: nothing is left to do", 0)
     assert small[0].startswith("1 word to come at a = 1.6: under a second, ")
+
+
+def test_the_first_rows_come_before_the_others_and_tell_no_number(filled_once):
+    """The first code is that of all rows; keys and a code that come before these lead to them."""
+    began = []
+
+    class Early(MainScreen):
+        def begin_rows(self, rows):
+            super().begin_rows(rows)
+            self.rows.jumping.type("5")
+            began.append((len(rows), self.rows.reads, self.rows.table.row[0]))
+            began.append(str(self.query_one("#position", Static).render()))
+
+    async def steps(app, pilot):
+        await app.push_screen(Early(Selection()))
+        await settle(pilot)
+        table, total = app.screen.rows.table, Catalogue(filled_once).count(Selection())
+        (count, reads, first), told = began
+        assert count < total == len(table.source)
+        assert (reads, first, "of …" in told) == (True, "13", True)
+        assert table.row[1] == 5
+        assert table.source.row(0)[0] == first
+
+    drive(filled_once, steps)
