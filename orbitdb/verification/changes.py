@@ -18,8 +18,8 @@ from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.orbits.births.brackets import Signs, signs
 from orbitdb.orbits.births.changes import JOINTS, joints
 from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
-from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import newton
+from orbitdb.orbits.status import direction_errors
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import BORN, DIED
 from orbitdb.store.file.tables import change, cycle

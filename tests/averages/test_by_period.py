@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from quick import slow_but
 from solutions import class_rows, entropy, lyapunov, words_of
 
-from orbitdb.averages.by_stability import lyapunov_by_stability
 from orbitdb.averages.fixed_points import (
     ClassRows,
     Weight,
@@ -19,6 +18,7 @@ from orbitdb.averages.fixed_points import (
     missing_divisors,
     missing_periods,
 )
+from orbitdb.averages.pseudocycles import lyapunov_by_stability
 from orbitdb.billiard.stability import Links, bounce_matrices
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve

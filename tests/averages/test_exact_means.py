@@ -6,7 +6,7 @@ from quick import slow_but
 
 from orbitdb.averages.exact_means import LOG_KICK, exact_means, log_drift
 from orbitdb.averages.mean_coupling import mean_coupling
-from orbitdb.trajectories.leg_map import next_leg, random_runs
+from orbitdb.trajectories.legwise import next_leg, random_runs
 
 SAMPLE = 1 << 17
 HALF_LENGTHS = (0.05, 0.7, 1.6, 8.0)

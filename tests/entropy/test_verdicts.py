@@ -15,9 +15,8 @@ from orbitdb.billiard.bounces import slacks
 from orbitdb.billiard.legs import cut, half_turns
 from orbitdb.entropy import clamped
 from orbitdb.entropy.clamped import corner, solve_corner
-from orbitdb.entropy.letters import IN_RUN, MIRROR, STARTS_LEG, X
 from orbitdb.entropy.verdicts import Verdict, decide
-from orbitdb.entropy.windows import Windows, open_chains
+from orbitdb.entropy.windows import IN_RUN, MIRROR, STARTS_LEG, Windows, X, open_chains
 from orbitdb.orbits.newton import newton
 from orbitdb.symbols.words import from_strings
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from quick import slow_but
 
-from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.fixed_points import PeriodSums
 from orbitdb.averages.sum_rules import beginning
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from quick import slow_but
 
-from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.fixed_points import PeriodSums
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import InputError

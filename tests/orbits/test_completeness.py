@@ -7,10 +7,9 @@ import pytest
 from solutions import representatives
 
 from orbitdb.billiard.legs import cut
-from orbitdb.orbits.births.cells import Kind, judge
+from orbitdb.orbits.births.cells import Kind, judge, reach_of
 from orbitdb.orbits.births.changes import find_changes
 from orbitdb.orbits.births.completeness import Verdict, prove_all, stretches, walk
-from orbitdb.orbits.births.reaches import reach_of
 from orbitdb.orbits.newton import solve
 from orbitdb.symbols.words import from_strings
 

@@ -307,7 +307,7 @@ def test_the_number_of_levels(rng):
     above, below = Figure().subplots(2)
     k, at = np.sort(rng.uniform(0, 9, 40)), np.linspace(0.5, 9, 30)
     smooth, family, orbits = rng.uniform(-1, 1, (3, 30))
-    quantum.draw_staircase(above, below, k, at, smooth, family, orbits, 11)
+    quantum.draw_level_count(above, below, k, at, smooth, family, orbits, 11)
     (steps, weyl), (rest, balls, both) = above.lines, below.lines
     assert steps.get_drawstyle() == "steps-post"
     np.testing.assert_array_equal(steps.get_data(), [[0, *k], range(41)])

@@ -22,15 +22,14 @@ from orbitdb.catalogue.spectrum import read_classes
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.cli.figures import orbits, over_a, subsets
 from orbitdb.entropy.bounds import search
-from orbitdb.entropy.letters import geometric_entropy
+from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.orbit import Status
 from orbitdb.plots.style import BLUE, ORANGE
-from orbitdb.quantum.amplitudes import orbit_terms
+from orbitdb.quantum.amplitudes import orbit_terms, weyl
 from orbitdb.quantum.lengths import counted, family_count
-from orbitdb.quantum.weyl import weyl
 from orbitdb.store.reading.lookup import with_existence
 from orbitdb.store.writing.records import add_reference, keep_bounds
 from orbitdb.store.writing.writer import Writer

@@ -10,13 +10,12 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from orbitdb import InputError, Stadium
-from orbitdb.quantum.amplitudes import Terms
+from orbitdb.quantum.amplitudes import Parity, Terms, wavenumber, weyl
 from orbitdb.quantum.elements import gradient
 from orbitdb.quantum.lengths import counted, family, family_count, family_terms, of_terms, peak_of_each
 from orbitdb.quantum.levels import LevelTask, windows
 from orbitdb.quantum.mesh import quarter_disc, quarter_stadium
 from orbitdb.quantum.spectrum import COLUMNS, Spectrum, check_levels
-from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 
 PARITIES = st.sampled_from([None, *Parity])
 EDGE = np.linspace(0, 1, 200)
