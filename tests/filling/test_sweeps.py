@@ -112,9 +112,13 @@ def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     sweeps = swept(path, 0.5, range(2, 8))
     assert [p for p, each in sweeps.items() if each.moments] == [6, 7]
     swept(tmp_path / "late.db", 0.5, periods=[7])
+    swept(tmp_path / "late.db", 0.5, periods=range(2, 7))
     with closing(Catalogue(tmp_path / "late.db")) as late:
-        assert not late.sweeps(0.5)[0].moments
+        assert not late.sweeps(0.5)[-1].moments
+        (note,) = (each for each in late.lyapunov(a=0.5).notes if "sum rules" in each)
+        assert "end at p = 6" in note
     with closing(Catalogue(path)) as catalogue:
+        assert not any("sum rules" in each for each in catalogue.lyapunov(a=0.5).notes)
         found = there(sum_rules_of(read_whole(catalogue, Selection(0.5), swept=True)))
     for _ in fill_periods(path, 0.5, range(2, 8)):
         pass

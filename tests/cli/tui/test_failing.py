@@ -12,8 +12,8 @@ from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
 from orbitdb.cli.tui.state_file import Kept
-from orbitdb.cli.tui.statistics import averages_screen as statistics
-from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
+from orbitdb.cli.tui.statistics import averages as statistics
+from orbitdb.cli.tui.statistics.averages import StatisticsScreen
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import InputError

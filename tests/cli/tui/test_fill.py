@@ -9,9 +9,8 @@ from screens import ask, drive, press, row_of, send, settle, shown, table_of, un
 from textual.widgets import Input
 
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.cli.tui.dialogs import fill_state
-from orbitdb.cli.tui.dialogs.fill import FillDialog
-from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish
+from orbitdb.cli.tui.dialogs import fill
+from orbitdb.cli.tui.dialogs.fill import FillDialog, FillState, Wish
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.filling.estimate import need
@@ -46,7 +45,7 @@ def test_it_says_what_the_fields_take(filled_once):
 
 
 def test_a_fill_at_work_tells_how_fast_it_is(monkeypatch):
-    monkeypatch.setattr(fill_state, "time", SimpleNamespace(monotonic=lambda: 110.0))
+    monkeypatch.setattr(fill, "time", SimpleNamespace(monotonic=lambda: 110.0))
     running = FillState(Wish(1.6, (7,)), done=500, total=2000, p=7, began=100.0)
     assert running.sentence() == "running: p = 7, 25%, 50/s, 30 s left"
 
