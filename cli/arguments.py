@@ -22,7 +22,7 @@ _AROUND = " \t\r\n\ufeff"
 
 
 def given_codes(*given: Iterable[str] | None) -> Iterator[str]:
-    """Return words and those behind ``--code``, the lines of stdin in place of ``-``, without checking them."""
+    """Return words and those behind ``--code``, lines of stdin in place of ``-``, without checking them."""
     try:
         for code in chain.from_iterable(codes or () for codes in given):
             if code == "-":

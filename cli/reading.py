@@ -72,7 +72,7 @@ def _note_rotations(chosen: "Selection") -> None:
 
 
 def averaged(choice: Choice) -> Choice:
-    """Return the options that choose what is averaged over: not every status, but those that have a length."""
+    """Return what chooses the orbits to average over: not every status, but those that have a length."""
     if choice.status is not None and choice.status.strip() == "all":
         raise InputError("only orbits (and boundary) have averages and lengths: leave out --status all")
     return choice
