@@ -1,6 +1,6 @@
 """Certification: the rows of a catalogue proved in ball arithmetic, and the proofs stored."""
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,7 +24,7 @@ _BATCH = 256
 
 def certify(
     path: Path, selection: Selection, sample: int | None = None, seed: int = 0, again: bool = False
-) -> Iterator[Step]:
+) -> Generator[Step]:
     """Prove the rows of the chosen classes in ball arithmetic and store the certificates.
 
     Every batch is stored in one transaction; a certification that was stopped goes on where it was.

@@ -5,7 +5,7 @@ with itself (`orbitdb.verification.invariants`) and with new solutions
 (`orbitdb.verification.recomputation`).
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from functools import partial
@@ -95,7 +95,7 @@ def verify(
     seed: int = 0,
     missing_births: bool = False,
     workers: "Workers | None" = None,
-) -> Iterator[Step]:
+) -> Generator[Step]:
     """Compute a catalogue again and compare.
 
     Parameters
