@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.entropy.letters import geometric_entropy
+from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.plots import births
 from orbitdb.plots.style import explain, figure

@@ -22,9 +22,8 @@ from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
 from orbitdb.plots import curves, paths, quantum
 from orbitdb.plots.style import entitle, explain, figure
-from orbitdb.quantum.amplitudes import orbit_terms
+from orbitdb.quantum.amplitudes import orbit_terms, weyl
 from orbitdb.quantum.lengths import counted, family_count
-from orbitdb.quantum.weyl import weyl
 from orbitdb.store.asking.selection import Selection
 
 _NOTHING = ": nothing to draw"
@@ -197,7 +196,7 @@ def draw_levels(catalogue: Catalogue, chosen: Selection) -> Figure:
     note(f"orbits and bouncing balls of lengths up to {_LENGTHS[1]:g}: a partial sum")
     with figure(7.2, 6.0) as made:
         above, below = made.subplots(2, 1, sharex=True)
-        quantum.draw_staircase(above, below, k, at, smooth, family, orbits, highest)
+        quantum.draw_level_count(above, below, k, at, smooth, family, orbits, highest)
         entitle(made, f"{len(k)} levels at a = {chosen.a:g}, k below {end:.4g}")
         explain(made, above, below)
     return made

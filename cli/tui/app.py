@@ -17,8 +17,7 @@ from textual.screen import Screen
 from textual.worker import get_current_worker
 
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish
-from orbitdb.cli.tui.dialogs.fill_state import work as fill_steps
+from orbitdb.cli.tui.dialogs.fill import FillState, Wish, fill_steps
 from orbitdb.cli.tui.ending import OrderlyApp
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.facts import Certificate

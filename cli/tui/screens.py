@@ -3,7 +3,7 @@
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast
 
 from textual.app import ComposeResult
 from textual.await_complete import AwaitComplete
@@ -16,6 +16,9 @@ from textual.worker import Worker
 
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.asking.confinement import CancelledError
+
+if TYPE_CHECKING:
+    from orbitdb.cli.tui.app import BrowseApp
 
 Result = TypeVar("Result")
 Answer = TypeVar("Answer")
@@ -65,6 +68,11 @@ class OwnScreen(Screen[Result]):
     def __init__(self, name: str | None = None, id: str | None = None, classes: str | None = None) -> None:
         super().__init__(name, id, classes)
         self._latest: dict[str, Worker[None]] = {}
+
+    @property
+    def browser(self) -> "BrowseApp":
+        """The application, which holds the catalogue."""
+        return cast("BrowseApp", self.app)
 
     def in_thread(
         self,

@@ -31,7 +31,7 @@ def draw_spectrum(ax: Axes, found: Spectrum, label: Callable[[str], str]) -> Non
     ax.set(xlabel="length $x/R$", ylabel=r"$|F(x)|$")
 
 
-def draw_staircase(
+def draw_level_count(
     above: Axes, below: Axes, k: Floats, at: Floats, smooth: Floats, family: Floats, orbits: Floats, p: int
 ) -> None:
     """Draw the number of levels, and how far it is from its smooth part.

@@ -21,8 +21,8 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.spectrum import stored_levels
 from orbitdb.entropy.entropy_bounds import BALLS, EntropyBounds
 from orbitdb.errors import InputError, StoreError
+from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.levels import Levels, rounding, windows
-from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file.tables import entropy_bound, level, level_fill, stadium, trajectory
 from orbitdb.store.reading.records import bounds_stored, is_sound
 from orbitdb.trajectories.ensemble import Reference, simulate

@@ -1,6 +1,6 @@
 """Certification: the rows of a catalogue proved in ball arithmetic, and the proofs stored."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -36,7 +36,7 @@ _SHARP = 512
 
 def certify(
     path: Path, selection: Selection, sample: int | None = None, seed: int = 0, again: bool = False
-) -> Iterator[Step]:
+) -> Generator[Step]:
     """Prove the rows of the chosen classes in ball arithmetic and store the certificates.
 
     Every batch is stored in one transaction, and told; a certification that was stopped goes on where it was,

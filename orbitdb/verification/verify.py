@@ -5,7 +5,7 @@ with itself (`orbitdb.verification.invariants`) and with new solutions
 (`orbitdb.verification.recomputation`).
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from functools import partial
@@ -92,7 +92,7 @@ def verify(
     seed: int = 0,
     missing_births: bool = False,
     workers: "Workers | None" = None,
-) -> Iterator[Step]:
+) -> Generator[Step]:
     """Compute a catalogue again and compare; yield a step behind every block, so that memory is bounded.
 
     There is a selection for each a. The file is checked as a whole; counts, births, and the words of classes

@@ -5,8 +5,7 @@ from functools import cache
 import numpy as np
 
 from orbitdb.averages.by_period import Entropy, Lyapunov, entropy_of_counts, lyapunov_of_periods
-from orbitdb.averages.fixed_points import ClassRows, Weight
-from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.fixed_points import ClassRows, PeriodSums, Weight
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Orbits, Status

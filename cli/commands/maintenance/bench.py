@@ -67,7 +67,7 @@ def bench(
 
         _write(output, Outcome, _watched(stress()))
     elif kind == "stages":
-        from orbitdb.benchmarks.stage_times import StageTimes, stage_times
+        from orbitdb.benchmarks.work_precision import StageTimes, stage_times
 
         periods = _periods(p or "2-11")
         _write(output, StageTimes, _watched(stage_times(period, stadium) for period in periods))

@@ -17,8 +17,8 @@ from orbitdb.numerals import real
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
+    from orbitdb.quantum.amplitudes import Parity
     from orbitdb.quantum.levels import Levels, LevelTask
-    from orbitdb.quantum.weyl import Parity
 
 EXAMPLES = (
     "levels --k 0:30",
@@ -53,8 +53,8 @@ def levels(
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.catalogue.spectrum import missing_levels, stored_levels
+    from orbitdb.quantum.amplitudes import weyl
     from orbitdb.quantum.levels import windows
-    from orbitdb.quantum.weyl import weyl
 
     low, high = read_range("--k", k)
     stadium, parities = Stadium(a), read_parities(parity)
@@ -120,7 +120,7 @@ def read_parities(text: str | None) -> "list[Parity]":
     InputError
         If one is none.
     """
-    from orbitdb.quantum.weyl import Parity
+    from orbitdb.quantum.amplitudes import Parity
 
     if text is None:
         return list(Parity)
