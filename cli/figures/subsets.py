@@ -178,13 +178,7 @@ def draw_length_spectrum(catalogue: Catalogue, chosen: Selection) -> Figure:
 
 
 def draw_levels(catalogue: Catalogue, chosen: Selection) -> Figure:
-    """Draw the number of levels, and its fluctuations beside those that the orbits give.
-
-    Raises
-    ------
-    InputError
-        If there are no levels.
-    """
+    """Draw the number of levels, and its fluctuations beside those that the orbits give."""
     known = read_levels(catalogue, chosen.a, None)
     if known is None:
         raise InputError(f"no levels to draw: 'orbitdb levels --k 0:30 --a {chosen.a:g}' finds them")
