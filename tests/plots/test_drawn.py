@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from orbitdb import Stadium
 from orbitdb.benchmarks.work_precision import WorkPrecision
-from orbitdb.plots import curves
+from orbitdb.plots import curves, paths
 from orbitdb.quantum.amplitudes import Terms
 from orbitdb.quantum.spectrum import Spectrum
 
