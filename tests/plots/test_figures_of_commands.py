@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from contents import alter
 from made_levels import keep_made_levels
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
@@ -338,6 +339,16 @@ def test_the_entropy_over_a(known):
     k = int(np.argmin(np.abs(np.log(np.array(a) / here))))
     assert h[k] == pytest.approx(entropy_at(known, a[k]))
     assert line(ax, "bound at every")[1] == pytest.approx([geometric_entropy()] * 2)
+
+
+@pytest.mark.usefixtures("few_places")
+@pytest.mark.parametrize("lost", [2, 3, 4, 5])
+def test_the_entropy_over_a_is_that_up_to_the_first_period_without_births(known, tmp_path, lost):
+    path = Path(shutil.copy(known.path, tmp_path / "orbits.db"))
+    alter(path, f"DELETE FROM birth_fill WHERE p = {lost}")
+    (ax,) = over_a.draw_over_a(Catalogue(path), Selection(1.6)).axes
+    drawn = [str(each.get_label()) for each in ax.get_lines()]
+    assert [each for each in drawn if each[1] == "h"] == [f"$h({lost - 1}; a)$, from births"] * (lost > 2)
 
 
 @pytest.mark.parametrize("kind", ["lengths", "phase-space", "sheet"])
