@@ -65,13 +65,7 @@ def _entropies(steps: dict[int, births.Steps], highest: int, a: NDArray[np.float
 
 
 def draw_over_a(catalogue: Catalogue, chosen: Selection) -> Figure:
-    """Draw the proved bounds at every a that has some, and the entropy from births where these are filled.
-
-    Raises
-    ------
-    InputError
-        If there are no bounds.
-    """
+    """Draw the proved bounds at every a that has some, and the entropy from births where these are filled."""
     known = catalogue.entropy_curve()
     if not known:
         raise InputError("no proved bounds to draw: 'orbitdb bounds --a 0.3:10:40' finds them")

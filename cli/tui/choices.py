@@ -21,13 +21,7 @@ REVERSALS = (None, "self", "pair")
 
 
 def half_length(text: str) -> float:
-    """Read a half length.
-
-    Raises
-    ------
-    InputError
-        If it is none; the message says how to write it.
-    """
+    """Read a half length, or say how to write one."""
     try:
         value = real(text.strip())
     except ValueError:

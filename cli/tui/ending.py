@@ -58,12 +58,7 @@ def listen_to_signals(end: Callable[[int], None]) -> None:
 class OrderlyApp(App[None]):
     """An application that leaves in good order, whatever ends it.
 
-    Attributes
-    ----------
-    leaving : bool
-        Whether what still works is to stop.
-    failure : BaseException or None
-        What ended the screen before its time.
+    While it is leaving, what still works is to stop. A failure is what ended the screen before its time.
     """
 
     def __init__(self) -> None:
@@ -99,10 +94,7 @@ class OrderlyApp(App[None]):
     def close(self) -> None:
         """Wait for what is in hand once the screen has gone, for a moment only if a signal said to end.
 
-        Raises
-        ------
-        BaseException
-            Whatever ended the screen before its time.
+        Raise whatever ended the screen before its time.
         """
         told = isinstance(self.failure, Terminated | KeyboardInterrupt)
         for thread in self._in_hand:

@@ -83,16 +83,9 @@ class OwnScreen(Screen[Result]):
     ) -> None:
         """Find something out in a thread, and take it when it is there and nothing newer is wanted.
 
-        Parameters
-        ----------
-        group : str
-            Whatever else is being found in this group is not waited for any more.
-        find : callable
-            Is given a function that tells whether nobody waits any more. It returns or yields results.
-        take : callable
-            Is given each result.
-        fail : callable, optional
-            Is given the message of an error; by default the screen says it (`failed`).
+        Whatever else is being found in this group is not waited for any more. ``find`` is given a function
+        that tells whether nobody waits any more, and returns a result or yields several; ``fail``, by default
+        `failed`, is given the message of an error.
         """
 
         def run() -> None:

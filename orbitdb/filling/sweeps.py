@@ -1,6 +1,6 @@
 """Sweeping periods: enumerate, solve and add up, block by block, and keep counts and sums alone."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -48,7 +48,7 @@ def sweep_periods(
     periods: Iterable[int],
     workers: Workers = HERE,
     selection: Selection | None = None,
-) -> Iterator[Progress]:
+) -> Generator[Progress]:
     """Store the counts of all admissible words of some periods at one a, and sums over the orbits.
 
     Periods, 2..`MAX_PERIOD`, that are swept are passed over. What is stored does not depend on the workers.

@@ -122,10 +122,11 @@ def filled(catalogue: Catalogue) -> Columns:
     fills = [(a, fill) for a in (1.0, 1.6) for fill in catalogue.fills(a)]
     names = ("state", "stored", "N_t", "N_c", "boundary", "unresolved",
              "seconds", "enumerating", "solving", "storing")  # fmt: skip
-    return {"a": [a for a, _ in fills], "p": [fill.p for _, fill in fills]} | {
+    values = {
         name: [getattr(fill, "words" if name == "stored" else name.lower()) for _, fill in fills]
-        for name in names
+        for name in ("p", *names)
     }
+    return {"a": [a for a, _ in fills], **values}
 
 
 def records(found: Any, names: dict[str, str] | None = None) -> Columns:

@@ -109,7 +109,8 @@ class Copy:
         cost = {name: self.tests[name]["seconds"] for name in sorted(known)}
         first = {name.partition("[")[0]: name for name in sorted(cost, key=cost.__getitem__, reverse=True)}
         others = cost.keys() - first.values()  # further cases of a test that has a quicker one
-        kept, spent = [], 0.0
+        kept: list[str] = []
+        spent = 0.0
         for name in sorted(cost, key=lambda n: (not n.startswith(own), n in others, cost[n])):
             spent += cost[name]
             if kept and spent > most:
@@ -152,15 +153,22 @@ class Copy:
 
 
 def _made(source: str) -> Iterator[tuple[str, set[str]]]:
-    """Yield the names that a module binds by assignment, and what stands in their values."""
+    """Yield the names that a module binds, and what their values, or defaults of functions, are made of."""
     for each in ast.parse(source).body:
-        match each:
-            case (
-                ast.Assign(targets=[target], value=value)
-                | ast.AnnAssign(target=target, value=ast.expr() as value)
-            ):
-                parts = {node.id for node in ast.walk(value) if isinstance(node, ast.Name)}
-                yield from ((node.id, parts) for node in ast.walk(target) if isinstance(node, ast.Name))
+        if isinstance(each, ast.FunctionDef):
+            bound, parts = [each.name], [*each.args.defaults, *each.args.kw_defaults]
+        elif isinstance(each, ast.Assign | ast.AnnAssign):
+            targets = each.targets if isinstance(each, ast.Assign) else [each.target]
+            bound, parts = _names(targets), [each.value]
+        else:
+            continue
+        used = set(_names(parts))
+        yield from ((name, used) for name in bound)
+
+
+def _names(parts: Sequence[ast.expr | None]) -> list[str]:
+    inner = (node for part in parts if part is not None for node in ast.walk(part))
+    return [node.id for node in inner if isinstance(node, ast.Name)]
 
 
 def wing_of(path: str) -> str:

@@ -40,7 +40,7 @@ def test_table_1_of_the_paper(highest):
     for line in TABLE_1.split("\n")[1:highest]:
         p, total, isolated, points, entropy = line.split()
         orbits = solved(int(p), 1.6)
-        counts[int(p)] = np.count_nonzero(real(orbits))
+        counts[int(p)] = int(np.count_nonzero(real(orbits)))
         periodic = sum(d * counts[d] for d in counts if int(p) % d == 0)
         k_0 = math.floor(1000 * math.log(periodic) / int(p)) / 1000
         assert (len(orbits), counts[int(p)], periodic, f"{k_0:.3f}") == (

@@ -95,13 +95,7 @@ def levels(
 
 
 def read_range(name: str, text: str) -> tuple[float, float]:
-    """Return the ends of a range such as 0:30.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Return the ends of a range such as 0:30, or refuse what is none."""
     first, colon, last = text.partition(":")
     try:
         low, high = real(first), real(last)
@@ -113,13 +107,7 @@ def read_range(name: str, text: str) -> tuple[float, float]:
 
 
 def read_parities(text: str | None) -> "list[Parity]":
-    """Return the parities that are named, all four by default.
-
-    Raises
-    ------
-    InputError
-        If one is none.
-    """
+    """Return the parities that are named, all four by default, or refuse what is none."""
     from orbitdb.quantum.amplitudes import Parity
 
     if text is None:

@@ -39,21 +39,10 @@ class Wish(NamedTuple):
 
 @dataclass(frozen=True)
 class FillState:
-    """How far a fill has come.
+    """How many words of a wish are filled, of how many, and the period p at work.
 
-    Attributes
-    ----------
-    wish : Wish
-    state : str
-        ``running``, ``stopping``, ``done``, ``stopped`` or ``failed``.
-    done, total : int
-        Words of all periods, or words chosen.
-    p : int
-        The period at work.
-    began : float
-        When, on the monotonic clock.
-    message : str
-        What went wrong.
+    The state is ``running``, ``stopping``, ``done``, ``stopped`` or ``failed``, with a message; it began at a
+    moment of the monotonic clock.
     """
 
     wish: Wish
@@ -85,13 +74,7 @@ class FillState:
 
 
 def parse_wish(a: str, periods: str, codes: str) -> Wish:
-    """Read what to fill.
-
-    Raises
-    ------
-    InputError
-        If a part cannot be read.
-    """
+    """Read what to fill, or say which part cannot be read."""
     value = half_length(a)
     if codes.strip():
         return Wish(value, words=tuple(primitive_root(parse(code)) for code in codes.split(",")))
@@ -102,13 +85,7 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
 
 
 def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
-    """Say what a wish is going to take; return how many words that are, too.
-
-    Raises
-    ------
-    StoreError
-        If the disk has no room for it, or the catalogue cannot be read.
-    """
+    """Say what a wish is going to take, and how many words that are; refuse what the disk has no room for."""
     from orbitdb.filling.estimate import about, check_room, gigabytes, need
 
     at = f"at a = {exact(wish.a)}"

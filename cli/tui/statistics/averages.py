@@ -37,13 +37,7 @@ COLUMNS = (
 
 
 def statistics(catalogue: Catalogue, selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
-    """Return counts, entropies and Lyapunov averages of a subset's orbits by whole period.
-
-    Raises
-    ------
-    InputError
-        If there is no such orbit; it says why.
-    """
+    """Return counts, entropies and Lyapunov averages of a subset's orbits by whole period, if it has any."""
     notes: list[str] = []
     with catalogue.at_one_moment() as still:
         subset = read(still, selection, notes, swept=True)
