@@ -164,12 +164,8 @@ def _command(names: tuple[str, ...]) -> Any:
 def call(arguments: Sequence[str]) -> Any:
     """Run the command that the arguments say; return its exit code, if it has one.
 
-    Raises
-    ------
-    ParsingError
-        If they cannot be read.
-    KeyboardInterrupt
-        On Ctrl-C, or the end of an input that is waited for.
+    `ParsingError` says that they cannot be read, KeyboardInterrupt that Ctrl-C came, or the end of an input
+    that is waited for.
     """
     command = _command((arguments[0],) if arguments[0] in _MODULES else tuple(_MODULES))
     try:

@@ -22,13 +22,7 @@ _AROUND = " \t\r\n\ufeff"
 
 
 def given_codes(*given: Iterable[str] | None) -> Iterator[str]:
-    """Return the codes given, the lines of stdin in the place of ``-``, without checking them.
-
-    Parameters
-    ----------
-    *given : iterable of str, optional
-        The words, and those behind ``--code``; None where there are none.
-    """
+    """Return words and those behind ``--code``, lines of stdin in place of ``-``, without checking them."""
     try:
         for code in chain.from_iterable(codes or () for codes in given):
             if code == "-":
@@ -62,10 +56,7 @@ def several(asked: Sequence[str] | None) -> bool:
 def named(asked: Sequence[str] | float | None) -> tuple[float, ...] | None:
     """Return the values of a that are named, each once; None for all that are stored, and where none is.
 
-    Raises
-    ------
-    InputError
-        If one of them cannot be read, or there is no such stadium, or some are named beside all.
+    Refuse what cannot be read or is no stadium, and some beside all.
     """
     if isinstance(asked, float):
         from orbitdb.billiard.stadium import Stadium
@@ -90,15 +81,10 @@ _DIGITS = 6
 
 
 def lengths(text: str) -> tuple[float, ...]:
-    """Return the half lengths that ``1.6`` or ``0.3:10:40`` stand for.
+    """Return the half lengths that ``1.6`` or ``0.3:10:40`` stand for, or refuse what is neither.
 
-    A grid is logarithmic: neighbours have one ratio. Its ends are as they are given, what is between
-    them is rounded to 6 digits, so that every a can be typed again.
-
-    Raises
-    ------
-    InputError
-        If it is neither, or there is no such stadium.
+    A grid is logarithmic: neighbours have one ratio. Its ends are as they are given, what is between them is
+    rounded to 6 digits, so that every a can be typed again.
     """
     from orbitdb.billiard.stadium import Stadium
 
@@ -141,10 +127,7 @@ def parse_start(text: str) -> list[float]:
 def read_points(name: str) -> Any:
     """Return the points in a file, or on stdin for ``-``: csv, with or without names, json or json lines.
 
-    Raises
-    ------
-    InputError
-        If it cannot be read, or a line has no two numbers. Whether they are bounces is not looked at.
+    Refuse what cannot be read, and lines without two numbers. Whether they are bounces is not looked at.
     """
     text = _text(name).strip()
     shown = "stdin" if name == "-" else printable(name)

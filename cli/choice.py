@@ -73,13 +73,7 @@ class Choice:
     parameters: options.Parameters = None
 
     def at(self, a: float) -> "Selection":
-        """Return the subset at one a.
-
-        Raises
-        ------
-        InputError
-            If an option cannot be read.
-        """
+        """Return the subset at one a, or refuse an option that cannot be read."""
         from orbitdb.store.asking.criteria import choose
         from orbitdb.store.asking.parsing import parse_bounds, parse_parameter
         from orbitdb.store.asking.selection import SelectionError
@@ -119,13 +113,7 @@ class SweptChoice:
     where: Annotated[str | None, _hidden("--where")] = None
 
     def at(self, a: float) -> "Selection":
-        """Return the subset at one a.
-
-        Raises
-        ------
-        InputError
-            If an option cannot be read, or cannot choose what is swept.
-        """
+        """Return the subset at one a, or refuse an option that cannot be read, or choose what is swept."""
         from orbitdb.store.asking.sweepable import swept_text
 
         chosen = Choice(**{each.name: getattr(self, each.name) for each in fields(self)}).at(a)

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any, NoReturn
+from typing import NoReturn
 
 _PATIENCE = 1.0
 """Seconds in which a further Ctrl-C does not disturb what the first one has set going."""
@@ -31,19 +31,12 @@ class Terminated(BaseException):
         self.number = number
 
 
-class LooseThread(threading.Thread):
-    """A thread that the end of the process does not wait for."""
-
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(daemon=True, **kwargs)
-
-
 def leave(code: int) -> NoReturn:
-    """End the process, all that it has written being flushed.
+    """End the process, all that it has written being flushed, whatever other threads still do.
 
-    Python takes itself apart at its end, which libraries that a loose thread works in may not survive.
+    Python would wait for them, or take itself apart, which libraries that they work in may not survive.
     """
-    if any(isinstance(thread, LooseThread) for thread in threading.enumerate()):
+    if threading.active_count() > 1:
         sys.stderr.flush()
         os._exit(code)
     sys.exit(code)

@@ -177,21 +177,10 @@ Force = Annotated[bool, typer.Option("--force", help="Replace the file if it exi
 
 
 def takes_only(context: typer.Context, asked: str, *names: str) -> None:
-    """Refuse all options that do nothing in what is asked for.
+    """Refuse all options that do nothing in what is asked for, as in ``with --code``.
 
-    Parameters
-    ----------
-    context : typer.Context
-        Of the command.
-    asked : str
-        What is asked for, as in ``with --code``.
-    names : str
-        The command's parameters that have a meaning then; where it reads and how it writes always have.
-
-    Raises
-    ------
-    InputError
-        If one of the others was given.
+    The names are the parameters that have a meaning then; where a command reads and how it writes always
+    have.
     """
     useful = {*names, "format_", "form", "force", "json", "db"}
     refuse_idle(context, asked, *(each.name for each in context.command.params if each.name not in useful))

@@ -22,13 +22,7 @@ MarkWords = Annotated[
 
 @dataclass(frozen=True)
 class Output:
-    """The options that say how data is written.
-
-    Raises
-    ------
-    InputError
-        If they contradict one another.
-    """
+    """The options that say how data is written; they are refused if they contradict one another."""
 
     format_: Annotated[
         Format,
@@ -78,13 +72,7 @@ class MarkedOutput(Output):
 
 
 def check_marks(mark_words: bool, form: str) -> None:
-    """Refuse marks before words in a format that keeps texts as they are.
-
-    Raises
-    ------
-    InputError
-        If they are asked for there.
-    """
+    """Refuse marks before words in a format that keeps texts as they are."""
     if mark_words and form not in (Format.CSV, Format.TSV):
         raise InputError(f"--mark-words is for csv and tsv: {form} keeps words as they are, leave it out")
 

@@ -52,13 +52,8 @@ class Progress:
 def progress(text: str, to_stdout: bool = False) -> Iterator[Progress]:
     """Show how far the work is while the context lasts, if it takes long and somebody watches.
 
-    Parameters
-    ----------
-    text : str
-        What is at work, until a step says more.
-    to_stdout : bool, optional
-        Whether rows go to stdout meanwhile: where these are seen, or go to a pager, no line may stand
-        among them.
+    The text stands there until a step says more. Where rows that go to stdout meanwhile are seen, or go to a
+    pager, no line may stand among them.
     """
     global _on_screen
     watched = sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"  # by what can erase a line

@@ -72,13 +72,7 @@ def _note_rotations(chosen: "Selection") -> None:
 
 
 def averaged(choice: Choice) -> Choice:
-    """Return the options that choose what is averaged over.
-
-    Raises
-    ------
-    InputError
-        If they ask for every status: averages are over those that have a length.
-    """
+    """Return what chooses the orbits to average over: not every status, but those that have a length."""
     if choice.status is not None and choice.status.strip() == "all":
         raise InputError("only orbits (and boundary) have averages and lengths: leave out --status all")
     return choice
@@ -96,13 +90,7 @@ def known_catalogue(db: Path) -> Path | None:
 
 
 def meant(db: Path, asked: Sequence[str] | float | None) -> tuple[float, ...]:
-    """Return every a that is meant where single words are asked for, in a catalogue or without one.
-
-    Raises
-    ------
-    StoreError
-        If all are asked for that are stored, and there is no catalogue.
-    """
+    """Return every a that is meant where single words are asked for, in a catalogue or without one."""
     from orbitdb.store.file.database import check_file
     from orbitdb.store.reading.lookup import a_meant
 

@@ -41,13 +41,7 @@ def bring(path: Path) -> "Migration":
 
 
 def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]:
-    """Return the periods that --p and --from ask for, in rising order.
-
-    Raises
-    ------
-    InputError
-        If they cannot be read, run backwards, or one of them cannot be filled.
-    """
+    """Return the periods that --p and --from ask for, in rising order, or refuse what cannot be filled."""
     from orbitdb.store.asking.parsing import parse_periods
     from orbitdb.symbols.enumeration import MAX_PERIOD
 
@@ -108,10 +102,7 @@ DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would be 
 class Solvers:
     """The options that say where is solved: in processes here, or on a dask cluster.
 
-    Raises
-    ------
-    InputError
-        If they contradict one another, or say too little.
+    They are refused if they contradict one another, or say too little.
     """
 
     jobs: Jobs = None

@@ -3,6 +3,8 @@
 import sys
 from pathlib import Path
 
+from sphinx.application import Sphinx
+
 sys.path.insert(0, str(Path(__file__).parent))
 
 import program
@@ -66,6 +68,6 @@ copybutton_only_copy_prompt_lines = True
 copybutton_line_continuation_character = "\\"
 
 
-def setup(app):
+def setup(app: Sphinx) -> None:
     """Let the pages take what the program itself says."""
     app.connect("source-read", program.fill_in)

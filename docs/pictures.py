@@ -31,7 +31,7 @@ def orbit(folder: Path) -> str:
     """Draw the orbit as a notebook does."""
     from orbitdb import Stadium, solve_word
 
-    return solve_word(SHOWN, Stadium(1.2))._repr_svg_() + "\n"
+    return f"{solve_word(SHOWN, Stadium(1.2))._repr_svg_()}\n"
 
 
 def _screen(*keys: str) -> Callable[[Path], str]:
@@ -77,6 +77,7 @@ def deviations(folder: Path) -> str:
 
     subset = read_whole(Catalogue(folder / CATALOGUE), Selection(a=1.6, statuses=(Status.ORBIT,)))
     found, held = lyapunov_of_periods(subset.sums(), subset.highest), sum_rules_of(subset)
+    assert held is not None  # every period is filled
     means = exact_means(1.6)
     known = simulate_legs(Stadium(1.6), 20_000_000, (means.growth.value, means.growth.error)).lambda_d
     averages = {

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from there import there
 
 import orbitdb
 from orbitdb import Catalogue, Orbit, Selection, solve, solve_word
@@ -60,7 +61,7 @@ def test_coordinates_of_an_orbit_cannot_be_written_to():
     one = solve_word("1232131", 1.6)
     for orbit in (one, pickle.loads(pickle.dumps(one)), replace(one, stored=True)):
         with pytest.raises(ValueError, match="read-only"):
-            orbit.coordinates[0] = 0.0
+            there(orbit.coordinates)[0] = 0.0
 
 
 def test_batches_are_compared_bit_by_bit():

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.entropy.letters import geometric_entropy
+from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.plots import births
 from orbitdb.plots.style import explain, figure
@@ -65,13 +65,7 @@ def _entropies(steps: dict[int, births.Steps], highest: int, a: NDArray[np.float
 
 
 def draw_over_a(catalogue: Catalogue, chosen: Selection) -> Figure:
-    """Draw the proved bounds at every a that has some, and the entropy from births where these are filled.
-
-    Raises
-    ------
-    InputError
-        If there are no bounds.
-    """
+    """Draw the proved bounds at every a that has some, and the entropy from births where these are filled."""
     known = catalogue.entropy_curve()
     if not known:
         raise InputError("no proved bounds to draw: 'orbitdb bounds --a 0.3:10:40' finds them")

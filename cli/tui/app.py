@@ -17,8 +17,7 @@ from textual.screen import Screen
 from textual.worker import get_current_worker
 
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish
-from orbitdb.cli.tui.dialogs.fill_state import work as fill_steps
+from orbitdb.cli.tui.dialogs.fill import FillState, Wish, fill_steps
 from orbitdb.cli.tui.ending import OrderlyApp
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.facts import Certificate
@@ -39,18 +38,9 @@ _HEIGHTS = [(0, "-short"), (36, "-tall")]
 
 
 class BrowseApp(OrderlyApp):
-    """Browse a catalogue.
+    """Browse a catalogue, which need not exist, beginning with a subset, and with a word if there is a code.
 
-    Parameters
-    ----------
-    path : Path
-        The catalogue; it need not exist.
-    selection : Selection
-        The subset to begin with.
-    code : str, optional
-        The word to begin with.
-    state : Path, optional
-        The file that keeps columns, filters and marked words; by default they last for this session.
+    The state file keeps columns, filters and marked words; without one they last for this session.
     """
 
     TITLE = "orbitdb"

@@ -16,17 +16,12 @@ from orbitdb.symbols.words import least_rotation, parse, primitive_root
 SHOWN = (Status.ORBIT, Status.DYNAMICAL, Status.BOUNDARY, Status.GEOMETRIC, Status.UNRESOLVED)
 """The statuses that rows may have."""
 
-_STATUSES: tuple[tuple[Status, ...], ...] = ((), *((status,) for status in SHOWN))
+STATUSES: tuple[tuple[Status, ...], ...] = ((), *((status,) for status in SHOWN))
+REVERSALS = (None, "self", "pair")
 
 
 def half_length(text: str) -> float:
-    """Read a half length.
-
-    Raises
-    ------
-    InputError
-        If it is none; the message says how to write it.
-    """
+    """Read a half length, or say how to write one."""
     try:
         value = real(text.strip())
     except ValueError:
@@ -40,24 +35,11 @@ def code_told(code: str) -> str:
     return f"p = {len(word)}, least rotation {code_text(least_rotation(word))}"
 
 
-def next_status(selection: Selection) -> Selection:
-    """Choose the next status: all, orbits, dynamically pruned words and so on."""
-    return replace(selection, statuses=_after(_STATUSES, selection.statuses, 1))
-
-
-def next_reversal(selection: Selection) -> Selection:
-    """Choose all words, those that retrace their path, or the others."""
-    return replace(selection, time_reversal=_after((None, "self", "pair"), selection.time_reversal, 1))
-
-
-def other_period(selection: Selection, known: list[int], step: int) -> Selection:
-    """Choose one period, the next or the one before; beyond the ends stand all of them."""
-    return replace(selection, periods=_after(((), *(((p, p),) for p in known)), selection.periods, step))
-
-
-def _after(ring: Sequence[Any], present: Any, step: int) -> Any:
-    """Return what stands some steps behind something in a ring; what is not in it is like the first."""
-    return ring[((ring.index(present) if present in ring else 0) + step) % len(ring)]
+def turned(selection: Selection, name: str, ring: Sequence[Any], step: int = 1) -> Selection:
+    """Choose what stands some steps on in a ring of choices; what is not in it is like the first."""
+    present = getattr(selection, name)
+    place = ring.index(present) if present in ring else 0
+    return replace(selection, **{name: ring[(place + step) % len(ring)]})
 
 
 def chips(selection: Selection, a_values: int) -> str:

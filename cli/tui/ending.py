@@ -8,42 +8,31 @@ import tempfile
 import threading
 import traceback
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from types import FrameType
-from typing import Any
 
 from rich.console import RenderableType
 from textual.app import App
 from textual.worker import WorkerFailed
 
-from orbitdb.cli.interrupts import SIGNALLED, TERMINATING, LooseThread, Terminated
+from orbitdb.cli.interrupts import SIGNALLED, TERMINATING, Terminated
 from orbitdb.errors import StoreError, WorkError
 
 _SECONDS_TO_PUT_AWAY = 1.0
+_MOST_AT_ONCE = 64
+"""Threads: more than keys that are held can leave behind."""
+
 _PATIENCE = 1.8
 """Seconds behind which the process ends whether or not the screen has been closed."""
 
 
 class LooseThreads(ThreadPoolExecutor):
-    """Threads that the end of the process does not wait for: most of them only read, for nobody then."""
-
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Begin work in a thread of its own."""
-        future: Future[Any] = Future()
-
-        def run() -> None:
-            if future.set_running_or_notify_cancel():
-                try:
-                    future.set_result(fn(*args, **kwargs))
-                except BaseException as error:
-                    future.set_exception(error)
-
-        LooseThread(target=run).start()
-        return future
+    """Threads that the end of the screen does not wait for: most of them only read, for nobody then."""
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Wait for nothing."""
+        """Begin nothing more, and wait for nothing."""
+        super().shutdown(wait=False, cancel_futures=True)
 
 
 def listen_to_signals(end: Callable[[int], None]) -> None:
@@ -69,12 +58,7 @@ def listen_to_signals(end: Callable[[int], None]) -> None:
 class OrderlyApp(App[None]):
     """An application that leaves in good order, whatever ends it.
 
-    Attributes
-    ----------
-    leaving : bool
-        Whether what still works is to stop.
-    failure : BaseException or None
-        What ended the screen before its time.
+    While it is leaving, what still works is to stop. A failure is what ended the screen before its time.
     """
 
     def __init__(self) -> None:
@@ -85,7 +69,7 @@ class OrderlyApp(App[None]):
 
     def on_load(self) -> None:
         """Begin no thread that the end of the process would wait for."""
-        asyncio.get_running_loop().set_default_executor(LooseThreads())
+        asyncio.get_running_loop().set_default_executor(LooseThreads(_MOST_AT_ONCE))
 
     def on_mount(self) -> None:
         """Restore the terminal, too, when a signal says to end."""
@@ -110,10 +94,7 @@ class OrderlyApp(App[None]):
     def close(self) -> None:
         """Wait for what is in hand once the screen has gone, for a moment only if a signal said to end.
 
-        Raises
-        ------
-        BaseException
-            Whatever ended the screen before its time.
+        Raise whatever ended the screen before its time.
         """
         told = isinstance(self.failure, Terminated | KeyboardInterrupt)
         for thread in self._in_hand:

@@ -30,13 +30,7 @@ def path_of(name: str) -> Path:
 
 
 def kind_told(name: str) -> str:
-    """Say what a file of this name will hold.
-
-    Raises
-    ------
-    InputError
-        If its ending is not known.
-    """
+    """Say what a file of this name will hold, or which endings are known."""
     path = path_of(name)
     if path.suffix not in (*ROWS, *PICTURES):
         raise InputError(f"{path.name}: end the name in {', '.join((*ROWS, *PICTURES))}")
@@ -55,11 +49,6 @@ def export(
     """Write the rows, or the orbit if the file is a picture, and say what was written.
 
     ``cancelled`` is asked now and then whether to stop, so that nothing is left of the file.
-
-    Raises
-    ------
-    InputError
-        If its ending is not known, or there is nothing of the kind to write.
     """
     kind_told(str(path))
     if path.suffix in PICTURES:

@@ -142,7 +142,7 @@ class MainScreen(Keeping):
 
     def action_status(self) -> None:
         """Choose the next status."""
-        self.selection = choices.next_status(self.selection)
+        self.selection = choices.turned(self.selection, "statuses", choices.STATUSES)
 
     def action_statuses(self) -> None:
         """Pick statuses from a list."""
@@ -156,11 +156,12 @@ class MainScreen(Keeping):
 
     def action_reversal(self) -> None:
         """Choose self-retracing orbits, the others, or all."""
-        self.selection = choices.next_reversal(self.selection)
+        self.selection = choices.turned(self.selection, "time_reversal", choices.REVERSALS)
 
     def action_period(self, step: int) -> None:
-        """Choose another period."""
-        self.selection = choices.other_period(self.selection, self.periods, step)
+        """Choose one period, the next or the one before; beyond the ends stand all of them."""
+        ring = ((), *(((p, p),) for p in self.periods))
+        self.selection = choices.turned(self.selection, "periods", ring, step)
 
     def action_choose_a(self) -> None:
         """Choose another stadium: one of the catalogue, or any."""
@@ -253,7 +254,7 @@ class MainScreen(Keeping):
 
     def action_statistics(self) -> None:
         """Open the statistics of the chosen subset."""
-        from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
+        from orbitdb.cli.tui.statistics.averages import StatisticsScreen
 
         self._open(StatisticsScreen)
 

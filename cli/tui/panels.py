@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, cast
 
 from rich.console import RenderableType
 from textual.app import ComposeResult
@@ -27,9 +26,6 @@ from orbitdb.store.asking.expressions import check, names_in
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.soundness import need_words
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
-
-if TYPE_CHECKING:
-    from orbitdb.cli.tui.app import BrowseApp
 
 GREETING = """\
 [b]Nothing is stored here yet.[/b]
@@ -72,11 +68,6 @@ class Panels(OwnScreen[None]):
         self._code = code
         self._values = dict(selection.parameters)
         self.following = Following(self)
-
-    @property
-    def browser(self) -> "BrowseApp":
-        """The application, which holds the catalogue."""
-        return cast("BrowseApp", self.app)
 
     @property
     def rows(self) -> RowsPanel:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast
 
 from textual.app import ComposeResult
 from textual.await_complete import AwaitComplete
@@ -16,6 +16,9 @@ from textual.worker import Worker
 
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.asking.confinement import CancelledError
+
+if TYPE_CHECKING:
+    from orbitdb.cli.tui.app import BrowseApp
 
 Result = TypeVar("Result")
 Answer = TypeVar("Answer")
@@ -66,6 +69,11 @@ class OwnScreen(Screen[Result]):
         super().__init__(name, id, classes)
         self._latest: dict[str, Worker[None]] = {}
 
+    @property
+    def browser(self) -> "BrowseApp":
+        """The application, which holds the catalogue."""
+        return cast("BrowseApp", self.app)
+
     def in_thread(
         self,
         group: str,
@@ -75,16 +83,9 @@ class OwnScreen(Screen[Result]):
     ) -> None:
         """Find something out in a thread, and take it when it is there and nothing newer is wanted.
 
-        Parameters
-        ----------
-        group : str
-            Whatever else is being found in this group is not waited for any more.
-        find : callable
-            Is given a function that tells whether nobody waits any more. It returns or yields results.
-        take : callable
-            Is given each result.
-        fail : callable, optional
-            Is given the message of an error; by default the screen says it (`failed`).
+        Whatever else is being found in this group is not waited for any more. ``find`` is given a function
+        that tells whether nobody waits any more, and returns a result or yields several; ``fail``, by default
+        `failed`, is given the message of an error.
         """
 
         def run() -> None:

@@ -25,17 +25,7 @@ Criteria = Mapping[str, Any]
 
 @dataclass
 class State:
-    """What is kept.
-
-    Attributes
-    ----------
-    columns : list of str
-        What the table shows, in this order.
-    filters : dict of str to mapping
-        Subsets of any catalogue, by the names that were given to them.
-    marked : list of str
-        Words as least rotations, in the order in which they were marked.
-    """
+    """What is kept: columns in their order, subsets of any catalogue by name, words as they were marked."""
 
     columns: list[str] = field(default_factory=lambda: list(USUAL))
     filters: dict[str, Criteria] = field(default_factory=dict)
@@ -43,14 +33,9 @@ class State:
 
 
 class Kept:
-    """The state, and the file that it is kept in.
+    """The state, and the file that it is kept in, which need not exist; without one it is lost at the end.
 
-    Parameters
-    ----------
-    path : Path or None
-        It need not exist; None to keep nothing beyond this session.
-    complain : callable
-        Called with what is wrong with the file, which is then left as it is.
+    It complains of a file that cannot be used, which is then left as it is.
     """
 
     def __init__(self, path: Path | None, complain: Callable[[str], object]) -> None:
@@ -120,13 +105,7 @@ def criteria_of(selection: Selection) -> Criteria:
 
 
 def selection_of(criteria: Criteria, a: float) -> Selection:
-    """Return a kept subset at some a.
-
-    Raises
-    ------
-    InputError
-        If it is none, as somebody has written it by hand.
-    """
+    """Return a kept subset at some a, or refuse what is none, as somebody has written it by hand."""
     try:
         parameters = dict(criteria.get("parameters") or {})
         return choose(a=a, **{**criteria, "parameters": parameters})

@@ -56,23 +56,9 @@ Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 def serve(arguments: Sequence[str], port: int, tell: Callable[[str], None]) -> None:
-    """Serve ``orbitdb browse`` until Ctrl-C.
+    """Serve ``orbitdb browse``, with what is typed behind it, until Ctrl-C or, as an error, another signal.
 
-    Parameters
-    ----------
-    arguments : sequence of str
-        What is typed behind ``orbitdb`` for every session.
-    port : int
-        0 for any that is free.
-    tell : callable
-        Called with the address once the server answers.
-
-    Raises
-    ------
-    InputError
-        If the port is taken, or not for everybody.
-    Terminated
-        On a signal to terminate.
+    A port of 0 stands for any that is free. The address is told once the server answers.
     """
     try:
         listening = socket.create_server((HOST, port))
@@ -94,13 +80,7 @@ def serve(arguments: Sequence[str], port: int, tell: Callable[[str], None]) -> N
 
 
 class TokenServer(Server):
-    """A server whose every address begins with a token.
-
-    Attributes
-    ----------
-    told : int
-        The signal that has ended it.
-    """
+    """A server whose every address begins with a token, and the signal that has told it to end."""
 
     def __init__(self, arguments: Sequence[str], port: int) -> None:
         program = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()", *arguments]

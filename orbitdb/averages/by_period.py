@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.averages.fixed_points import Weight, divisors, missing_periods
-from orbitdb.averages.period_sums import PeriodSums, joined_ranges
+from orbitdb.averages.fixed_points import PeriodSums, Weight, divisors, joined_ranges, missing_periods
 from orbitdb.averages.sum_rules import SumRules
 from orbitdb.averages.zeta import ZetaAverages, expand, leading_zero, zero_fault
 from orbitdb.equality import ByValue

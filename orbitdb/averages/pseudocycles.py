@@ -1,4 +1,4 @@
-"""Zeta functions truncated by stability: every pseudo-cycle below a cut, without listing them.
+"""Averages from zeta functions truncated by stability: every pseudo-cycle below a cut, without listing them.
 
 A pseudo-cycle is a product of different cycles; its term in 1/zeta is the product of their weights and
 of a sign each. Products of unstable cycles are small, so where pruning makes the periods ragged, a cut
@@ -8,13 +8,15 @@ Source: Dahlqvist and Russberg, J. Phys. A 24 (1991) 4763; Dettmann and Morriss,
 (1997) 4201.
 """
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.averages.zeta import Expansion
+from orbitdb.averages.fixed_points import ClassRows, Weight
+from orbitdb.averages.zeta import Expansion, ZetaAverages
 from orbitdb.equality import Columns
 
 Floats = NDArray[np.float64]
@@ -208,3 +210,70 @@ def _ladders(factors: Factors) -> Iterator[_Ladder]:
         total = part.count * part.weight
         rungs = np.concatenate([total[None], total * part.observables]).cumsum(axis=1)
         yield _Ladder(int(p), place, part.cost, np.pad(rungs, ((0, 0), (1, 0))))
+
+
+def lyapunov_by_stability(
+    rows: ClassRows,
+    cut: float,
+    highest: int | None = None,
+    weight: Weight = Weight.EXPONENTIAL,
+    progress: Callable[[float], None] | None = None,
+) -> ZetaAverages:
+    """Return the Lyapunov averages with every pseudo-cycle of multiplier up to e^cut.
+
+    Parameters
+    ----------
+    rows : ClassRows
+        All orbits with lambda <= cut. Where longer ones are missing, the products of shorter ones
+        that should cancel against them must go too: give the period up to which all are known.
+    cut : float
+        Largest sum of lambda over the orbits of a pseudo-cycle.
+    highest : int, optional
+        Largest sum of periods; by default any.
+    weight : Weight, optional
+        With `Weight.DETERMINANT`, an orbit has the factors (1 - t e^(-k lambda) z^p)^(k+1),
+        k = 0, 1, .. with multipliers e^((k+1) lambda), all subject to the cut.
+    progress : callable, optional
+        Called now and then with the share that is done, as far as it can be guessed.
+    """
+    levels = 1
+    if weight is Weight.DETERMINANT and len(rows):
+        levels = max(1, int(cut / rows.lyapunov.min()))
+    series = expand_by_stability(_factors(rows, levels, cut), cut, highest, progress)
+    kept = rows.rows((rows.lyapunov <= cut) & (rows.period <= (highest or rows.period)))
+    if not len(kept):
+        return ZetaAverages.none(f"(no orbit has a lambda up to {cut:g})")
+    return ZetaAverages.within(series, kept.ranges())
+
+
+def largest_cut(rows: ClassRows, cut: float, most: int) -> float:
+    """Return the cut, or a smaller one if the determinant has more than so many factors within it.
+
+    The factors of a class are as many as its lambda goes into the cut. What is smaller has two digits.
+    """
+
+    def fits(value: float) -> bool:
+        return float(np.floor(value / rows.lyapunov).sum()) <= most
+
+    low, high = 0.0, cut
+    if fits(high):
+        return cut
+    while high - low > 1e-3 * high:
+        middle = (low + high) / 2
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    unit = 10.0 ** (math.floor(math.log10(low)) - 1)
+    return float(f"{math.floor(low / unit) * unit:.2g}")
+
+
+def _factors(rows: ClassRows, levels: int, cut: float) -> Factors:
+    """Return the factors of the zeta function (one level) or of the Fredholm determinant."""
+    parts = [rows.rows((k + 1) * rows.lyapunov <= cut) for k in range(levels)]
+    cost = [(k + 1) * part.lyapunov for k, part in enumerate(parts)]
+    signs = [np.where(part.inverse & (k % 2 == 1), -1.0, 1.0) for k, part in enumerate(parts)]
+    return Factors(
+        period=np.concatenate([part.period for part in parts]),
+        count=np.concatenate([(k + 1) * part.size for k, part in enumerate(parts)]),
+        cost=np.concatenate(cost),
+        weight=np.concatenate(signs) * np.exp(-np.concatenate(cost)),
+        observables=np.concatenate([np.stack([part.lyapunov, part.length]) for part in parts], axis=1),
+    )

@@ -13,16 +13,14 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.averages.fixed_points import ClassRows
-from orbitdb.averages.period_sums import HIGHEST, PeriodSums
+from orbitdb.averages.fixed_points import HIGHEST, ClassRows, PeriodSums
 from orbitdb.billiard.stadium import Stadium, written
 from orbitdb.orbits.newton import certificates, solve
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.symbols.least_words import representatives
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import from_strings, parse
-from orbitdb.trajectories.arcs import random_arcs
-from orbitdb.trajectories.rays import Rays, bounce
+from orbitdb.trajectories.rays import Rays, bounce, random_arcs
 
 Words = NDArray[np.uint8]
 

@@ -1,4 +1,4 @@
-"""Run time against error: every method on the same orbits, judged by ball arithmetic.
+"""Run times: of every method against its error, judged by ball arithmetic, and of the stages of a solution.
 
 All rows of one call come from one process on one machine. The reference encloses every orbit to more
 than 50 digits (`orbitdb.orbits.newton.certificates`); an error is the distance of a method's number from it.
@@ -12,12 +12,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.newton import certificates, solve_in_doubles
+from orbitdb.orbits.newton import certificates, newton, solve_in_doubles
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.relaxation import relax, starting_points
+from orbitdb.orbits.status import assess
 from orbitdb.symbols.least_words import representatives
 
 if TYPE_CHECKING:
@@ -241,3 +243,47 @@ def _median_time(work: Callable[[], Orbits]) -> tuple[Orbits, float]:
         result = work()
         times.append(perf_counter() - begin)
     return result, float(np.median(times))
+
+
+@dataclass(frozen=True)
+class StageTimes:
+    """Run time of every stage of the way from a period to its orbits, in seconds.
+
+    Attributes
+    ----------
+    p : int
+    sequences, classes : int
+        Admissible cyclic words, and symmetry classes of them.
+    enumeration, cutting, newton, assessment, balls : float
+        Generate the least words of the classes; cut them into legs; solve; bound the errors and decide;
+        decide in ball arithmetic what was left.
+    """
+
+    p: int
+    sequences: int
+    classes: int
+    enumeration: float
+    cutting: float
+    newton: float
+    assessment: float
+    balls: float
+
+
+def stage_times(p: int, stadium: Stadium) -> StageTimes:
+    """Measure every stage for one period, once."""
+    clock = [perf_counter()]
+    least, sizes = representatives(p)
+    clock.append(perf_counter())
+    groups = cut(least)
+    clock.append(perf_counter())
+    found = [newton(legs, stadium.a) for _, legs in groups]
+    clock.append(perf_counter())
+    orbits = Orbits.empty(least)
+    for (rows, legs), way in zip(groups, found, strict=True):
+        orbits.place(rows, assess(least[rows], legs, stadium, way))
+    clock.append(perf_counter())
+    open_words = least[orbits.status == Status.UNRESOLVED]
+    if len(open_words):
+        certificates(open_words, stadium)
+    clock.append(perf_counter())
+    return StageTimes(p, int(sizes.sum()), len(least), *np.diff(clock).tolist())

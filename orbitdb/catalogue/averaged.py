@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.averages import by_period, by_stability
+from orbitdb.averages import by_period, pseudocycles
 from orbitdb.averages.by_period import faults_of, standing
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import Weight, divisors, missing_divisors, missing_periods
@@ -28,7 +28,7 @@ from orbitdb.errors import InputError
 from orbitdb.numerals import exact, with_error
 from orbitdb.orbits.least_values import least_exponent
 from orbitdb.orbits.orbit import Status
-from orbitdb.orbits.tally import Tally
+from orbitdb.orbits.sums import Tally
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import why_not_swept
 
@@ -237,9 +237,9 @@ def _up_to(
     if not 0 < cut <= _LARGEST_CUT:
         raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
     rows, a = subset.classes.rows(), subset.selection.a
-    if weight is Weight.DETERMINANT and (most := by_stability.largest_cut(rows, cut, MOST_FACTORS)) < cut:
+    if weight is Weight.DETERMINANT and (most := pseudocycles.largest_cut(rows, cut, MOST_FACTORS)) < cut:
         raise InputError(f"cut {cut:g} has too many terms with --weight det: give {most:g} or less")
-    found = by_stability.lyapunov_by_stability(rows, cut, subset.highest, weight, tell)
+    found = pseudocycles.lyapunov_by_stability(rows, cut, subset.highest, weight, tell)
     if subset.missing:
         notes.append(f"the zeta function lacks p = {subset.why_missing()}")
     else:

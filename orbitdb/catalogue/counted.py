@@ -16,7 +16,7 @@ from orbitdb.store.reading.lives import birth_fills, counts_at
 from orbitdb.store.reading.sweeps import sweeps
 
 if TYPE_CHECKING:
-    from orbitdb.orbits.tally import Tally
+    from orbitdb.orbits.sums import Tally
 
 _COUNTS = ("n_t", "n_c", "classes", "boundary", "unresolved")
 """The columns of a fill that a tally has, in its order."""
@@ -72,7 +72,7 @@ class Counted:
 
 def count(connection: sa.Connection, fills: Sequence[Fill], selection: Selection) -> Counted:
     """Return the counts at one a, given what is filled there (`Catalogue.counts`)."""
-    from orbitdb.orbits.tally import Tally
+    from orbitdb.orbits.sums import Tally
 
     known = {fill.p: Tally(*(getattr(fill, name) or 0 for name in _COUNTS)) for fill in fills if fill.whole}
     swept = {

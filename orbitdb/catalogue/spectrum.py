@@ -13,11 +13,10 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.orbit import Status
-from orbitdb.quantum.amplitudes import Classes, Terms, orbit_terms
+from orbitdb.quantum.amplitudes import Classes, Parity, Terms, orbit_terms
 from orbitdb.quantum.lengths import family_terms, of_family, of_levels, of_terms, reach
 from orbitdb.quantum.levels import Levels
 from orbitdb.quantum.spectrum import Spectrum, check_levels
-from orbitdb.quantum.weyl import Parity
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import level, level_fill
 from orbitdb.store.reading.soundness import unsound

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.entropy.letters import LETTERS, MIRROR, SIGN, WAYS, Letters, X, reverse
+from orbitdb.entropy.windows import LETTERS, MIRROR, SIGN, WAYS, Letters, X, reverse
 from orbitdb.equality import ByValue
 
 _NOTHING = np.uint8(255)

@@ -17,9 +17,8 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.avoidance import Automaton, automaton
 from orbitdb.entropy.entropy_bounds import EntropyBounds
 from orbitdb.entropy.growth import growth
-from orbitdb.entropy.letters import Letters
 from orbitdb.entropy.verdicts import Decision, Tell, Verdict, decide
-from orbitdb.entropy.windows import Windows, extended, first_windows
+from orbitdb.entropy.windows import Letters, Windows, extended, first_windows
 
 FORBIDDEN, UNDECIDED = 1, 2
 """Kinds of patterns."""

@@ -109,12 +109,15 @@ class Condition(ByValue):
 
     Attributes
     ----------
+    alpha : ndarray, shape (m + 2, N)
+        The directions.
     value : ndarray, shape (N,)
         f, in radians.
     error : ndarray, shape (N,)
         How far f is from its value at the maximum, at most; rounding included.
     """
 
+    alpha: Floats
     value: Floats
     error: Floats
 
@@ -143,14 +146,15 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
         Error of f that is small enough whatever f is.
     """
     alpha = np.clip(centre_directions(problem.legs, a), problem.low, problem.high)
-    value, error = np.empty(len(problem.marked)), np.empty(len(problem.marked))
-    active = np.arange(len(value))
-    last = np.full(len(value), np.inf)
+    solved = Condition(alpha.copy(), *np.empty((2, len(problem.marked))))
+    active = np.arange(len(problem.marked))
+    last = np.full(len(active), np.inf)
     for _ in range(MAX_STEPS):
         slopes = derivatives(problem.legs, a, alpha)
         pressed = pressed_directions(alpha, slopes, (problem.low, problem.high))
         found = _condition(problem, alpha, _direction_error(problem.legs, a, alpha, slopes, pressed))
-        value[active], error[active] = found.value, found.error
+        solved.alpha[:, active] = alpha
+        solved.value[active], solved.error[active] = found.value, found.error
         going = np.flatnonzero(_worth(found, last, enough[active]))
         if not len(going):
             break
@@ -159,22 +163,7 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
             problem, slopes = problem.rows(going), slopes.rows(going)
         last = found.error[going]
         alpha = _step(problem, alpha, slopes, pressed)
-    return Condition(value, error)
-
-
-def directions(problem: Corner, a: float) -> Floats:
-    """Return the clamped directions as doubles find them, shape (m + 2, N), without any bound."""
-    alpha = np.clip(centre_directions(problem.legs, a), problem.low, problem.high)
-    unknowns = len(alpha) - 2
-    for _ in range(MAX_STEPS if unknowns else 0):
-        slopes = derivatives(problem.legs, a, alpha)
-        moved = _step(
-            problem, alpha.copy(), slopes, pressed_directions(alpha, slopes, (problem.low, problem.high))
-        )
-        change, alpha = np.abs(moved - alpha).max(initial=0.0), moved
-        if change < _SMALL:
-            break
-    return alpha
+    return solved
 
 
 def _worth(found: Condition, last: Floats, enough: Floats) -> NDArray[np.bool_]:
@@ -199,7 +188,7 @@ def _direction_error(
 ) -> Floats:
     """Bound the distance of all directions from the maximum, shape (N,): max |g| / F, F = D / 2.
 
-    As in `orbitdb.orbits.error_bounds`, where the legs outside are given and so do not enter.
+    As in `orbitdb.orbits.status`, where the legs outside are given and so do not enter.
     """
     inner = slice(1, -1)
     size, rounding = np.abs(slopes.gradient[inner]), gradient_rounding(legs, a, alpha)[inner]
@@ -216,4 +205,4 @@ def _condition(problem: Corner, alpha: Floats, error: Floats) -> Condition:
     incoming = problem.legs.parity[row - 1, word] * alpha[row - 1, word]
     half = (np.pi - d * (incoming + outgoing)) / (2 * k)
     value = half + problem.lean * outgoing
-    return Condition(value, ABOVE * error * (1 + 1 / k) + ROUNDING)
+    return Condition(alpha, value, ABOVE * error * (1 + 1 / k) + ROUNDING)

@@ -1,18 +1,25 @@
 """Verdicts on windows decided once more in ball arithmetic, one by one: a bound that rests on no rounding.
 
+Every verdict is one clamped problem (`orbitdb.entropy.clamped.corner`), which is whole numbers, a, and the
+limits of the directions: the doubles of `orbitdb.billiard.legs.direction_limits`, which are far enough
+outside to be taken as exact, and pi/2, which is a ball. Directions found in doubles only say where to look,
+and are taken as exact, too. The gradient g and the curvatures D there, in balls, give the clamped directions
+to within max |g_i| / (D_i / 2), those that press against a limit left out; that is the radius they are given.
+The verdict is proved if f of the marked junction, computed from these, has its sign.
+
 What balls do not confirm is undecided in the bounds that follow, and its window is extended like any other.
 """
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from flint import ctx
+from flint import arb, ctx
 from numpy.typing import NDArray
 
-from orbitdb.entropy.ballwindow import BallWindow
-from orbitdb.entropy.clamped import corner, directions
-from orbitdb.entropy.letters import text_of
+from orbitdb.billiard.stadium import HALF_PI
+from orbitdb.entropy.clamped import Corner, corner, solve_corner
 from orbitdb.entropy.verdicts import BATCH, Decision, Tell, Verdict, decide
 from orbitdb.entropy.windows import Windows, open_chains
 
@@ -51,15 +58,53 @@ def proved(
             batch = decided[first : first + BATCH]
             for rows, chains in open_chains(windows.rows(batch)):
                 way = np.where(verdict[batch[rows]] == Verdict.FORBIDDEN, 1.0, -1.0)
-                # where balls shall look, in doubles
-                start = directions(corner(chains, a, way * chains.sense, way * chains.lean), a)[1:-1]
-                for row, near in zip(batch[rows].tolist(), start.T.tolist(), strict=True):
+                pushed = corner(chains, a, way * chains.sense, way * chains.lean)
+                start = solve_corner(pushed, a, np.zeros(len(rows))).alpha.T.tolist()
+                for column, row in enumerate(batch[rows].tolist()):
                     if tell and done % _OFTEN == 0:
                         tell(f"{windows.edges} letters in balls", done, len(decided))
                     done += 1
-                    window = BallWindow(text_of(windows.letters[row]), int(windows.mark[row]), a)
-                    found[row] = window.proves(Verdict(verdict[row]), near)
+                    f = condition_in_balls(pushed, column, a, start[column])
+                    found[row] = f is not None and (f < 0 if way[column] > 0 else f > 0)
     return found
+
+
+def condition_in_balls(problem: Corner, column: int, a: float, start: Sequence[float]) -> arb | None:
+    """Return a ball that holds f of one window's marked junction, None where the bound's conditions fail.
+
+    The start is directions of legs 0 to m + 1 (radians), which are moved between their limits.
+    """
+    low, high = problem.low[:, column], problem.high[:, column]
+    start, low, high = np.clip(start, low, high).tolist(), low.tolist(), high.tolist()
+    legs = problem.legs
+    k, d, lift, parity = (part[:, column].tolist() for part in (legs.k, legs.d, legs.lift, legs.parity))
+    alpha = [arb(x) for x in start]
+    for end in (0, -1):
+        if abs(start[end]) == HALF_PI:
+            alpha[end] = np.sign(start[end]) * arb.pi() / 2
+
+    def half(run: int) -> arb:
+        """Return h = psi/2k."""
+        if k[run] == np.inf:
+            return arb(0)
+        return (arb.pi() - d[run] * (parity[run - 1] * alpha[run - 1] + alpha[run])) / (2 * k[run])
+
+    pull = [-d[run] * half(run).cos() for run in range(1, len(k))]
+    radius = arb(0)
+    for i in range(1, len(k) - 1):
+        across, along = alpha[i].sin_cos()
+        beyond = 2 * a * along + lift[i] * across
+        g = lift[i] * along - 2 * a * across + pull[i - 1] + parity[i] * pull[i]
+        if not beyond > 0:
+            return None
+        if not ((start[i] <= low[i] and g < 0) or (start[i] >= high[i] and g > 0)):
+            radius = radius.max(2 * abs(g) / beyond)
+    if not radius.is_finite():
+        return None
+    widened = arb(0, radius.abs_upper())
+    alpha[1:-1] = [x + widened for x in alpha[1:-1]]
+    marked = int(problem.marked[column])
+    return half(marked) + float(problem.lean[column]) * alpha[marked]
 
 
 @dataclass

@@ -1,6 +1,6 @@
 """Storing the births and deaths of all classes of a period."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
@@ -36,7 +36,7 @@ _SMALLEST = 2
 """Where several processes work, a period is cut into blocks down to this part of a full one."""
 
 
-def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Iterator[Progress]:
+def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Generator[Progress]:
     """Store the births and deaths of all classes of some periods; what is stored depends on no worker.
 
     Periods, 2..`MAX_PERIOD`, that are done are passed over. It yields and raises what

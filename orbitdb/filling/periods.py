@@ -1,6 +1,6 @@
 """Filling a catalogue: all classes of some periods, or of single words, and what becomes of them at one a."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import closing
 from pathlib import Path
 from time import thread_time
@@ -28,7 +28,7 @@ _LAST_FULL_MASK = 64
 
 def fill_periods(
     path: Path, a: float, periods: Iterable[int], method: str = "newton", workers: Workers = HERE
-) -> Iterator[Progress]:
+) -> Generator[Progress]:
     """Store all admissible words of some periods and what becomes of them at one a, by one of `METHODS`.
 
     Periods, 2..`MAX_PERIOD`, that are done are passed over. What is stored does not depend on the workers. It
@@ -82,7 +82,7 @@ class _Fill:
         return {}
 
 
-def fill_geometric(path: Path, periods: Iterable[int]) -> Iterator[Progress]:
+def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Progress]:
     """Store the geometrically pruned primitive words of some periods, with the rules they break.
 
     Behind every batch it yields how far it is among all primitive words of the period.

@@ -6,7 +6,7 @@ goes on there.
 """
 
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any, NamedTuple, Protocol, TypeVar
 
@@ -58,7 +58,7 @@ class Work(Protocol[Part]):
         """Write what is to be written when a period is whole; return what else its row is to say."""
 
 
-def resume(writer: Writer, work: Work[Part], periods: Iterable[int], workers: Workers) -> Iterator[Progress]:
+def resume(writer: Writer, work: Work[Part], periods: Iterable[int], workers: Workers) -> Generator[Progress]:
     """Do what is missing of some periods; go on behind another process that does the same.
 
     It yields the progress behind every block that is safely stored. A `StoreError` tells that the database
@@ -78,7 +78,7 @@ def resume(writer: Writer, work: Work[Part], periods: Iterable[int], workers: Wo
 
 def _blocks(
     writer: Writer, work: Work[Part], cursors: dict[int, Cursor], workers: Workers
-) -> Iterator[Progress]:
+) -> Generator[Progress]:
     """Store the blocks behind the cursors, and close every period behind its last one."""
     clock = time.monotonic()
     begun = list(cursors.values())

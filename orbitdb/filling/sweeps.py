@@ -1,6 +1,6 @@
 """Sweeping periods: enumerate, solve and add up, block by block, and keep counts and sums alone."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -13,16 +13,14 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
-from orbitdb.averages.fixed_points import ClassRows
-from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.fixed_points import ClassRows, PeriodSums
 from orbitdb.averages.sum_rules import EXACT, next_tilts, orbits_of_exponents
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.resuming import Progress, resume
 from orbitdb.filling.workers import HERE, Task, Workers
-from orbitdb.orbits.sums import Exponents, exponents
-from orbitdb.orbits.tally import Tally
+from orbitdb.orbits.sums import Exponents, Tally, exponents
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import chosen_words, selection_of, swept_text, within_ranges
 from orbitdb.store.file.tables import run, sweep, sweep_block
@@ -50,7 +48,7 @@ def sweep_periods(
     periods: Iterable[int],
     workers: Workers = HERE,
     selection: Selection | None = None,
-) -> Iterator[Progress]:
+) -> Generator[Progress]:
     """Store the counts of all admissible words of some periods at one a, and sums over the orbits.
 
     Periods, 2..`MAX_PERIOD`, that are swept are passed over. What is stored does not depend on the workers.

@@ -1,6 +1,13 @@
-"""What an orbit contributes to the density of levels: Gutzwiller's amplitudes, whole and by parity.
+"""The density of levels: its smooth part (Weyl's law) and what orbits contribute, whole and by parity.
 
-d(k) is the smooth density plus the sum of Re(A exp(i k l)) over all terms. A cyclic word of length L,
+d(k) is the smooth density plus the sum of Re(A exp(i k l)) over all terms, with Gutzwiller's amplitudes A.
+
+A quarter of the stadium has the walls of the stadium, on which the functions are 0, and two axes, on which
+they or their normal derivatives are, by parity. Perimeter terms are -length k / (4 pi) for the first kind,
++ for the second; the arc adds 1/24 for its curvature; a right angle adds 1/16 between edges of one kind, and
+-1/16 between those of two.
+
+A cyclic word of length L,
 exponent lambda and Maslov index mu has, for r = 1, 2, ..., l = r L and
 
     A = (L / pi) exp(-i r mu pi / 2) / sqrt|det(M^r - 1)|.
@@ -9,18 +16,53 @@ The root is 2 sinh(r lambda / 2), or 2 cosh(r lambda / 2) where r times the numb
 levels of one parity a word counts for a quarter, unless an element g of the stadium's symmetries maps it to
 itself: then half the orbit counts (docs/spectrum.md).
 
-Sources: M. C. Gutzwiller, J. Math. Phys. 12 (1971) 343; J. M. Robbins, Phys. Rev. A 40 (1989) 2128.
+Sources: M. C. Gutzwiller, J. Math. Phys. 12 (1971) 343; J. M. Robbins, Phys. Rev. A 40 (1989) 2128;
+H. P. Baltes and E. R. Hilf, Spectra of Finite Systems (1976).
 """
 
 import math
+from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
-from orbitdb.quantum.weyl import Parity
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.symbols.members import STABILISER_OF
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y
+
+
+class Parity(StrEnum):
+    """Even or odd under x -> -x, then under y -> -y."""
+
+    EE = "ee"
+    EO = "eo"
+    OE = "oe"
+    OO = "oo"
+
+    @property
+    def signs(self) -> tuple[int, int]:
+        """+1 for even, -1 for odd, by x and y."""
+        return 1 if self.value[0] == "e" else -1, 1 if self.value[1] == "e" else -1
+
+
+def weyl(stadium: Stadium, parity: Parity | None) -> Polynomial:
+    """Return the smooth number of levels below k (1/radius), of one parity or of all (None)."""
+    if parity is None:
+        return Polynomial([1 / 6, -stadium.perimeter / (4 * math.pi), stadium.area / (4 * math.pi)])
+    x, y = parity.signs
+    edge = stadium.perimeter / 4 - x - y * (stadium.a + 1)
+    corners = (x * y - x - y) / 16
+    return Polynomial([1 / 24 + corners, -edge / (4 * math.pi), stadium.area / (16 * math.pi)])
+
+
+def wavenumber(smooth: Polynomial, number: float) -> float:
+    """Return the k below which there are so many levels, roughly, or that of the fewest."""
+    constant, linear, quadratic = smooth.coef.tolist()
+    root = linear**2 - 4 * quadratic * (constant - number)
+    return max(0.0, (math.sqrt(max(root, 0.0)) - linear) / (2 * quadratic))
+
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

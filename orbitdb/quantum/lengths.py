@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.quantum.amplitudes import Terms
-from orbitdb.quantum.weyl import Parity, weyl
+from orbitdb.quantum.amplitudes import Parity, Terms, weyl
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

@@ -17,9 +17,9 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError, WorkError
+from orbitdb.quantum.amplitudes import Parity, wavenumber, weyl
 from orbitdb.quantum.elements import eigenvalues, gradient
 from orbitdb.quantum.mesh import quarter_stadium
-from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 
 Floats = NDArray[np.float64]
 

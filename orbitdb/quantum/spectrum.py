@@ -12,9 +12,8 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.extras import load
-from orbitdb.quantum.amplitudes import Terms
+from orbitdb.quantum.amplitudes import Parity, Terms, weyl
 from orbitdb.quantum.lengths import peak_of_each
-from orbitdb.quantum.weyl import Parity, weyl
 
 if TYPE_CHECKING:
     import pandas

@@ -1,7 +1,7 @@
 """Ensembles of random trajectories: the reference for averages over orbits.
 
 The starts are drawn with the invariant measure of the bounces, restricted to the semicircles, and go on
-from semicircle to semicircle (`orbitdb.trajectories.arcs`). So every step is a fair sample from the
+from semicircle to semicircle (`orbitdb.trajectories.rays`). So every step is a fair sample from the
 first on, and only the tangent vectors need a while to settle.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
+from orbitdb.trajectories.rays import Arcs, advance, random_arcs
 
 Floats = NDArray[np.float64]
 

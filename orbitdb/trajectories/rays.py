@@ -1,7 +1,9 @@
-"""Single trajectories, bounce by bounce.
+"""Trajectories bounce by bounce, and, where only averages are wanted, faster: from semicircle to semicircle.
 
-Everything is vectorised over trajectories: one ray each. `orbitdb.trajectories.ensemble` goes faster, from
-semicircle to semicircle, where only averages are wanted.
+Unfold the stadium at its walls: a path that leaves a semicircle for the other one is a straight line,
+and the copy of the strip it is in when it reaches the other circle says how many walls it has hit. So
+the thousands of bounces of a path that runs up and down between the walls cost no more than one, and no
+rounding adds up in them. All is vectorised over trajectories.
 """
 
 from typing import NamedTuple
@@ -9,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from orbitdb.billiard.stadium import HALF_PI
 
-_TINY = 1e-300
+Floats = NDArray[np.float64]
+_TINY = 1e-150
 
 
 class Rays(NamedTuple):
@@ -44,10 +47,7 @@ def bounce(rays: Rays, a: float) -> Bounce:
     Notes
     -----
     Where a path crosses the level of the wall ahead decides what it hits: the stadium is convex, so
-    within (-a, a) it is the wall and beyond it the semicircle of that side. The distance to a circle
-    comes from the impact parameter about its centre, which is as exact far away as near; from one
-    bounce to the next on the same circle the angle is kept as it is, however grazing. Points and
-    directions are put back to radius and length 1 to first order at each bounce on a circle.
+    within (-a, a) it is the wall and beyond it the semicircle of that side.
     """
     x, y, vx, vy = rays.x, rays.y, rays.vx, rays.vy
     wall = np.copysign(1.0, vy)
@@ -56,25 +56,91 @@ def bounce(rays: Rays, a: float) -> Bounce:
     curved = np.abs(x_wall) > a
     side = np.copysign(curved, x_wall)
     dx = x - side * a
-    along = dx * vx + y * vy
-    impact = dx * vy - y * vx
-    sine = np.sqrt(np.maximum((1 - impact) * (1 + impact), 0))
-    sine = np.where(curved & (side == rays.side), np.maximum(-along, 0), sine)
-    path = np.where(curved, np.maximum(sine - along, 0), to_wall)
-    nx = dx + path * vx
-    ny = y + path * vy
-    scale = 1.5 - 0.5 * (nx * nx + ny * ny)
-    nx *= scale
-    ny *= scale
-    back = 2 * sine
-    out_x = vx - back * nx
-    out_y = vy - back * ny
-    scale = 1.5 - 0.5 * (out_x * out_x + out_y * out_y)
+    path, sine, nx, ny, out_x, out_y = _off_circle(dx, y, vx, vy, curved & (side == rays.side))
     after = Rays(
         x=np.where(curved, nx + side * a, x_wall),
         y=np.where(curved, ny, wall),
-        vx=np.where(curved, out_x * scale, vx),
-        vy=np.where(curved, out_y * scale, -vy),
+        vx=np.where(curved, out_x, vx),
+        vy=np.where(curved, out_y, -vy),
         side=side,
     )
-    return Bounce(after, path, np.where(curved, 2 / np.maximum(sine, _TINY), 0.0))
+    return Bounce(after, np.where(curved, path, to_wall), np.where(curved, 2 / np.maximum(sine, _TINY), 0.0))
+
+
+class Arcs(NamedTuple):
+    """N trajectories just behind a bounce on a semicircle; all arrays of shape (N,)."""
+
+    side: Floats  # -1 left, +1 right semicircle
+    x: Floats  # the point of the bounce, from the centre of its circle
+    y: Floats
+    vx: Floats  # direction of the path that leaves it, a unit vector
+    vy: Floats
+
+
+def random_arcs(n: int, rng: np.random.Generator) -> Arcs:
+    """Draw n bounces on the semicircles from the invariant measure."""
+    side = np.where(rng.random(n) < 0.5, -1.0, 1.0)
+    angle = rng.uniform(-HALF_PI, HALF_PI, n)
+    sine = rng.uniform(-1, 1, n)
+    cosine = np.sqrt(1 - sine**2)
+    x, y = side * np.cos(angle), np.sin(angle)
+    return Arcs(side, x, y, -cosine * x - sine * y, -cosine * y + sine * x)
+
+
+class Step(NamedTuple):
+    """The way of N trajectories to their next bounce on a semicircle; all arrays of shape (N,)."""
+
+    arcs: Arcs  # just behind that bounce
+    path: Floats  # length of the path to it
+    walls: Floats  # straight bounces on the way
+    kick: Floats  # 2 / sin(theta), what the bounce adds to the convergence of a beam
+
+
+def advance(arcs: Arcs, a: float) -> Step:
+    """Move trajectories to their next bounce on a semicircle and reflect them.
+
+    Parameters
+    ----------
+    arcs : Arcs
+    a : float
+        Half the length of a straight wall.
+
+    Notes
+    -----
+    The next bounce is on the same semicircle where the chord of the circle ends on it. Otherwise the level
+    at which the unfolded path reaches the other centre's x gives the copy.
+    """
+    side, x, y, vx, vy = arcs.side, arcs.x, arcs.y, arcs.vx, arcs.vy
+    along = x * vx + y * vy
+    same = side * (x - 2 * along * vx) > 0
+    dx = np.where(same, x, x + 2 * a * side)
+    level = y - vy * dx / np.copysign(np.maximum(np.abs(vx), _TINY), -side)
+    copy = np.where(same, 0.0, np.rint(level / 2))
+    dy = y - 2 * copy
+    path, sine, nx, ny, vx, vy = _off_circle(dx, dy, vx, vy, same)
+    walls = np.abs(copy)
+    fold = 1 - 2 * (walls % 2)
+    after = Arcs(np.where(same, side, -side), nx, ny * fold, vx, vy * fold)
+    return Step(after, path, walls, 2 / np.maximum(sine, _TINY))
+
+
+def _off_circle(
+    dx: Floats, dy: Floats, vx: Floats, vy: Floats, same: NDArray[np.bool_]
+) -> tuple[Floats, ...]:
+    """Reflect paths at a circle: return their length, sin(theta), point from the centre and direction.
+
+    The distance comes from the impact parameter about the centre, which is as exact far away as near; from
+    one bounce to the next on the same circle the angle is kept as it is, however grazing. Points and
+    directions are put back to radius and length 1 to first order.
+    """
+    along = dx * vx + dy * vy
+    impact = dx * vy - dy * vx
+    sine = np.sqrt(np.maximum((1 - impact) * (1 + impact), 0))
+    sine = np.where(same, np.maximum(-along, 0), sine)
+    path = np.maximum(sine - along, 0)
+    nx, ny = dx + path * vx, dy + path * vy
+    scale = 1.5 - 0.5 * (nx * nx + ny * ny)
+    nx, ny = nx * scale, ny * scale
+    vx, vy = vx - 2 * sine * nx, vy - 2 * sine * ny
+    scale = 1.5 - 0.5 * (vx * vx + vy * vy)
+    return path, sine, nx, ny, vx * scale, vy * scale

@@ -21,14 +21,13 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.spectrum import stored_levels
 from orbitdb.entropy.entropy_bounds import BALLS, EntropyBounds
 from orbitdb.errors import InputError, StoreError
+from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.levels import Levels, rounding, windows
-from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file.tables import entropy_bound, level, level_fill, stadium, trajectory
 from orbitdb.store.reading.records import bounds_stored, is_sound
 from orbitdb.trajectories.ensemble import Reference, simulate
 from orbitdb.trajectories.legwise import simulate_legs
-from orbitdb.verification.blocks import Part
-from orbitdb.verification.check import Check, judged, listed, measured, single
+from orbitdb.verification.check import Check, Part, judged, listed, measured, single
 from orbitdb.verification.provenance import parameters_of, runs_of_here
 
 RECOUNTED = 3000

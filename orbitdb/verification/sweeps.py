@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from orbitdb.averages.fixed_points import ClassRows
-from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.fixed_points import ClassRows, PeriodSums
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Status
-from orbitdb.orbits.tally import Tally
+from orbitdb.orbits.sums import Tally
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import chosen_words, within_ranges
 from orbitdb.store.file.schema import DONE

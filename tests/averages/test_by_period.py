@@ -3,6 +3,7 @@
 import itertools
 import math
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,6 @@ from hypothesis import strategies as st
 from quick import slow_but
 from solutions import class_rows, entropy, lyapunov, words_of
 
-from orbitdb.averages.by_stability import lyapunov_by_stability
 from orbitdb.averages.fixed_points import (
     ClassRows,
     Weight,
@@ -19,6 +19,7 @@ from orbitdb.averages.fixed_points import (
     missing_divisors,
     missing_periods,
 )
+from orbitdb.averages.pseudocycles import lyapunov_by_stability
 from orbitdb.billiard.stability import Links, bounce_matrices
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
@@ -161,14 +162,15 @@ def test_no_orbit_gives_no_number(weight):
 
 def test_rows_that_are_no_orbits_are_refused():
     good = class_rows(1.6, 3)
-    columns = [good.period, good.size, good.length, good.lyapunov, good.inverse]
+    columns: list[Any] = [good.period, good.size, good.length, good.lyapunov, good.inverse]
     for place, bad in ((0, 0), (1, 0), (2, -1.0), (2, np.inf), (3, np.nan), (3, 0.0)):
-        wrong = [column.copy() for column in columns]
+        wrong: list[Any] = [column.copy() for column in columns]
         wrong[place][0] = bad
         with pytest.raises(ValueError, match="orbits only"):
             ClassRows(*wrong)
+    columns[4] = good.inverse[:-1]
     with pytest.raises(ValueError, match="one length"):
-        ClassRows(*columns[:4], good.inverse[:-1])
+        ClassRows(*columns)
 
 
 def test_missing_periods_are_named():

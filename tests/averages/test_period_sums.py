@@ -7,8 +7,7 @@ import pytest
 from solutions import class_rows, lyapunov
 
 from orbitdb.averages.by_period import lyapunov_of_periods
-from orbitdb.averages.fixed_points import Weight
-from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.fixed_points import PeriodSums, Weight
 
 
 def parts_of(a: float, p: int, count: int) -> list[PeriodSums]:

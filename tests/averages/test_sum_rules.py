@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from quick import slow_but
+from there import there
 
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.sum_rules import beginning, swept_sum_rules
@@ -27,7 +28,7 @@ def terms_of(a, highest):
 def test_a_tilt_makes_the_means_vanish_with_positive_weights():
     rng = np.random.default_rng(0)
     x, weights = rng.normal(0.5, 1, (3, 400)), rng.normal(0, 2, 400)
-    mu, tilted = tilt(weights, x)
+    mu, tilted = there(tilt(weights, x))
     assert tilted.min() > 0
     assert tilted.sum() == pytest.approx(1)
     np.testing.assert_allclose(x @ tilted, 0, atol=1e-8)
@@ -90,7 +91,7 @@ def test_the_estimate_is_of_use_where_the_orbits_say_more():
 
 
 def test_the_catalogue_gives_what_its_orbits_give(filled):
-    found = sum_rules_of(read_whole(Catalogue(filled), choose(status="orbit")))
+    found = there(sum_rules_of(read_whole(Catalogue(filled), choose(status="orbit"))))
     alone = swept_sum_rules(1.6, [], HIGHEST - 1)
     np.testing.assert_allclose(found.lambda_d_sum_rule, alone.lambda_d_sum_rule, rtol=1e-9)
 

@@ -47,7 +47,7 @@ def test_averages_are_those_of_all_orbits(monkeypatch, a):
     expected = swept_sum_rules(a, [], last)
     monkeypatch.setattr(module, "EXACT", first)
     beginning.cache_clear()
-    moments = []
+    moments: list[dict[int, TiltMoments]] = []
     for p in range(first + 1, last + 1):
         parts = [
             orbits_of_exponents(SIZES[words.stabiliser[part.orbits]], part, a)

@@ -9,8 +9,8 @@ from solutions import class_rows, entropy, lyapunov
 
 from orbitdb import Catalogue, Selection
 from orbitdb.averages.by_period import faults_of, standing
-from orbitdb.averages.by_stability import lyapunov_by_stability
 from orbitdb.averages.fixed_points import Weight
+from orbitdb.averages.pseudocycles import lyapunov_by_stability
 from orbitdb.catalogue.whole_periods import why_missing
 from orbitdb.cli.tui.statistics.averages import statistics
 

@@ -17,7 +17,7 @@ NOTHING = np.zeros((0, 8))
 
 @pytest.mark.parametrize("symbols", [1, 2, 6])
 def test_full_shift_has_one_minus_bz(symbols):
-    traces = float(symbols) ** np.arange(1, 9)
+    traces = float(symbols) ** np.arange(1.0, 9.0)
     found = expand(traces, NOTHING).coefficients
     np.testing.assert_allclose(found, [1, -symbols, *[0] * 7], atol=1e-9 * symbols**8)
     assert leading_zero(found[:2]) == pytest.approx(1 / symbols, rel=1e-15)
@@ -36,15 +36,15 @@ def test_leading_zero_is_the_least_of_known_zeros(zeros):
     polynomial = np.polynomial.Polynomial([1.0])
     for zero in zeros:
         polynomial *= np.polynomial.Polynomial([1.0, -1 / zero])
-    assert leading_zero(polynomial.coef) == pytest.approx(zeros[0], rel=1e-7)
+    assert leading_zero(np.array(polynomial.coef, float)) == pytest.approx(zeros[0], rel=1e-7)
 
 
 def test_a_leading_zero_among_others_has_more_digits_than_an_eigenvalue():
     """The eigenvalue alone is off by 1e-11 here."""
     zeros = [0.5, 0.55, 0.6, 0.65, 3, 3.1, 3.2]
-    exact = [Fraction(1)]
+    exact, none = [Fraction(1)], Fraction(0)
     for zero in map(Fraction, map(str, zeros)):
-        exact = [one - other / zero for one, other in zip([*exact, 0], [0, *exact], strict=True)]
+        exact = [one - other / zero for one, other in zip([*exact, none], [none, *exact], strict=True)]
     assert leading_zero(np.array(exact, float)) == pytest.approx(0.5, rel=2e-12)
 
 

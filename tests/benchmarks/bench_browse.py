@@ -9,13 +9,15 @@ import resource
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from textual import events
 
 from orbitdb.cli.tui.app import BrowseApp
+from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.table.paged_table import PagedTable
-from orbitdb.cli.tui.table.pages import Ordering
+from orbitdb.cli.tui.table.pages import Ordering, Pages
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 
@@ -57,17 +59,26 @@ async def _measure(path: Path, steps: list[tuple[str, Selection, Ordering]]) -> 
 
     app = BrowseApp(path, Selection())
     async with app.run_test(size=(160, 48)) as pilot:
-        table = app.screen.query_one(PagedTable)
+        main, table = app.screen, app.screen.query_one(PagedTable)
+        assert isinstance(main, MainScreen)
         await _until(lambda: len(table.source) > 0)
         tell("first rows", [], len(table.source))
         await pilot.pause()  # the first picture of the screen keeps keys waiting, too
         for name, selection, ordering in steps:
             begun, worked = time.perf_counter(), time.process_time()
             before = table.source
-            app.screen.selection, app.screen.ordering = selection, ordering
-            keys = await _keys_until(app, lambda before=before: table.source is not before)
+            main.selection, main.ordering = selection, ordering
+            keys = await _keys_until(app, partial(_shows_others, table, before))
             tell(name, keys, len(table.source))
             await pilot.pause()
+
+
+def _shows_others(table: PagedTable, source: Pages) -> bool:
+    return table.source is not source
+
+
+def _has_moved(table: PagedTable, source: Pages, cursor: int) -> bool:
+    return table.cursor != cursor or table.source is not source
 
 
 async def _until(done: Callable[[], bool]) -> None:
@@ -85,7 +96,7 @@ async def _keys_until(app: BrowseApp, done: Callable[[], bool]) -> list[float]:
         before, source, key = table.cursor, table.source, "k" if table.cursor else "j"
         begun = time.perf_counter()
         app.post_message(events.Key(key, key))
-        await _until(lambda at=before, of=source: table.cursor != at or table.source is not of)
+        await _until(partial(_has_moved, table, source, before))
         taken.append(time.perf_counter() - begun)
         await asyncio.sleep(_PAUSE)
     return taken

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from orbitdb.benchmarks.stage_times import stage_times
 from orbitdb.benchmarks.work_precision import (
     ball_rows,
     newton_rows,
     root_rows,
     sample,
+    stage_times,
 )
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.symbols.counting import count_admissible

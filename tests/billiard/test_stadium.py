@@ -1,6 +1,7 @@
 """The stadium's shape: points, tangents, outline, area and perimeter."""
 
 import math
+from typing import cast
 
 import numpy as np
 import pytest
@@ -28,7 +29,7 @@ def test_points_lie_on_the_boundary(a, u):
 
 def test_a_text_is_seen_to_be_one():
     with pytest.raises(StadiumError, match=r"^a = '1\.6' is not a half length"):
-        Stadium("1.6")
+        Stadium(cast(float, "1.6"))
 
 
 def test_coordinates_are_counted_as_the_paper_does():

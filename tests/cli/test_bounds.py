@@ -4,6 +4,7 @@ import json
 import re
 from decimal import Decimal
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pexpect
@@ -43,7 +44,7 @@ def test_prove_tells_what_is_proved_and_bounds_are_those_of_it(cli):
 
 
 def test_what_balls_leave_open_at_every_a_is_counted():
-    proofs = [SimpleNamespace(proved=n, left_open=m, seconds=0.75) for n, m in ((2, 1), (4, 3))]
+    proofs: list[Any] = [SimpleNamespace(proved=n, left_open=m, seconds=0.75) for n, m in ((2, 1), (4, 3))]
     assert balls_of(proofs) == "balls prove 6 of 10 windows that doubles decide, 4 left open; 1.5 s"
 
 

@@ -1,6 +1,7 @@
 """`columns`: what every column is, at any width."""
 
 import json
+from typing import cast
 
 import pytest
 
@@ -13,7 +14,7 @@ EVERY = [each for _, group in GROUPS for each in group]
 def test_a_table_tells_of_every_column_what_json_does(cli, monkeypatch, width):
     monkeypatch.setenv("COLUMNS", width)
     catalogue, others = cli("columns").out.split("\n\n")
-    head, *lines = [*catalogue.splitlines(), *others.splitlines()]
+    head, *lines = cast(list[str], [*catalogue.splitlines(), *others.splitlines()])
     unit, bound, means = (head.index(name) for name in ("unit", "bounded by", "means"))
     found: list[list[str]] = []
     for line in lines:

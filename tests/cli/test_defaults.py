@@ -76,7 +76,8 @@ def test_the_help_tells_the_defaults_that_there_are():
 
     from orbitdb.cli.app import program
 
-    for name, command in typer.main.get_command(program()).commands.items():
+    commands: Any = typer.main.get_command(program())
+    for name, command in commands.commands.items():
         options = [each for each in command.params if each.param_type_name == "option"]
         found = {each.opts[0]: told(each) for each in options if told(each) is not None}
         always = {each: ALWAYS[each] for each in ALWAYS if each in {option.opts[0] for option in options}}

@@ -6,17 +6,19 @@ import re
 import subprocess
 import sys
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 import pytest
 from processes import COMMAND
 from quick import slow_but
+from there import there
 
 from orbitdb import Catalogue, __version__
 from orbitdb import export as files
 
 CHOICE = ("--p", "2-5", "--status", "orbit,dynamical")
-EXACT = {} if int(version("pandas").partition(".")[0]) >= 3 else {"float_precision": "round_trip"}
+EXACT: Any = {} if int(version("pandas").partition(".")[0]) >= 3 else {"float_precision": "round_trip"}
 """How pandas reads every bit of a number from text: by itself since its version 3."""
 
 
@@ -69,10 +71,10 @@ def read_back(target):
         return {name: np.asarray(table[name].to_pylist()) for name in table.column_names}
     import pandas as pd
 
-    table = pd.read_csv(target, dtype={"code": str}, **EXACT) if target.suffix == ".csv" else None
-    table = (
-        pd.read_json(target, lines=True, dtype={"code": str}, precise_float=True) if table is None else table
-    )
+    if target.suffix == ".csv":
+        table = pd.read_csv(target, dtype={"code": str}, **EXACT)
+    else:
+        table = pd.read_json(target, lines=True, dtype={"code": str}, precise_float=True)
     return {name: table[name].to_numpy() for name in table}
 
 
@@ -86,7 +88,7 @@ def test_bounces_lie_where_the_orbit_hits_its_walls(varied, tmp_path, cli, form)
     assert [str(code) for code in found["code"]] == np.repeat(subset.codes, 5).tolist()
     assert "".join(map(str, found["symbol"])) == "".join(subset.codes)
     np.testing.assert_array_equal(found["n"], np.tile(np.arange(1, 6), len(subset)))
-    np.testing.assert_allclose(found["coordinate"], subset.coordinates, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(found["coordinate"], there(subset.coordinates), rtol=0, atol=1e-15)
     points = np.stack([found["x"], found["y"]], axis=-1).reshape(-1, 5, 2)
     ahead = np.roll(points, -1, axis=1) - points
     ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)

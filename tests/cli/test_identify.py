@@ -5,11 +5,13 @@ import json
 
 import pytest
 from quick import slow_but
+from there import there
 
 from orbitdb import Catalogue, solve_word
 
 ORBIT = solve_word("1232131", 1.6)
-LINES = "\n".join(f"{x!r},{y!r}" for x, y in ORBIT.points.tolist())
+POINTS = there(ORBIT.points).tolist()
+LINES = "\n".join(f"{x!r},{y!r}" for x, y in POINTS)
 
 
 @pytest.fixture
@@ -20,10 +22,10 @@ def stdin(monkeypatch):
 FILES = {
     "pairs": LINES,
     "blanks": "# bounces\n\n" + LINES.replace(",", " "),
-    "names": "n,y,x\n" + "\n".join(f"{n},{y},{x}" for n, (x, y) in enumerate(ORBIT.points.tolist())),
-    "json": json.dumps(ORBIT.points.tolist()),
-    "objects": json.dumps([{"x": x, "y": y} for x, y in ORBIT.points.tolist()]),
-    "lines": "\n".join(json.dumps({"x": x, "y": y}) for x, y in ORBIT.points.tolist()),
+    "names": "n,y,x\n" + "\n".join(f"{n},{y},{x}" for n, (x, y) in enumerate(POINTS)),
+    "json": json.dumps(POINTS),
+    "objects": json.dumps([{"x": x, "y": y} for x, y in POINTS]),
+    "lines": "\n".join(json.dumps({"x": x, "y": y}) for x, y in POINTS),
 }
 
 

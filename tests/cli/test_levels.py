@@ -9,7 +9,7 @@ import pytest
 from made_levels import keep_made_levels
 
 from orbitdb import Stadium
-from orbitdb.quantum.weyl import Parity, weyl
+from orbitdb.quantum.amplitudes import Parity, weyl
 
 KNOWN = {
     "ee": [1.6968700531, 2.4751285339, 3.5221245323, 4.6281147069, 4.7689782892, 5.1744043795, 5.7253817965,

@@ -4,6 +4,7 @@ import io
 import re
 import shlex
 import subprocess
+from typing import Any
 
 import pytest
 from processes import COMMAND, run
@@ -177,7 +178,8 @@ def test_an_option_of_one_value_is_given_once(cli, command):
 
 
 def test_periods_are_filled_up_to_the_highest():
-    assert asked_periods(None, "20", 19) == (19, 20)
+    nowhere: Any = None
+    assert asked_periods(nowhere, "20", 19) == (19, 20)
     for p, first, told in (
         ("21", 2, "the highest period is 20"),
         ("5", 1, "the least period is 2"),
@@ -185,5 +187,5 @@ def test_periods_are_filled_up_to_the_highest():
         ("5x", 2, "write periods as 11, 2-8 or 2,3,5-7"),
     ):
         with pytest.raises(InputError, match=told):
-            asked_periods(None, p, first)
-    assert asked_periods(None, "5", 5) == (5,)
+            asked_periods(nowhere, p, first)
+    assert asked_periods(nowhere, "5", 5) == (5,)

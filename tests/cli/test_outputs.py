@@ -20,7 +20,7 @@ from solutions import representatives
 
 from orbitdb import Catalogue, Stadium, existence, simulate, solve_word
 from orbitdb.averages.exact_means import exact_means
-from orbitdb.benchmarks import stage_times, stress
+from orbitdb.benchmarks import stress
 from orbitdb.benchmarks import work_precision as methods
 from orbitdb.benchmarks.agreement import agreement
 from orbitdb.entropy.bounds import search
@@ -122,10 +122,11 @@ def filled(catalogue: Catalogue) -> Columns:
     fills = [(a, fill) for a in (1.0, 1.6) for fill in catalogue.fills(a)]
     names = ("state", "stored", "N_t", "N_c", "boundary", "unresolved",
              "seconds", "enumerating", "solving", "storing")  # fmt: skip
-    return {"a": [a for a, _ in fills], "p": [fill.p for _, fill in fills]} | {
+    values = {
         name: [getattr(fill, "words" if name == "stored" else name.lower()) for _, fill in fills]
-        for name in names
+        for name in ("p", *names)
     }
+    return {"a": [a for a, _ in fills], **values}
 
 
 def records(found: Any, names: dict[str, str] | None = None) -> Columns:
@@ -219,7 +220,7 @@ CASES = [
     Case("bench --kind statuses --p 2-3", measured(lambda: (agreement(p, Stadium(1.6))[0] for p in (2, 3))),
          reads=False, slow=True),
     Case("bench --kind stages --p 3-4",
-         measured(lambda: map(stage_times.stage_times, (3, 4), [Stadium(1.6)] * 2)), reads=False),
+         measured(lambda: map(methods.stage_times, (3, 4), [Stadium(1.6)] * 2)), reads=False),
     Case("bench --p 3", measured(lambda: methods.work_precision(methods.sample(3, Stadium(1.6)))),
          reads=False, slow=True),
     Case("bench --kind stress", measured(stress.stress), reads=False),
@@ -265,7 +266,7 @@ def same_clock(monkeypatch) -> Callable[[], None]:
         ticks[0] += 1
         return ticks[0] ** 2 / 64
 
-    for module in (stage_times, stress, methods):
+    for module in (stress, methods):
         monkeypatch.setattr(module, "perf_counter", tick)
     monkeypatch.setattr(stress, "CASES", {"long runs": lambda: stress.long_runs(10)})
     return lambda: ticks.__setitem__(0, 0)

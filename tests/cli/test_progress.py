@@ -4,6 +4,7 @@ import io
 import sys
 import threading
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -88,7 +89,7 @@ def test_times_are_read_at_a_glance():
 def test_a_fill_of_several_periods_is_one_way():
     """What is stored of a period adds to all of those before it, whether they were filled now or not."""
     told = []
-    shown = SimpleNamespace(tell=lambda text, done, total: told.append((text, done, total)))
+    shown: Any = SimpleNamespace(tell=lambda text, done, total: told.append((text, done, total)))
     steps = [Progress(p, words, total) for p, words, total in ((3, 2, 8), (3, 8, 8), (5, 96, 96))]
     show_steps(shown, steps, "words", {2: 1, 3: 8, 5: 96}, known=1)
     assert told == [
@@ -103,7 +104,8 @@ class Screen(io.TextIOWrapper):
     """A terminal that tells when a bar has been drawn on it."""
 
     def __init__(self, encoding: str) -> None:
-        super().__init__(io.BytesIO(), encoding=encoding, newline="")
+        self.bytes = io.BytesIO()
+        super().__init__(self.bytes, encoding=encoding, newline="")
         self.drawn = threading.Event()
 
     def isatty(self) -> bool:
@@ -117,7 +119,7 @@ class Screen(io.TextIOWrapper):
 
     def shown(self) -> str:
         self.flush()
-        return self.buffer.getvalue().decode(self.encoding)
+        return self.bytes.getvalue().decode(self.encoding)
 
 
 @pytest.fixture
@@ -125,8 +127,9 @@ def screen(monkeypatch):
     """Let stderr be a terminal, on which no frame is waited for."""
 
     def begin(encoding: str = "utf-8") -> Screen:
-        monkeypatch.setattr(sys, "stderr", Screen(encoding))
-        return sys.stderr
+        screen = Screen(encoding)
+        monkeypatch.setattr(sys, "stderr", screen)
+        return screen
 
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr(line, "PATIENCE", 0.0)

@@ -5,6 +5,7 @@ import io
 import os
 import sys
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -14,6 +15,7 @@ from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengt
 from orbitdb.filling import births
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.relaxation import relax
 
 
 @pytest.mark.slow
@@ -58,7 +60,6 @@ def test_verify_says_what_it_has_not_compared(cli, tmp_path, monkeypatch):
 
 def test_methods_that_differ_for_no_reason_end_with_1(cli, monkeypatch):
     """A relaxation that takes every word for a pruned one, and says that it has come to rest."""
-    relax = agreement.relax
 
     def wrong(*given, **options):
         found = relax(*given, **options)
@@ -95,6 +96,6 @@ def test_a_folder_that_is_gone_and_files_that_cannot_be_read(cli, tmp_path, monk
 def test_shells_are_offered_nothing_from_what_is_no_catalogue(tmp_path):
     path = tmp_path / "orbits.db"
     path.write_bytes(b"no catalogue" * 99)
-    context = SimpleNamespace(params={"db": path})
+    context: Any = SimpleNamespace(params={"db": path})
     assert offered_half_lengths(context, "") == []
     assert offered_several_half_lengths(context, "") == ["all"]

@@ -4,13 +4,14 @@ import json
 import sqlite3
 from contextlib import closing
 from dataclasses import asdict
+from typing import Any
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.numerals import upwards
 from orbitdb.trajectories.ensemble import simulate
 
 
-def stored(path) -> list[dict]:
+def stored(path) -> list[dict[str, Any]]:
     with closing(sqlite3.connect(path)) as connection:
         connection.row_factory = sqlite3.Row
         return [dict(row) for row in connection.execute("SELECT * FROM trajectory ORDER BY lambda_d_error")]

@@ -10,6 +10,7 @@ import pytest
 from offered import commands
 from processes import COMMAND, small_blocks
 from terminal import Run, Session, ended, run_in_terminal, run_several_in_terminal, spawn
+from there import there
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
 
@@ -98,14 +99,14 @@ def on_screens_as_in_files(commands, quiet, tmp_path: Path, widths=(80,), **vari
     for run in runs["both"]:
         found = next(sessions)
         assert not found.raw
-        assert "\x1b" not in run.out.read_text()
+        assert "\x1b" not in there(run.out).read_text()
         codes.append(found.code)
     for name in screens:
         for number, (code, run) in enumerate(zip(codes, runs[name], strict=True)):
             session = next(sessions)
             well_behaved(session)
             assert session.code == code, session.text
-            expected = runs["both"][number].out.read_text().replace("/both/", f"/{name}/")
+            expected = there(runs["both"][number].out).read_text().replace("/both/", f"/{name}/")
             assert same("".join(session.lines)) == same(expected), run
             assert session.had_bar == (number < len(commands)), run
             assert session.erased, run

@@ -17,15 +17,17 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.avoidance import automaton
 from orbitdb.entropy.bounds import FORBIDDEN, UNDECIDED, levels, search
 from orbitdb.entropy.growth import TOLERANCE, growth
-from orbitdb.entropy.letters import (
+from orbitdb.entropy.verdicts import Verdict, decide
+from orbitdb.entropy.windows import (
     MAY_FOLLOW,
     MIRROR,
+    Windows,
+    extended,
+    first_windows,
     geometric_entropy,
     letters_of,
     reverse,
 )
-from orbitdb.entropy.verdicts import Verdict, decide
-from orbitdb.entropy.windows import Windows, extended, first_windows
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Status
 

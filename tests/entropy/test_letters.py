@@ -8,7 +8,7 @@ from edges import code_of, edge_words, edges_of
 from quick import slow_but
 from solutions import words_of
 
-from orbitdb.entropy.letters import (
+from orbitdb.entropy.windows import (
     MAY_FOLLOW,
     MIRROR,
     REVERSAL,

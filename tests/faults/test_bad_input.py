@@ -209,7 +209,7 @@ def fuzzed(varied):
 
 @pytest.mark.parametrize("count", slow_but([40], [40, 300]))
 def test_expressions_choose_or_are_refused(fuzzed, count):
-    assert fuzz_where(*fuzzed, range(count)) > count / 5
+    assert fuzz_where(fuzzed[0], fuzzed[1], range(count)) > count / 5
 
 
 def fuzz_codes(numbers: range) -> None:

@@ -4,6 +4,7 @@ import random
 import sqlite3
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import pytest
 from processes import run_several, seeded
@@ -40,7 +41,7 @@ def judge(found: list[tuple[list[str], int, str]]) -> int:
     return found[-1][1]
 
 
-def checked_rows(path: Path) -> dict[str, list[tuple]]:
+def checked_rows(path: Path) -> dict[str, list[tuple[Any, ...]]]:
     """Return all that ``verify`` answers for."""
     tables = {}
     with closing(sqlite3.connect(path)) as plain:

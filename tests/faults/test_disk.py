@@ -36,7 +36,7 @@ READING = (
 )
 
 
-def fails(done: subprocess.CompletedProcess, said: str) -> None:
+def fails(done: subprocess.CompletedProcess[str], said: str) -> None:
     assert done.returncode == 3, done.stderr
     assert "Traceback" not in done.stderr
     assert len(done.stderr.splitlines()) == 1, done.stderr

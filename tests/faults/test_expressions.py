@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from typing import cast
 
 import pytest
 from contents import alter
@@ -141,7 +142,7 @@ def test_values_are_values(own):
     with pytest.raises(SelectionError, match="characters"):
         catalogue.count(Selection(where="code = :x", parameters={"x": "1" * 100_000}))
     with pytest.raises(SelectionError, match="type"):
-        catalogue.count(Selection(where="code = :x", parameters={"x": ["1"]}))
+        catalogue.count(Selection(where="code = :x", parameters=cast(dict[str, str], {"x": ["1"]})))
     assert catalogue.count(Selection(where="code = ':x'")) == 0
     with pytest.raises(SelectionError, match="it has no :x"):
         catalogue.count(Selection(where="code = ':x'", parameters={"x": 1}))

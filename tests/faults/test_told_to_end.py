@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from processes import COMMAND, alive, kill_group, nobody_left, run, seeded, workers_of
 from quick import fuzz_but
+from there import there
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
@@ -140,7 +141,7 @@ def test_a_hangup_that_is_to_be_ignored_is(tmp_path):
         text=True,
         start_new_session=True,
     )
-    assert started.stderr.readline()  # what it is going to do
+    assert there(started.stderr).readline()  # what it is going to do
     started.send_signal(signal.SIGHUP)
     with pytest.raises(subprocess.TimeoutExpired):
         started.wait(0.5)

@@ -4,12 +4,14 @@ from contextlib import closing
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from quick import slow_but
+from there import there
 
-from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.fixed_points import PeriodSums
 from orbitdb.averages.sum_rules import beginning
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
@@ -36,7 +38,7 @@ def swept(
         return {each.p: each for each in catalogue.sweeps(a, selection)}
 
 
-def found(path: Path, **options) -> list[tuple]:
+def found(path: Path, **options) -> list[tuple[Any, ...]]:
     return [(each.p, each.tally, each.sums) for each in swept(path, **options).values()]
 
 
@@ -45,25 +47,26 @@ def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
     path = tmp_path / "orbits.db"
     found = swept(path, a)
     with closing(Catalogue(path)) as catalogue:
-        swept_rules = sum_rules_of(read_whole(catalogue, Selection(a), swept=True))
+        swept_rules = there(sum_rules_of(read_whole(catalogue, Selection(a), swept=True)))
         swept_counts = catalogue.counts(a=a)
     for _ in fill_periods(path, a, PERIODS):
         pass
     with closing(Catalogue(path)) as catalogue:
-        rules = sum_rules_of(read_whole(catalogue, Selection(a), swept=True))
+        rules = there(sum_rules_of(read_whole(catalogue, Selection(a), swept=True)))
         fills = {fill.p: fill for fill in catalogue.fills(a)}
         rows = catalogue.classes(a=a, status="orbit").rows().by_period()
         assert swept_counts.known == catalogue.counts(a=a).known
     for p in PERIODS:
         fill, tally, sums = fills[p], found[p].tally, PeriodSums.of(rows[p], p)
+        swept_sums = there(found[p].sums)
         counts = (fill.n_t, fill.n_c, fill.classes, fill.boundary, fill.unresolved)
         assert (tally.words, tally.n_c, tally.classes, tally.boundary, tally.unresolved) == counts
-        np.testing.assert_allclose(found[p].sums.sums, sums.sums, rtol=1e-13)
-        np.testing.assert_allclose(found[p].sums.ranges, sums.ranges, rtol=1e-13)
+        np.testing.assert_allclose(swept_sums.sums, sums.sums, rtol=1e-13)
+        np.testing.assert_allclose(swept_sums.ranges, sums.ranges, rtol=1e-13)
     np.testing.assert_allclose(swept_rules.lambda_l, rules.lambda_l, rtol=1e-13)
     np.testing.assert_allclose(swept_rules.lambda_l_error, rules.lambda_l_error, rtol=0, atol=1e-13)
     assert all(each.seconds > 0 and each.processor > 0 for each in found.values())
-    assert (a != 1.0) or fills[4].boundary == 0 < fills[6].boundary
+    assert (a != 1.0) or fills[4].boundary == 0 < there(fills[6].boundary)
 
 
 class Tired:
@@ -109,14 +112,18 @@ def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     sweeps = swept(path, 0.5, range(2, 8))
     assert [p for p, each in sweeps.items() if each.moments] == [6, 7]
     swept(tmp_path / "late.db", 0.5, periods=[7])
+    swept(tmp_path / "late.db", 0.5, periods=range(2, 7))
     with closing(Catalogue(tmp_path / "late.db")) as late:
-        assert not late.sweeps(0.5)[0].moments
+        assert not late.sweeps(0.5)[-1].moments
+        (note,) = (each for each in late.lyapunov(a=0.5).notes if "sum rules" in each)
+        assert "end at p = 6" in note
     with closing(Catalogue(path)) as catalogue:
-        found = sum_rules_of(read_whole(catalogue, Selection(0.5), swept=True))
+        assert not any("sum rules" in each for each in catalogue.lyapunov(a=0.5).notes)
+        found = there(sum_rules_of(read_whole(catalogue, Selection(0.5), swept=True)))
     for _ in fill_periods(path, 0.5, range(2, 8)):
         pass
     with closing(Catalogue(path)) as catalogue:
-        expected = sum_rules_of(read_whole(catalogue, Selection(0.5), swept=True))
+        expected = there(sum_rules_of(read_whole(catalogue, Selection(0.5), swept=True)))
     beginning.cache_clear()
     np.testing.assert_allclose(found.lambda_l, expected.lambda_l, rtol=0, atol=1e-6)
 

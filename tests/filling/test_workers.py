@@ -7,6 +7,7 @@ import sys
 import time
 from concurrent.futures import Future
 from pathlib import Path
+from typing import Any
 
 import pytest
 from contents import rows
@@ -48,7 +49,7 @@ def test_rows_do_not_depend_on_the_number_of_processes(tmp_path, jobs, periods):
     assert rows(shared) == rows(filled_by(HERE, alone, a=1.0, periods=periods))
 
 
-def spans_of(blocks: list[Task]) -> list[Span]:
+def spans_of(blocks: list[Task[Any]]) -> list[Span]:
     return [block().span for block in blocks]
 
 
@@ -56,10 +57,10 @@ class Backwards:
     """Finishes what it was given last first."""
 
     def __init__(self) -> None:
-        self.waiting: list[tuple[Task, Future]] = []
+        self.waiting: list[tuple[Task[Any], Future[Any]]] = []
         self.most = 0
 
-    def submit(self, block: Task) -> Future:
+    def submit(self, block: Task[Any]) -> Future[Any]:
         self.waiting.append((block, BackwardsFuture(self)))
         self.most = max(self.most, len(self.waiting))
         return self.waiting[-1][1]
@@ -70,7 +71,7 @@ class Backwards:
             future.set_result(block())
 
 
-class BackwardsFuture(Future):
+class BackwardsFuture(Future[Any]):
     def __init__(self, pool: Backwards) -> None:
         super().__init__()
         self.pool = pool

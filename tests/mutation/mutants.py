@@ -21,7 +21,7 @@ _WORDS = {"help", "metavar", "epilog", "rich_help_panel", "description"}
 _LONG = 6
 """Displays of more elements are tables, of which no two neighbours are exchanged."""
 
-_Change = tuple[str, ast.AST, ast.AST | str]
+_Change = tuple[str, ast.expr | ast.stmt, ast.AST | str]
 """The kind of a mistake, the node that is replaced, and what it is replaced by."""
 
 
@@ -84,7 +84,7 @@ def mutants(path: str, source: str) -> list[Mutant]:
             if isinstance(new, ast.expr):
                 text = f"({text})"
             start = begins[old.lineno - 1] + old.col_offset
-            end = begins[old.end_lineno - 1] + old.end_col_offset
+            end = begins[(old.end_lineno or 0) - 1] + (old.end_col_offset or 0)
             found.append(Mutant(path, kind, start, end, text, *span, names or ()))
     return found
 
@@ -115,7 +115,11 @@ def _places(
         case ast.If(test=test) if "TYPE_CHECKING" in ast.unparse(test):
             return
         case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
-            span, names, inner = (node.lineno, node.end_lineno), (name,) if names is not None else None, None
+            span, names, inner = (
+                (node.lineno, node.end_lineno or 0),
+                (name,) if names is not None else None,
+                None,
+            )
         case ast.ClassDef(name=name):
             inner = (name,)
         case ast.Assign() | ast.AnnAssign() if names is not None:
@@ -154,7 +158,7 @@ def _children(node: ast.AST) -> Iterable[ast.AST]:
             return [
                 part
                 for op, side in zip([None, *node.ops], [node.left, *node.comparators], strict=True)
-                for part in (side.elts if _is_set(op, side) else [side])
+                for part in _compared(op, side)
             ]
         case ast.BinOp() if any(map(_is_text, (node.left, node.right))):
             return []
@@ -178,8 +182,8 @@ def _changes(node: ast.AST) -> Iterator[_Change]:
             for k, operator in enumerate(node.ops):
                 for table, kind in ((_BORDERS, "border"), (_OPPOSITES, "comparison")):
                     if type(operator) in table:
-                        others = [*node.ops[:k], table[type(operator)](), *node.ops[k + 1 :]]
-                        yield kind, node, _with(node, ops=others)
+                        turned = [*node.ops[:k], table[type(operator)](), *node.ops[k + 1 :]]
+                        yield kind, node, _with(node, ops=turned)
         case ast.BoolOp():
             yield "and or", node, _with(node, op=ast.Or() if isinstance(node.op, ast.And) else ast.And())
             for k in range(len(node.values)):
@@ -200,8 +204,8 @@ def _changes(node: ast.AST) -> Iterator[_Change]:
                 yield from (("arguments swapped", node, _with(node, args=a)) for a in _exchanged(node.args))
             for k, keyword in enumerate(node.keywords):
                 if keyword.arg is not None and keyword.arg not in _WORDS and not _asserts(keyword):
-                    rest = [*node.keywords[:k], *node.keywords[k + 1 :]]
-                    yield "argument dropped", node, _with(node, keywords=rest)
+                    fewer = [*node.keywords[:k], *node.keywords[k + 1 :]]
+                    yield "argument dropped", node, _with(node, keywords=fewer)
         case ast.Tuple(ctx=ast.Load()) | ast.List(ctx=ast.Load()) if len(node.elts) <= _LONG:
             yield from (("values swapped", node, _with(node, elts=items)) for items in _exchanged(node.elts))
         case ast.Dict():
@@ -264,8 +268,10 @@ def _is_one_comparison(test: ast.expr) -> bool:
     return isinstance(test, ast.Compare) and len(test.ops) == 1
 
 
-def _is_set(operator: ast.cmpop | None, side: ast.expr) -> bool:
-    return isinstance(operator, ast.In | ast.NotIn) and isinstance(side, ast.Tuple | ast.List)
+def _compared(operator: ast.cmpop | None, side: ast.expr) -> list[ast.expr]:
+    if isinstance(operator, ast.In | ast.NotIn) and isinstance(side, ast.Tuple | ast.List):
+        return side.elts
+    return [side]
 
 
 def _is_text(node: ast.expr) -> bool:

@@ -103,7 +103,8 @@ class Copy:
                 labels |= self._labels(path, lambda _, line: bool(named.search(line)))
         own = f"tests/{wing_of(mutant.path)}/"
         known = [name for name, test in self.tests.items() if name in labels or labels & {*test["shared"]}]
-        kept, spent = [], 0.0
+        kept: list[str] = []
+        spent = 0.0
         for name in sorted(known, key=lambda n: (not n.startswith(own), self.tests[n]["seconds"])):
             spent += self.tests[name]["seconds"]
             if kept and spent > most:

@@ -1,12 +1,14 @@
 """Births and deaths: against solutions at single a, exact numbers, and 50-digit arithmetic."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from births50 import birth_error
 from hypothesis import example, given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from quick import slow_but
 from solutions import representatives
 
@@ -16,7 +18,7 @@ from orbitdb.billiard.legs import cut, direction_limits
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, WorkError
 from orbitdb.orbits.births import changes as births
-from orbitdb.orbits.births.changes import JOINTS, events, find_changes
+from orbitdb.orbits.births.changes import JOINTS, Changes, events, find_changes
 from orbitdb.orbits.births.continuation import follow, motion
 from orbitdb.orbits.births.crossings import candidates, refine
 from orbitdb.orbits.newton import newton, solve
@@ -25,7 +27,7 @@ from orbitdb.symbols.words import from_strings, to_strings
 
 
 @pytest.fixture(scope="module")
-def found() -> dict:
+def found() -> dict[int, tuple[NDArray[np.uint8], Changes]]:
     """Words and changes of p = 2..7."""
     return {p: (words, find_changes(words)) for p in range(2, 8) for words in [representatives(p)]}
 
@@ -79,11 +81,11 @@ def test_the_first_birth_is_an_exact_number():
 
 def test_a_word_dies_and_is_reborn():
     one, other = existence("010203113"), existence("010233113")
-    death, rebirth = pytest.approx(0.473270308236, abs=1e-12), pytest.approx(0.605684335145, abs=1e-12)
+    ends: list[Any] = [pytest.approx(at, abs=1e-12) for at in (0.473270308236, 0.605684335145)]
     assert solve_word("020311301", 0.5, exists=True).exists == tuple(existence("020311301"))
     assert solve_word("13", 0.5).exists is None
-    assert one == [(pytest.approx(0.386252501738), death), (rebirth, None)]
-    assert other == [(pytest.approx(0.390890513418), death), (rebirth, None)]
+    assert one == [(pytest.approx(0.386252501738), ends[0]), (ends[1], None)]
+    assert other == [(pytest.approx(0.390890513418), ends[0]), (ends[1], None)]
 
 
 def test_words_that_are_always_orbits_and_words_that_never_are():

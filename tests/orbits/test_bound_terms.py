@@ -19,7 +19,7 @@ from solutions import random_word
 
 from orbitdb.billiard import bounces, legs, stability
 from orbitdb.billiard.legs import Legs, add_up, cut, derivatives, direction_limits, gradient_rounding
-from orbitdb.orbits import error_bounds as bounds
+from orbitdb.orbits import status as bounds
 from orbitdb.orbits.balls.enclosure import distance
 from orbitdb.orbits.balls.path import BallPath, Balls
 from orbitdb.orbits.newton import newton

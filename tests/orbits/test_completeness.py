@@ -7,10 +7,9 @@ import pytest
 from solutions import representatives
 
 from orbitdb.billiard.legs import cut
-from orbitdb.orbits.births.cells import Kind, judge
+from orbitdb.orbits.births.cells import Kind, judge, reach_of
 from orbitdb.orbits.births.changes import find_changes
 from orbitdb.orbits.births.completeness import Verdict, prove_all, stretches, walk
-from orbitdb.orbits.births.reaches import reach_of
 from orbitdb.orbits.newton import solve
 from orbitdb.symbols.words import from_strings
 
@@ -45,7 +44,7 @@ def test_all_births_of_a_period_are_there():
     assert number > 100 * len(words)
 
 
-WAYS = {
+WAYS: dict[Kind, list[tuple[bool, bool, tuple[bool, ...]]]] = {
     Kind.ALIVE: [(True, True, ())],
     Kind.DEAD: [(False, False, ())],
     Kind.RISING: [(False, False, ()), (True, True, ()), (False, True, (True,))],
@@ -59,10 +58,10 @@ WAYS = {
 """What may happen in a segment: whether the word is an orbit at its ends, and the births between them."""
 
 
-def lives(kinds, alive) -> set[tuple]:
+def lives(kinds, alive) -> set[tuple[tuple[bool, ...], ...]]:
     """Return all lives that segments of some kinds allow, as their births and deaths by segment."""
     found = set()
-    for way in product(*(WAYS[kind] for kind in kinds)):
+    for way in product(*[WAYS[kind] for kind in kinds]):
         begins = alive is None or way[0][0] == alive
         if begins and all(left[1] == right[0] for left, right in pairwise(way)):
             found.add(tuple(changes for *_, changes in way))

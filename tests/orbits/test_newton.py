@@ -12,9 +12,9 @@ from solutions import random_word, real, representatives, solved, words_of
 from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
-from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import MAX_STEPS, newton, solve, solve_admissible
 from orbitdb.orbits.orbit import NUMBERS, Status
+from orbitdb.orbits.status import direction_errors
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.words import from_strings, parse
 
@@ -40,7 +40,7 @@ def test_table_1_of_the_paper(highest):
     for line in TABLE_1.split("\n")[1:highest]:
         p, total, isolated, points, entropy = line.split()
         orbits = solved(int(p), 1.6)
-        counts[int(p)] = np.count_nonzero(real(orbits))
+        counts[int(p)] = int(np.count_nonzero(real(orbits)))
         periodic = sum(d * counts[d] for d in counts if int(p) % d == 0)
         k_0 = math.floor(1000 * math.log(periodic) / int(p)) / 1000
         assert (len(orbits), counts[int(p)], periodic, f"{k_0:.3f}") == (

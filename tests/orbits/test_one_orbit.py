@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from there import there
 
 from orbitdb import solve_word
 from orbitdb.symbols.words import least_rotation
@@ -13,8 +14,8 @@ WORDS = ("13", "0123", "1133", "1232131", "01020202023", "031", "11113")
 @pytest.mark.parametrize("a", [0.7, 1.6, 4.0])
 def test_the_monodromy_matrix_keeps_areas_and_has_the_trace_of_lambda(word, a):
     orbit = solve_word(word, a)
-    if orbit.coordinates is None:
-        assert orbit.monodromy is None
+    if orbit.monodromy is None:
+        assert orbit.coordinates is None
         assert orbit.trace is None
         return
     rounding = 1e-14 * (orbit.monodromy**2).sum()  # of products of large entries
@@ -36,13 +37,13 @@ def test_images_are_the_orbits_of_the_class(word):
         solved = solve_word(each.code, 1.6)
         assert (solved.representative, solved.status) == (each.representative, each.status)
         if orbit.coordinates is not None:
-            np.testing.assert_allclose(each.coordinates, solved.coordinates, atol=1e-12)
+            np.testing.assert_allclose(there(each.coordinates), there(solved.coordinates), atol=1e-12)
 
 
 def test_the_reverse_runs_through_the_same_points_backwards():
     orbit = solve_word("1232131", 1.6)
     back = orbit.reverse()
-    np.testing.assert_allclose(back.points, orbit.points[::-1], atol=1e-12)
+    np.testing.assert_allclose(there(back.points), there(orbit.points)[::-1], atol=1e-12)
     assert back != orbit
     assert back.reverse() == orbit
     assert solve_word("0103", 1.6).reverse() == solve_word("0103", 1.6)  # it retraces its path
@@ -50,8 +51,9 @@ def test_the_reverse_runs_through_the_same_points_backwards():
 
 def test_phase_space_of_a_reverse_is_upside_down():
     orbit = solve_word("1232131", 1.6)
-    np.testing.assert_allclose(orbit.reverse().arclength, orbit.arclength[::-1], atol=1e-12)
-    np.testing.assert_allclose(orbit.reverse().sine, -orbit.sine[::-1], atol=1e-12)
+    back = orbit.reverse()
+    np.testing.assert_allclose(there(back.arclength), there(orbit.arclength)[::-1], atol=1e-12)
+    np.testing.assert_allclose(there(back.sine), -there(orbit.sine)[::-1], atol=1e-12)
 
 
 def test_equal_is_one_cyclic_word_at_one_a():

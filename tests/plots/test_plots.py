@@ -3,10 +3,12 @@
 import os
 import sys
 import xml.etree.ElementTree as ET
+from typing import Any
 
 import numpy as np
 import processes
 import pytest
+from there import there
 
 from orbitdb import Catalogue, Stadium, solve_word
 from orbitdb.orbits.svg import number_labels
@@ -19,7 +21,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 @pytest.mark.parametrize("word", WORDS)
 def test_every_bounce_is_numbered_once_outside_the_stadium(word):
     orbit = solve_word(word, Stadium(1.6))
-    labels = number_labels(Stadium(1.6), orbit.points)
+    labels = number_labels(Stadium(1.6), there(orbit.points))
     numbers = [int(n) for *_, text in labels for n in text.split(", ")]
     assert sorted(numbers) == list(range(1, orbit.p + 1))
     for place, outward, _ in labels:
@@ -39,7 +41,7 @@ def test_files_are_what_they_end_in_and_the_same_each_time(tmp_path, ending, hea
     stadium, orbit = Stadium(1.2), solve_word("1232131", Stadium(1.2))
     for name in "ab":
         with style.figure(4, 3) as made:
-            paths.draw_orbit(made.add_subplot(), stadium, orbit.points)
+            paths.draw_orbit(made.add_subplot(), stadium, there(orbit.points))
         style.save(made, tmp_path / f"{name}.{ending}", ending, "an orbit")
     first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in "ab")
     assert first.startswith(head)
@@ -49,11 +51,11 @@ def test_files_are_what_they_end_in_and_the_same_each_time(tmp_path, ending, hea
 def test_the_svg_path_has_the_bounces_at_their_places():
     stadium = Stadium(1.2)
     orbit = solve_word("1232131", stadium)
-    root = ET.fromstring(orbit._repr_svg_())
+    root = ET.fromstring(there(orbit._repr_svg_()))
     (path,) = root.iter(f"{SVG}polygon")
     drawn = np.array([pair.split(",") for pair in path.attrib["points"].split()], dtype=float)
     scale = 480 / (2 * (1.2 + 1 + 0.3))
-    np.testing.assert_allclose(drawn / scale * [1, -1], orbit.points, atol=0.01 / scale)
+    np.testing.assert_allclose(drawn / scale * [1, -1], there(orbit.points), atol=0.01 / scale)
 
 
 @pytest.mark.slow
@@ -109,15 +111,16 @@ def test_orbits_and_subsets_draw_themselves_into_axes(varied):
     from matplotlib import pyplot
 
     subset = Catalogue(varied).select(p="2-4", coordinates=True)
+    left: Any
     _, (left, right) = pyplot.subplots(1, 2)
     assert subset.plot(ax=left) is left
-    assert len(left.collections[0].get_offsets()) == subset.p[subset.status == "orbit"].sum()
+    assert len(np.asarray(left.collections[0].get_offsets())) == subset.p[subset.status == "orbit"].sum()
     assert subset.plot("lengths", ax=right) is right
     orbit = Catalogue(varied)["3123"]
     ax = orbit.plot()
     assert ax.get_title() == orbit.code
-    drawn = [line.get_xydata() for line in ax.lines]
-    assert any(len(path) == 5 and np.array_equal(path[:-1], orbit.points) for path in drawn)
+    drawn = [np.asarray(line.get_xydata()) for line in ax.lines]
+    assert any(len(path) == 5 and np.array_equal(path[:-1], there(orbit.points)) for path in drawn)
     pyplot.close("all")
     with pytest.raises(ValueError, match=r"1001 at .* cannot be drawn: geometrically pruned"):
         solve_word("1001", 1.6).plot()

@@ -10,10 +10,10 @@ from scipy.optimize import minimize_scalar
 from scipy.special import jn_zeros, jv
 
 from orbitdb import InputError, Stadium
+from orbitdb.quantum.amplitudes import Parity, weyl
 from orbitdb.quantum.elements import eigenvalues, gradient
 from orbitdb.quantum.levels import LevelTask, levels, windows
 from orbitdb.quantum.mesh import quarter_disc, quarter_stadium, rectangle
-from orbitdb.quantum.weyl import Parity, weyl
 
 
 @pytest.mark.slow

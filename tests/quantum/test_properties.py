@@ -10,13 +10,12 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from orbitdb import InputError, Stadium
-from orbitdb.quantum.amplitudes import Terms
+from orbitdb.quantum.amplitudes import Parity, Terms, wavenumber, weyl
 from orbitdb.quantum.elements import gradient
 from orbitdb.quantum.lengths import counted, family, family_count, family_terms, of_terms, peak_of_each
 from orbitdb.quantum.levels import LevelTask, windows
 from orbitdb.quantum.mesh import quarter_disc, quarter_stadium
 from orbitdb.quantum.spectrum import COLUMNS, Spectrum, check_levels
-from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 
 PARITIES = st.sampled_from([None, *Parity])
 EDGE = np.linspace(0, 1, 200)
@@ -32,7 +31,8 @@ def outline(cell) -> list[np.ndarray]:
 @pytest.mark.parametrize(("a", "size", "layers"), [(1.6, 0.35, 2), (0.05, 0.2, 1), (3.0, 2.0, 3)])
 def test_cells_fill_the_quarter_and_meet_in_whole_edges(a, size, layers):
     cells = [outline(cell) for cell in quarter_stadium(a, size, layers)]
-    area, ends, lengths = 0.0, Counter(), []
+    ends: Counter[tuple[tuple[float, ...], ...]] = Counter()
+    area, lengths = 0.0, []
     for sides in cells:
         x, y = np.concatenate(sides).T
         own = (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2
@@ -165,7 +165,9 @@ def test_terms_count_levels_by_the_integral_of_their_density(terms):
 def test_peaks_are_all_tops_with_their_strongest_terms(terms, levelled):
     x = np.linspace(2, 12, 500)
     orbits = of_terms(terms, x, 30.0)
-    found = Spectrum(1.6, None, 30.0, x, orbits, 0.9 * orbits if levelled else None, 9.0, terms, np.arange(9))
+    found = Spectrum(
+        1.6, None, 30.0, x, orbits, 0.9 * orbits if levelled else None, 9.0, terms, np.arange(9).astype(str)
+    )
     height = np.abs(orbits) * (0.9 if levelled else 1)
     tops = [
         n
@@ -185,10 +187,10 @@ def test_peaks_are_all_tops_with_their_strongest_terms(terms, levelled):
         assert (peak.code, peak.repetitions) == row[2:4]
         assert (peak.length, peak.height, peak.total, peak.strength) == pytest.approx((*row[:2], *row[4:]))
     assert found.misfit == (pytest.approx(1 / 9) if levelled else None)
-    row = found.rows()[3]
+    values = found.rows()[3]
     parts = (orbits[3].real, orbits[3].imag)
-    assert row == pytest.approx((x[3], *(0.9 * np.array(parts) if levelled else (None, None)), *parts))
-    assert [name for name, value in zip(COLUMNS, row, strict=True) if value is None] == (
+    assert values == pytest.approx((x[3], *(0.9 * np.array(parts) if levelled else (None, None)), *parts))
+    assert [name for name, value in zip(COLUMNS, values, strict=True) if value is None] == (
         [] if levelled else ["quantum_re", "quantum_im"]
     )
 

@@ -7,10 +7,9 @@ import pytest
 
 from orbitdb import Catalogue, Stadium
 from orbitdb.catalogue.spectrum import read_classes
-from orbitdb.quantum.amplitudes import orbit_terms
+from orbitdb.quantum.amplitudes import Parity, orbit_terms
 from orbitdb.quantum.lengths import EDGE, family, of_family, of_levels, of_terms
 from orbitdb.quantum.levels import levels
-from orbitdb.quantum.weyl import Parity
 from orbitdb.store.asking.selection import Selection
 
 X = np.linspace(9.5, 11.7, 60)

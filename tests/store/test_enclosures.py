@@ -4,8 +4,10 @@ import shutil
 import sqlite3
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import pytest
+from there import there
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
@@ -14,7 +16,7 @@ from orbitdb.entropy.bounds import search
 from orbitdb.errors import InputError
 
 
-def altered(path: Path, statement: str) -> list[tuple]:
+def altered(path: Path, statement: str) -> list[tuple[Any, ...]]:
     with closing(sqlite3.connect(path, isolation_level=None)) as plain:
         return plain.execute(statement).fetchall()
 
@@ -36,10 +38,10 @@ def enclosed(enclosed_once, tmp_path) -> Path:
 def test_what_is_proved_is_kept_once_and_read_back(enclosed, cli):
     catalogue = Catalogue(enclosed)
     *_, found = search(Stadium(1.6), window=6)
-    closest = catalogue.entropy_bounds()
+    closest = there(catalogue.entropy_bounds())
     assert (closest.lower, closest.upper, closest.window) == (found.lower, found.upper, 6)
     assert (closest.windows, closest.undecided, closest.proof) == (found.windows, found.undecided, "doubles")
-    surer = catalogue.entropy_bounds(1.6, "balls")
+    surer = there(catalogue.entropy_bounds(1.6, "balls"))
     assert (surer.window, surer.proof) == (4, "balls")
     assert surer.width > closest.width
     assert [(each.a, each.window) for each in catalogue.entropy_curve()] == [(0.5, 4), (1.6, 6)]

@@ -4,11 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
 from itineraries import itineraries, random_rays
 from quick import slow_but
+from there import there
 
 from orbitdb import Catalogue, InputError, Stadium, solve_word
 from orbitdb.orbits.shadowing import shadows
+from orbitdb.store.asking.criteria import choose
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
 from orbitdb.trajectories.traces import trace_start
@@ -16,6 +20,9 @@ from orbitdb.trajectories.traces import trace_start
 STADIUM = Stadium(1.6)
 WORDS = ["13", "033244", "1232131"]
 MORE = ["013", "2443", "03321", "0102313", "0103155", "01033132", "010301132", "0102304423", "01020313123"]
+
+OF_CANDIDATES = ("representative", "p", "class_size", "length", "length_error", "lyapunov", "repetitions",
+                 "difference")  # fmt: skip
 
 
 @pytest.fixture
@@ -41,7 +48,7 @@ def test_what_is_told_of_an_exact_start_is_the_orbit_to_the_end(word):
     path = trace_start(STADIUM, start_of(orbit.points), 1e-2)
     best = shadows(STADIUM, path.symbols, path.points, 1e-2)[0]
     assert best.bounces == len(path)
-    assert len(path) > 2 * (26 / orbit.lambda_d - 2)
+    assert len(path) > 2 * (26 / there(orbit.lambda_d) - 2)
     assert least_rotation(best.word) == least_rotation(word)
 
 
@@ -96,16 +103,16 @@ def test_a_mirrored_and_a_reversed_start_find_the_images(catalogue):
 def test_the_bounces_of_an_orbit_name_it(catalogue, word):
     """Closed or not, measured with errors, mirrored, or read backwards; of any period."""
     orbit = solve_word(word, STADIUM)
-    once, points = np.random.default_rng(1), orbit.points
+    once, points = np.random.default_rng(1), there(orbit.points)
     closed = np.concatenate([points, points[:1]])
-    for given, element in [
+    for shown, element in [
         (closed, 0),
         (closed + once.normal(0, 1e-3, closed.shape), 0),
         (closed * [-1, 1], 1),
         (closed[::-1], 4),
         *([(points, 0)] if orbit.p > 2 else []),
     ]:
-        found = catalogue.identify(points=given)
+        found = catalogue.identify(points=shown)
         best = found.shadowed[0]
         assert name(best) == least_rotation(symmetry.images_of(word)[element])
         assert (best.first, best.bounces, best.turns) == (1, orbit.p, 1.0)
@@ -119,25 +126,33 @@ def test_of_two_stretches_at_an_orbit_the_longer_one_is_told():
     assert (best.word, best.first, best.bounces) == ("033244", 14, 24)
 
 
-def test_lengths_are_those_of_stored_orbits_and_their_repetitions(catalogue):
-    """Against all lengths, one by one."""
-    known = catalogue.select(status="orbit")
-    lengths = dict(zip(known.representative.tolist(), known.length.tolist(), strict=True))
-    for length, tolerance in [(10.4, 1e-3), (31.2, 0.2), (21.7, 5e-3), (65.5, 0.05), (10.4, 0), (1e4, 0.02)]:
-        expected = {}
-        for word, one in lengths.items():
-            times = [r for r in range(1, int(length / one) + 3) if abs(r * one - length) <= tolerance + 1e-11]
-            expected |= {word: times[0]} if times else {}
-        found = catalogue.with_length(length, tolerance=tolerance)
-        assert {each.code: each.repetitions for each in found} == expected
-        off = [abs(each.difference) for each in found]
-        assert off == sorted(off)
-        for each in found:
-            assert each.length == lengths[each.code]
-            assert each.difference == pytest.approx(each.total - length, abs=1e-9)
-            assert each.class_size == len(symmetry.members(each.code))
-    assert [each.code for each in catalogue.with_length(31.2, tolerance=0.2, limit=1)] == ["13"]
-    assert catalogue.with_length(31.2, tolerance=0.2, limit=0) == ()
+@given(
+    turns=st.integers(1, 9),
+    off=st.sampled_from([0.0, 1e-4, -0.03, 0.2]),
+    number=st.integers(0, 10**6),
+    tolerance=st.sampled_from([0, 1e-3, 0.05, 0.2, None]),
+    limit=st.none() | st.integers(0, 9),
+)
+@example(3, -0.2, 0, 0.2, 1)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_lengths_are_those_of_stored_orbits_and_their_repetitions(
+    catalogue, turns, off, number, tolerance, limit
+):
+    """Against all lengths, one by one; the nearest first, then low periods and least words."""
+    known = sorted({*catalogue.rows(choose(status="orbit"), OF_CANDIDATES[:6])})
+    length = turns * known[number % len(known)][3] + off
+    wanted = []
+    for row in known:
+        one, error = row[3:5]
+        r = round(length / one)
+        within = (1e-3 if tolerance is None else tolerance) + r * error + 4 * math.ulp(length)
+        if r and abs(r * one - length) <= within:
+            wanted.append((*row, r, r * one - length))
+    wanted.sort(key=lambda row: (abs(row[-1]), row[1], row[0]))
+    found = catalogue.with_length(length, tolerance=tolerance, limit=limit)
+    names = ("code", *OF_CANDIDATES[1:])
+    assert [tuple(getattr(each, name) for name in names) for each in found] == wanted[:limit]
+    assert all(each.total == each.repetitions * each.length for each in found)
 
 
 def test_a_length_of_a_repetition_is_found_at_its_own_rounding(catalogue):

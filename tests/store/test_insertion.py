@@ -2,6 +2,7 @@
 
 import sqlite3
 from contextlib import closing
+from typing import Any
 
 import pytest
 
@@ -30,7 +31,8 @@ def test_null_is_null_and_what_rows_share_is_in_each(connection):
     numbers = list(range(ROWS))
     length = [NULL if number % 3 else number / 7 for number in numbers]
     blobs = [NULL if number % 3 else bytearray([number] * 8) for number in numbers]
-    one = Same(1), numbers, Same("orbit"), blobs, length, *[Same(0.5)] * 6, numbers, Same("newton"), Same(1)
+    half = [Same(0.5)] * 6
+    one: list[Any] = [Same(1), numbers, Same("orbit"), blobs, length, *half, numbers, Same("newton"), Same(1)]
     insert(connection, "orbit", one)
     insert(connection, "orbit", one)  # they are there: nothing is inserted again
     found = connection.exec_driver_sql("SELECT * FROM orbit ORDER BY cycle").all()

@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 from contents import alter
 from older import make_older
+from there import there
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.whole_periods import read_terms
@@ -89,6 +90,6 @@ def test_rows_that_lack_something_are_told_and_not_proved(varied, tmp_path):
     (step,) = certify(path, Selection(1.6, periods=((3, 3),)))
     (check,) = step.checks
     assert (check.name, check.rows, check.failures) == ("certificates", 2, 2)
-    assert check.first.endswith(" at a = 1.6")
+    assert there(check.first).endswith(" at a = 1.6")
     with closing(sqlite3.connect(path)) as plain:
         assert plain.execute("SELECT count(*) FROM certificate").fetchone() == (0,)

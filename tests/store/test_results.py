@@ -1,9 +1,14 @@
 """Results by period: what the library gives, commands print, and rows alone would give."""
 
+from collections import Counter
+from itertools import product
+
 import numpy as np
 import pytest
+from rules import broken_by_hand
 
 from orbitdb import Catalogue, InputError
+from orbitdb.symbols.words import SYMBOLS
 
 
 @pytest.fixture
@@ -16,6 +21,14 @@ def test_table_1_of_the_paper(catalogue):
     assert found["N_c"] == [1, 8, 32, 80, 188, 376, 1424]
     assert found["N"] == [2, 24, 130, 400, 1154, 2632, 11522]
     assert found.to_pandas()["N_t"].tolist() == [1, 8, 32, 96, 252, 712, 2096]
+
+
+def test_fills_count_the_words_that_break_each_rule(catalogue):
+    for fill in catalogue.fills()[:4]:
+        texts = ["".join(symbols) for symbols in product(SYMBOLS, repeat=fill.p)]
+        words = [w for w in texts if all(w < w[i:] + w[:i] for i in range(1, fill.p))]
+        broken = Counter(rule for word in words for rule in broken_by_hand(word))
+        assert (fill.primitive, fill.pruned) == (len(words), tuple(broken[rule] for rule in range(1, 7)))
 
 
 def test_rows_of_a_subset_give_what_the_catalogue_gives(catalogue):

@@ -2,6 +2,7 @@
 
 import pytest
 from quick import slow_but
+from there import there
 
 from orbitdb import Catalogue
 from orbitdb.catalogue.gaps import describe_unfilled
@@ -37,7 +38,7 @@ KNOWN = [fill(p) for p in (*range(2, 9), 10)]
     ],
 )
 def test_what_is_not_filled_what_is_and_what_fills_it(known, periods, a, filled_at, named):
-    said = describe_unfilled(known, periods, a, filled_at)
+    said = there(describe_unfilled(known, periods, a, filled_at))
     assert [each for each in named.split("|") if each not in said] == []
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from orbitdb.entropy.letters import (
+from orbitdb.entropy.windows import (
     DOWN_LEG,
     ENDS_LEG,
     FROM_TOP,
@@ -12,10 +12,10 @@ from orbitdb.entropy.letters import (
     STARTS_LEG,
     D,
     Letters,
+    Windows,
     letters_of,
     text_of,
 )
-from orbitdb.entropy.windows import Windows
 from orbitdb.symbols.words import from_strings, to_strings
 
 _EDGES = np.full((6, 6), 255, dtype=np.uint8)

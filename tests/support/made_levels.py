@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from orbitdb import Stadium
+from orbitdb.quantum.amplitudes import Parity, wavenumber, weyl
 from orbitdb.quantum.levels import Levels
-from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 from orbitdb.store.writing.records import keep_levels
 from orbitdb.store.writing.writer import Writer
 

@@ -10,9 +10,11 @@ from textual import events
 from textual.pilot import Pilot
 from textual.screen import Screen
 from textual.widgets import Input
+from there import there
 
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.table.paged_table import PagedTable
+from orbitdb.cli.tui.table.pages import Row
 from orbitdb.store.asking.selection import Selection
 
 SMALL, LARGE, TINY = (80, 24), (160, 48), (60, 20)
@@ -76,6 +78,11 @@ async def until(told: Callable[[], object]) -> None:
 
 def table_of(app: BrowseApp) -> PagedTable:
     return app.screen_stack[0].query_one(PagedTable)
+
+
+def row_of(app: BrowseApp) -> Row:
+    """Return the row under the cursor."""
+    return there(table_of(app).row)
 
 
 def screen_lines(app: BrowseApp) -> list[str]:

@@ -5,15 +5,14 @@ from functools import cache
 import numpy as np
 
 from orbitdb.averages.by_period import Entropy, Lyapunov, entropy_of_counts, lyapunov_of_periods
-from orbitdb.averages.fixed_points import ClassRows, Weight
-from orbitdb.averages.period_sums import PeriodSums
+from orbitdb.averages.fixed_points import ClassRows, PeriodSums, Weight
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.symbols import least_words as classes
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import all_least_words
-from orbitdb.symbols.members import all_images
+from orbitdb.symbols.symmetry import all_images
 from orbitdb.symbols.words import unpack
 
 

@@ -25,6 +25,9 @@ class Deadly:
     def __reduce__(self) -> tuple[Any, ...]:
         return os._exit, (7,)
 
+    def __call__(self) -> None:
+        raise AssertionError("it was not sent to another process")
+
 
 class Failing:
     """A block that cannot be solved."""

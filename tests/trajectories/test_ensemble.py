@@ -11,9 +11,8 @@ from quick import slow_but
 from uniform import is_uniform
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
 from orbitdb.trajectories.ensemble import Beam, follow, references, simulate
-from orbitdb.trajectories.rays import Rays, bounce
+from orbitdb.trajectories.rays import Arcs, Rays, advance, bounce, random_arcs
 
 WIDTHS = [1e-6, 1e-3, 0.3, 1.6, 1e3, 1e6]
 widths = st.floats(-3, 3).map(lambda power: 10.0**power)

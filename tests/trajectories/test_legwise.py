@@ -6,10 +6,9 @@ from quick import slow_but
 
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.trajectories.arcs import Arcs, advance, random_arcs
 from orbitdb.trajectories.ensemble import simulate
-from orbitdb.trajectories.leg_map import Runs, next_leg, random_runs
-from orbitdb.trajectories.legwise import Beams, follow, simulate_legs
+from orbitdb.trajectories.legwise import Beams, Runs, follow, next_leg, random_runs, simulate_legs
+from orbitdb.trajectories.rays import Arcs, advance, random_arcs
 
 
 def run_of(arcs):

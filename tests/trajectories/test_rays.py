@@ -17,8 +17,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits.newton import solve
 from orbitdb.symbols.words import to_strings
-from orbitdb.trajectories.arcs import Arcs, advance
-from orbitdb.trajectories.rays import Rays, bounce
+from orbitdb.trajectories.rays import Arcs, Rays, advance, bounce
 from orbitdb.trajectories.traces import trace_points, trace_start
 
 widths = st.floats(-3, 3).map(lambda power: 10.0**power)

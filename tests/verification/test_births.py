@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from contents import alter
+from there import there
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.births import fill_births
@@ -90,7 +91,7 @@ def test_a_class_that_died_and_was_born_again_is_sound_and_counts_once(begun):
         alter(f"UPDATE birth_fill SET {name} = 2 * {name} WHERE p = 5")
         rows, failures, told = found()
         assert (rows, failures) == (19, 1), (name, told)
-        assert told.startswith(f"p = 5: {name} is ")
+        assert there(told).startswith(f"p = 5: {name} is ")
         alter(f"UPDATE birth_fill SET {name} = {name} / 2 WHERE p = 5")
     for wrong, right in (
         ("number = 4 WHERE number = 3", "number = 3 WHERE number = 4"),

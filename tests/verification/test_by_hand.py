@@ -9,6 +9,9 @@ import pytest
 from processes import run_here
 from verified import checks
 
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.verification.provenance import check_provenance
+
 BORN_LATE = "(SELECT cycle FROM change WHERE a > 0 ORDER BY cycle LIMIT 1)"
 ONLY_BORN = "(SELECT max(id) FROM cycle WHERE p = 7)"
 
@@ -259,6 +262,15 @@ def test_each_check_finds_what_it_must_among_others(sound, tmp_path):
     assert {ALTERATIONS[name][1] for name in TOGETHER} <= set(wrong)
     assert all(wrong.values())
     assert str(wrong["bounds"]).endswith((" at a = 1.6", " at a = 0.5"))
+
+
+@pytest.mark.parametrize("name", ["fill", "births", "sweep", "bounds", "verify --rigorous"])
+def test_what_another_command_has_written_is_found(sound, tmp_path, name):
+    path = Path(shutil.copy(sound, tmp_path / "altered.db"))
+    altered(path, f"""UPDATE run SET parameters = replace(parameters, '"{name}"', '"simulate"')""")
+    with Catalogue(path).reading() as connection:
+        wrong = [check.first for check in check_provenance(connection) if check.failures]
+    assert wrong
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from contents import alter
 from solutions import representatives
+from there import there
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
@@ -46,7 +47,6 @@ def swept(swept_once: Path, tmp_path: Path) -> Callable[..., list[Check]]:
         with Catalogue(path).at_one_moment() as still:
             return list(check_sweeps(still, BOTH))
 
-    found.path = path
     return found
 
 
@@ -88,7 +88,7 @@ def test_what_no_sweep_has_written_hides_no_other_a(swept, change):
     found = swept(change)
     ((name, first),) = told(found)
     assert name == "sweeps"
-    assert first.startswith("at a = 1.6: the catalogue was altered: ")
+    assert there(first).startswith("at a = 1.6: the catalogue was altered: ")
     assert [check.rows for check in found if check.name == "sums"] == [1]
 
 
@@ -97,8 +97,8 @@ def test_sums_without_the_least_and_greatest_of_orbits_are_found(swept):
     assert told(found) == [("sums", "p = 5 at a = 1.6")]
 
 
-def test_sums_are_those_of_new_solutions_to_their_rounding(swept):
-    with closing(sqlite3.connect(swept.path)) as plain:
+def test_sums_are_those_of_new_solutions_to_their_rounding(swept, tmp_path):
+    with closing(sqlite3.connect(tmp_path / "orbits.db")) as plain:
         ((blob,),) = plain.execute("SELECT sums FROM sweep WHERE p = 5 AND sums NOT NULL").fetchall()
     *rest, last = struct.unpack(f"<{len(blob) // 8}d", blob)
     orbits = solve(representatives(5), Stadium(1.6))
@@ -115,14 +115,14 @@ def test_sums_are_those_of_new_solutions_to_their_rounding(swept):
 @pytest.mark.parametrize(
     "fill", [lambda path: fill_periods(path, 1.6, [5]), lambda path: fill_births(path, [5])]
 )
-def test_counts_of_fills_and_of_births_are_compared(swept, fill):
-    for _ in fill(swept.path):
+def test_counts_of_fills_and_of_births_are_compared(swept, fill, tmp_path):
+    for _ in fill(tmp_path / "orbits.db"):
         pass
     assert not told(swept())
     alter(
-        swept.path,
+        tmp_path / "orbits.db",
         "UPDATE fill SET n_c = 82",
         "UPDATE change SET a = 3 WHERE cycle = (SELECT max(cycle) FROM change)",
     )
-    assert told(swept())[0][1].startswith("p = 5 at a = 1.6: n_c is 80 instead of ")
+    assert there(told(swept())[0][1]).startswith("p = 5 at a = 1.6: n_c is 80 instead of ")
     assert not told(swept("state = 'filling'"))

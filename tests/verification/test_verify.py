@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from contents import alter, ask
+from there import there
 from verified import checks
 
 from orbitdb.catalogue.catalogue import Catalogue
@@ -40,7 +41,7 @@ def test_a_sound_catalogue_passes_every_check(filled):
     assert {rows[name] for name in per_orbit} == {len(set(orbits))}
     assert rows["restarts"] == 2 * CLASSES
     assert found["bounds"].worst == 0.0
-    assert 0 < found["restarts"].worst < 1e-13
+    assert 0 < there(found["restarts"].worst) < 1e-13
 
 
 FIRST_ORBIT = "(SELECT min(cycle) FROM orbit WHERE status = 'orbit' AND stadium = 1 AND cycle > 0)"

@@ -82,10 +82,7 @@ def spectrum(
 def read_file(path: Path, energies: bool, parity: str | None) -> list[float]:
     """Return the levels k in a file; of a csv with parities those of one, if it is named.
 
-    Raises
-    ------
-    InputError
-        If it cannot be read, or something in it is no level.
+    Refuse what cannot be read, or is no level.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")

@@ -17,8 +17,8 @@ from orbitdb.numerals import real
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
+    from orbitdb.quantum.amplitudes import Parity
     from orbitdb.quantum.levels import Levels, LevelTask
-    from orbitdb.quantum.weyl import Parity
 
 EXAMPLES = (
     "levels --k 0:30",
@@ -53,8 +53,8 @@ def levels(
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.catalogue.spectrum import missing_levels, stored_levels
+    from orbitdb.quantum.amplitudes import weyl
     from orbitdb.quantum.levels import windows
-    from orbitdb.quantum.weyl import weyl
 
     low, high = read_range("--k", k)
     stadium, parities = Stadium(a), read_parities(parity)
@@ -95,13 +95,7 @@ def levels(
 
 
 def read_range(name: str, text: str) -> tuple[float, float]:
-    """Return the ends of a range such as 0:30.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Return the ends of a range such as 0:30, or refuse what is none."""
     first, colon, last = text.partition(":")
     try:
         low, high = real(first), real(last)
@@ -113,14 +107,8 @@ def read_range(name: str, text: str) -> tuple[float, float]:
 
 
 def read_parities(text: str | None) -> "list[Parity]":
-    """Return the parities that are named, all four by default.
-
-    Raises
-    ------
-    InputError
-        If one is none.
-    """
-    from orbitdb.quantum.weyl import Parity
+    """Return the parities that are named, all four by default, or refuse what is none."""
+    from orbitdb.quantum.amplitudes import Parity
 
     if text is None:
         return list(Parity)

@@ -1,24 +1,122 @@
 """The dialog that asks what to fill, says what that is going to take, and shows how far it is."""
 
-from typing import TYPE_CHECKING, ClassVar, cast
+import time
+from collections.abc import Generator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import ClassVar, NamedTuple
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import Button, Input, Label, ProgressBar
 
-from orbitdb.cli.tui.dialogs.fill_state import Cost, FillState, Wish, cost_of, parse_wish
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.cli.tui.choices import half_length
 from orbitdb.cli.tui.screens import ESCAPE, Dialog, QuestionDialog
 from orbitdb.errors import InputError
-
-if TYPE_CHECKING:
-    from orbitdb.cli.tui.app import BrowseApp
+from orbitdb.numerals import exact
+from orbitdb.plaintext import several
+from orbitdb.store.asking.parsing import parse_periods
+from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.enumeration import MAX_PERIOD
+from orbitdb.symbols.words import parse, primitive_root
 
 _FIELDS = (
     ("a", "half length a", ""),
     ("periods", "periods", "2-11"),
     ("codes", "or codes", "1^20(02)^5 3, 1232131"),
 )
+
+
+class Wish(NamedTuple):
+    """What to fill: periods, or words."""
+
+    a: float
+    periods: tuple[int, ...] = ()
+    words: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class FillState:
+    """How many words of a wish are filled, of how many, and the period p at work.
+
+    The state is ``running``, ``stopping``, ``done``, ``stopped`` or ``failed``, with a message; it began at a
+    moment of the monotonic clock.
+    """
+
+    wish: Wish
+    state: str = "running"
+    done: int = 0
+    total: int = 0
+    p: int = 0
+    began: float = field(default_factory=time.monotonic)
+    message: str = ""
+
+    @property
+    def runs(self) -> bool:
+        """Whether it is at work."""
+        return self.state in ("running", "stopping")
+
+    def sentence(self) -> str:
+        """Say how far it is."""
+        from orbitdb.filling.estimate import duration
+
+        if self.state == "failed":
+            return self.message
+        if not self.runs:
+            return f"{self.state}: {self.done:,} word{'s' * (self.done != 1)}"
+        seconds = time.monotonic() - self.began
+        rate = self.done / seconds if seconds > 0 else 0.0
+        left = f", {duration((self.total - self.done) / rate)} left" if rate else ""
+        share = 100 * self.done / self.total if self.total else 0
+        return f"{self.state}: p = {self.p}, {share:.0f}%, {rate:,.0f}/s{left}"
+
+
+def parse_wish(a: str, periods: str, codes: str) -> Wish:
+    """Read what to fill, or say which part cannot be read."""
+    value = half_length(a)
+    if codes.strip():
+        return Wish(value, words=tuple(primitive_root(parse(code)) for code in codes.split(",")))
+    spans = parse_periods(periods)
+    if not all(low >= 2 and high <= MAX_PERIOD for low, high in spans):
+        raise InputError(f"periods {periods!r}: fill from 2 to {MAX_PERIOD}")
+    return Wish(value, periods=tuple(sorted({p for low, high in spans for p in range(low, high + 1)})))
+
+
+def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
+    """Say what a wish is going to take, and how many words that are; refuse what the disk has no room for."""
+    from orbitdb.filling.estimate import about, check_room, gigabytes, need
+
+    at = f"at a = {exact(wish.a)}"
+    if wish.words:
+        return f"{several(len(wish.words), 'word')} to solve {at}", len(wish.words)
+    coming = need(path, wish.a, wish.periods, jobs=1)
+    if not coming.words:
+        return f"these periods are filled {at}: nothing is left to do", 0
+    check_room(path, coming)
+    what = f"{coming.words:,} word{'s' * (coming.words != 1)}"
+    takes = f"{about(coming.seconds)}, {gigabytes(coming.bytes)}"
+    return f"{what} to come {at}: {takes}", coming.words
+
+
+def fill_steps(path: Path, state: FillState) -> Generator[FillState, None, None]:
+    """Fill, and tell how far it is behind every batch that is safely stored."""
+    from orbitdb.filling.fill_word import fill_word
+    from orbitdb.filling.periods import fill_periods
+
+    Catalogue.create(path)
+    wish = state.wish
+    if wish.words:
+        for count, word in enumerate(wish.words, 1):
+            fill_word(path, word, wish.a)
+            yield replace(state, done=count, total=len(wish.words), p=len(word))
+        return
+    counts = {p: count_admissible(p) for p in wish.periods}
+    steps = fill_periods(path, wish.a, wish.periods)
+    for step in steps:
+        before = sum(count for p, count in counts.items() if p < step.p)
+        yield replace(state, done=before + step.words, total=sum(counts.values()), p=step.p)
 
 
 class FillDialog(Dialog[None]):
@@ -31,10 +129,6 @@ class FillDialog(Dialog[None]):
     def __init__(self, a: str, periods: str) -> None:
         super().__init__()
         self._values = {"a": a, "periods": periods, "codes": ""}
-
-    @property
-    def _browser(self) -> "BrowseApp":
-        return cast("BrowseApp", self.app)
 
     def compose(self) -> ComposeResult:
         """Show the fields, what they take, and the progress."""
@@ -54,12 +148,12 @@ class FillDialog(Dialog[None]):
 
     def on_mount(self) -> None:
         """Follow the fill that may be running."""
-        if self._browser.fills:
+        if self.browser.fills:
             self.query_one("#stop").focus()
         self.watch(self.app, "fill_state", self._follow)
 
     def _follow(self, state: FillState | None) -> None:
-        runs = self._browser.fills
+        runs = self.browser.fills
         self.query_one("#start", Button).disabled = runs
         self.query_one("#stop", Button).disabled = not runs
         self.query_one("#cost").display = not runs
@@ -84,11 +178,11 @@ class FillDialog(Dialog[None]):
         if event.button.id == "start":
             self._weigh_fields(begin=True)
         else:
-            self._browser.action_stop_fill()
+            self.browser.action_stop_fill()
 
     def _weigh_fields(self, begin: bool = False) -> None:
         """Ask what the fields are going to take; begin, if that is wanted, as soon as it is known."""
-        if self._browser.fills:
+        if self.browser.fills:
             return
         try:
             wish = parse_wish(*(self.query_one(f"#{name}", Input).value for name, _, _ in _FIELDS))
@@ -98,22 +192,25 @@ class FillDialog(Dialog[None]):
             return
         self.in_thread(
             "cost",
-            lambda _: cost_of(self._browser.path, wish),
+            lambda _: cost_of(self.browser.path, wish),
             lambda cost: self._take_cost(wish, cost, begin),
             lambda told: self._say(told, wrong=True),
         )
 
-    def _take_cost(self, wish: Wish, cost: Cost, begin: bool) -> None:
+    def _take_cost(self, wish: Wish, cost: tuple[str, int], begin: bool) -> None:
         """Say what the wish takes; begin, or ask first where that is much."""
-        self._say(cost.sentence)
-        if not begin or cost.nothing or self._browser.fills:
+        from orbitdb.filling.estimate import LARGE
+
+        told, words = cost
+        self._say(told)
+        if not begin or not words or self.browser.fills:
             return
-        if not cost.large:
-            self._browser.begin_fill(wish)
+        if words < LARGE:
+            self.browser.begin_fill(wish)
             return
-        question = f"{cost.sentence}. It can be stopped at any time, and goes on later where it was."
+        question = f"{told}. It can be stopped at any time, and goes on later where it was."
         dialog = QuestionDialog(question, "Fill", "Leave it")
-        self.app.push_screen(dialog, lambda sure: self._browser.begin_fill(wish) if sure else None)
+        self.app.push_screen(dialog, lambda sure: self.browser.begin_fill(wish) if sure else None)
 
     def _say(self, text: str, wrong: bool = False) -> None:
         self.query_one("#cost", Label).set_class(wrong, "-wrong").update(text)

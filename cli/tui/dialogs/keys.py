@@ -57,15 +57,7 @@ def _told(column: Column) -> str:
 
 
 class KeysDialog(Dialog[None]):
-    """The keys that matter, and below them what the columns are.
-
-    Parameters
-    ----------
-    nodes : iterable of DOMNode
-        The widgets and screens that hear keys.
-    columns : bool
-        Whether there is a table of which to tell the columns.
-    """
+    """The keys that widgets and screens hear, and below them what the columns are, if there is a table."""
 
     BINDINGS: ClassVar[list[BindingType]] = [ESCAPE, key("question_mark,q", "dismiss(None)")]
 

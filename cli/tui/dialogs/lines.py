@@ -26,13 +26,7 @@ _PAUSE = 0.25
 class LineDialog(Dialog[str | None]):
     """Ask for a line, check it as it is typed, and list others that may be taken.
 
-    Parameters
-    ----------
-    title, value, placeholder : str
-    check : callable, optional
-        Says what a line means, or raises an error that says what is wrong with it.
-    others : sequence of str, optional
-        Lines that were typed before, or that are at hand.
+    The check says what a line means, or raises an error that says what is wrong with it.
     """
 
     AUTO_FOCUS = "Input"
@@ -111,21 +105,9 @@ class LineDialog(Dialog[str | None]):
 
 
 class FilterDialog(LineDialog):
-    """Ask for a filter, and try it as it is typed.
+    """Ask for a filter, and try it as it is typed: the main screen shows its rows, and reports on them.
 
-    Parameters
-    ----------
-    main : Panels
-        It shows the rows of a filter, and reports how many they are or what went wrong with them.
-    where : str
-        The filter that holds now.
-    others : sequence of str
-        Filters that were typed before.
-
-    Attributes
-    ----------
-    word : str or None
-        What the cursor was on, and goes to where it is among the rows; at the top it stays there.
+    The cursor goes to the word it was on where that is among the rows; at the top it stays there.
     """
 
     EMPTY = ""

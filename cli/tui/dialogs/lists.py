@@ -66,17 +66,7 @@ class ChoiceDialog(ListDialog[str | None]):
 
 
 class FiltersDialog(ChoiceDialog):
-    """Choose a filter by its name.
-
-    Parameters
-    ----------
-    filters : mapping of str to str
-        What each one chooses, in words.
-    forget : callable
-        Forgets one for good.
-    present : str
-        What is chosen now.
-    """
+    """Choose a filter by its name, beside what each one chooses, or keep the present one; or forget one."""
 
     BINDINGS: ClassVar[list[BindingType]] = [key("x,delete", "forget")]
 

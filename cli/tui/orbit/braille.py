@@ -22,17 +22,7 @@ _BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 
 @dataclass(frozen=True)
 class Frame:
-    """A window on the plane, and the cells it is shown in.
-
-    Attributes
-    ----------
-    columns, rows : int
-        Size in cells.
-    scale : tuple of float
-        Dots a unit, in x and y.
-    centre : tuple of float
-        The point of the plane in the middle.
-    """
+    """A window on the plane, around its centre, and the cells it is shown in; the scale is dots a unit."""
 
     columns: int
     rows: int

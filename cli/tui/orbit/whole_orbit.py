@@ -1,7 +1,7 @@
 """The whole of an orbit on a screen of its own: facts, symmetry class, and every bounce."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar, cast
+from typing import ClassVar
 
 from rich.console import RenderableType
 from rich.text import Text
@@ -18,9 +18,6 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.reading.lookup import born_with, with_existence
 from orbitdb.symbols.symmetry import ELEMENTS, MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
-
-if TYPE_CHECKING:
-    from orbitdb.cli.tui.app import BrowseApp
 
 _NAMES = {MIRROR_X: "mirrored left-right", MIRROR_Y: "mirrored up-down", REVERSE: "reversed in time"}
 
@@ -84,16 +81,15 @@ class WholeOrbitScreen(OwnScreen[None]):
 
     def _show(self, known: tuple[Orbit, Partners]) -> None:
         orbit, partners = known
-        certificate = cast("BrowseApp", self.app).certificate(orbit)
+        certificate = self.browser.certificate(orbit)
         panel = self.query_one(FactsPanel)
         panel.border_title = "the whole orbit"
         panel.show(*whole(orbit, certificate, partners))
 
     def _complete(self, cancelled: Callable[[], bool]) -> tuple[Orbit, Partners]:
         """Return the orbit with its lives, and with whom it is born."""
-        browser = cast("BrowseApp", self.app)
         orbit = with_existence(self._orbit)
-        return orbit, born_with(browser.path if browser.catalogue is not None else None, orbit)
+        return orbit, born_with(self.browser.path if self.browser.catalogue is not None else None, orbit)
 
     def action_view(self) -> None:
         """Change between the stadium and phase space."""

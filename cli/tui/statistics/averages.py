@@ -1,18 +1,34 @@
-"""The numbers of the statistics screen: those of the commands, as a table and as curves over the period."""
+"""The statistics screen: Table 1, entropies and Lyapunov averages of the chosen subset, and their curves."""
+
+from collections.abc import Iterator
+from functools import partial
+from typing import ClassVar
 
 import numpy as np
+from rich.table import Table
+from textual.app import ComposeResult
+from textual.binding import Binding
+from textual.containers import Horizontal
+from textual.widgets import Footer, Header, Static
 
 from orbitdb.averages.fixed_points import Weight
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.averaged import enclosure, entropy_of_rows, lyapunov_of_rows, outside, read
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.results import PROVED, Result
 from orbitdb.cli.render import number
+from orbitdb.cli.tui.orbit.drawing import Plot
 from orbitdb.cli.tui.orbit.pictures import Curve
+from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings
 from orbitdb.errors import InputError
+from orbitdb.numerals import with_error
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.trajectories.ensemble import Reference
+from orbitdb.trajectories.ensemble import Reference, references
 
+FIRST_BOUNCES = 6_000_000
+_TITLES = {"entropy": "topological entropy", "lambda_d": "λ per bounce", "lambda_c": "λ per length"}
+_WEIGHTS = {Weight.EXPONENTIAL: "weights e^-λ", Weight.DETERMINANT: "weights 1/|det(1 - M)|"}
 COLUMNS = (
     "p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", "lambda_d", "lambda_d_pair", "lambda_d_zeta",
     "lambda_c", "lambda_c_pair", "lambda_c_zeta", "lambda_d_sum_rule", "lambda_d_sum_rule_error",
@@ -21,13 +37,7 @@ COLUMNS = (
 
 
 def statistics(catalogue: Catalogue, selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
-    """Return counts, entropies and Lyapunov averages of a subset's orbits by whole period.
-
-    Raises
-    ------
-    InputError
-        If there is no such orbit; it says why.
-    """
+    """Return counts, entropies and Lyapunov averages of a subset's orbits by whole period, if it has any."""
     notes: list[str] = []
     with catalogue.at_one_moment() as still:
         subset = read(still, selection, notes, swept=True)
@@ -47,12 +57,6 @@ def statistics(catalogue: Catalogue, selection: Selection, weight: Weight = Weig
     bounds = zip(PROVED, (proved.lower, proved.upper, proved.proof), strict=True)
     columns |= {name: [value] * len(periods) for name, value in bounds}
     return Result(subset.selection, columns, (line,), tuple(dict.fromkeys(filter(None, notes))))
-
-
-def table_of(found: Result) -> list[list[str]]:
-    """Return the numbers as text, a list a period; empty where one does not stand."""
-    return [[number(name, value) for name, value in zip(COLUMNS, row, strict=True)]
-            for row in found.rows(COLUMNS)]  # fmt: skip
 
 
 def curves_of(found: Result, reference: Reference | None) -> dict[str, list[Curve]]:
@@ -82,3 +86,124 @@ def curves_of(found: Result, reference: Reference | None) -> dict[str, list[Curv
             level = np.full_like(p, getattr(reference, name))
             curves[name].insert(0, Curve("five", "trajectories", p, level))
     return curves
+
+
+class StatisticsScreen(OwnScreen[None]):
+    """Averages over the chosen orbits by period, as tables and curves."""
+
+    KEYS: ClassVar[Keys] = {
+        "statistics": [
+            *RETURN,
+            Binding("w", "weight", "weight", tooltip="the other weight"),
+            Binding("t", "trajectories", "trajectories", tooltip="follow more trajectories"),
+        ]
+    }
+    BINDINGS = bindings(KEYS)
+
+    def __init__(self, catalogue: Catalogue, selection: Selection) -> None:
+        super().__init__()
+        self._catalogue, self._selection = catalogue, selection
+        self.found: Result | None = None
+        self.reference: Reference | None = None
+        self._weight = Weight.EXPONENTIAL
+        self._kept = ""
+        self._bounces = FIRST_BOUNCES
+
+    def compose(self) -> ComposeResult:
+        """Lay out the table and the curves."""
+        yield Header()
+        with ScrollBox(id="numbers-box"):
+            yield Static("reading …", id="numbers")
+        yield Static("trajectories …", id="reference", markup=False)
+        with Horizontal(id="plots"):
+            for name in _TITLES:
+                yield Plot(id=f"plot-{name}")
+        yield Footer(show_command_palette=False, compact=True)
+
+    def on_mount(self) -> None:
+        """Begin to compute."""
+        self.sub_title = self._selection.describe()
+        for name, title in _TITLES.items():
+            self.query_one(f"#plot-{name}").border_title = title
+        self.query_one("#numbers-box").focus()
+        self._compute()
+        self._refer(anew=False)
+
+    def _compute(self) -> None:
+        catalogue, chosen, weight = self._catalogue, self._selection, self._weight
+        self.in_thread("numbers", lambda _: statistics(catalogue, chosen, weight), self._take)
+
+    def _take(self, found: Result) -> None:
+        self.found = found
+        self._show()
+
+    def _refer(self, anew: bool) -> None:
+        found = partial(self._references, self._bounces, anew)
+        self.in_thread("trajectories", lambda _: found(), lambda each: self.take_reference(*each))
+
+    def _references(self, bounces: int, anew: bool) -> Iterator[tuple[Reference, float, bool]]:
+        """Yield the stored reference if there is one; else, or to have another, follow trajectories."""
+        stored = None if anew else self._catalogue.reference(self._selection.a)
+        if stored is not None:
+            yield stored, 1.0, True
+            return
+        seed = bounces // FIRST_BOUNCES  # others each time
+        for done, reference in references(Stadium(self._selection.a), bounces, seed):
+            yield reference, done, False
+
+    def take_reference(self, new: Reference, done: float, stored: bool) -> None:
+        """Show the better value; until one is whole, of which a share is done, the one so far."""
+        old = self.reference
+        source = "stored" if stored else f"{new.bounces:.2g} bounces followed here"
+        if done < 1 and self._kept:
+            followed = f"following more: {done:.0%}"
+        elif self._kept and old is not None and old.lambda_d_error <= new.lambda_d_error:
+            followed = f"{source}, not as good: {_described(new)}"
+        else:
+            self._kept, followed = (source, "") if done >= 1 else ("", f"{done:.0%}")
+            self.reference = old = new
+        assert old is not None
+        parts = (f"trajectories: {_described(old)}", self._kept, followed)
+        self.query_one("#reference", Static).update("; ".join(filter(None, parts)))
+        self._show()
+
+    def failed(self, reason: str) -> None:
+        """Say what went wrong where the numbers would be, too."""
+        super().failed(reason)
+        self.found = None
+        self.query_one("#numbers", Static).update(reason)
+
+    def _show(self) -> None:
+        """Show the numbers and the curves."""
+        if self.found is None:
+            return
+        self.query_one("#numbers-box").border_title = _WEIGHTS[self._weight]
+        self.query_one("#numbers", Static).update(_as_table(self.found))
+        for name, curves in curves_of(self.found, self.reference).items():
+            self.query_one(f"#plot-{name}", Plot).curves = curves
+
+    def action_weight(self) -> None:
+        """Take the other weight."""
+        self._weight = next(weight for weight in Weight if weight is not self._weight)
+        self._compute()
+
+    def action_trajectories(self) -> None:
+        """Follow other trajectories, four times as many as the last time; the better value is kept."""
+        self._bounces *= 4
+        self._refer(anew=True)
+
+
+def _described(one: Reference) -> str:
+    values = (("λ_d", one.lambda_d, one.lambda_d_error), ("λ_c", one.lambda_c, one.lambda_c_error))
+    return ", ".join(f"{name} {with_error(value, error, '±')}" for name, value, error in values)
+
+
+def _as_table(found: Result) -> Table:
+    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False, header_style="bold")
+    for name in COLUMNS:
+        heading = "±" if name.endswith("_error") else name.replace("lambda", "λ")
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in found.rows(COLUMNS):
+        table.add_row(*map(number, COLUMNS, row))
+    table.caption = "; ".join((*found.facts, *found.notes))
+    return table

@@ -1,10 +1,23 @@
 """What a word can do inside a cell of x = ln a: bounds that hold at every a in it.
 
 Around the middle of a cell, a solution in doubles, the maximum of the length moves by what the first and
-the second derivative of its directions in x allow. Both solve a system with the matrix A = -H, whose
-solutions are bounded by the worst of the curvatures in the cell (`orbitdb.orbits.births.reaches`). So it is
-told of a whole cell, and not of points in it, that a word is an orbit all over it, or none, or that the
-slacks that could be zero in it all rise, so that it can be born there once and cannot die, or that all fall.
+the second derivative of its directions in x allow. So it is told of a whole cell, and not of points in it,
+that a word is an orbit all over it, or none, or that the slacks that could be zero in it all rise, so that it
+can be born there once and cannot die, or that all fall. With A = -H,
+
+    A alpha'  = -2 a sin(alpha),
+    A alpha'' = -2 a sin(alpha) - 4 a cos(alpha) alpha' - dD/dalpha alpha'^2 -+ ...,
+
+where the dots stand for cos(h) (alpha_in' + alpha')^2 / 4 k^2 of the two runs beside a leg. The absolute
+values of a solution of A u = b are no larger than v max(|b_i| / q_i), for any v > 0 with
+
+    q_i = D_i v_i + w_i (v_i - v_{i-1}) + w_{i+1} (v_i - v_{i+1}) > 0,
+
+D and w the curvatures of leg and run: look at the row of the largest |u_i| / v_i. With D, w and b at their
+worst over the cell this bounds alpha' and alpha'' all over it. The bound on alpha' holds where directions are
+pressed against limits, too: the maximum on a box is still that of the largest row. The directions stay in the
+range over which the worst was taken, by the bound itself and continuity. v may be any, so rounding in it does
+not matter.
 
 What rounding does to sums and products is far below the 1e-10 and the parts in 1e9 that bounds are widened
 by. What it does to solutions is not: they are put into their equations, and what is left over counts.
@@ -26,13 +39,76 @@ from orbitdb.billiard.legs import (
     half_turns,
     preceding,
 )
+from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.orbits.births.continuation import motion
-from orbitdb.orbits.births.reaches import ROUNDING, WIDER, displaced, firmness, forcing, reach_of
 from orbitdb.orbits.cyclic import solve_cyclic
-from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import minus_hessian, newton
+from orbitdb.orbits.status import direction_errors
 
 Floats = NDArray[np.float64]
+
+ROUNDING = 1e-10
+WIDER = 1 + 1e-9
+
+
+class Reach(NamedTuple):
+    """What may be said of all points of a cell, shape (m, N) each."""
+
+    beyond: Floats  # least D
+    stiff: Floats  # most w
+    soft: Floats  # least w
+    lean: Floats  # most of |dD/dalpha|
+    pull: Floats  # of 2 a |sin alpha|
+    drag: Floats  # of 2 a cos alpha
+    bend: Floats  # and of |dw/d(alpha_in + alpha_out)|
+
+
+def reach_of(legs: Chain, a: Floats, r: Floats, alpha: Floats, room: Floats) -> Reach:
+    """Bound curvatures and forces where directions are within some distance, and x within r."""
+    low, high = a * np.exp(-r) / WIDER, a * np.exp(r) * WIDER
+    size = np.abs(alpha)
+    least, most = np.maximum(size - room, 0.0), np.minimum(size + room, HALF_PI)
+    lift = np.abs(legs.lift)
+    half, spread = half_turns(legs, alpha), (preceding(room) + room) / (2 * legs.k)
+    under, over = np.maximum(half - spread, 0.0), np.minimum(half + spread, np.pi / legs.k)
+    sines = np.sin(under), np.sin(over)
+    stiff = np.where((under < HALF_PI) & (over > HALF_PI), 1.0, np.maximum(*sines))
+    bend = np.maximum(np.abs(np.cos(under)), np.abs(np.cos(over))) / (4 * legs.k**2)
+    pull, drag = 2 * high * np.sin(most), 2 * high * np.cos(least)
+    return Reach(
+        beyond=(2 * low * np.cos(most) + lift * np.sin(least)) / WIDER,
+        stiff=stiff * WIDER / (2 * legs.k),
+        soft=np.minimum(*sines) / WIDER / (2 * legs.k),
+        lean=np.maximum(lift * np.cos(least), pull) * WIDER,
+        pull=pull * WIDER,
+        drag=drag * WIDER,
+        bend=bend * WIDER,
+    )
+
+
+def firmness(reach: Reach, v: Floats) -> Floats:
+    """Return the least q of the module's docstring, a little less for rounding."""
+    behind, ahead = v - preceding(v), v - following(v)
+    stiff, soft = reach.stiff, reach.soft
+    held = reach.beyond * v
+    held = held + np.where(behind > 0, soft, stiff) * behind
+    held = held + np.where(ahead > 0, following(soft), following(stiff)) * ahead
+    total: Floats = held - ROUNDING * (reach.beyond + stiff + following(stiff)) * v
+    return total
+
+
+def displaced(reach: Reach, drift: Floats, off: Floats) -> Floats:
+    """Bound what an error of the directions changes in the equations of the drift."""
+    kicks = reach.bend * (preceding(off) + off) * (preceding(drift) + drift)
+    return reach.drag * off + reach.lean * off * drift + kicks + following(kicks)
+
+
+def forcing(reach: Reach, speed: Floats) -> Floats:
+    """Bound the right side of the equations of the second derivative, given that of the first."""
+    kicks = reach.bend * (preceding(speed) + speed) ** 2
+    found: Floats = reach.pull + 2 * reach.drag * speed + reach.lean * speed**2 + kicks + following(kicks)
+    return found
+
 
 _TERMS = 1e-13
 """Rounding of a sum of terms of A x = b, of the sizes of which they are made."""

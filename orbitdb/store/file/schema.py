@@ -33,7 +33,7 @@ BORN, DIED = "born", "died"
 """The kinds of a change."""
 
 SWEPT = ("words", "n_c", "classes", "boundary", "unresolved")
-"""What a sweep counts (`orbitdb.orbits.tally.Tally`)."""
+"""What a sweep counts (`orbitdb.orbits.sums.Tally`)."""
 
 LONG = 7 << 58
 """The id of the first class of words that have no key; the others follow.

@@ -213,7 +213,7 @@ CREATE TABLE level (
 ) WITHOUT ROWID, STRICT;
 
 -- How far a period is swept at one a, and what was counted on the way, in so many blocks; the seconds are as
--- they passed, and of the processors that solved. The sums (orbitdb.averages.period_sums) are there once the
+-- they passed, and of the processors that solved. The sums (orbitdb.averages.fixed_points) are there once the
 -- state is 'done', as the moments are (orbitdb.averages.tilt_moments), which begin as those of no orbit. All
 -- of it is of the subset that the canonical text selection names (orbitdb.store.asking.sweepable), empty for
 -- all orbits.

@@ -28,7 +28,7 @@ from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.words import MAX_KEYED, from_strings, keys_of_period, word_of
 
 if TYPE_CHECKING:
-    from orbitdb.orbits.tally import Tally
+    from orbitdb.orbits.sums import Tally
 
 
 @dataclass(frozen=True)
@@ -232,7 +232,7 @@ def load_standings(connection: sa.Connection, ids: Integers, *where: sa.ColumnEl
 
 def counts_at(connection: sa.Connection, a: float, p: int) -> "Tally":
     """Return the counts at one a of a period of which all births are stored."""
-    from orbitdb.orbits.tally import Tally
+    from orbitdb.orbits.sums import Tally
 
     here = change.c.cycle.between(*keys_of_period(p))
     query = sa.select(cycle.c.id, cycle.c.class_size, cycle.c.word).join_from(change, cycle)

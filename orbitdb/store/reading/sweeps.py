@@ -15,9 +15,9 @@ from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.enumeration import MAX_PERIOD
 
 if TYPE_CHECKING:  # averages are loaded where there are sums of them
-    from orbitdb.averages.period_sums import PeriodSums
+    from orbitdb.averages.fixed_points import PeriodSums
     from orbitdb.averages.tilt_moments import TiltMoments
-    from orbitdb.orbits.tally import Tally
+    from orbitdb.orbits.sums import Tally
 
 
 @dataclass(frozen=True)
@@ -92,9 +92,9 @@ def moments_of(found: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
 
 
 def _as_sweep(row: sa.Row[Any]) -> Sweep:
-    from orbitdb.averages.period_sums import PeriodSums
+    from orbitdb.averages.fixed_points import PeriodSums
     from orbitdb.averages.tilt_moments import from_bytes
-    from orbitdb.orbits.tally import Tally
+    from orbitdb.orbits.sums import Tally
 
     values = row._mapping
     p, counts = values["p"], [values[name] for name in SWEPT]

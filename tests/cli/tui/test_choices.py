@@ -13,23 +13,24 @@ from orbitdb.store.asking.selection import Selection
 def test_choices_go_round():
     chosen, seen = Selection(), []
     for _ in range(6):
-        chosen = choices.next_status(chosen)
+        chosen = choices.turned(chosen, "statuses", choices.STATUSES)
         seen.append(chosen.statuses)
     assert seen == [(Status.ORBIT,), (Status.DYNAMICAL,), (Status.BOUNDARY,), (Status.GEOMETRIC,),
                     (Status.UNRESOLVED,), ()]  # fmt: skip
     several = Selection(statuses=(Status.ORBIT, Status.BOUNDARY))
-    assert choices.next_status(several).statuses == (Status.ORBIT,)
+    assert choices.turned(several, "statuses", choices.STATUSES).statuses == (Status.ORBIT,)
     for reversal in ("self", "pair", None):
-        chosen = choices.next_reversal(chosen)
+        chosen = choices.turned(chosen, "time_reversal", choices.REVERSALS)
         assert chosen.time_reversal == reversal
+    ring = ((), ((2, 2),), ((4, 4),), ((5, 5),))
     for step, periods in ((1, [2, 4, 5]), (-1, [5, 4, 2])):
         for p in periods:
-            chosen = choices.other_period(chosen, [2, 4, 5], step)
+            chosen = choices.turned(chosen, "periods", ring, step)
             assert chosen.periods == ((p, p),)
-        chosen = choices.other_period(chosen, [2, 4, 5], step)
+        chosen = choices.turned(chosen, "periods", ring, step)
         assert chosen.periods == ()
     for others in (((2, 4), (5, 5)), ((3, 3),)):  # none of the periods alone
-        assert choices.other_period(Selection(periods=others), [2, 4, 5], 1).periods == ((2, 2),)
+        assert choices.turned(Selection(periods=others), "periods", ring).periods == ((2, 2),)
 
 
 def test_choices_are_links_to_what_changes_them():

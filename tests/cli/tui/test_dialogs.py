@@ -5,7 +5,7 @@ from screens import SMALL, TINY, drive, press, screen_lines, settle
 from textual.widgets import Button, Label
 from textual.widgets._toast import Toast
 
-from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish
+from orbitdb.cli.tui.dialogs.fill import FillState, Wish
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.store.asking.selection import Selection
 

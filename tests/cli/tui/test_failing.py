@@ -12,8 +12,8 @@ from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
 from orbitdb.cli.tui.state_file import Kept
-from orbitdb.cli.tui.statistics import averages_screen as statistics
-from orbitdb.cli.tui.statistics.averages_screen import StatisticsScreen
+from orbitdb.cli.tui.statistics import averages as statistics
+from orbitdb.cli.tui.statistics.averages import StatisticsScreen
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import InputError
@@ -42,7 +42,7 @@ def test_exports_without_an_extra_name_it_and_leave_nothing(varied, tmp_path, mo
 
 def test_choices_that_cannot_be_written_hold_for_now(tmp_path):
     (tmp_path / "link").symlink_to(tmp_path / "nowhere")
-    told = []
+    told: list[str] = []
     kept = Kept(tmp_path / "link" / "browse.json", told.append)
     with kept.changing() as state:
         state.marked.append("13")
@@ -57,7 +57,7 @@ def test_screens_say_that_the_catalogue_was_altered_or_damaged(filled, monkeypat
     async def steps(app, pilot):
         async def told(*keys, code=None):
             app.clear_notifications()
-            await (press(pilot, *keys) if code is None else ask(pilot, *keys, code))
+            await (press(pilot, *keys) if code is None else ask(pilot, keys[0], code))
             await until(lambda: errors(app))  # on a loaded machine it is said when all seems settled
             return errors(app)
 

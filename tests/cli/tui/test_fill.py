@@ -5,12 +5,12 @@ from contextlib import closing
 from types import SimpleNamespace
 
 import pytest
-from screens import ask, drive, press, send, settle, shown, table_of, until
+from screens import ask, drive, press, row_of, send, settle, shown, table_of, until
+from textual.widgets import Input
 
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.cli.tui.dialogs import fill_state
-from orbitdb.cli.tui.dialogs.fill import FillDialog
-from orbitdb.cli.tui.dialogs.fill_state import FillState, Wish
+from orbitdb.cli.tui.dialogs import fill
+from orbitdb.cli.tui.dialogs.fill import FillDialog, FillState, Wish
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.filling.estimate import need
@@ -28,7 +28,7 @@ def test_it_says_what_the_fields_take(filled_once):
         said = f"{coming.words:,} words to come at a = 1.6: under a second, "
         assert cost(app) == f"{said}{coming.bytes / 1e3:.0f} kB"
         assert cost(app) in shown(app)
-        app.screen.query_one("#periods").value = "2-8"
+        app.screen.query_one("#periods", Input).value = "2-8"
         await settle(pilot)
         assert "nothing is left to do" in cost(app)
         await press(pilot, "enter")
@@ -45,7 +45,7 @@ def test_it_says_what_the_fields_take(filled_once):
 
 
 def test_a_fill_at_work_tells_how_fast_it_is(monkeypatch):
-    monkeypatch.setattr(fill_state, "time", SimpleNamespace(monotonic=lambda: 110.0))
+    monkeypatch.setattr(fill, "time", SimpleNamespace(monotonic=lambda: 110.0))
     running = FillState(Wish(1.6, (7,)), done=500, total=2000, p=7, began=100.0)
     assert running.sentence() == "running: p = 7, 25%, 50/s, 30 s left"
 
@@ -84,7 +84,7 @@ def test_keys_go_into_the_periods_from_the_first_on(tmp_path):
         app.push_screen(Watched("1.6", "2-11"))
         await settle(pilot)
         await press(pilot, *"23")
-        assert app.screen.query_one("#periods").value == "23"
+        assert app.screen.query_one("#periods", Input).value == "23"
 
     drive(tmp_path / "new.db", steps)
     assert focused == ["periods"]
@@ -109,8 +109,8 @@ def test_what_fails_is_told_and_the_screen_goes_on(filled, tmp_path, monkeypatch
         await press(pilot, "enter")
         assert isinstance(app.screen, MainScreen)
         await press(pilot, "f")
-        app.screen.query_one("#a").value = "1"
-        app.screen.query_one("#periods").value = "2-3"
+        app.screen.query_one("#a", Input).value = "1"
+        app.screen.query_one("#periods", Input).value = "2-3"
         await press(pilot, "enter")
         assert app.fill_state.state == "failed"
         assert "another process that writes" in app.fill_state.sentence()
@@ -138,7 +138,7 @@ def test_the_orbit_on_show_stays_and_gets_its_row_when_it_is_filled(tmp_path):
         await press(pilot, "escape")
         main = app.screen
         assert (main.orbit.code, main.orbit.stored) == ("1232131", True)
-        assert table_of(app).row[0] == "1123213"
+        assert row_of(app)[0] == "1123213"
         assert "not stored" not in "".join(note.message for note in app._notifications)
         await press(pilot, "j", "k")
         assert main.orbit.code == "1123213"

@@ -1,9 +1,10 @@
 """The filter line: the rows and their count follow as it is typed."""
 
 import time
+from typing import Any
 
 import pytest
-from screens import ask, drive, press, settle, shown, table_of, until
+from screens import ask, drive, press, row_of, settle, shown, table_of, until
 
 from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.orbits.orbit import Status
@@ -68,7 +69,7 @@ def test_escape_restores_filter_and_row(filled_once):
     async def steps(app, pilot):
         await ask(pilot, "slash", "p > 3")
         await press(pilot, "j", "j")
-        row = table_of(app).row
+        row = row_of(app)
         await pilot.press("slash")
         await typed(pilot, "p = 3")
         assert len(table_of(app).source) == 8
@@ -80,7 +81,7 @@ def test_escape_restores_filter_and_row(filled_once):
         assert table_of(app).row == row
         assert app.screen.orbit.code == row[0]
         await press(pilot, "slash", "escape", "j")  # nothing was tried: the cursor still moves the orbit
-        assert app.screen.orbit.code == table_of(app).row[0] != row[0]
+        assert app.screen.orbit.code == row_of(app)[0] != row[0]
 
     drive(filled_once, steps)
 
@@ -140,12 +141,12 @@ def test_values_given_with_a_filter_do_not_bind_the_next_one(filled_once):
 @pytest.mark.slow
 def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypatch):
     """A filter that takes a minute neither blocks keys nor goes on behind the next one."""
-    ended = Patience.ended.fget
+    whole: Any = vars(Patience)["ended"]
     looks = []
 
     def look(patience):
         looks.append(time.monotonic())
-        return ended(patience)
+        return whole.fget(patience)
 
     monkeypatch.setattr(Patience, "ended", property(look))
     slow = "(select sum(abs(length * p * lambda_c + b.p)) from catalogue b where b.length > catalogue.p) > p"

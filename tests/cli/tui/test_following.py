@@ -5,7 +5,7 @@ import threading
 
 import numpy as np
 import pytest
-from screens import LARGE, drive, press, settle, shown, table_of, until
+from screens import LARGE, drive, press, row_of, settle, shown, table_of, until
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
@@ -18,7 +18,8 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.lives import counts_at
 from orbitdb.symbols.words import least_rotation
 
-LIVES = [(0.386252501738, 0.473270308236), (0.605684335145, None)]
+BORN, DIED, REBORN = 0.386252501738, 0.473270308236, 0.605684335145
+LIVES = [(BORN, DIED), (REBORN, None)]
 
 
 @pytest.fixture(scope="module")
@@ -41,15 +42,15 @@ def test_a_step_stops_on_both_sides_of_a_change():
     while a < 0.62:
         way.append(a)
         a = next_a(LIVES, a, True)
-    beside = [a for a in way if min(abs(a / end - 1) for end in (LIVES[0][1], LIVES[1][0])) < 1e-8]
-    assert [a < LIVES[0][1] or a > LIVES[1][0] for a in beside] == [True, False, False, True]
+    beside = [a for a in way if min(abs(a / end - 1) for end in (DIED, REBORN)) < 1e-8]
+    assert [a < DIED or a > REBORN for a in beside] == [True, False, False, True]
     assert next_a(LIVES, beside[1], False) == pytest.approx(beside[0])
     assert next_a((), 1.0, True) == pytest.approx(1.02, abs=1e-3)
     assert told(LIVES, beside[0], beside[1]) == "gone at a = 0.473270308236"
     assert told(LIVES, beside[3], beside[2]) == "gone at a = 0.605684335145"
     assert told(LIVES, beside[2], beside[3]) == "born at a = 0.605684335145"
     assert told(LIVES, 1.0, 1.1) is None
-    for end in LIVES[0]:  # where it is is no way through it
+    for end in (BORN, DIED):  # where it is is no way through it
         assert told(LIVES, end, end * 1.001) is told(LIVES, end * 0.999, end) is None
 
 
@@ -78,7 +79,7 @@ def test_the_table_follows_the_orbit_in_a_and_comes_back(born):
         assert table.source.a == screen.orbit.a == screen.here < 1.54
         await press(pilot, "G", "T")
         assert screen.orbit.a == screen.here < 1.54
-        assert least_rotation(screen.orbit.code) == table.row[0]
+        assert least_rotation(screen.orbit.code) == row_of(app)[0]
         await press(pilot, "R")
         assert table.source.a is not None
         await press(pilot, "R", "g", "greater_than_sign", "greater_than_sign")
@@ -148,10 +149,10 @@ def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, monkey
         go_on.clear()
         await pilot.press("greater_than_sign", "greater_than_sign", "j")
         assert table.cursor == 1
-        assert main.orbit.code == table.row[0]
+        assert main.orbit.code == row_of(app)[0]
         go_on.set()
         await settle(pilot)
-        assert main.orbit.code == table.row[0]
+        assert main.orbit.code == row_of(app)[0]
         assert main.orbit.a == pytest.approx(1.6 * np.exp(0.06))
         assert of_one_a(app)
 

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from screens import ask, drive, press, screen_lines, shown, table_of
+from screens import ask, drive, press, row_of, screen_lines, shown, table_of
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.export import export
@@ -38,7 +38,7 @@ def test_columns_are_chosen_moved_and_kept_and_the_sorted_one_is_always_seen(fil
         assert heading(app).split()[:3] == ["│code", "cycle▲", "length"]
         last = next(app.catalogue.rows(Selection(), ("code", "cycle"), "cycle desc", 1))
         await press(pilot, "R", "g")
-        assert (table_of(app).row[0], table_of(app).row[-1]) == last
+        assert (row_of(app)[0], row_of(app)[-1]) == last
 
     async def see(app, pilot):
         assert heading(app).split()[:3] == ["│code", "p▲", "status"]
@@ -65,7 +65,7 @@ def test_marked_orbits_and_filters_are_kept_chosen_and_exported(filled_once, tmp
         told = export(file, app.catalogue, app.screen.selection, Ordering(), None)
         assert told.startswith("2 rows")
         await press(pilot, "asterisk")
-        assert [table_of(app).row[0], len(table_of(app).source)] == ["13", 1]
+        assert [row_of(app)[0], len(table_of(app).source)] == ["13", 1]
         await press(pilot, "apostrophe")
         assert app.screen.selection.where == "p < 4"
         await press(pilot, "o", "F")
@@ -96,9 +96,9 @@ def test_a_kept_filter_comes_back_as_it_was():
     for wrong in ({"p": "x"}, {"nothing": 1}, {"where": 3}):
         with pytest.raises(InputError):
             selection_of(wrong, 1.6)
-    for wrong in ({"a": 2}, {"contains": 5}, {"symmetry": 5}, {"where": "p < 3", "parameters": 3}):
+    for odd in ({"a": 2}, {"contains": 5}, {"symmetry": 5}, {"where": "p < 3", "parameters": 3}):
         with pytest.raises(InputError, match="is no filter of this program"):
-            selection_of(wrong, 1.6)
+            selection_of(odd, 1.6)
 
 
 def mark(kept, word):
@@ -110,7 +110,7 @@ def test_a_state_file_that_is_none_is_left_as_it_is(tmp_path):
     path = tmp_path / "browse.json"
     for text in ("[", "[]", "[" * 9999, '{"marked": ["9"]}', '{"filters": {"x": 3}}', "\xff"):
         path.write_bytes(text.encode("latin-1"))
-        told = []
+        told: list[str] = []
         kept = Kept(path, told.append)
         assert not kept.load()
         mark(kept, "13")
@@ -131,7 +131,7 @@ def test_a_state_file_that_is_none_is_told(tmp_path, filled_once):
 
 
 def test_two_sessions_keep_each_others_marks(tmp_path):
-    told = []
+    told: list[str] = []
     one, other = (Kept(tmp_path / "browse.json", told.append) for _ in range(2))
     mark(one, "13")
     mark(other, "013")

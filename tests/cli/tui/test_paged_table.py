@@ -69,9 +69,9 @@ def test_lines_are_those_of_a_list_wherever_keys_lead(filled_once):
             height, width = table.size.height - 1, table.scrollable_content_region.width
             for key in keys:
                 if key == "click":
-                    line = source.randrange(1, height + 1)
-                    await pilot.click(table, offset=(3, line))
-                    cursor = top + line - 1
+                    y = source.randrange(1, height + 1)
+                    await pilot.click(table, offset=(3, y))
+                    cursor = top + y - 1
                 else:
                     await pilot.press(key)
                     cursor += MOVES.get(key, 0) + {"pagedown": height - 1, "pageup": 1 - height}.get(key, 0)

@@ -3,7 +3,7 @@
 import shutil
 
 import pytest
-from screens import drive, press, settle, shown, table_of
+from screens import drive, press, row_of, settle, shown, table_of
 from textual.widgets import OptionList
 
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
@@ -34,7 +34,7 @@ def test_digits_that_are_typed_while_rows_are_read(filled, monkeypatch):
         assert (table.cursor, main.rows.jumping.note) == (0, "8 …")
         main.take_rows(pages)
         await settle(pilot)
-        assert (len(table.row[0]), main.rows.jumping.note) == (8, "period 8")
+        assert (len(row_of(app)[0]), main.rows.jumping.note) == (8, "period 8")
 
     drive(filled, steps)
 
@@ -77,7 +77,7 @@ def test_dialogs_and_counts_by_keys_and_mouse(filled):
         assert tallies.scroll_y == 1
         await press(pilot, "escape")
         # the answer to a question, by the mouse
-        answers = []
+        answers: list[bool | None] = []
         for answer in ("no", "yes"):
             app.push_screen(QuestionDialog("leave?", yes="leave", no="stay"), answers.append)
             await settle(pilot)
@@ -103,7 +103,7 @@ def test_a_catalogue_that_comes_later_is_read_and_what_nobody_foresaw_is_not_hid
     path = tmp_path / "new.db"
 
     async def steps(app, pilot):
-        assert app.catalogue is None
+        assert not app.catalogue
         shutil.copy(filled_once, path)
         await press(pilot, "ctrl+r")
         assert len(table_of(app).source) == app.catalogue.count(Selection()) > 0

@@ -2,6 +2,7 @@
 
 import pytest
 from screens import drive, press, settle, shown, table_of
+from textual.widgets import Input
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
@@ -46,8 +47,8 @@ def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(at_one, t
         assert "so does the key f" in text
         await press(pilot, "f")
         assert isinstance(app.screen, FillDialog)
-        assert app.screen.query_one("#a").value == "2"
-        app.screen.query_one("#periods").value = "2-4"
+        assert app.screen.query_one("#a", Input).value == "2"
+        app.screen.query_one("#periods", Input).value = "2-4"
         await press(pilot, "enter", "escape")
         assert len(table_of(app).source) == 41
         assert stadiums_of(app) == {2.0}

@@ -3,7 +3,7 @@
 import pytest
 from screens import drive, press, shown
 
-from orbitdb.cli.tui.statistics import averages_screen as statistics
+from orbitdb.cli.tui.statistics import averages as statistics
 from orbitdb.numerals import with_error
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.writing.records import add_reference

@@ -10,6 +10,7 @@ import sys
 
 import pytest
 from processes import COMMAND
+from there import there
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection
@@ -23,7 +24,7 @@ def start(*arguments):
         [*COMMAND, "browse", "--web", *map(str, arguments)],
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
-    return served, served.stderr.readline()
+    return served, there(served.stderr).readline()
 
 
 async def seen(socket, text):

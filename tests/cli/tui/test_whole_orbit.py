@@ -6,6 +6,7 @@ from io import StringIO
 import pytest
 from rich.console import Console, Group
 from screens import LARGE, SMALL, drive, press, shown
+from there import there
 
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
@@ -16,23 +17,23 @@ from orbitdb.symbols.symmetry import members
 
 
 def text_of(orbit, partners=()):
-    console = Console(file=StringIO(), width=70)
+    shown = StringIO()
+    console = Console(file=shown, width=70)
     console.print(Group(*whole(orbit, (2e-30, 128), partners)))
-    return [line.rstrip() for line in console.file.getvalue().splitlines()]
+    return [line.rstrip() for line in shown.getvalue().splitlines()]
 
 
 def test_everything_known_of_an_orbit_is_in_the_lines():
     orbit = solve_word("01552", 1.6, exists=True)
-    [(born, _)] = orbit.exists
+    [(born, _)] = there(orbit.exists)
     texts = text_of(orbit, [(born * (1 + 1e-15), ["01234"])])
     text = " ".join(" ".join(texts).split())
     assert ", 128 bits" in text
     assert "from a = 1.15470053838 on" in text
     assert "1.15470054 2 sqrt(3)/3, recognised numerically" in text
     assert "born at 1.15470054 with 01234" in text
-    again = " ".join(
-        " ".join(text_of(replace(orbit, exists=[(0.0, 0.41), (0.61, 1.71), (1.81, None)]))).split()
-    )
+    several = replace(orbit, exists=((0.0, 0.41), (0.61, 1.71), (1.81, None)))
+    again = " ".join(" ".join(text_of(several)).split())
     assert "to a = 0.41, and from a = 0.61 to 1.71, and from a = 1.81 on" in again
     part = texts[texts.index("symmetry class") + 1 : texts.index("bounces") - 1]
     assert {line.split()[0] for line in part if line[0] != " "} == set(members("01552"))
@@ -66,7 +67,7 @@ def test_enter_opens_the_whole_orbit(filled_once, size):
         assert "phase space" in shown(app)
         await press(pilot, "enter")
         assert isinstance(app.screen, MainScreen)
-        assert app.screen.orbit.code == "013"
+        assert there(app.screen.orbit).code == "013"
 
     drive(filled_once, steps, size)
 

@@ -1,0 +1,52 @@
+"""A catalogue to draw, and axes to draw into."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from orbitdb import Catalogue, Stadium
+from orbitdb.cli.figures import orbits, over_a
+from orbitdb.entropy.bounds import search
+from orbitdb.filling.births import fill_births
+from orbitdb.plots import style
+from orbitdb.store.writing.records import add_reference, keep_bounds
+from orbitdb.store.writing.writer import Writer
+from orbitdb.trajectories.ensemble import Reference
+
+TRAJECTORY = Reference(0.8871, 0.0002, 0.3754, 0.0003, 2.3634, 0.0004, 12_345, 67, 89)
+
+
+@pytest.fixture(scope="session")
+def known(varied, tmp_path_factory) -> Catalogue:
+    """The varied catalogue with births, a trajectory, and bounds at two a."""
+    path = Path(shutil.copy(varied, tmp_path_factory.mktemp("drawn") / "orbits.db"))
+    for _ in fill_births(path, range(2, 6)):
+        pass
+    writer = Writer(path, {})
+    add_reference(writer, 1.6, TRAJECTORY)
+    for a in (1.6, 3.0):
+        for level in search(Stadium(a), 3):
+            keep_bounds(writer, level, "doubles", None)
+    writer.close()
+    return Catalogue(path, 1.6)
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(1)
+
+
+@pytest.fixture
+def ax():
+    with style.figure(6.4, 4.2) as made:
+        yield made.add_subplot()
+
+
+@pytest.fixture
+def few_places(monkeypatch) -> None:
+    """Draw curves over a through few points; every one is as dear as an orbit."""
+    monkeypatch.setattr(orbits, "PLACES", 12)
+    monkeypatch.setattr(over_a, "PLACES", 12)
+    monkeypatch.setattr(over_a, "PLACES_OF_BOUNDS", 12)

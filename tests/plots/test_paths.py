@@ -1,0 +1,139 @@
+"""Paths in the stadium: one orbit, its reverse, and sheets of many."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from figures import paths_of, says, texts
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
+from matplotlib.text import Annotation
+from numpy.typing import NDArray
+from there import there
+
+from orbitdb import Stadium, solve_word
+from orbitdb.billiard.stability import birkhoff
+from orbitdb.cli.figures import orbits
+from orbitdb.plots import paths, style
+from orbitdb.plots.style import BLUE, ORANGE
+
+
+def arrows(ax) -> list[NDArray[np.float64]]:
+    """Return the directions in which the path is drawn."""
+    tips = [each for each in ax.texts if isinstance(each, Annotation) and each.arrow_patch is not None]
+    return [np.subtract(each.xy, each.xyann) for each in tips]
+
+
+@pytest.mark.parametrize(("word", "same"), [("010232", True), ("1232131", False)])
+def test_the_reverse_is_the_orbit_backwards(word, same):
+    orbit = solve_word(word, 1.6)
+    points = there(orbit.points)
+    made = orbits.draw_reverse(orbit)
+    above, below = made.axes
+    ((forth, colour),) = paths_of(above, orbit.p)
+    ((back, other),) = paths_of(below, orbit.p)
+    assert np.array_equal(forth, points)
+    assert np.array_equal(back, points[::-1])
+    assert (colour, other) == (BLUE, BLUE if same else ORANGE)
+    ahead = np.diff(points, axis=0)[0]
+    assert np.dot(arrows(above)[0], ahead) > 0 > np.dot(arrows(below)[-2], ahead)
+    caption = f"{word},  $a = 1.6$,  $L = {orbit.length:.4f}\\,R$,  $\\lambda = {orbit.lyapunov:.4f}$"
+    kind = "the same orbit: it retraces its path" if same else "another orbit, counted, too"
+    assert above.get_title() == f"(a) {caption}"
+    reverse = below.get_title().removeprefix("(b) its time reverse ").removesuffix(f": {kind}")
+    np.testing.assert_allclose(there(solve_word(reverse, 1.6).points), back, atol=1e-12)
+    alone = orbits.draw_orbit(orbit)
+    assert alone.axes[0].get_title() == caption
+    assert np.array_equal(paths_of(alone.axes[0], orbit.p)[0][0], points)
+    assert made.get_size_inches().tolist() == [6.4, 2 * alone.get_size_inches()[1]]
+
+
+def test_a_long_word_is_short_in_a_title():
+    assert orbits.short("1" * 29 + "3") == "1" * 29 + "3"
+    assert orbits.short("1" * 30 + "3") == "1^30 3"
+    assert orbits.short("0102031323" * 4 + "3") == "0102031323" * 3 + "0102031..."
+
+
+@pytest.mark.parametrize(("p", "a"), [(2, 1.6), (12, 20), (13, 19), (24, 0.1), (25, 50), (60, 0.6), (61, 1)])
+def test_a_path_with_its_arrows_and_numbers(ax, rng, p, a):
+    stadium = Stadium(a)
+    points = stadium.outline()[rng.permutation(128)[:p]]
+    paths.draw_orbit(ax, stadium, points, style.ORANGE)
+    closed = np.concatenate([points, points[:1]]).tolist()
+    (path,) = (each for each in ax.lines if each.get_xydata().tolist() == closed)
+    dots = [each for each in ax.lines if each.get_marker() == "o"]
+    assert [each.get_xydata().tolist() for each in dots] == [points.tolist()] * (p <= 60)
+    assert (path.get_linewidth() > 1) == (p <= 60)
+    assert {to_hex(each.get_color()) for each in (path, *dots)} == {style.ORANGE}
+    arrows = [each for each in ax.texts if not each.get_text()]
+    ahead = (np.roll(points, -1, axis=0) - points)[: p if p <= 12 else 1]
+    np.testing.assert_allclose([each.xy for each in arrows], points[: len(ahead)] + 0.65 * ahead)
+    tails = np.array([np.subtract(each.xy, each.xyann) for each in arrows])
+    np.testing.assert_allclose(tails, 1e-3 * ahead / np.hypot(*ahead.T)[:, None], atol=1e-9)
+    numbers = [int(number) for text in texts(ax) for number in text.split(", ")]
+    assert sorted(numbers) == ([*range(1, p + 1)] if p <= 24 else [])
+    for text, where in texts(ax).items():
+        assert math.dist(points[int(text.split(",")[0]) - 1], where) < 0.2
+    circles = [each.get_xydata() for each in ax.lines if len(each.get_xydata()) == 200]
+    for centre, circle in zip((-a, a), circles, strict=True):
+        np.testing.assert_allclose(np.hypot(*(circle - [centre, 0]).T), 1)
+        assert np.ptp(circle, axis=0) == pytest.approx([2, 2], abs=1e-3)
+    outline = next(each for each in ax.lines if np.array_equal(each.get_xydata(), stadium.outline()))
+    levels = [each.get_zorder() for each in (ax.collections[0], outline, path, *dots)]
+    assert levels == sorted({*levels})
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    assert left == -right < -a - 1
+    assert low == -high < -1
+    walls = ax.collections[0].get_segments()
+    assert [each.tolist() for each in walls] == [[[left, y], [right, y]] for y in (-1, 1)]
+    assert (ax.get_aspect(), ax.get_yticks().tolist()) == (1 if a < 20 else "auto", [-1, 0, 1])
+    says(ax, "$x/R$", "$y/R$")
+
+
+@pytest.mark.parametrize(("count", "columns"), [(6, 3), (7, 3), (1, 1)])
+def test_a_sheet_holds_all_that_is_on_it(ax, rng, count, columns):
+    stadium = Stadium(0.7)
+    drawn = [stadium.outline()[rng.permutation(128)[:4]] for _ in range(count)]
+    paths.draw_sheet(ax, stadium, drawn, [str(k) for k in range(count)], columns)
+    walls, closed = (each.get_segments() for each in ax.collections)
+    centres = np.array([(wall.min(axis=0) + wall.max(axis=0)) / 2 for wall in walls])
+    places = centres - centres[0]
+    wide, high = 2 * 1.7 + 0.6, 3.1
+    np.testing.assert_allclose(places, [(k % columns * wide, -(k // columns) * high) for k in range(count)])
+    for path, each, centre in zip(drawn, closed, centres, strict=True):
+        np.testing.assert_allclose(each - centre, [*path, path[0]], atol=1e-12)
+    np.testing.assert_allclose(ax.lines[0].get_xydata(), np.concatenate([each[:-1] for each in closed]))
+    np.testing.assert_allclose([*texts(ax).values()], centres - [0, 1.12])
+    assert ax.get_xlim() == pytest.approx((-wide / 2, (columns - 0.5) * wide))
+    assert ax.get_ylim() == pytest.approx((centres[-1, 1] - 1.75, 1.25))
+    assert (ax.get_aspect(), ax.axison) == (1, False)
+
+
+@pytest.mark.slow
+def test_axes_are_the_given_ones_or_new_ones(ax, rng):
+    from matplotlib import pyplot  # it takes as long as ten tests
+
+    given = paths.orbit_axes("1" * 41, Stadium(1.6), Stadium(1.6).outline()[:3], ax)
+    assert (given, given.get_title()) == (ax, "1" * 37 + "...")
+    words, x, colour = (
+        rng.integers(0, 4, (5, 3)).astype(np.uint8),
+        rng.uniform(-1, 1, (5, 3)),
+        rng.uniform(size=5),
+    )
+    cloud = paths.phase_space_axes(
+        "orbits", Stadium(1.6), [(words, x, colour), (words[:, :2], x[:, :2], colour)], None
+    )
+    (dots,) = cloud.collections
+    both = [birkhoff(Stadium(1.6), words[:, :p], x[:, :p]) for p in (3, 2)]
+    np.testing.assert_array_equal(
+        dots.get_offsets(), np.concatenate([np.reshape(each, (2, -1)).T for each in both])
+    )
+    assert there(dots.get_array()).tolist() == [c for p in (3, 2) for c in colour for _ in range(p)]
+    steps: Any = paths.lengths_axes("all the orbits " * 12, np.array([4.0, 2.0, 3.0]), None)
+    assert steps.lines[0].get_xydata().tolist() == [[2, 1], [3, 2], [4, 3]]
+    assert len({ax.figure, cloud.figure, steps.figure}) == 3
+    assert len(steps.get_title().splitlines()) == 3
+    FigureCanvasAgg(steps.figure).draw()
+    assert steps.title.get_window_extent().width <= steps.get_window_extent().width
+    pyplot.close("all")

@@ -1,0 +1,54 @@
+"""What is read back from the axes of a figure."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def named(ax: Axes, label: str) -> Floats:
+    """Return the points of the line whose label begins so, shape (2, n)."""
+    (found,) = (each for each in ax.lines if str(each.get_label()).startswith(label))
+    return np.array(found.get_data(), dtype=float)
+
+
+def legend(ax: Axes) -> list[str]:
+    """Return what a legend of the axes says; its lines can be told apart by colour, dash and marker."""
+    named = dict(zip(*ax.get_legend_handles_labels()[::-1], strict=True))
+    lines = [each for each in named.values() if hasattr(each, "get_marker")]
+    looks = {(to_hex(each.get_color()), each.get_linestyle(), each.get_marker()) for each in lines}
+    assert len(looks) == len(lines)
+    return [*named]
+
+
+def paths_of(ax: Axes, count: int) -> list[tuple[Floats, str]]:
+    """Return the closed paths of so many bounces, and their colours."""
+    points = [(np.asarray(each.get_xydata()), to_hex(each.get_color())) for each in ax.lines]
+    return [
+        (each[:-1], colour)
+        for each, colour in points
+        if len(each) == count + 1 and np.array_equal(each[0], each[-1])
+    ]
+
+
+def heights(filled: Any) -> set[float]:
+    """Return all heights of the edge of a band."""
+    return set(filled.get_paths()[0].vertices[:, 1].round(9).tolist())
+
+
+def texts(ax: Axes) -> dict[str, tuple[float, float]]:
+    written: Any = ax.texts
+    return {each.get_text(): each.xy for each in written if each.get_text()}
+
+
+def says(ax: Axes, x: str, y: str) -> None:
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (x, y)
+
+
+def by_period(ax: Axes, label: str) -> None:
+    says(ax, "period $p$ (bounces)", label)
+    assert all(tick == round(tick) for tick in ax.get_xticks())
