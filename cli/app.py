@@ -167,10 +167,12 @@ def call(arguments: Sequence[str]) -> Any:
     """Run the command that the arguments say; return its exit code, if it has one.
 
     `ParsingError` says that they cannot be read, KeyboardInterrupt that Ctrl-C came, or the end of an input
-    that is waited for.
+    that is waited for, BrokenPipeError that nobody reads the output.
     """
     command = _command((arguments[0],) if arguments[0] in _MODULES else tuple(_MODULES))
     try:
         return command(arguments, prog_name="orbitdb", standalone_mode=False)
     except typer.Abort as end:
         raise KeyboardInterrupt from end
+    except SystemExit as end:  # Typer's way to end where nobody reads the output any more
+        raise end.__context__ or end from None
