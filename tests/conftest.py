@@ -51,13 +51,13 @@ def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     from orbitdb.filling.blocks import METHODS, Method
     from orbitdb.orbits.newton import solve
 
-    monkeypatch.setitem(METHODS, "newton", Method(solve, 64))
+    monkeypatch.setitem(METHODS, "newton", Method(solve, 32))
 
 
 @pytest.fixture
 def small_sweeps(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut periods into many blocks, for which other processes are begun."""
-    monkeypatch.setattr("orbitdb.filling.sweeps.CLASSES", 16)
+    monkeypatch.setattr("orbitdb.filling.sweeps.CLASSES", 8)
     monkeypatch.setattr("orbitdb.filling.sweeps.SMALL", 1)
 
 

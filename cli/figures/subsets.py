@@ -20,7 +20,7 @@ from orbitdb.cli.reading import note_gaps, note_nothing
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
-from orbitdb.plots import curves, paths, quantum
+from orbitdb.plots import curves, paths
 from orbitdb.plots.style import entitle, explain, figure
 from orbitdb.quantum.amplitudes import orbit_terms, weyl
 from orbitdb.quantum.lengths import counted, family_count
@@ -137,7 +137,7 @@ def draw_phase_space(catalogue: Catalogue, chosen: Selection) -> Figure:
     periods = ((*subset.of_period(p), subset.lambda_d[subset.p == p]) for p in np.unique(subset.p).tolist())
     with figure(7.2, 4.4) as made:
         ax = made.add_subplot()
-        dots = curves.draw_phase_space(ax, stadium, *curves.bounces(stadium, periods))
+        dots = paths.draw_phase_space(ax, stadium, *paths.bounces(stadium, periods))
         made.colorbar(dots, ax=ax, label=r"$\lambda_d$ (per bounce)", pad=0.01, extend="both")
         entitle(made, chosen.describe())
     return made
@@ -171,7 +171,7 @@ def draw_length_spectrum(catalogue: Catalogue, chosen: Selection) -> Figure:
         note(said)
     with figure(7.2, 4.8) as made:
         ax = made.add_subplot()
-        quantum.draw_spectrum(ax, found, short)
+        curves.draw_spectrum(ax, found, short)
         entitle(made, f"length spectrum at a = {chosen.a:g}, k below {found.k_max:.4g}")
         explain(made, ax)
     return made
@@ -190,7 +190,7 @@ def draw_levels(catalogue: Catalogue, chosen: Selection) -> Figure:
     note(f"orbits and bouncing balls of lengths up to {_LENGTHS[1]:g}: a partial sum")
     with figure(7.2, 6.0) as made:
         above, below = made.subplots(2, 1, sharex=True)
-        quantum.draw_level_count(above, below, k, at, smooth, family, orbits, highest)
+        curves.draw_level_count(above, below, k, at, smooth, family, orbits, highest)
         entitle(made, f"{len(k)} levels at a = {chosen.a:g}, k below {end:.4g}")
         explain(made, above, below)
     return made

@@ -122,6 +122,7 @@ def coordinates(legs: Legs, a: float, alpha: Floats) -> Floats:
     side = (1.0 - 2.0 * (np.arange(m)[:, None] % 2)) / np.where(legs.n > 0, rise + fall, 1.0)
     table = np.concatenate([first, side * (rise * far - fall * near)])
     steps = np.concatenate([2 * legs.d * half_turns(legs, alpha), side * 2 * (near + far)])
-    entry = (legs.run + m * legs.straight) * n_words + np.arange(n_words)
-    found: Floats = (table.ravel()[entry] + legs.place * steps.ravel()[entry]).T
+    run, place, straight = legs.bounces
+    entry = (run + m * straight) * n_words + np.arange(n_words)
+    found: Floats = (table.ravel()[entry] + place * steps.ravel()[entry]).T
     return np.ascontiguousarray(found)

@@ -19,7 +19,7 @@ several words stand in different stadiums, a has shape (N,). Run i precedes leg 
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,23 +70,30 @@ class Chain(Columns):
         return Chain(*(part.take(words, axis=1) for part in (self.k, self.d, self.n, self.s)))
 
 
+class Bounces(NamedTuple):
+    """Where the bounces of N words of order p stand among their runs and legs; arrays of shape (p, N)."""
+
+    run: NDArray[np.intp]  # the run, or the leg, that each bounce belongs to
+    place: NDArray[np.intp]  # its place in it, from 0
+    straight: NDArray[np.bool_]  # whether it is on a straight wall
+
+
 @dataclass(frozen=True, eq=False)
 class Legs(Chain):
-    """N admissible words of order p as chains of m runs and m legs, and where each bounce stands.
+    """N admissible words of order p, shape (p, N), as chains of m runs and m legs."""
 
-    Attributes
-    ----------
-    run : ndarray of intp, shape (p, N)
-        The run, or the leg, that each bounce of the word belongs to.
-    place : ndarray of intp, shape (p, N)
-        The bounce's place in it, from 0.
-    straight : ndarray of bool, shape (p, N)
-        Whether the bounce is on a straight wall.
-    """
+    words: NDArray[np.uint8]
 
-    run: NDArray[np.intp]
-    place: NDArray[np.intp]
-    straight: NDArray[np.bool_]
+    @cached_property
+    def bounces(self) -> Bounces:
+        """Where each bounce stands."""
+        symbols, origin = _turned(self.words.T)
+        fresh, straight = _beginnings(symbols), STRAIGHT[symbols]
+        steps = np.arange(fresh.size)
+        place = (steps - np.maximum.accumulate(np.where(fresh.ravel(), steps, 0))).reshape(fresh.shape)
+        run = (fresh & ~straight).cumsum(axis=1) - 1
+        back = (np.arange(symbols.shape[1]) - origin) % symbols.shape[1]
+        return Bounces(*(np.take_along_axis(x, back, axis=1).T for x in (run, place, straight)))
 
 
 def preceding(rows: NDArray[Any]) -> NDArray[Any]:
@@ -112,32 +119,39 @@ def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
     list of (ndarray of intp, Legs)
         One entry for each number of runs: the rows of ``words`` it holds, and their structure.
     """
-    p, left = words.shape[1], _LEFT[words]
-    origin = (left & ~np.roll(left, 1, axis=1)).argmax(axis=1)[:, None]
-    symbols = np.take_along_axis(words, (np.arange(p) + origin) % p, axis=1)  # a run on the left comes first
-    straight, left = STRAIGHT[symbols], _LEFT[symbols]
-    fresh = np.ones(words.shape, dtype=bool)  # where a run or a leg begins
-    fresh[:, 1:] = straight[:, 1:] != straight[:, :-1]
-    fresh[:, 1:] |= ~straight[:, 1:] & (left[:, 1:] != left[:, :-1])
-    fresh_run = fresh & ~straight
-    begins, steps = np.flatnonzero(fresh_run), np.arange(fresh.size)
+    symbols, _ = _turned(words)
+    straight = STRAIGHT[symbols]
+    fresh_run = _beginnings(symbols) & ~straight
+    begins = np.flatnonzero(fresh_run)
     n = np.add.reduceat(straight.ravel(), begins, dtype=float)
     k = np.diff(begins, append=symbols.size) - n
     d = np.where(_DOWNWARD[symbols.ravel()[begins]], -1.0, 1.0)
     first_wall = np.minimum(begins + k.astype(np.intp), symbols.size - 1)
     s = np.where(n > 0, symbols.ravel()[first_wall] - 1.0, 0.0)
-    place = (steps - np.maximum.accumulate(np.where(fresh.ravel(), steps, 0))).reshape(fresh.shape)
-    back = (np.arange(p) - origin) % p
-    bounces = [np.take_along_axis(x, back, axis=1) for x in (fresh_run.cumsum(axis=1) - 1, place, straight)]
     runs = fresh_run.sum(axis=1)
     first_run = runs.cumsum() - runs
     found = []
     for m in np.flatnonzero(np.bincount(runs)):
         rows = np.flatnonzero(runs == m)
         chain = first_run[rows] + np.arange(m)[:, None]
-        parts = [part[chain] for part in (k, d, n, s)] + [part[rows].T for part in bounces]
-        found.append((rows, Legs(*parts)))
+        found.append((rows, Legs(k[chain], d[chain], n[chain], s[chain], words[rows].T)))
     return found
+
+
+def _turned(words: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDArray[np.intp]]:
+    """Turn words, shape (N, p), so that a run on the left comes first; say with which bounce it begins."""
+    left = _LEFT[words]
+    origin = (left & ~np.roll(left, 1, axis=1)).argmax(axis=1)[:, None]
+    return np.take_along_axis(words, (np.arange(words.shape[1]) + origin) % words.shape[1], axis=1), origin
+
+
+def _beginnings(symbols: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Tell of the bounces of words that begin with a run whether a run or a leg begins with them."""
+    straight, left = STRAIGHT[symbols], _LEFT[symbols]
+    fresh = np.ones(symbols.shape, dtype=np.bool_)
+    fresh[:, 1:] = straight[:, 1:] != straight[:, :-1]
+    fresh[:, 1:] |= ~straight[:, 1:] & (left[:, 1:] != left[:, :-1])
+    return fresh
 
 
 def direction_limits(legs: Chain, a: float | Floats) -> tuple[Floats, Floats]:

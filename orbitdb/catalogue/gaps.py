@@ -14,7 +14,7 @@ from orbitdb.symbols.enumeration import MAX_PERIOD
 
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.catalogue.counted import Counted
+    from orbitdb.catalogue.counts import Counted
 
 _USUAL = 11
 """The highest period of a first fill, in all messages to users."""

@@ -1,29 +1,38 @@
-"""The open file of a catalogue: its connections, one moment of it, and what is filled at which a."""
+"""The open file of a catalogue: its connections, one moment of it, and what it holds besides words."""
 
 import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.gaps import describe_fills
+from orbitdb.entropy.entropy_bounds import EntropyBounds
 from orbitdb.errors import InputError, StoreError
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file import tables
 from orbitdb.store.file.database import default_path, need_newest, plain_errors
 from orbitdb.store.file.engines import driver, reading_engine
 from orbitdb.store.file.migrate import migrate
+from orbitdb.store.reading import lives, records, sweeps
 from orbitdb.store.reading.fills import Fill, as_fill
+from orbitdb.store.reading.lives import BirthFill, Life
 from orbitdb.store.reading.lookup import a_stored, meant
+from orbitdb.store.reading.sweeps import Sweep
+
+if TYPE_CHECKING:
+    from orbitdb.trajectories.ensemble import Reference
 
 _SHOWN = 4
 """How many further values of a a short description lists."""
 
 
 class OpenedCatalogue:
-    """A database file, opened for reading; `orbitdb.Catalogue` says the rest."""
+    """A database file, opened for reading, and what it holds besides words (`orbitdb.Catalogue`)."""
 
     def __init__(self, path: Path | str | None = None, a: float | None = None) -> None:
         self._a = None if a is None else Stadium(a).a
@@ -126,3 +135,82 @@ class OpenedCatalogue:
         query = sa.select(fill).join(tables.stadium).where(tables.stadium.c.a == at).order_by(fill.c.p)
         with self.reading() as connection:
             return [as_fill(row) for row in connection.execute(query)]
+
+    def birth_fills(self) -> list[BirthFill]:
+        """Return which periods have births and deaths stored, and how completely."""
+        with self.reading() as connection:
+            return lives.birth_fills(connection)
+
+    def births(self, p: int) -> list[Life]:
+        """Return the lives of the classes of one period, by birth: the ranges of a in which they are orbits.
+
+        Empty if no births of the period are stored: `orbitdb births` stores them.
+        """
+        with self.reading() as connection:
+            return lives.lives(connection, p)
+
+    def entropy_bounds(self, a: float | None = None, proof: str | None = None) -> EntropyBounds | None:
+        """Return the closest proved bounds that are stored on the topological entropy at one a.
+
+        None if there are none: `orbitdb bounds` finds and stores them.
+
+        Parameters
+        ----------
+        a : float, optional
+            The stadium; by default the catalogue's.
+        proof : str, optional
+            ``doubles`` or ``balls``: only bounds proved in this arithmetic; by default the closer ones.
+
+        Raises
+        ------
+        InputError
+            If `proof` is another word.
+        """
+        with self.reading() as connection:
+            found = records.closest(connection, proof, self.a if a is None else Stadium(a).a)
+        return found[0] if found else None
+
+    def reference(self, a: float | None = None) -> "Reference | None":
+        """Return the stored averages over random trajectories at one a that have the smallest error.
+
+        None if there are none: `orbitdb simulate` makes and stores them.
+
+        Parameters
+        ----------
+        a : float, optional
+            The stadium; by default the catalogue's.
+        """
+        with self.reading() as connection:
+            return records.best_reference(connection, self.a if a is None else a)
+
+    def entropy_curve(self, proof: str | None = None) -> list[EntropyBounds]:
+        """Return the closest stored bounds on the topological entropy at every a, in order.
+
+        The parameter is that of `entropy_bounds`.
+        """
+        with self.reading() as connection:
+            return records.closest(connection, proof)
+
+    def sweeps(self, a: float | None = None, selection: Selection | None = None) -> list[Sweep]:
+        """Return the counts and sums of sweeps at one a, by period.
+
+        Parameters
+        ----------
+        a : float, optional
+            The stadium; by default the catalogue's.
+        selection : Selection, optional
+            The orbits that were swept; by default all. Its a and periods are ignored.
+
+        Raises
+        ------
+        SelectionError
+            If the subset cannot be swept.
+        """
+        chosen = "" if selection is None else swept_text(selection)
+        with self.reading() as connection:
+            return sweeps.sweeps(connection, self.a if a is None else a, chosen)
+
+    def swept_subsets(self, a: float | None = None) -> list[Selection]:
+        """Return the subsets, other than all orbits, that are swept at one a, by default the catalogue's."""
+        with self.reading() as connection:
+            return sweeps.swept_subsets(connection, self.a if a is None else a)

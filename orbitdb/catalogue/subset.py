@@ -321,7 +321,7 @@ class Subset(ByValue):
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
         if not len(orbits):
             raise ValueError(f"there is nothing to draw among {self!r}")
-        title, axes = self.selection.describe(), load("orbitdb.plots.axes", "plot()", "plot")
+        title, axes = self.selection.describe(), load("orbitdb.plots.paths", "plot()", "plot")
         if kind == "lengths":
             return axes.lengths_axes(title, orbits.length, ax)
         periods = [

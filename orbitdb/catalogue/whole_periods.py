@@ -15,7 +15,7 @@ from orbitdb.averages.fixed_points import PeriodSums, missing_periods
 from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rules, swept_sum_rules
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments
 from orbitdb.catalogue.chosen_classes import ChosenClasses
-from orbitdb.catalogue.counted import Counted
+from orbitdb.catalogue.counts import Counted
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import why_not_swept
@@ -32,34 +32,18 @@ if TYPE_CHECKING:
 class WholePeriods:
     """The chosen classes in those periods that are stored as a whole.
 
-    Attributes
-    ----------
-    selection : Selection
-        What was chosen: orbits, if no status was named.
-    filled : tuple of int
-        The chosen periods that are filled as a whole, in order.
-    classes : ChosenClasses
-        The chosen classes of the whole periods.
-    swept : mapping of int to PeriodSums
-        The sums over chosen periods of which no rows are stored.
-    moments : sequence
-        What sum rules need of them (`orbitdb.store.reading.sweeps.moments_of`).
-    orbits : mapping of int to int
-        How many chosen orbits they have.
-    unborn : tuple of int
-        The chosen periods that are left out as the subset depends on their births, and none are stored.
-    part : bool
-        Whether these are a part of what was chosen.
+    Of chosen periods without stored rows there may be `swept` sums, with their `moments`
+    (`orbitdb.store.reading.sweeps.moments_of`) and the number of their chosen `orbits`.
     """
 
-    selection: Selection
-    filled: tuple[int, ...]
-    classes: ChosenClasses
+    selection: Selection  # what was chosen: orbits, if no status was named
+    filled: tuple[int, ...]  # the chosen periods that are filled as a whole, in order
+    classes: ChosenClasses  # of these
     swept: Mapping[int, PeriodSums] = field(default_factory=dict)
     moments: Sequence[Mapping[int, TiltMoments]] = ()
     orbits: Mapping[int, int] = field(default_factory=dict)
-    unborn: tuple[int, ...] = ()
-    part: bool = False
+    unborn: tuple[int, ...] = ()  # left out as the subset depends on their births, and none are stored
+    part: bool = False  # whether these are a part of what was chosen
 
     @cached_property
     def periods(self) -> list[int]:

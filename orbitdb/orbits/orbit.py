@@ -366,7 +366,7 @@ class Orbit:
         points = self.points
         if points is None:
             raise ValueError(f"{self.code:.40} at a = {self.a:g} cannot be drawn: {self.status.sentence}")
-        axes = load("orbitdb.plots.axes", "plot()", "plot")
+        axes = load("orbitdb.plots.paths", "plot()", "plot")
         return axes.orbit_axes(self.code, Stadium(self.a), points, ax)
 
 

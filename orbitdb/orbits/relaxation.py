@@ -89,11 +89,12 @@ def starting_points(words: NDArray[np.uint8], stadium: Stadium) -> Floats:
     """
     start = np.empty(words.shape)
     for rows, legs in cut(words):
-        here = (legs.run, np.arange(len(legs)))
-        count = np.where(legs.straight, legs.n[here], legs.k[here])
-        spread = (2 * legs.place + 1 - count) / (count + 1)
-        ahead = 1.0 - 2.0 * (legs.run % 2)
-        start[rows] = (spread * np.where(legs.straight, stadium.a * ahead, HALF_PI * legs.d[here])).T
+        run, place, straight = legs.bounces
+        here = (run, np.arange(len(legs)))
+        count = np.where(straight, legs.n[here], legs.k[here])
+        spread = (2 * place + 1 - count) / (count + 1)
+        ahead = 1.0 - 2.0 * (run % 2)
+        start[rows] = (spread * np.where(straight, stadium.a * ahead, HALF_PI * legs.d[here])).T
     return start
 
 

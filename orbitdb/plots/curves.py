@@ -1,8 +1,8 @@
-"""Figures of numbers: entropy and Lyapunov averages by period, phase space, the length spectrum."""
+"""Figures of numbers: averages by period, lengths of orbits, levels and their spectrum, run times."""
 
 import math
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,16 +11,22 @@ from matplotlib.colors import LogNorm
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from orbitdb.billiard.stability import birkhoff
-from orbitdb.billiard.stadium import Stadium
 from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE
+
+if TYPE_CHECKING:
+    from orbitdb.benchmarks.work_precision import WorkPrecision
+    from orbitdb.quantum.spectrum import Spectrum
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-Period = tuple[NDArray[np.uint8], Floats, Floats]
-"""The orbits of one period: symbols and coordinates, shape (N, p), and lambda per bounce, shape (N,)."""
-
+_OF_METHODS = {
+    "newton": ("o-", BLUE, "Newton on leg directions"),
+    "balls": ("D-", GREEN, "ball arithmetic (proved radius)"),
+    "root": ("^--", PURPLE, "scipy.optimize.root"),
+    "relaxation": ("s:", ORANGE, "relaxation (Biham and Kvale)"),
+}
+_DOUBLE = 2.0**-53
 _METHODS = ("_pair", "_zeta", "_sum_rule", "_sum_rule_error")
 
 
@@ -109,53 +115,6 @@ def _span(values: Floats, fallback: Floats) -> tuple[float, float]:
     return low - room, high + room
 
 
-def bounces(stadium: Stadium, periods: Iterable[Period]) -> tuple[Floats, Floats, Floats]:
-    """Return place, sine and lambda per bounce of all bounces of orbits, shape (N,) each."""
-    place, sine, colour = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
-    for symbols, coordinates, lambda_d in periods:
-        along, sines = birkhoff(stadium, symbols, coordinates)
-        place.append(along.ravel())
-        sine.append(sines.ravel())
-        colour.append(np.repeat(lambda_d, symbols.shape[1]))
-    return np.concatenate(place), np.concatenate(sine), np.concatenate(colour)
-
-
-def draw_phase_space(ax: Axes, stadium: Stadium, place: Floats, sine: Floats, colour: Floats) -> Any:
-    """Draw bounces in phase space: place along the boundary against tangential momentum.
-
-    Parameters
-    ----------
-    ax : Axes
-    stadium : Stadium
-    place : ndarray, shape (n,)
-        Arc length, as `Stadium.arclength` counts it.
-    sine : ndarray, shape (n,)
-        Sine of the angle between the leaving path and the inward normal, positive anticlockwise.
-    colour : ndarray, shape (n,)
-        A number of each bounce that its colour shows.
-
-    Returns
-    -------
-    PathCollection
-        For a colour bar.
-    """
-    size = float(np.clip(6e4 / max(len(place), 1), 0.3, 12))
-    low, high = np.percentile(colour, [2, 98])
-    dots = ax.scatter(
-        place, sine, c=colour, s=size, cmap="viridis", vmin=low, vmax=high, linewidths=0, rasterized=True
-    )
-    joints = np.cumsum([0, 2 * stadium.a, np.pi, 2 * stadium.a, np.pi])
-    for joint in joints[1:-1]:
-        ax.axvline(joint, color=GREY, linewidth=0.8)
-    for middle, name in zip(
-        (joints[1:] + joints[:-1]) / 2, ("0: bottom", "3, 5: right", "2: top", "1, 4: left"), strict=True
-    ):
-        ax.annotate(name, (middle, 1.02), xycoords=("data", "axes fraction"), ha="center", color=GREY)
-    ax.set(xlim=(0, stadium.perimeter), ylim=(-1, 1), xlabel="$s/R$", ylabel=r"$\sin\,\varphi$")
-    ax.grid(False)
-    return dots
-
-
 def draw_staircase(ax: Axes, length: Floats, count: Integers, complete: float | None = None) -> None:
     """Draw how many orbits are no longer than L.
 
@@ -204,3 +163,69 @@ def draw_density(ax: Axes, p: Integers, length: Floats, count: Integers, bins: i
     ax.set(xlabel="length $L/R$", ylabel="period $p$ (bounces)")
     ax.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     return drawn
+
+
+def draw_spectrum(ax: Axes, found: "Spectrum", label: Callable[[str], str]) -> None:
+    """Draw |F| of levels upwards, that of orbits downwards, and the labels that peaks' codes get."""
+    side = -1 if found.quantum is None else 1
+    if found.quantum is not None:
+        ax.plot(found.length, np.abs(found.quantum), color=BLUE, label="levels")
+    ax.plot(found.length, -np.abs(found.orbits), color=ORANGE, label="orbits, downwards")
+    first, last = found.length[[0, -1]]
+    if found.complete < last:
+        beyond = max(found.complete, first)
+        ax.axvspan(beyond, last, color=GREY, alpha=0.12, label="orbits may be missing")
+    for peak in found.peaks(1):
+        ax.annotate(label(peak.code), (peak.length, side * peak.height), xytext=(0, 4 * side),
+                    textcoords="offset points", fontsize=7, rotation=90, ha="center",
+                    va="bottom" if side > 0 else "top")  # fmt: skip
+    ax.axhline(0, color=INK, linewidth=0.6)
+    ax.margins(x=0, y=0.25)
+    ax.set(xlabel="length $x/R$", ylabel=r"$|F(x)|$")
+
+
+def draw_level_count(
+    above: Axes, below: Axes, k: Floats, at: Floats, smooth: Floats, family: Floats, orbits: Floats, p: int
+) -> None:
+    """Draw the number of levels, and how far it is from its smooth part.
+
+    Parameters
+    ----------
+    above, below : Axes
+    k : ndarray, shape (N,)
+        The levels.
+    at, smooth, family, orbits : ndarray, shape (n,)
+        Wavenumbers, the smooth part there, and what bouncing balls and orbits make of the rest.
+    p : int
+        The highest period of the orbits.
+    """
+    above.step(np.append(0.0, k), np.arange(len(k) + 1), where="post", color=BLUE, label="levels")
+    above.plot(at, smooth, color=ORANGE, linestyle="--", linewidth=1, label="Weyl's law")
+    above.set(ylabel="levels below $k$")
+    rest = np.searchsorted(k, at) - smooth
+    below.plot(at, rest, color=BLUE, linewidth=0.8, label="levels, less Weyl's law")
+    below.plot(at, family, color=GREEN, linestyle=":", label="bouncing balls")
+    label = f"bouncing balls and orbits to $p = {p}$, a partial sum"
+    below.plot(at, family + orbits, color=ORANGE, linewidth=0.8, label=label)
+    below.set(xlabel="$kR$", ylabel="fluctuation")
+
+
+def draw_work_precision(ax: Axes, rows: "Sequence[WorkPrecision]") -> None:
+    """Draw the run time per word against the largest error of a coordinate.
+
+    Parameters
+    ----------
+    ax : Axes
+    rows : sequence of WorkPrecision
+        All methods and settings of one run.
+    """
+    for method, (line, colour, label) in _OF_METHODS.items():
+        mine = [row for row in rows if row.method == method]
+        errors = [row.coordinates_max for row in mine]
+        times = [row.seconds_per_sequence for row in mine]
+        ax.loglog(errors, times, line, color=colour, markersize=5, label=label)
+    ax.axvline(_DOUBLE, color=INK, linewidth=0.8, linestyle="--")
+    ax.annotate("double", (_DOUBLE, 0), xycoords=("data", "axes fraction"), xytext=(-3, 4), ha="right",
+                textcoords="offset points", color=INK, fontsize=8)  # fmt: skip
+    ax.set_xlabel("largest error of a coordinate (units of $R$, rad)")
+    ax.set_ylabel("run time per word (s)")

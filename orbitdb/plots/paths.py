@@ -1,8 +1,10 @@
-"""Figures of orbits in their stadium."""
+"""Figures of orbits, in their stadium and in phase space, for axes of matplotlib that may be the caller's."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,11 +13,16 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, Locator
 from numpy.typing import NDArray
 
+from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.svg import number_labels
-from orbitdb.plots.style import BLUE, FAINT, INK
+from orbitdb.plots.curves import draw_staircase
+from orbitdb.plots.style import BLUE, FAINT, GREY, INK, look, wrapped
 
 Floats = NDArray[np.float64]
+
+Period = tuple[NDArray[np.uint8], Floats, Floats]
+"""The orbits of one period: symbols and coordinates, shape (N, p), and lambda per bounce, shape (N,)."""
 
 MOST_NUMBERED = 24
 _MOST_MARKED = 60
@@ -25,6 +32,7 @@ _AWAY, _BESIDE = 12, 0.3
 _CONTINUED = "walls and circles, continued"
 _ALONG = 0.65
 """Where on a link its arrow is: two that lie on each other, of an orbit that retraces its path, differ."""
+_LONGEST = 40
 _DIGIT = 0.63
 """How wide a digit of a label is, in units of the size of its font."""
 
@@ -160,3 +168,91 @@ def draw_sheet(
 def cell_size(stadium: Stadium) -> tuple[float, float]:
     """Return the width and height of one orbit on a sheet, in units of the radius."""
     return 2 * (stadium.a + 1) + 0.6, 3.1
+
+
+def bounces(stadium: Stadium, periods: Iterable[Period]) -> tuple[Floats, Floats, Floats]:
+    """Return place, sine and lambda per bounce of all bounces of orbits, shape (N,) each."""
+    place, sine, colour = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
+    for symbols, coordinates, lambda_d in periods:
+        along, sines = birkhoff(stadium, symbols, coordinates)
+        place.append(along.ravel())
+        sine.append(sines.ravel())
+        colour.append(np.repeat(lambda_d, symbols.shape[1]))
+    return np.concatenate(place), np.concatenate(sine), np.concatenate(colour)
+
+
+def draw_phase_space(ax: Axes, stadium: Stadium, place: Floats, sine: Floats, colour: Floats) -> Any:
+    """Draw bounces in phase space: place along the boundary against tangential momentum.
+
+    Parameters
+    ----------
+    ax : Axes
+    stadium : Stadium
+    place : ndarray, shape (n,)
+        Arc length, as `Stadium.arclength` counts it.
+    sine : ndarray, shape (n,)
+        Sine of the angle between the leaving path and the inward normal, positive anticlockwise.
+    colour : ndarray, shape (n,)
+        A number of each bounce that its colour shows.
+
+    Returns
+    -------
+    PathCollection
+        For a colour bar.
+    """
+    size = float(np.clip(6e4 / max(len(place), 1), 0.3, 12))
+    low, high = np.percentile(colour, [2, 98])
+    dots = ax.scatter(
+        place, sine, c=colour, s=size, cmap="viridis", vmin=low, vmax=high, linewidths=0, rasterized=True
+    )
+    joints = np.cumsum([0, 2 * stadium.a, np.pi, 2 * stadium.a, np.pi])
+    for joint in joints[1:-1]:
+        ax.axvline(joint, color=GREY, linewidth=0.8)
+    for middle, name in zip(
+        (joints[1:] + joints[:-1]) / 2, ("0: bottom", "3, 5: right", "2: top", "1, 4: left"), strict=True
+    ):
+        ax.annotate(name, (middle, 1.02), xycoords=("data", "axes fraction"), ha="center", color=GREY)
+    ax.set(xlim=(0, stadium.perimeter), ylim=(-1, 1), xlabel="$s/R$", ylabel=r"$\sin\,\varphi$")
+    ax.grid(False)
+    return dots
+
+
+def orbit_axes(code: str, stadium: Stadium, points: Floats, ax: Axes | None) -> Axes:
+    """Draw an orbit in its stadium, given its bounces, shape (p, 2), with its code above it."""
+    with _axes(ax) as axes:
+        draw_orbit(axes, stadium, points)
+        axes.set_title(code if len(code) <= _LONGEST else f"{code[: _LONGEST - 3]}...")
+    return axes
+
+
+def phase_space_axes(title: str, stadium: Stadium, periods: Iterable[Period], ax: Axes | None) -> Axes:
+    """Draw the bounces of orbits in phase space; lambda per bounce gives their colours."""
+    with _axes(ax) as axes:
+        draw_phase_space(axes, stadium, *bounces(stadium, periods))
+        axes.set_title(_fitted(title, axes), pad=20)
+    return axes
+
+
+def lengths_axes(title: str, length: Floats, ax: Axes | None) -> Axes:
+    """Draw how many orbits are no longer than L, given their lengths, shape (N,)."""
+    with _axes(ax) as axes:
+        draw_staircase(axes, length, np.ones(len(length), np.int64))
+        axes.set_title(_fitted(title, axes))
+    return axes
+
+
+@contextmanager
+def _axes(ax: Axes | None) -> Iterator[Axes]:
+    """Give axes, by default of a new figure, to draw in the house's look."""
+    from matplotlib import pyplot  # not before: it looks for a display
+
+    # The figure comes before the look, whose end undoes all settings: the first one loads the backend, and
+    # that of a notebook then sets that figures are shown.
+    figure = ax.figure if ax else pyplot.figure(layout="constrained")
+    with look():
+        yield ax or figure.subplots()
+
+
+def _fitted(title: str, ax: Axes) -> str:
+    """Return a title in lines that the axes have room for."""
+    return wrapped(title, ax.get_window_extent().width / ax.figure.dpi)

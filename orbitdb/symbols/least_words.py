@@ -21,8 +21,8 @@ Integers = NDArray[np.int64]
 _LAST_SYMBOLS = 5
 """Symbols that a prefix leaves open when a period is cut into spans: some hundred words a prefix."""
 
-_CLASSES = 60
-"""That a prefix goes on to, about."""
+_CLASSES = {0o0103: 100, 0o0110: 40, 0o0112: 75, 0o0120: 45, 0o0200: 13, 0o10000: 2}
+"""That a prefix goes on to, about, if its first four symbols are below a number."""
 
 
 class LeastWords(NamedTuple):
@@ -46,12 +46,13 @@ def least_words(span: Span) -> Iterator[LeastWords]:
     """
     for codes, lyndon, states in _prefixes(span, span.p):
         whole = np.flatnonzero((lyndon == span.p) & (codes > span.after))
-        codes, left, stabiliser = codes[whole], np.arange(len(whole)), np.ones(len(whole), dtype=np.uint8)
+        codes = codes[whole]
+        codes = codes[_closes(codes, states[whole], span.p)]
+        left, stabiliser = np.arange(len(codes)), np.ones(len(codes), dtype=np.uint8)
         for g, images in enumerate(packed_images(codes, span.p)[1:], 1):
             own, image = codes[left], least_rotations(images[left], span.p)
             stabiliser[left] |= (image == own) << np.uint8(g)
             left = left[image >= own]
-        left = left[_closes(codes[left], states[whole[left]], span.p)]
         if len(left):
             yield LeastWords(codes[left], stabiliser[left])
 
@@ -84,14 +85,17 @@ def class_spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
     Span
         In order, one behind the other; the last one ends with the last word.
     """
-    whole, shift = Span.whole(p, after), BITS * _LAST_SYMBOLS
+    whole, length = Span.whole(p, after), p - _LAST_SYMBOLS
+    below, classes = list(_CLASSES), list(_CLASSES.values())
     start, held = after, 0
-    for codes, *_ in _prefixes(whole, p - _LAST_SYMBOLS) if p > _LAST_SYMBOLS else ():
-        for before in ((codes << shift) - 1).tolist():
-            if held * _CLASSES >= size and before > start:
+    for codes, *_ in _prefixes(whole, length) if length > 0 else ():
+        kinds = np.searchsorted(below, codes * 8.0 ** (4 - length), side="right")
+        befores = (codes << BITS * _LAST_SYMBOLS) - 1
+        for before, kind in zip(befores.tolist(), kinds.tolist(), strict=True):
+            if held >= size and before > start:
                 yield Span(p, start, before)
                 start, held = before, 0
-            held += 1
+            held += classes[kind]
     yield Span(p, start, whole.upto)
 
 

@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.symbols.symmetry import ELEMENTS, GROUPS, SIZES, label, members, packed_images
-from orbitdb.symbols.words import least_rotations, unpack
+from orbitdb.symbols.symmetry import ELEMENTS, GROUPS, SIZES, all_images, label, members
+from orbitdb.symbols.words import unpack
 
 Integers = NDArray[np.int64]
 Masks = NDArray[np.uint8]
@@ -63,22 +63,6 @@ def places_of_elements(elements: Masks, stabilisers: NDArray[np.uint8]) -> Masks
         counts = np.uint8(n) < SIZES[stabilisers]
         places |= ((elements >> ELEMENT_OF[stabilisers, n] & 1) & counts) << np.uint8(n)
     return places
-
-
-def all_images(codes: Integers, p: int) -> Integers:
-    """Return the images of packed words of order p <= 20 under the eight elements, as least rotations.
-
-    Parameters
-    ----------
-    codes : ndarray of int64, shape (C,)
-        Least rotations.
-    p : int
-
-    Returns
-    -------
-    ndarray of int64, shape (8, C)
-    """
-    return np.stack([codes, *(least_rotations(image, p) for image in packed_images(codes, p)[1:])])
 
 
 def joined_words(codes: Integers, stabilisers: NDArray[np.uint8], p: int) -> list[str]:

@@ -5,8 +5,7 @@ A rule speaks of a cyclic word and holds for every a. Words that break none are 
 Source: Biham and Kvale, appendix.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,31 +21,39 @@ _NONE, _LEFT, _RIGHT = 0, 1, 2
 _SIDE = np.array([_NONE, _LEFT, _NONE, _RIGHT, _LEFT, _RIGHT], dtype=np.uint8)
 
 
-@dataclass(frozen=True)
-class Rule:
-    """One geometric pruning rule.
-
-    Attributes
-    ----------
-    number : int
-        The number in the paper's appendix.
-    sentence : str
-        What the word does that no orbit can do.
-    broken : callable
-        From words, shape (N, p), to booleans, shape (N,): which of them break the rule.
-    """
+class Rule(NamedTuple):
+    """A geometric pruning rule: its number in the paper, and what a word does that no orbit can do."""
 
     number: int
     sentence: str
-    broken: Callable[[Words], NDArray[np.bool_]]
 
 
-def _before(words: Words) -> Words:
-    return np.roll(words, 1, axis=1)
+RULES = (
+    Rule(1, "hits one straight wall twice in succession"),
+    Rule(2, "has an isolated 4 or 5 (a single bounce on a semicircle is written 1 or 3)"),
+    Rule(3, "does not hit both semicircles"),
+    Rule(4, "goes from a semicircle to one wall and back to the same semicircle"),
+    Rule(5, "changes its sense of rotation along a semicircle"),
+    Rule(6, "goes from a semicircle over two or more walls back to the same one"),
+)
 
 
-def _after(words: Words) -> Words:
-    return np.roll(words, -1, axis=1)
+def rules_broken(words: Words) -> NDArray[np.uint8]:
+    """Return for each word, shape (N, p), the bit mask of the rules it breaks (bit number - 1)."""
+    before, after = np.roll(words, 1, axis=1), np.roll(words, -1, axis=1)
+    sides = _SIDE[words]
+    curved, other = sides != _NONE, words != after
+    walls, same = _walls_since(sides)
+    one_sided = ~((sides == _LEFT).any(axis=1) & (sides == _RIGHT).any(axis=1))
+    broken = (
+        _somewhere(~curved & ~other),
+        _somewhere((words >= 4) & (words != before) & other),
+        one_sided,
+        _somewhere(same & (walls == 1)),
+        _somewhere(curved & (sides == _SIDE[after]) & other),
+        _somewhere(same & (walls >= 2)),
+    )
+    return np.packbits(broken, axis=0, bitorder="little")[0]
 
 
 def _somewhere(marks: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -55,62 +62,14 @@ def _somewhere(marks: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return found
 
 
-def _same_wall_twice(words: Words) -> NDArray[np.bool_]:
-    return _somewhere((_SIDE[words] == _NONE) & (words == _after(words)))
-
-
-def _isolated_downward(words: Words) -> NDArray[np.bool_]:
-    return _somewhere((words >= 4) & (words != _before(words)) & (words != _after(words)))
-
-
-def _misses_a_semicircle(words: Words) -> NDArray[np.bool_]:
-    sides = _SIDE[words]
-    return ~((sides == _LEFT).any(axis=1) & (sides == _RIGHT).any(axis=1))
-
-
-def _turns_on_a_semicircle(words: Words) -> NDArray[np.bool_]:
-    sides = _SIDE[words]
-    return _somewhere((sides != _NONE) & (sides == _after(sides)) & (words != _after(words)))
-
-
-def _walls_between_visits(words: Words) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-    """Return, for each bounce, the walls hit since the last semicircle, and whether it was this one."""
-    p = words.shape[1]
-    sides = _SIDE[words]
+def _walls_since(sides: NDArray[np.uint8]) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Return, for each bounce, the walls hit since the last semicircle, and whether it is on that one."""
+    p = sides.shape[1]
     twice = np.concatenate([sides, sides], axis=1)
     places = np.where(twice != _NONE, np.arange(2 * p), -1)
     last = np.maximum.accumulate(places, axis=1)[:, p - 1 : -1]
-    walls = np.arange(p, 2 * p) - last - 1
     again = np.take_along_axis(twice, last, axis=1) == sides
-    return walls, again & (sides != _NONE) & (last >= 0)
-
-
-def _returns_after_one_wall(words: Words) -> NDArray[np.bool_]:
-    walls, same = _walls_between_visits(words)
-    return _somewhere(same & (walls == 1))
-
-
-def _returns_after_walls(words: Words) -> NDArray[np.bool_]:
-    walls, same = _walls_between_visits(words)
-    return _somewhere(same & (walls >= 2))
-
-
-RULES = (
-    Rule(1, "hits one straight wall twice in succession", _same_wall_twice),
-    Rule(2, "has an isolated 4 or 5 (a single bounce on a semicircle is written 1 or 3)", _isolated_downward),
-    Rule(3, "does not hit both semicircles", _misses_a_semicircle),
-    Rule(4, "goes from a semicircle to one wall and back to the same semicircle", _returns_after_one_wall),
-    Rule(5, "changes its sense of rotation along a semicircle", _turns_on_a_semicircle),
-    Rule(6, "goes from a semicircle over two or more walls back to the same one", _returns_after_walls),
-)
-
-
-def rules_broken(words: Words) -> NDArray[np.uint8]:
-    """Return for each word, shape (N, p), the bit mask of the rules it breaks (bit number - 1)."""
-    mask = np.zeros(len(words), dtype=np.uint8)
-    for rule in RULES:
-        mask |= rule.broken(words).astype(np.uint8) << np.uint8(rule.number - 1)
-    return mask
+    return np.arange(p, 2 * p) - last - 1, again & (sides != _NONE) & (last >= 0)
 
 
 def rule_numbers(mask: int) -> list[int]:

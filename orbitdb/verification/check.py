@@ -1,36 +1,38 @@
-"""Check: how one promise of a catalogue fares over many rows."""
+"""How promises of a catalogue fare over many rows, and the parts of it that are checked apart.
 
-from collections.abc import Iterable, Sequence
+What is found in a part depends on nothing else, whatever process looks.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
+import sqlalchemy as sa
 from numpy.typing import NDArray
+
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.errors import AlteredError, InputError
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.audit import Ids
+
+_CLASSES = 4096
+_NUMBERS = 1 << 20
+"""Of all p x p matrices of a block."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """How one promise fares over some rows.
-
-    Attributes
-    ----------
-    name : str
-        Which promise.
-    rows, failures : int
-        Rows looked at, and those of them that are wrong.
-    worst : float or None
-        The deviation of the row with the largest share.
-    share : float or None
-        That deviation over what is allowed in its row; above 1 is a failure.
-    first : str or None
-        The first row that is wrong.
-    """
+    """How one promise fares over some rows."""
 
     name: str
     rows: int
-    failures: int = 0
-    worst: float | None = None
-    share: float | None = None
-    first: str | None = None
+    failures: int = 0  # rows that are wrong
+    worst: float | None = None  # the deviation of the row with the largest share
+    share: float | None = None  # that over what is allowed in its row; above 1 is a failure
+    first: str | None = None  # the first row that is wrong
 
     def joined(self, other: "Check") -> "Check":
         """Return the same check over both sets of rows."""
@@ -45,22 +47,12 @@ class Check:
 
 @dataclass(frozen=True)
 class Step:
-    """What one step of a verification has found.
-
-    Attributes
-    ----------
-    stage : str
-        What is at work.
-    done, total : int
-        How far the stage has come, in classes.
-    checks : tuple of Check
-        Over the rows of this step; joined by name they are the report.
-    """
+    """What one step of a verification has found."""
 
     stage: str
-    done: int
+    done: int  # how far the stage has come, in classes
     total: int
-    checks: tuple[Check, ...]
+    checks: tuple[Check, ...]  # over the rows of this step; joined by name they are the report
 
 
 def judged(name: str, labels: Sequence[str], wrong: NDArray[np.bool_] | Sequence[bool]) -> Check:
@@ -103,3 +95,59 @@ def measured(
 def shown(word: str) -> str:
     """Return a word as the label of a row."""
     return word if len(word) <= 40 else f"{word[:37]}..."
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a catalogue that is to be checked: what makes a `Step`."""
+
+    stage: str
+    find: Callable[[sa.Connection], Iterable[Check]]  # checks what a connection reads
+    done: int = 0
+    total: int = 1
+
+    def checked(self, connection: sa.Connection) -> Step:
+        """Return what is found in what a connection reads, up to the first value that nobody can read."""
+        found: list[Check] = []
+        try:
+            found.extend(self.find(connection))
+        except (AlteredError, InputError) as error:
+            what = error.what if isinstance(error, AlteredError) else error
+            found.append(Check("reading", 1, 1, first=f"{self.stage}: {what}"))
+        return Step(self.stage, self.done, self.total, tuple(found))
+
+
+def checked_apart(path: Path, part: Part) -> Step:
+    """Return what is found in the file as it is now: the rows of a class stay what they are."""
+    with closing(Catalogue(path)) as catalogue, catalogue.reading() as connection:
+        return part.checked(connection)
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Classes of one period, or pruned words, that are checked together."""
+
+    p: int
+    ids: NDArray[np.int64]  # their numbers
+    done: int  # how many are checked with these
+    total: int  # how many there are to check
+
+    def part(self, stage: str, find: Callable[["Block", sa.Connection], Iterable[Check]]) -> Part:
+        """Return them as a part that is checked by a function."""
+        return Part(f"{stage}, p = {self.p}", partial(find, self), self.done, self.total)
+
+
+def blocks(ids: Ids, size: int = _CLASSES) -> Iterator[Block]:
+    """Cut classes into blocks of at most so many, and of fewer long words, whose Hessians fill the memory."""
+    done, total = 0, sum(map(len, ids.values()))
+    for p, those in ids.items():
+        step = max(1, min(size, _NUMBERS // p**2))
+        for start in range(0, len(those), step):
+            block = those[start : start + step]
+            done += len(block)
+            yield Block(p, block, done, total)
+
+
+def is_chosen(p: int, selections: Sequence[Selection]) -> bool:
+    """Tell whether a period is chosen at some a; without any a all are."""
+    return not selections or any(each.includes(p) for each in selections)

@@ -1,7 +1,9 @@
-"""The census of a catalogue: its file, and whether its classes are all there.
+"""The census of a catalogue: its file, whether its classes are all there, and each as its word says.
 
-The classes of a period are complete if every row is as it must be (`orbitdb.verification.classes`), which
-makes them different, and their words are as many as the transfer matrix says.
+The row of a class, or of a pruned word, is compared with what follows from its word, id and all; it does not
+matter what has stored it. Rows that are as they must be are of different classes, for the id is the key of
+the least word, and no id comes twice: so no class is stored twice, and no word in two classes. The classes of
+a period are complete if their words are as many as the transfer matrix says.
 """
 
 import re
@@ -12,18 +14,30 @@ from typing import Any
 import sqlalchemy as sa
 
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.schema import DONE, FILLING
-from orbitdb.store.file.tables import birth_fill, cycle, element, metadata
+from orbitdb.store.file.schema import DONE, FILLING, LONG
+from orbitdb.store.file.tables import birth_fill, cycle, element, metadata, pruned
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.fills import counts_when_done, status_counts, words_up_to
 from orbitdb.store.reading.lives import birth_fills
+from orbitdb.store.reading.soundness import is_written, sound_words
+from orbitdb.symbols import symmetry
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import least_words
-from orbitdb.symbols.members import ELEMENT_ROWS
-from orbitdb.symbols.symmetry import SIZES
-from orbitdb.verification.blocks import Part, is_chosen
-from orbitdb.verification.check import Check, listed, shown, single
+from orbitdb.symbols.members import ELEMENT_ROWS, joined_members, joined_words
+from orbitdb.symbols.pruning import FAMILY, rule_numbers, rules_broken
+from orbitdb.symbols.words import (
+    MAX_KEYED,
+    are_primitive,
+    from_strings,
+    key,
+    least_rotation,
+    least_rotations,
+    pack,
+)
+from orbitdb.verification.check import Block, Check, Part, blocks, is_chosen, judged, listed, shown, single
+
+Row = tuple[Any, ...]
 
 
 def file_parts(selections: Sequence[Selection]) -> list[Part]:
@@ -91,7 +105,7 @@ def _wrong_cursor(connection: sa.Connection, row: Mapping[str, Any], stadium: in
         yield f"cursor {shown(cursor)}"
     else:
         parts = least_words(Span(p, -1, -1 if cursor is None else int(cursor, 8)))
-        expected = sum(int(SIZES[part.stabiliser].sum()) for part in parts)
+        expected = sum(int(symmetry.SIZES[part.stabiliser].sum()) for part in parts)
         stored = 0 if cursor is None else words_up_to(connection, stadium, p, cursor)
         yield from (f"{n} words instead of {expected}" for n in (stored, row["words"]) if n != expected)
 
@@ -106,3 +120,69 @@ def _wrong_counts(
     solved = sum(count for _, count in statuses.values())
     if solved != classes:
         yield f"{solved} of {classes} classes have a row"
+
+
+def class_parts(connection: sa.Connection, selections: Sequence[Selection]) -> Iterator[Part]:
+    """Yield blocks of all classes and pruned words of the chosen periods; of all, if no a is chosen."""
+    for table in (cycle, pruned):
+        found = audit.by_period(connection, audit.ids_in(connection, table.c.id), table)
+        for block in blocks({p: ids for p, ids in found.items() if is_chosen(p, selections)}):
+            stage, name = ("classes",) * 2 if table is cycle else ("pruned words", "rules")
+            yield block.part(stage, partial(_compared, name))
+
+
+def _compared(name: str, block: Block, connection: sa.Connection) -> Iterator[Check]:
+    """Check rows of `cycle`, or of `pruned`, against what their words say; words may have to be absent."""
+    of_pruned, p = name == "rules", block.p
+    rows = audit.load_rows(connection, pruned if of_pruned else cycle, block.ids)
+    words, wrong = [row[2] for row in rows], [True] * len(rows)
+    if of_pruned:
+        sound = [i for i, word in enumerate(words) if is_written(word, p)]
+    else:
+        sound = sound_words(words, p).tolist()
+    if known := [words[i] for i in sound]:
+        expected = _pruned_rows(known, p) if of_pruned else _class_rows(known, p)
+        for i, columns in zip(sound, expected, strict=True):
+            number = rows[i][0]
+            wrong[i] = columns is None or rows[i] != (_id(columns[1], of_pruned, number), *columns)
+    yield judged(name, words, wrong)
+
+
+def _id(word: str, of_pruned: bool, stored: int) -> int:
+    """Return the id that a word must have; longer ones are numbered as they came."""
+    if len(word) <= MAX_KEYED:
+        return -key(word) if of_pruned else key(word)
+    return min(stored, -LONG) if of_pruned else max(stored, LONG)
+
+
+def _class_rows(words: Sequence[str], p: int) -> Iterator[Row]:
+    """Yield what rows of the classes of some words must have behind their ids."""
+    if p > MAX_KEYED:
+        families = [symmetry.class_of(word) for word in words]
+        stabilisers = [each.stabiliser for each in families]
+        joined = [joined_members(each.representative) for each in families]
+    else:
+        found = symmetry.classify(least_rotations(pack(from_strings(words)), p), p)
+        stabilisers = found.stabiliser.tolist()
+        joined = joined_words(found.representative, found.stabiliser, p)
+    for mask, members in zip(stabilisers, joined, strict=True):
+        least = members[:p]
+        walls = least.count("0") + least.count("2")
+        yield (
+            p,
+            least,
+            symmetry.class_size(mask),
+            walls,
+            symmetry.time_reversal(mask),
+            symmetry.label(mask),
+            members,
+        )
+
+
+def _pruned_rows(words: Sequence[str], p: int) -> Iterator[Row | None]:
+    """Yield what rows of some words must have behind their ids if they are pruned; None for others."""
+    symbols = from_strings(words)
+    masks, primitive = rules_broken(symbols).tolist(), are_primitive(symbols).tolist()
+    for word, mask, whole in zip(words, masks, primitive, strict=True):
+        is_pruned = mask and whole and word != FAMILY
+        yield (p, least_rotation(word), ",".join(map(str, rule_numbers(mask)))) if is_pruned else None

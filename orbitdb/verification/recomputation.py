@@ -1,21 +1,17 @@
-"""Checks of stored orbits against new solutions: in doubles, from other starts, and in ball arithmetic."""
+"""Checks of stored orbits against new solutions in doubles, from the usual start and from others."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.newton import certificates, newton
+from orbitdb.orbits.newton import newton
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
 from orbitdb.orbits.status import direction_errors
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.check import Check, judged, measured, shares
-
-if TYPE_CHECKING:
-    from orbitdb.orbits.balls.enclosure import Enclosure
 
 Floats = NDArray[np.float64]
 Marks = NDArray[np.bool_]
@@ -23,17 +19,12 @@ Marks = NDArray[np.bool_]
 BOUNDED = {"coordinates": "error", "length": "length_error", "lyapunov": "lyapunov_error"}
 
 _SETTLED = 1e-6
-_SHARP = 512
-"""Bits for rows whose bounds are those of a ball, and no wider than a ball."""
 
 
 def check_against(stored: Orbits, fresh: Orbits) -> Iterator[Check]:
-    """Check what is stored of N words against a new solution: statuses, numbers within the bounds.
+    """Check what is stored of words against a new solution: statuses, numbers within the bounds.
 
-    Parameters
-    ----------
-    stored, fresh : Orbits
-        The same words; rows that lack what their status demands must not be among them.
+    No row may lack what its status demands.
     """
     labels = to_strings(stored.words)
     sign = np.where(stored.status == Status.DYNAMICAL.value, -1.0, 1.0)
@@ -80,22 +71,10 @@ def _bits_differ(x: Floats, y: Floats) -> Marks:
 
 
 def restart(words: NDArray[np.uint8], stadium: Stadium, times: int, rng: np.random.Generator) -> Check:
-    """Solve words again from random directions between their limits, and compare the results.
+    """Solve words, shape (N, p), again from random directions between their limits, so many times each.
 
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-        Admissible words.
-    stadium : Stadium
-    times : int
-        Starts for each word.
-    rng : Generator
-
-    Returns
-    -------
-    Check
-        Its rows are the restarts that came to rest; two results differ if they are farther apart than
-        their error bounds together, the deviation being the largest of a direction (radians).
+    The rows of the check are the restarts that came to rest; two results differ if they are farther apart
+    than their error bounds together, the deviation being the largest of a direction (radians).
     """
     found = Check("restarts", 0)
     text = to_strings(words)
@@ -116,65 +95,3 @@ def restart(words: NDArray[np.uint8], stadium: Stadium, times: int, rng: np.rand
 def _errors(legs: Legs, a: float, alpha: Floats) -> Floats:
     slopes = derivatives(legs, a, alpha)
     return direction_errors(legs, a, alpha, slopes)
-
-
-def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, Marks, Floats, Sequence[int]]:
-    """Prove stored rows in ball arithmetic.
-
-    A row is proved if its status is the one of the enclosure and, where there is an orbit, every stored
-    coordinate, the length, lambda and the margin lie within the row's own bounds of the true values.
-
-    Parameters
-    ----------
-    stored : Orbits
-        N rows that have what their status demands.
-    stadium : Stadium
-
-    Returns
-    -------
-    check : Check
-        Its deviation is that of the coordinates, length or lambda with the largest share.
-    proved : ndarray of bool, shape (N,)
-    radius : ndarray, shape (N,)
-        Proven distance of the stored coordinates from the true ones; 0 where none are stored.
-    bits : sequence of int
-        Precision of each proof.
-    """
-    labels = to_strings(stored.words)
-    enclosed = certificates(stored.words, stadium)
-    distances = np.array([_distances(stored, row, ball, stadium) for row, ball in enumerate(enclosed)])
-    doubtful = np.flatnonzero(~(distances[:, 1] <= distances[:, 2]))
-    sharper = certificates(stored.words[doubtful], stadium, _SHARP) if len(doubtful) else []
-    for row, ball in zip(doubtful.tolist(), sharper, strict=True):
-        enclosed[row], distances[row] = ball, _distances(stored, row, ball, stadium)
-    radius, deviation, allowed = distances.T
-    check = measured("certificates", labels, deviation, allowed)
-    return check, deviation <= allowed, radius, [ball.precision for ball in enclosed]
-
-
-def _distances(stored: Orbits, row: int, ball: "Enclosure", stadium: Stadium) -> tuple[float, float, float]:
-    """Return how far stored coordinates may be from a ball's, and the worst number and its bound.
-
-    The number of a wrong status is infinite.
-    """
-    from orbitdb.orbits.balls.enclosure import distance
-
-    if ball.status.value != stored.status[row] or ball.status is Status.UNRESOLVED:
-        return 0.0, np.inf, 1.0
-    if ball.status.value not in EXISTING:
-        return 0.0, 0.0, 1.0
-    numbers = {name: float(getattr(stored, name)[row]) for name in NUMBERS}
-    places = zip(ball.coordinates, stored.coordinates[row].tolist(), strict=True)
-    radius = max(distance(*place) for place in places)
-    pairs = (
-        (radius, numbers["error"]),
-        (distance(ball.length, numbers["length"]), numbers["length_error"]),
-        (distance(ball.lyapunov, numbers["lyapunov"]), numbers["lyapunov_error"]),
-        (distance(ball.margin, numbers["margin"]), numbers["error"] + _rounding(stadium)),
-    )
-    return radius, *max(pairs, key=lambda pair: pair[0] / pair[1] if pair[1] > 0 else np.inf)
-
-
-def _rounding(stadium: Stadium) -> float:
-    """Bound the rounding of a difference of places on the table."""
-    return 4 * float(np.finfo(float).eps) * (stadium.a + 2)

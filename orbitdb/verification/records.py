@@ -27,8 +27,7 @@ from orbitdb.store.file.tables import entropy_bound, level, level_fill, stadium,
 from orbitdb.store.reading.records import bounds_stored, is_sound
 from orbitdb.trajectories.ensemble import Reference, simulate
 from orbitdb.trajectories.legwise import simulate_legs
-from orbitdb.verification.blocks import Part
-from orbitdb.verification.check import Check, judged, listed, measured, single
+from orbitdb.verification.check import Check, Part, judged, listed, measured, single
 from orbitdb.verification.provenance import parameters_of, runs_of_here
 
 RECOUNTED = 3000

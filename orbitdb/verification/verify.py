@@ -21,14 +21,11 @@ from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import EXISTING, Orbits
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading import audit
-from orbitdb.store.reading.audit import Ids, StoredBlock, choose, load_orbits, whole_rows
+from orbitdb.store.reading.audit import StoredBlock, choose, load_orbits, whole_rows
 from orbitdb.symbols.words import to_strings
-from orbitdb.verification.births import check_births, prove_lives, whole_births
-from orbitdb.verification.blocks import Block, Part, blocks, checked_apart
-from orbitdb.verification.changes import change_parts
-from orbitdb.verification.check import Check, Step, judged, measured
-from orbitdb.verification.classes import class_parts
-from orbitdb.verification.completeness import file_parts
+from orbitdb.verification.births import change_parts, check_births, prove_lives, whole_births
+from orbitdb.verification.check import Block, Check, Part, Step, blocks, checked_apart, judged, measured
+from orbitdb.verification.completeness import class_parts, file_parts
 from orbitdb.verification.invariants import check_consistency, with_bounds
 from orbitdb.verification.provenance import check_provenance, runs_of_here
 from orbitdb.verification.recomputation import check_against, check_bits, restart
@@ -96,37 +93,17 @@ def verify(
     missing_births: bool = False,
     workers: "Workers | None" = None,
 ) -> Generator[Step]:
-    """Compute a catalogue again and compare.
+    """Compute a catalogue again and compare; yield a step behind every block, so that memory is bounded.
 
-    Parameters
-    ----------
-    catalogue : Catalogue
-        All is read from it as it is at one moment; by workers, each part as it is at a moment of its own:
-        a fill does not change the rows of classes that are there.
-    selections : sequence of Selection
-        What to check, one for each a. The file is checked as a whole; counts, births, and the words of
-        classes and pruned ones are checked of the chosen periods, of all if there is no a; orbits only of
-        the chosen classes: a class is chosen if one of its words is.
-    sample : int, optional
-        Check the orbits of only so many of the chosen classes of every a, drawn at random.
-    restarts : int, optional
-        Solve every class again from so many random starts.
-    seed : int, optional
-        Of sample and restarts.
-    missing_births : bool, optional
-        Prove that no birth or death is missing, too.
-    workers : Workers, optional
-        Processes that check file, counts and classes; what is found does not depend on them.
+    There is a selection for each a. The file is checked as a whole; counts, births, and the words of classes
+    and pruned ones are checked of the chosen periods, of all if there is no a; orbits only of the chosen
+    classes, or of a random sample of so many at every a: a class is chosen if one of its words is. With
+    `restarts`, every class is solved again from so many random starts; with `missing_births`, it is proved
+    that no birth or death is missing.
 
-    Yields
-    ------
-    Step
-        Behind every block of rows, so that memory is bounded.
-
-    Raises
-    ------
-    StoreError
-        If the database cannot be read.
+    All is read as it is at one moment; by workers, which check file, counts and classes, each part as it is
+    at a moment of its own: a fill does not change the rows of classes that are there. What is found does not
+    depend on them. A `StoreError` tells that the database cannot be read.
     """
     rng = np.random.default_rng(seed)
     with catalogue.at_one_moment() as still, still.reading() as connection:
@@ -135,7 +112,11 @@ def verify(
             file_parts(selections),
             [Part("provenance", check_provenance)],
             class_parts(connection, selections),
-            *(_orbit_parts(a, ids, restarts, seed) for a, ids in classes.items()),
+            (
+                block.part(f"orbits at a = {a:g}", partial(_orbits, a, restarts, seed))
+                for a, ids in classes.items()
+                for block in blocks(ids)
+            ),
             change_parts(connection, selections, sample, rng),
             record_parts(connection),
         )
@@ -147,11 +128,6 @@ def verify(
         if missing_births:
             yield from prove_lives(connection, whole_births(connection, selections))
         yield Part("sweeps", lambda _: check_sweeps(still, selections)).checked(connection)
-
-
-def _orbit_parts(a: float, ids: Ids, restarts: int, seed: int) -> Iterator[Part]:
-    """Yield blocks of the classes that are chosen at one a."""
-    return (block.part(f"orbits at a = {a:g}", partial(_orbits, a, restarts, seed)) for block in blocks(ids))
 
 
 def _orbits(a: float, restarts: int, seed: int, block: Block, connection: sa.Connection) -> Iterator[Check]:

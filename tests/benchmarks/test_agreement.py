@@ -50,4 +50,8 @@ def test_what_has_no_reason_is_not_explained():
     statuses = np.where(np.arange(len(words)) == 2, Status.DYNAMICAL.value, relaxed.status)
     found, (only,) = compare(replace(relaxed, status=statuses), stadium)
     assert (found.disagreements, found.unexplained, found.relaxation) == (1, 1, len(words) - 1)
+    (rate,) = slowest_rates(words[2:3], stadium, relaxed.coordinates[2:3])
+    assert f"error of {EPSILON / rate:.1e}" in only
     assert only.endswith("NOT EXPLAINED")
+    found, _ = compare(replace(relaxed, status=statuses), stadium, epsilon=2 * rate)
+    assert (found.disagreements, found.unexplained) == (1, 0)

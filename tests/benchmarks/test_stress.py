@@ -1,11 +1,13 @@
 """Stress cases, smaller than in a full run: every error below its stored bound."""
 
 import dataclasses
+from time import perf_counter
 
 import numpy as np
 import pytest
 
 from orbitdb.benchmarks.stress import (
+    CASES,
     closed_words,
     compare,
     extreme_stadia,
@@ -13,6 +15,8 @@ from orbitdb.benchmarks.stress import (
     long_legs,
     long_orbits,
     long_runs,
+    small_margins,
+    weighted_sums,
 )
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
@@ -29,8 +33,40 @@ def test_stadia_from_a_circle_to_a_channel():
     assert outcomes[-1].orbits == outcomes[-1].words
 
 
-def test_words_through_a_joint_are_decided():
-    assert all(outcome.passed for outcome in joint_words((6,)))
+SMALL = {
+    "stadium": lambda: extreme_stadia(3),
+    "joint": lambda: joint_words((6,)),
+    "run": lambda: long_runs(100),
+    "leg": lambda: long_legs(100),
+    "trajectory": lambda: long_orbits((300,), 2),
+    "margin": lambda: small_margins((6, 7), 0.05),
+    "sum": lambda: weighted_sums(100_000),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_every_case_passes_and_takes_no_longer_than_it_says(name):
+    begin = perf_counter()
+    outcomes = list(SMALL[name]())
+    assert 0 < sum(each.seconds for each in outcomes) < perf_counter() - begin
+    assert all(each.passed and each.case == name and each.words for each in outcomes)
+
+
+def test_margins_are_the_smallest_of_their_order():
+    for p, outcome in zip((6, 7), small_margins((6, 7), 0.05), strict=True):
+        margin = np.abs(solve(representatives(p)[0], Stadium()).margin)
+        assert outcome.words == (margin < 0.05).sum() > 0
+        assert outcome.asked.endswith(f"of p = {p}, least {margin.min():.1e}")
+
+
+@pytest.mark.parametrize("p", [5, 40])
+def test_closed_words_begin_with_a_run_on_the_left(p):
+    words = closed_words(Stadium(), p, 12)
+    assert words.shape[1] == p
+    assert 0 < len(words) <= 12
+    on_left = np.isin(words, (1, 4))
+    assert on_left[:, 0].all()
+    assert not on_left[:, -1].any()
 
 
 @pytest.mark.parametrize("case", [long_runs, long_legs])

@@ -6,6 +6,7 @@ import pytest
 from orbitdb.benchmarks.work_precision import (
     ball_rows,
     newton_rows,
+    relaxation_rows,
     root_rows,
     sample,
     stage_times,
@@ -46,6 +47,17 @@ def test_root_is_judged_by_the_orbit_it_finds(cases):
     loose, tight = root_rows(cases.part(8), (1e-4, 1e-10))
     assert tight.coordinates_max < 1e-7 < loose.coordinates_max
     assert tight.words == loose.words == 8
+
+
+def test_relaxation_goes_on_to_smaller_forces_and_is_charged_for_the_whole_way(cases):
+    few = cases.part(6)
+    rows = list(relaxation_rows(few, (1e-8, 1e-3, 1e-6)))
+    assert [row.setting for row in rows] == [1e-3, 1e-6, 1e-8]
+    for name in ("seconds", "coordinates_max", "length_max"):
+        values = [getattr(row, name) for row in rows]
+        assert sorted(values, reverse=name != "seconds") == values
+    assert rows[-1].coordinates_max < 1e-6
+    assert rows[-1].seconds == rows[-1].seconds_per_sequence
 
 
 def test_stages_count_what_they_time():

@@ -77,7 +77,7 @@ def test_every_word_is_cut_once():
         assert sorted(np.concatenate([rows for rows, _ in groups]).tolist()) == list(range(len(words)))
         for rows, legs in groups:
             assert (legs.k.sum(axis=0) + legs.n.sum(axis=0) == p).all()
-            assert (STRAIGHT[words[rows]] == legs.straight.T).all()
+            assert (STRAIGHT[words[rows]] == legs.bounces.straight.T).all()
 
 
 @pytest.mark.parametrize("a", [1e-3, 0.5, 1.6, 50.0])

@@ -43,11 +43,12 @@ class Junctions:
             least = np.minimum(slack[1], slack[2])
             rising = (legs.k > 1) & (legs.s != legs.d)
             f = np.where(rising, half_turns(legs, alpha) + legs.d * alpha, np.nan)
-            runs = np.where(legs.straight, 0, legs.run)
-            last = ~legs.straight & (legs.place == np.take_along_axis(legs.k, runs, axis=0) - 1)
+            run, place, straight = legs.bounces
+            runs = np.where(straight, 0, run)
+            last = ~straight & (place == np.take_along_axis(legs.k, runs, axis=0) - 1)
             bounce, word = np.nonzero(last)
-            holds[rows[word], bounce] = least[legs.run[bounce, word], word]
-            value[rows[word], bounce] = f[legs.run[bounce, word], word]
+            holds[rows[word], bounce] = least[run[bounce, word], word]
+            value[rows[word], bounce] = f[run[bounce, word], word]
         return cls(holds, value)
 
 

@@ -8,7 +8,7 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.births import solve_births
-from orbitdb.filling.blocks import cut_into_blocks, solve_block
+from orbitdb.filling.blocks import METHODS, cut_into_blocks, solve_block
 from orbitdb.filling.enclosures import enclose
 from orbitdb.filling.sweeps import solve_swept
 from orbitdb.symbols.counting import count_admissible
@@ -18,7 +18,7 @@ from orbitdb.symbols.enumeration import Span
 def test_for_several_jobs_a_period_is_cut_smaller_down_to_a_quarter():
     counts = {jobs: len(list(cut_into_blocks(1.6, "newton", 12, -1, jobs))) for jobs in (1, 2, 3, 8, 99)}
     assert counts[1] < counts[2] < counts[3] < counts[8] == counts[99] < 5 * counts[1]
-    assert count_admissible(12) / counts[1] < 1 << 16
+    assert count_admissible(12) / counts[1] < 1.5 * METHODS["newton"].words
     behind = next(cut_into_blocks(1.6, "newton", 9, 10**8, 8))().span
     assert behind.after == 10**8
 

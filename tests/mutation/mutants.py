@@ -142,7 +142,7 @@ def _children(node: ast.AST) -> Iterable[ast.AST]:
         case ast.FunctionDef() | ast.AsyncFunctionDef():
             defaults = (*node.args.defaults, *node.args.kw_defaults)
             return [*(each for each in defaults if each is not None), *node.body]
-        case ast.ClassDef():
+        case ast.ClassDef() | ast.ExceptHandler():  # which of its types come first makes no difference
             return node.body
         case ast.Assign() | ast.AugAssign() | ast.AnnAssign():
             return [node.value] if node.value is not None else []

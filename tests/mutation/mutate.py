@@ -2,12 +2,14 @@
 
 ``python tests/mutation/mutate.py billiard store --sample 20 --seed 1`` tries twenty mutants of each of two
 wings; without names, of every wing. The tests that execute the altered line run in a copy of the tree, those
-of its wing first, quick ones before long ones; a run of all tests finds out before which of them that are.
-``--at FILE:LINE`` tries a line again; ``--tests "not fuzz"`` asks all tests that CI runs. A sample has of
-each kind of mistake as many as of the others, so that rare and stealthy ones are seen.
+of its wing first, one case of each before others, quick ones before long ones; a run of all tests finds out
+before which of them that are. ``--at FILE:LINE`` tries a line again; ``--tests "not fuzz"`` asks all tests
+that CI runs. A sample has of each kind of mistake as many as of the others, so that rare and stealthy ones
+are seen.
 """
 
 import argparse
+import ast
 import compileall
 import contextlib
 import json
@@ -49,6 +51,7 @@ class Copy:
         paths = [path for top in TOPS for path in sorted((self.root / top).rglob("*.py"))]
         real = {path.resolve() for path in paths}
         self.sources = {path.relative_to(self.root).as_posix(): path.read_text() for path in sorted(real)}
+        self.made = [each for text in self.sources.values() for each in _made(text)]
         self.tests: dict[str, Any] = {}
         self.lines: dict[str, dict[int, set[str]]] = {path: {} for path in self.sources}
         self._record(folder / "recorded", marked)
@@ -98,19 +101,30 @@ class Copy:
         """Return the tests that execute a mutant and take no longer than so many seconds; at least one."""
         labels = self._labels(mutant.path, lambda number, _: mutant.first <= number <= mutant.last)
         if mutant.names:
-            named = re.compile("|".join(rf"\b{re.escape(name)}\b" for name in mutant.names))
+            named = re.compile("|".join(rf"\b{re.escape(name)}\b" for name in self._made_of(mutant.names)))
             for path in self.sources:
                 labels |= self._labels(path, lambda _, line: bool(named.search(line)))
         own = f"tests/{wing_of(mutant.path)}/"
         known = [name for name, test in self.tests.items() if name in labels or labels & {*test["shared"]}]
+        cost = {name: self.tests[name]["seconds"] for name in sorted(known)}
+        first = {name.partition("[")[0]: name for name in sorted(cost, key=cost.__getitem__, reverse=True)}
+        others = cost.keys() - first.values()  # further cases of a test that has a quicker one
         kept: list[str] = []
         spent = 0.0
-        for name in sorted(known, key=lambda n: (not n.startswith(own), self.tests[n]["seconds"])):
-            spent += self.tests[name]["seconds"]
+        for name in sorted(cost, key=lambda n: (not n.startswith(own), n in others, cost[n])):
+            spent += cost[name]
             if kept and spent > most:
                 break
             kept.append(name)
         return kept
+
+    def _made_of(self, names: Sequence[str]) -> set[str]:
+        """Return names, and those outside of functions whose values are made of them."""
+        found, parts = set(names), set[str]()
+        while found != parts:
+            parts = set(found)
+            found |= {made for made, of in self.made if of & parts}
+        return found
 
     def _labels(self, path: str, wanted: Callable[[int, str], bool]) -> set[str]:
         lines = enumerate(self.sources[path].splitlines(), 1)
@@ -136,6 +150,25 @@ class Copy:
         failed = re.search(r"(?m)^(?:FAILED|ERROR) (\S+)", log)
         told = {None: "timed out", 0: f"survived {len(tests)} tests"}.get(code, "killed")
         return told, failed[1] if failed else ""
+
+
+def _made(source: str) -> Iterator[tuple[str, set[str]]]:
+    """Yield the names that a module binds, and what their values, or defaults of functions, are made of."""
+    for each in ast.parse(source).body:
+        if isinstance(each, ast.FunctionDef):
+            bound, parts = [each.name], [*each.args.defaults, *each.args.kw_defaults]
+        elif isinstance(each, ast.Assign | ast.AnnAssign):
+            targets = each.targets if isinstance(each, ast.Assign) else [each.target]
+            bound, parts = _names(targets), [each.value]
+        else:
+            continue
+        used = set(_names(parts))
+        yield from ((name, used) for name in bound)
+
+
+def _names(parts: Sequence[ast.expr | None]) -> list[str]:
+    inner = (node for part in parts if part is not None for node in ast.walk(part))
+    return [node.id for node in inner if isinstance(node, ast.Name)]
 
 
 def wing_of(path: str) -> str:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from orbitdb import Stadium
 from orbitdb.benchmarks.work_precision import WorkPrecision
-from orbitdb.plots import curves, quantum, work_precision
+from orbitdb.plots import curves, paths
 from orbitdb.quantum.amplitudes import Terms
 from orbitdb.quantum.spectrum import Spectrum
 
@@ -62,7 +62,7 @@ def test_exponents_by_period(ax, rng):
 @pytest.mark.parametrize(("count", "size"), [(100, 12), (20_000, 3), (210_000, 0.3)])
 def test_phase_space(ax, rng, count, size):
     stadium, values = Stadium(0.7), rng.uniform(-1, 1, (3, count))
-    dots = curves.draw_phase_space(ax, stadium, *values)
+    dots = paths.draw_phase_space(ax, stadium, *values)
     np.testing.assert_array_equal(dots.get_offsets().T, values[:2])
     np.testing.assert_array_equal(dots.get_array(), values[2])
     assert dots.get_clim() == pytest.approx(np.quantile(values[2], [0.02, 0.98]))
@@ -118,7 +118,7 @@ def spectrum(rng, quantum: bool, complete: float) -> Spectrum:
 @pytest.mark.parametrize(("levels", "complete"), [(True, 5.0), (True, 2.0), (False, 9.0), (False, 8.9)])
 def test_the_length_spectrum(ax, rng, levels, complete):
     found = spectrum(rng, levels, complete)
-    quantum.draw_spectrum(ax, found, lambda code: f"<{code}>")
+    curves.draw_spectrum(ax, found, lambda code: f"<{code}>")
     side = 1 if levels else -1
     missing = ["orbits may be missing"] if complete < 9 else []
     assert legend(ax) == [*["levels"] * levels, "orbits, downwards", *missing]
@@ -142,7 +142,7 @@ def test_the_number_of_levels(rng):
     above, below = Figure().subplots(2)
     k, at = np.sort(rng.uniform(0, 9, 40)), np.linspace(0.5, 9, 30)
     smooth, family, orbits = rng.uniform(-1, 1, (3, 30))
-    quantum.draw_level_count(above, below, k, at, smooth, family, orbits, 11)
+    curves.draw_level_count(above, below, k, at, smooth, family, orbits, 11)
     (steps, weyl), (rest, balls, both) = above.lines, below.lines
     assert steps.get_drawstyle() == "steps-post"
     np.testing.assert_array_equal(steps.get_data(), [[0, *k], range(41)])
@@ -164,7 +164,7 @@ def test_run_time_against_error(ax, rng):
         for method in methods
         for error, seconds in rng.uniform(1e-16, 1e-3, (3, 2)).tolist()
     ]
-    work_precision.draw_work_precision(ax, rows)
+    curves.draw_work_precision(ax, rows)
     assert len(legend(ax)) == 4
     for method, label in zip(methods, ("ball arithmetic", "Newton", "relaxation", "scipy"), strict=True):
         mine = [(row.coordinates_max, row.seconds_per_sequence) for row in rows if row.method == method]

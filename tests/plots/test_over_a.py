@@ -1,12 +1,15 @@
 """Figures over a: births, lives, and the entropy, drawn and as commands draw them."""
 
 import math
+import shutil
 from bisect import bisect_right
 from collections import Counter
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from contents import alter
 from figures import heights, legend, named, paths_of, says
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
@@ -175,3 +178,13 @@ def test_the_entropy_over_a(known):
     k = int(np.argmin(np.abs(np.log(a / here))))
     assert h[k] == pytest.approx(entropy_at(known, a[k]))
     assert named(ax, "bound at every")[1] == pytest.approx([geometric_entropy()] * 2)
+
+
+@pytest.mark.usefixtures("few_places")
+@pytest.mark.parametrize("lost", [2, 3, 4, 5])
+def test_the_entropy_over_a_is_that_up_to_the_first_period_without_births(known, tmp_path, lost):
+    path = Path(shutil.copy(known.path, tmp_path / "orbits.db"))
+    alter(path, f"DELETE FROM birth_fill WHERE p = {lost}")
+    made: Any = over_a.draw_over_a(Catalogue(path), Selection(1.6))
+    drawn = [str(each.get_label()) for each in made.axes[0].get_lines()]
+    assert [each for each in drawn if each[1] == "h"] == [f"$h({lost - 1}; a)$, from births"] * (lost > 2)

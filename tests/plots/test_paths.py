@@ -15,7 +15,7 @@ from there import there
 from orbitdb import Stadium, solve_word
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.cli.figures import orbits
-from orbitdb.plots import axes, paths, style
+from orbitdb.plots import paths, style
 from orbitdb.plots.style import BLUE, ORANGE
 
 
@@ -114,14 +114,14 @@ def test_a_sheet_holds_all_that_is_on_it(ax, rng, count, columns):
 def test_axes_are_the_given_ones_or_new_ones(ax, rng):
     from matplotlib import pyplot  # it takes as long as ten tests
 
-    given = axes.orbit_axes("1" * 41, Stadium(1.6), Stadium(1.6).outline()[:3], ax)
+    given = paths.orbit_axes("1" * 41, Stadium(1.6), Stadium(1.6).outline()[:3], ax)
     assert (given, given.get_title()) == (ax, "1" * 37 + "...")
     words, x, colour = (
         rng.integers(0, 4, (5, 3)).astype(np.uint8),
         rng.uniform(-1, 1, (5, 3)),
         rng.uniform(size=5),
     )
-    cloud = axes.phase_space_axes(
+    cloud = paths.phase_space_axes(
         "orbits", Stadium(1.6), [(words, x, colour), (words[:, :2], x[:, :2], colour)], None
     )
     (dots,) = cloud.collections
@@ -130,7 +130,7 @@ def test_axes_are_the_given_ones_or_new_ones(ax, rng):
         dots.get_offsets(), np.concatenate([np.reshape(each, (2, -1)).T for each in both])
     )
     assert there(dots.get_array()).tolist() == [c for p in (3, 2) for c in colour for _ in range(p)]
-    steps: Any = axes.lengths_axes("all the orbits " * 12, np.array([4.0, 2.0, 3.0]), None)
+    steps: Any = paths.lengths_axes("all the orbits " * 12, np.array([4.0, 2.0, 3.0]), None)
     assert steps.lines[0].get_xydata().tolist() == [[2, 1], [3, 2], [4, 3]]
     assert len({ax.figure, cloud.figure, steps.figure}) == 3
     assert len(steps.get_title().splitlines()) == 3

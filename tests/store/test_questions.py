@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from questions import CRITERIA, EDGES, LIMITS, NAMES, OFFSETS, ORDERS, catalogue_to_ask, expected
 from quick import slow_but
 
-from orbitdb.catalogue.tallies import histogram, marginal, tally
+from orbitdb.catalogue.counts import histogram, marginal, tally
 from orbitdb.cli.main import execute
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.criteria import choose

@@ -8,7 +8,7 @@ import pytest
 from there import there
 
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.catalogue.tallies import histogram
+from orbitdb.catalogue.counts import histogram
 from orbitdb.store.asking.selection import Selection
 
 

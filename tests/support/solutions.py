@@ -12,7 +12,7 @@ from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.symbols import least_words as classes
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.least_words import all_least_words
-from orbitdb.symbols.members import all_images
+from orbitdb.symbols.symmetry import all_images
 from orbitdb.symbols.words import unpack
 
 

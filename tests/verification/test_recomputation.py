@@ -10,7 +10,8 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits
 from orbitdb.symbols.words import to_strings
-from orbitdb.verification.recomputation import BOUNDED, check_against, check_bits, prove
+from orbitdb.verification.recomputation import BOUNDED, check_against, check_bits
+from orbitdb.verification.rigorous import prove
 
 EPS = np.finfo(float).eps
 

@@ -95,7 +95,7 @@ def _compare(periods: list[int], stadium: "Stadium", output: Output, picture: Pa
         return
     ending = form_of(picture, known=FIGURES)
     style = load("orbitdb.plots.style", "a figure", "plot")  # not before: matplotlib takes its time
-    from orbitdb.plots.work_precision import draw_work_precision
+    from orbitdb.plots.curves import draw_work_precision
 
     with complete(picture) as draft:
         rows = _write(output, WorkPrecision, _compared(periods[0], stadium))

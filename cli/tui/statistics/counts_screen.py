@@ -14,7 +14,7 @@ from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
 
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.catalogue.tallies import Histogram, histogram, marginal, tally
+from orbitdb.catalogue.counts import Histogram, histogram, marginal, tally
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.dialogs.lists import ChoiceDialog
 from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings, key

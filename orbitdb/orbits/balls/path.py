@@ -55,9 +55,7 @@ class BallPath:
             [int(x) for x in part[:, column].tolist()]
             for part in (legs.k, legs.d, legs.n, legs.s, legs.parity)
         )
-        self.run, self.place, self.straight = (
-            part[:, column].tolist() for part in (legs.run, legs.place, legs.straight)
-        )
+        self.run, self.place, self.straight = (part[:, column].tolist() for part in legs.bounces)
         self.m = len(self.k)
 
     def go_to(self, alpha: Balls) -> None:

@@ -138,7 +138,8 @@ def joints(words: NDArray[np.uint8], slack: Integers) -> tuple[Integers, Integer
         k, n, s, parity = (part[own] for part in (legs.k, legs.n, legs.s, legs.parity))
         on_wall, at_end = kind >= 4, np.isin(kind, (2, 3, 5))
         place = np.where(at_end, np.where(on_wall, n, k) - 1, 0)
-        here = (legs.run == i) & (legs.place == place) & (legs.straight == on_wall)
+        run, places, straight = legs.bounces
+        here = (run == i) & (places == place) & (straight == on_wall)
         bounce[rows] = here.argmax(axis=0) + 1
         top = np.where(on_wall, np.where(at_end, -s * parity, s) > 0, kind % 2 == 0)
         joint[rows] = 2 * top + (i + (kind == 5)) % 2

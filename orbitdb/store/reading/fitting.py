@@ -11,9 +11,9 @@ from orbitdb.store.asking.confinement import CancelledError, never
 from orbitdb.store.file.tables import cycle, pruned
 from orbitdb.store.reading.chosen import Integers, Masks, orders_of
 from orbitdb.store.reading.soundness import need_words, unsound
-from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF, all_images
+from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF
 from orbitdb.symbols.patterns import Pattern
-from orbitdb.symbols.symmetry import classify, packed_images
+from orbitdb.symbols.symmetry import all_images, classify, packed_images
 from orbitdb.symbols.words import MAX_KEYED, packed
 
 _BATCH = 1 << 14
