@@ -46,14 +46,10 @@ class Growth:
 
 
 def growth(origin: NDArray[np.int32], target: NDArray[np.int32], states: int) -> Growth:
-    """Enclose the growth rate of the paths in a graph.
+    """Enclose the growth rate of the paths in a graph of so many states.
 
-    Parameters
-    ----------
-    origin, target : ndarray of int32, shape (E,)
-        The steps; two between the same states count twice. At most 9 from one state.
-    states : int
-        Number of states.
+    The steps, from and to, have shape (E,); two between the same states count twice. At most 9 lead from
+    one state.
     """
     matrix, first = _components(origin, target, states)
     if not len(first):

@@ -114,14 +114,9 @@ class ExactPath:
 
 
 def joins(path: BallPath, touching: Sequence[tuple[Condition, arb]]) -> bool:
-    """Tell whether slacks are proved to be exactly zero at the maximum of the length.
+    """Tell whether some slacks, given with what encloses them, are proved to be exactly zero at the maximum.
 
-    Parameters
-    ----------
-    path : BallPath
-        Enclosed at its maximum.
-    touching : sequence of (Condition, arb)
-        The slacks and what encloses them.
+    The path is enclosed at its maximum.
     """
     numbers = [part for x in [*path.alpha, *path.half] for part in (x.cos(), x.sin())]
     for field, found in _suggestions(numbers):

@@ -66,17 +66,9 @@ def motion(
 
 
 def follow(legs: Chain, grid: Floats) -> Iterator[Station]:
-    """Follow N words along a grid of x = ln a, in its order; each solve starts from the last two stations.
+    """Follow N words along a grid of x = ln a, shape (J,), in its order: yield one station for each point.
 
-    Parameters
-    ----------
-    legs : Chain
-    grid : ndarray, shape (J,)
-
-    Yields
-    ------
-    Station
-        One for each point of the grid.
+    Each solve starts from the last two stations.
     """
     first = float(np.exp(grid[0]))
     alpha = newton(legs, first).alpha
